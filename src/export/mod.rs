@@ -1,0 +1,1 @@
+//! Results -> files: VTU and PVD for ParaView, CSV, SVG, JSON.

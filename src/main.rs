@@ -1,0 +1,2 @@
+//! The `dovetail` program: see `dovetail --help`.
+fn main() {}

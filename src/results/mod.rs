@@ -1,0 +1,1 @@
+//! [`Response`](crate::dlft::Response) -> physical fields: pressures, slip, dissipation, motion of the bodies.

@@ -1,0 +1,189 @@
+//! Text -> [`Scene`]: everything one run depends on, checked, in SI units, with names still unresolved.
+//!
+//! A `Scene` can only be made by the parser, so a value of this type is possible by construction
+//! (positive moduli, known options, ordered ranges). Names of mesh groups are checked later, by
+//! [`crate::model`], when the mesh is known.
+
+use std::path::PathBuf;
+
+/// One run, as the TOML file describes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name of the run: the default output folder is `output/<name>`.
+    pub name: String,
+    pub mesh: MeshSource,
+    /// First the body that vibrates (blade), then the one that holds it (jaw).
+    pub bodies: Vec<BodySpec>,
+    /// `None`: the scene does not rotate and no prestress is computed.
+    pub rotation: Option<RotationSpec>,
+    pub contacts: Vec<ContactSpec>,
+    pub damping: DampingSpec,
+    pub excitations: Vec<ExcitationSpec>,
+    pub observations: Vec<ObservationSpec>,
+    pub static_state: StaticSpec,
+    pub response: ResponseSpec,
+}
+
+/// Where the mesh comes from. Paths are absolute or relative to the working directory
+/// (the parser has already joined them to the folder of the scene file).
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSource {
+    pub kind: MeshKind,
+    /// Length of one mesh unit in metres (Gmsh files carry no unit).
+    pub metres_per_unit: f64,
+    /// Two flank nodes farther apart than this fraction of the local node spacing are not a pair.
+    pub pairing_tolerance: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshKind {
+    /// A ready `.msh` file (MSH 4.1, ASCII or binary).
+    File { path: PathBuf },
+    /// A Gmsh script meshed by the `gmsh` program.
+    Geometry {
+        script: PathBuf,
+        /// `-setnumber name value`, in the order of the scene file.
+        parameters: Vec<(String, f64)>,
+        /// gmsh is stopped after this time, in seconds.
+        time_limit_s: f64,
+        /// Ready mesh used where the `gmsh` program is missing and no parameter differs from
+        /// `fallback_parameters`.
+        fallback: Option<PathBuf>,
+    },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodySpec {
+    pub name: String,
+    /// Name of the volume group.
+    pub volume: String,
+    pub material: Material,
+    /// Groups (of any dimension) whose nodes do not move.
+    pub fixed: Vec<String>,
+    /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
+    pub fixed_interface_modes: usize,
+}
+
+/// Isotropic linear elasticity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    pub young_pa: f64,
+    pub poisson: f64,
+    pub density_kg_m3: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct RotationSpec {
+    /// A point of the axis, m.
+    pub point_m: [f64; 3],
+    /// Direction of the axis, unit length.
+    pub axis: [f64; 3],
+    pub speed_rad_s: f64,
+    /// Names of the bodies that carry the centrifugal load.
+    pub bodies: Vec<String>,
+    pub prestress: Prestress,
+}
+
+/// What the rotation adds to the stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Prestress {
+    /// The centrifugal load only.
+    None,
+    /// Geometric stiffness of the static state with the contact nodes held, and spin softening
+    /// (the paper's choice).
+    HeldFlanks,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSpec {
+    pub name: String,
+    /// Surface group of the first body.
+    pub first: String,
+    /// Surface group of the second body.
+    pub second: String,
+    /// Coulomb coefficient.
+    pub friction: f64,
+    /// Initial clearance along the normal, m (0: the flanks touch).
+    pub gap_m: f64,
+}
+
+/// Rayleigh damping C = stiffness_s K + mass_per_s M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DampingSpec {
+    Rayleigh { stiffness_s: f64, mass_per_s: f64 },
+    /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
+    Ratio { ratio: f64, stuck_mode: usize },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExcitationSpec {
+    /// Point group (or any group: the force is shared equally by its nodes).
+    pub points: String,
+    /// Unit length.
+    pub direction: [f64; 3],
+    /// Amplitude of `force_n cos(harmonic omega t - phase_rad)`.
+    pub force_n: f64,
+    pub harmonic: usize,
+    pub phase_rad: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservationSpec {
+    pub name: String,
+    /// Point group; the displacement observed is the mean over its nodes.
+    pub points: String,
+    /// Unit length.
+    pub direction: [f64; 3],
+}
+
+/// Static state under rotation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticSpec {
+    /// The load is applied in this many equal steps.
+    pub load_steps: usize,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResponseSpec {
+    pub range: FrequencyRange,
+    /// Number of frequencies, evenly spaced.
+    pub points: usize,
+    pub harmonics: usize,
+    /// Samples of a period in the alternating frequency-time step.
+    pub samples: usize,
+    pub eps: EpsChoice,
+    /// eps is multiplied by this (1 = the choice itself).
+    pub eps_scale: f64,
+    /// Converged when |f(U)| is below this fraction of |F|.
+    pub tolerance: f64,
+    pub max_newton_iterations: usize,
+    pub solver: Solver,
+    /// Stuck modes kept; `None` keeps all of them (the paper's exact condensation).
+    pub stuck_modes: Option<usize>,
+    /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
+    /// static slip.
+    pub slip_threshold_m: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrequencyRange {
+    Hz { from_hz: f64, to_hz: f64 },
+    /// Multiples of the first stuck frequency.
+    OfFirstStuckMode { from: f64, to: f64 },
+}
+
+/// The free parameter of DLFT.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EpsChoice {
+    /// Per pair: diagonal of the static stiffness, one value for N, one for T.
+    Pair,
+    /// Spectral radius of the static stiffness, for all pairs (the paper's choice).
+    SpectralRadius,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    NewtonKrylov,
+    /// Powell's hybrid method (dogleg), the paper's solver.
+    Powell,
+}
