@@ -5,3 +5,6 @@
 //! X = R (u_b - u_j): X_N > 0 IS AN OPEN GAP. lambda is the contact force on the left-hand side of
 //! the blade's equation, Z u_b + lambda = f: lambda_N < 0 IS COMPRESSION; contact pressure
 //! p = -lambda_N / A. Initial clearance g >= 0 shifts contact to X_N = -g.
+
+pub mod dynamic_stiffness;
+pub mod law;

@@ -117,3 +117,24 @@ pub struct Response {
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
 }
+
+pub mod balance;
+pub mod march;
+pub mod newton_krylov;
+pub mod orbit;
+pub mod powell;
+pub mod static_state;
+pub mod sweep;
+
+use crate::numerics::newton::NewtonStatus;
+
+impl From<NewtonStatus> for Outcome {
+    fn from(status: NewtonStatus) -> Self {
+        match status {
+            NewtonStatus::Converged => Self::Converged,
+            NewtonStatus::Stagnated => Self::Stagnated,
+            NewtonStatus::IterationLimit => Self::IterationLimit,
+            NewtonStatus::NotFinite => Self::NotFinite,
+        }
+    }
+}

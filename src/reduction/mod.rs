@@ -57,3 +57,6 @@ pub struct PairLaw {
     /// Initial clearance, m.
     pub gap_m: f64,
 }
+
+pub mod damping;
+pub mod superelement;

@@ -1,0 +1,231 @@
+//! The harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian
+//! J = (I - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
+//!
+//! A pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
+//! once, and only the other ("active") pairs enter the linear solve.
+
+use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
+use crate::contact::dynamic_stiffness::{ContactSystem, DynamicStiffness};
+use crate::numerics::fourier::Fourier;
+use crate::reduction::PairLaw;
+use faer::{Mat, c64};
+use rayon::prelude::*;
+
+/// Everything that is the same at all frequencies of a sweep.
+pub struct Setting<'a> {
+    pub system: &'a ContactSystem<'a>,
+    pub fourier: &'a Fourier,
+    /// Per pair (N, T), N/m.
+    pub eps: &'a [[f64; 2]],
+    /// Static relative displacement, m, n: where the march of a pair starts.
+    pub x_static: &'a [f64],
+    pub periods: Periods,
+}
+
+/// One frequency.
+pub struct Balance<'a> {
+    pub setting: &'a Setting<'a>,
+    /// Harmonics 1..H.
+    pub stiffness: Vec<DynamicStiffness>,
+    /// F, (2H+1) n.
+    pub force: Vec<f64>,
+}
+
+/// What the pairs did at one U.
+pub struct Evaluation {
+    /// f(U), (2H+1) n.
+    pub residual: Vec<f64>,
+    /// lambda(U), (2H+1) n.
+    pub lambda: Vec<f64>,
+    pub ends: Vec<PairEnd>,
+}
+
+/// J at one U.
+pub struct Jacobian {
+    /// Pairs that do not stick throughout, ascending.
+    pub active: Vec<usize>,
+    /// D of each active pair, 3(2H+1) square, row-major, component-major indices.
+    pub derivatives: Vec<Vec<f64>>,
+}
+
+impl<'a> Balance<'a> {
+    /// Dynamic stiffness and condensed loads at `omega` rad/s.
+    pub fn new(setting: &'a Setting<'a>, omega: f64) -> Self {
+        let harmonics = setting.fourier.harmonics();
+        let system = setting.system;
+        let n = system.unknowns();
+        let stiffness =
+            (1..=harmonics).map(|k| system.stiffness_at(k as f64 * omega)).collect();
+        let mut force = vec![0.0; (2 * harmonics + 1) * n];
+        force[..n].copy_from_slice(&system.model.static_load.on_x);
+        for load in &system.model.excitations {
+            let k = load.harmonic;
+            if k == 0 || k > harmonics {
+                continue;
+            }
+            let complex = |c: &[f64], s: &[f64]| -> Vec<c64> {
+                c.iter().zip(s).map(|(&c, &s)| c64::new(c, -s)).collect()
+            };
+            let condensed = system.condensed_load(
+                k as f64 * omega,
+                &complex(&load.cosine.on_x, &load.sine.on_x),
+                &complex(&load.cosine.on_modes, &load.sine.on_modes),
+            );
+            for (i, f) in condensed.iter().enumerate() {
+                force[(2 * k - 1) * n + i] += f.re;
+                force[2 * k * n + i] -= f.im;
+            }
+        }
+        Self { setting, stiffness, force }
+    }
+
+    pub fn unknowns_per_block(&self) -> usize {
+        self.setting.system.unknowns()
+    }
+
+    fn law(&self, pair: usize) -> PairLaw {
+        self.setting.system.model.pairs[pair]
+    }
+
+    fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
+        let [eps_n, eps_t] = self.setting.eps[pair];
+        let law = self.law(pair);
+        let x = &self.setting.x_static[3 * pair..3 * pair + 3];
+        PairInput {
+            periods: self.setting.periods,
+            force,
+            shift_n: eps_n * law.gap_m,
+            friction: law.friction,
+            start: [eps_t * x[1], eps_t * x[2]],
+        }
+    }
+
+    /// y = Lambda v, all harmonics.
+    pub fn apply_stiffness(&self, v: &[f64], y: &mut [f64]) {
+        let n = self.unknowns_per_block();
+        let (y0, y_rest) = y.split_at_mut(n);
+        apply_real(&self.setting.system.model.stiffness, &v[..n], y0);
+        for ((lambda, v), y) in self
+            .stiffness
+            .iter()
+            .zip(v[n..].chunks_exact(2 * n))
+            .zip(y_rest.chunks_exact_mut(2 * n))
+        {
+            let (yc, ys) = y.split_at_mut(n);
+            lambda.apply(&v[..n], &v[n..], yc, ys);
+        }
+    }
+
+    /// lambda_u = F - Lambda U + eps U.
+    fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
+        let n = self.unknowns_per_block();
+        let mut out = vec![0.0; u.len()];
+        self.apply_stiffness(u, &mut out);
+        for (i, o) in out.iter_mut().enumerate() {
+            let at = i % n;
+            *o = self.force[i] - *o + self.setting.eps[at / 3][usize::from(at % 3 > 0)] * u[i];
+        }
+        out
+    }
+
+    /// f(U), lambda(U) and what each pair does.
+    pub fn evaluate(&self, u: &[f64]) -> Evaluation {
+        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+        let width = fourier.width();
+        let lambda_u = self.lambda_u(u);
+        let marched: Vec<(PairEnd, Vec<f64>)> = (0..n / 3)
+            .into_par_iter()
+            .with_min_len(16)
+            .map_init(
+                || Signals::new(fourier.samples()),
+                |signals, pair| {
+                    let force = gather(&lambda_u, n, pair, width);
+                    let mut lambda = vec![0.0; 3 * width];
+                    let end = march(fourier, self.input(pair, &force), signals, &mut lambda);
+                    (end, lambda)
+                },
+            )
+            .collect();
+        let mut lambda = vec![0.0; u.len()];
+        for (pair, (_, local)) in marched.iter().enumerate() {
+            scatter(local, n, pair, width, &mut lambda);
+        }
+        let residual = (0..u.len())
+            .map(|i| {
+                let at = i % n;
+                // Lambda U - F = eps U - lambda_u.
+                self.setting.eps[at / 3][usize::from(at % 3 > 0)] * u[i] - lambda_u[i] + lambda[i]
+            })
+            .collect();
+        let ends = marched.into_iter().map(|(end, _)| end).collect();
+        Evaluation { residual, lambda, ends }
+    }
+
+    /// J at U (`u` need not be the last evaluated).
+    pub fn linearise(&self, u: &[f64]) -> Jacobian {
+        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+        let width = fourier.width();
+        let lambda_u = self.lambda_u(u);
+        let found: Vec<Option<Vec<f64>>> = (0..n / 3)
+            .into_par_iter()
+            .with_min_len(8)
+            .map_init(
+                || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
+                |(signals, lambda), pair| {
+                    let force = gather(&lambda_u, n, pair, width);
+                    let input = self.input(pair, &force);
+                    let end = march(fourier, input, signals, lambda);
+                    (!end.always_stuck).then(|| {
+                        let mut derivative = vec![0.0; 9 * width * width];
+                        march_derivative(fourier, input, signals, &end, &mut derivative);
+                        derivative
+                    })
+                },
+            )
+            .collect();
+        let mut jacobian = Jacobian { active: vec![], derivatives: vec![] };
+        for (pair, derivative) in found.into_iter().enumerate() {
+            if let Some(derivative) = derivative {
+                jacobian.active.push(pair);
+                jacobian.derivatives.push(derivative);
+            }
+        }
+        jacobian
+    }
+
+    /// eps of entry `i` of a full vector.
+    pub fn eps_at(&self, i: usize) -> f64 {
+        let at = i % self.unknowns_per_block();
+        self.setting.eps[at / 3][usize::from(at % 3 > 0)]
+    }
+}
+
+/// y = A x, A symmetric dense.
+pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+    y.fill(0.0);
+    for (j, &xj) in x.iter().enumerate() {
+        if xj != 0.0 {
+            y.iter_mut().zip(matrix.col_as_slice(j)).for_each(|(y, a)| *y += a * xj);
+        }
+    }
+}
+
+/// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.
+pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
+    let mut out = vec![0.0; 3 * width];
+    for c in 0..3 {
+        for h in 0..width {
+            out[c * width + h] = v[h * n + 3 * pair + c];
+        }
+    }
+    out
+}
+
+/// The reverse of [`gather`].
+pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]) {
+    for c in 0..3 {
+        for h in 0..width {
+            v[h * n + 3 * pair + c] = local[c * width + h];
+        }
+    }
+}

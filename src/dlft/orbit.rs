@@ -1,0 +1,232 @@
+//! From a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion, pair cycles, powers.
+
+use super::balance::{Balance, Evaluation};
+use super::{Orbit, Outcome, PairCycle, StuckPoint};
+use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::numerics::fourier::Fourier;
+use crate::numerics::gmres::dot;
+use faer::c64;
+
+/// Instants at which the largest departure from the mean is looked for.
+const AMPLITUDE_INSTANTS: usize = 720;
+
+/// Builds the orbit of U. `residual` and iteration counts are left at zero for the caller.
+pub fn orbit(
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    frequency_hz: f64,
+    outcome: Outcome,
+    slip_threshold_m: f64,
+) -> Orbit {
+    let n = balance.unknowns_per_block();
+    let system = balance.setting.system;
+    let fourier = balance.setting.fourier;
+    let harmonics = fourier.harmonics();
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
+    let observed = observe(system, harmonics, Some(u), &modal);
+    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, u, &modal);
+    let cycles: Vec<PairCycle> = (0..n / 3)
+        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz, slip_threshold_m))
+        .collect();
+    Orbit {
+        frequency_hz,
+        outcome,
+        harmonics,
+        x: u.to_vec(),
+        lambda: evaluation.lambda.clone(),
+        modal,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed,
+        friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
+        viscous_power_w,
+        input_power_w,
+        cycles,
+        newton_iterations: 0,
+        krylov_iterations: 0,
+        residual: 0.0,
+    }
+}
+
+/// The fully stuck assembly at one frequency (X = 0 in every harmonic): no contact to solve.
+pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> StuckPoint {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, None);
+    let observed = observe(system, harmonics, None, &modal);
+    StuckPoint {
+        frequency_hz,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+    }
+}
+
+/// Largest departure from the mean over a period of a signal given by its coefficients.
+pub fn amplitude(coefficients: &[f64]) -> f64 {
+    let harmonics = coefficients.len() / 2;
+    match harmonics {
+        0 => 0.0,
+        1 => coefficients[1].hypot(coefficients[2]),
+        _ => {
+            let fourier = Fourier::new(harmonics, AMPLITUDE_INSTANTS.max(8 * harmonics));
+            let mut signal = vec![0.0; fourier.samples()];
+            fourier.to_time(coefficients, &mut signal);
+            signal.iter().fold(0.0, |m, v| m.max((v - coefficients[0]).abs()))
+        }
+    }
+}
+
+/// Complex loads on the modes in harmonic k: `cosine - i sine`.
+fn modal_load(system: &ContactSystem<'_>, k: usize) -> Vec<c64> {
+    let mut out = vec![c64::new(0.0, 0.0); system.model.omega2.len()];
+    for load in system.model.excitations.iter().filter(|l| l.harmonic == k) {
+        for (o, (c, s)) in
+            out.iter_mut().zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
+        {
+            *o += c64::new(*c, -*s);
+        }
+    }
+    out
+}
+
+/// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
+fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
+    let (c, s) = (&v[(2 * k - 1) * n..2 * k * n], &v[2 * k * n..(2 * k + 1) * n]);
+    c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
+}
+
+/// Stuck-mode amplitudes, (2H+1) m, harmonic-major; `u = None` stands for X = 0.
+fn modal_amplitudes(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    omega: f64,
+    u: Option<&[f64]>,
+) -> Vec<f64> {
+    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    let mut out = vec![0.0; (2 * harmonics + 1) * m];
+    let statics = &system.model.static_load.on_modes;
+    for (i, (f, w2)) in statics.iter().zip(&system.model.omega2).enumerate() {
+        out[i] = f / w2;
+    }
+    for k in 1..=harmonics {
+        let x = match u {
+            Some(u) => complex_block(u, n, k),
+            None => vec![c64::new(0.0, 0.0); n],
+        };
+        let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k));
+        for (i, q) in q.iter().enumerate() {
+            out[(2 * k - 1) * m + i] = q.re;
+            out[2 * k * m + i] = -q.im;
+        }
+    }
+    out
+}
+
+fn observe(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    u: Option<&[f64]>,
+    modal: &[f64],
+) -> Vec<Vec<f64>> {
+    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    system
+        .model
+        .observations
+        .iter()
+        .map(|probe| {
+            (0..2 * harmonics + 1)
+                .map(|h| {
+                    let of_x = u.map_or(0.0, |u| dot(&probe.on_x, &u[h * n..(h + 1) * n]));
+                    of_x + dot(&probe.on_modes, &modal[h * m..(h + 1) * m])
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Mean power put in by the excitations and spent by the Rayleigh damping, W.
+///
+/// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
+/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle.
+fn powers(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    omega: f64,
+    u: &[f64],
+    modal: &[f64],
+) -> (f64, f64) {
+    let model = system.model;
+    let (n, m) = (system.unknowns(), model.omega2.len());
+    let (mut input, mut viscous) = (0.0, 0.0);
+    let mut product = vec![0.0; n];
+    for k in 1..=harmonics {
+        let kw = k as f64 * omega;
+        let at = |v: &'_ [f64], size: usize, part: usize| {
+            let block = 2 * k - 1 + part;
+            v[block * size..(block + 1) * size].to_vec()
+        };
+        for load in model.excitations.iter().filter(|l| l.harmonic == k) {
+            // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
+            let work = |f: &crate::reduction::Load, part: usize| {
+                dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
+            };
+            input += 0.5 * kw * (work(&load.cosine, 1) - work(&load.sine, 0));
+        }
+        for part in 0..2 {
+            let (x, q) = (at(u, n, part), at(modal, m, part));
+            let mut energy = 0.0;
+            super::balance::apply_real(&model.stiffness, &x, &mut product);
+            let stiff = dot(&x, &product)
+                + q.iter().zip(&model.omega2).map(|(q, w2)| w2 * q * q).sum::<f64>();
+            energy += system.damping.stiffness_s * stiff;
+            if system.damping.mass_per_s != 0.0 {
+                super::balance::apply_real(&model.mass, &x, &mut product);
+                let mut mass = dot(&x, &product) + dot(&q, &q);
+                for (j, q) in q.iter().enumerate() {
+                    mass += 2.0 * q * dot(&x, model.coupling.col_as_slice(j));
+                }
+                energy += system.damping.mass_per_s * mass;
+            }
+            viscous += 0.5 * kw * kw * energy;
+        }
+    }
+    (input, viscous)
+}
+
+fn pair_cycle(
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    pair: usize,
+    frequency_hz: f64,
+    slip_threshold_m: f64,
+) -> PairCycle {
+    let n = balance.unknowns_per_block();
+    let fourier = balance.setting.fourier;
+    let end = &evaluation.ends[pair];
+    let slid_m = end.slid_n / balance.setting.eps[pair][1];
+    let normal: Vec<f64> =
+        (0..fourier.width()).map(|h| evaluation.lambda[h * n + 3 * pair]).collect();
+    let mut signal = vec![0.0; fourier.samples()];
+    fourier.to_time(&normal, &mut signal);
+    let mut friction = 0.0;
+    for k in 1..=fourier.harmonics() {
+        let mut work = 0.0;
+        for c in 0..3 {
+            let i = 3 * pair + c;
+            let (cosine, sine) = ((2 * k - 1) * n + i, 2 * k * n + i);
+            let lambda = &evaluation.lambda;
+            work += lambda[cosine] * u[sine] - lambda[sine] * u[cosine];
+        }
+        friction += std::f64::consts::PI * frequency_hz * k as f64 * work;
+    }
+    PairCycle {
+        slips: slid_m > slip_threshold_m,
+        opens: end.open_samples > 0,
+        slid_m,
+        open_fraction: end.open_samples as f64 / fourier.samples() as f64,
+        compression_mean_n: -normal[0],
+        compression_min_n: signal.iter().fold(f64::INFINITY, |m, v| m.min(-v)),
+        compression_max_n: signal.iter().fold(f64::NEG_INFINITY, |m, v| m.max(-v)),
+        friction_power_w: friction,
+    }
+}

@@ -1,0 +1,184 @@
+//! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
+//! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
+
+use super::{Outcome, PairStatus, StaticState};
+use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
+use crate::numerics::gmres::norm;
+use crate::numerics::newton::{NewtonOptions, NonlinearSystem, newton};
+use crate::reduction::RelativeModel;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatMut};
+
+/// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
+/// stuck, unloaded state. `eps` per pair (N, T), N/m.
+pub fn static_state(
+    model: &RelativeModel,
+    eps: &[[f64; 2]],
+    load_steps: usize,
+    options: NewtonOptions,
+) -> StaticState {
+    let n = model.stiffness.nrows();
+    let mut system = StaticSystem {
+        model,
+        eps,
+        load: vec![0.0; n],
+        slid_force: vec![[0.0; 2]; eps.len()],
+        scale: norm(&model.static_load.on_x),
+        derivative: vec![[[0.0; 3]; 3]; eps.len()],
+        factor: None,
+    };
+    let mut x = vec![0.0; n];
+    let mut state = StaticState {
+        outcome: Outcome::Converged,
+        x: vec![],
+        lambda: vec![0.0; n],
+        status: vec![],
+        newton_iterations: 0,
+        residual: 0.0,
+    };
+    if system.scale > 0.0 {
+        for step in 1..=load_steps {
+            let fraction = step as f64 / load_steps as f64;
+            for (f, full) in system.load.iter_mut().zip(&model.static_load.on_x) {
+                *f = fraction * full;
+            }
+            for ((s, x), eps) in system.slid_force.iter_mut().zip(x.chunks_exact(3)).zip(eps) {
+                *s = [eps[1] * x[1], eps[1] * x[2]];
+            }
+            let end = newton(&mut system, &mut x, options);
+            state.newton_iterations += end.iterations;
+            state.residual = end.measure;
+            state.outcome = Outcome::from(end.status);
+            if !state.outcome.is_converged() {
+                break;
+            }
+        }
+    }
+    let predicted = system.predicted(&x);
+    for (pair, predicted) in predicted.iter().enumerate() {
+        let (contact, force) = unilateral_coulomb(*predicted, model.pairs[pair].friction);
+        state.lambda[3 * pair..3 * pair + 3].copy_from_slice(&force);
+        state.status.push(match contact {
+            Contact::Stick => PairStatus::Stuck,
+            Contact::Slip => PairStatus::Slipping,
+            Contact::Open => PairStatus::Open,
+        });
+    }
+    state.x = x;
+    state
+}
+
+struct StaticSystem<'a> {
+    model: &'a RelativeModel,
+    eps: &'a [[f64; 2]],
+    /// Load of this step.
+    load: Vec<f64>,
+    /// lambda_x (tangential) of the last step.
+    slid_force: Vec<[f64; 2]>,
+    scale: f64,
+    /// d lambda / d lambda_u per pair.
+    derivative: Vec<[[f64; 3]; 3]>,
+    factor: Option<PartialPivLu<f64>>,
+}
+
+impl StaticSystem<'_> {
+    /// lambda_u shifted by the clearance and the slid force, per pair.
+    fn predicted(&self, x: &[f64]) -> Vec<[f64; 3]> {
+        let lambda_u = self.lambda_u(x);
+        (0..self.eps.len())
+            .map(|pair| {
+                let [eps_n, _] = self.eps[pair];
+                [
+                    lambda_u[3 * pair] + eps_n * self.model.pairs[pair].gap_m,
+                    lambda_u[3 * pair + 1] - self.slid_force[pair][0],
+                    lambda_u[3 * pair + 2] - self.slid_force[pair][1],
+                ]
+            })
+            .collect()
+    }
+
+    /// F - K x + eps x.
+    fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
+        let mut out = self.load.clone();
+        for (j, &xj) in x.iter().enumerate() {
+            let column = self.model.stiffness.col_as_slice(j);
+            out.iter_mut().zip(column).for_each(|(o, k)| *o -= k * xj);
+        }
+        for (i, o) in out.iter_mut().enumerate() {
+            *o += self.eps[i / 3][usize::from(i % 3 > 0)] * x[i];
+        }
+        out
+    }
+}
+
+impl NonlinearSystem for StaticSystem<'_> {
+    fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+        // f = K x + lambda - F = eps x - lambda_u + lambda.
+        let lambda_u = self.lambda_u(x);
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let (_, force) = unilateral_coulomb(predicted, self.model.pairs[pair].friction);
+            for c in 0..3 {
+                let i = 3 * pair + c;
+                f[i] = self.eps[pair][usize::from(c > 0)] * x[i] - lambda_u[i] + force[c];
+            }
+        }
+    }
+
+    fn measure(&self, f: &[f64]) -> f64 {
+        norm(f) / self.scale
+    }
+
+    fn linearise(&mut self, x: &[f64]) {
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let friction = self.model.pairs[pair].friction;
+            let (contact, _) = unilateral_coulomb(predicted, friction);
+            self.derivative[pair] = match contact {
+                Contact::Open => [[0.0; 3]; 3],
+                Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                Contact::Slip => {
+                    let t = slip_tangent(predicted, friction);
+                    let [e1, e2] = t.direction;
+                    let k = t.kappa;
+                    [
+                        [1.0, 0.0, 0.0],
+                        [-friction * e1, k * (1.0 - e1 * e1), -k * e1 * e2],
+                        [-friction * e2, -k * e1 * e2, k * (1.0 - e2 * e2)],
+                    ]
+                }
+            };
+        }
+        // J = (I - D) K + D eps.
+        let n = x.len();
+        let mut jacobian = Mat::zeros(n, n);
+        for j in 0..n {
+            let column = self.model.stiffness.col_as_slice(j);
+            let out = jacobian.col_as_slice_mut(j);
+            for (pair, d) in self.derivative.iter().enumerate() {
+                for r in 0..3 {
+                    let dk: f64 = (0..3).map(|c| d[r][c] * column[3 * pair + c]).sum();
+                    out[3 * pair + r] = column[3 * pair + r] - dk;
+                }
+            }
+            let pair = j / 3;
+            for r in 0..3 {
+                let eps = self.eps[pair][usize::from(j % 3 > 0)];
+                out[3 * pair + r] += self.derivative[pair][r][j % 3] * eps;
+            }
+        }
+        self.factor = Some(jacobian.partial_piv_lu());
+    }
+
+    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let Some(factor) = &self.factor else { return false };
+        for (d, f) in dx.iter_mut().zip(f) {
+            *d = -f;
+        }
+        let rows = dx.len();
+        factor.solve_in_place(MatMut::from_column_major_slice_mut(dx, rows, 1));
+        dx.iter().all(|d| d.is_finite())
+    }
+
+    fn length(&self, dx: &[f64]) -> f64 {
+        norm(dx)
+    }
+}

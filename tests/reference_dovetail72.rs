@@ -1,0 +1,171 @@
+//! The contact solver against a reduced 72-pair dovetail solved by an independent program
+//! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8,
+//! friction work to 0.1 % (the reference summed it over samples).
+
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::{PairStatus, Response, StaticState};
+use dovetail::numerics::newton::NewtonOptions;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::superelement;
+use dovetail::reduction::{PairLaw, RelativeModel};
+use dovetail::scene::{EpsChoice, Solver};
+use std::path::Path;
+
+const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-10, max_iterations: 60 };
+
+fn model(force_n: f64) -> RelativeModel {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    superelement::read(&folder, PairLaw { friction: 0.3, gap_m: 0.0 }, force_n).unwrap().relative
+}
+
+fn expected() -> serde_json::Value {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72/expected.json");
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn damping(model: &RelativeModel) -> Rayleigh {
+    Rayleigh { stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(), mass_per_s: 0.0 }
+}
+
+fn statics(model: &RelativeModel) -> StaticState {
+    static_state(model, &eps_of(model, EpsChoice::Pair, 1.0), 10, NEWTON)
+}
+
+fn respond(
+    model: &RelativeModel,
+    eps: EpsChoice,
+    harmonics: usize,
+    frequencies_hz: Vec<f64>,
+    solver: Solver,
+) -> Response {
+    let settings = SweepSettings {
+        frequencies_hz,
+        harmonics,
+        samples: 256,
+        newton: NEWTON,
+        // The reference marched three periods, whether the forces were periodic by then or not.
+        periods: Periods::Exactly(3),
+        solver,
+        slip_threshold_m: None,
+    };
+    let eps = eps_of(model, eps, 1.0);
+    sweep(model, damping(model), &eps, &statics(model), &settings, &|_| ())
+}
+
+#[test]
+fn static_state_slides_everywhere_and_carries_the_load() {
+    let state = statics(&model(1.0));
+    let expected = &expected()["static"];
+    assert!(state.outcome.is_converged());
+    let count = |s: PairStatus| state.status.iter().filter(|x| **x == s).count() as u64;
+    assert_eq!(count(PairStatus::Slipping), expected["slip"].as_u64().unwrap());
+    assert_eq!(count(PairStatus::Open), expected["sep"].as_u64().unwrap());
+    let normal: f64 = state.lambda.iter().step_by(3).sum();
+    let slip = state.x.chunks(3).map(|x| x[1].hypot(x[2])).fold(0.0, f64::max);
+    let close = |a: f64, key: &str, tolerance: f64| {
+        let b = expected[key].as_f64().unwrap();
+        assert!((a / b - 1.0).abs() < tolerance, "{key}: {a} against {b}");
+    };
+    close(normal, "normal_force_total", 1e-4);
+    close(slip, "max_slip_m", 1e-3);
+}
+
+/// Compares a set of points with the reference's and returns the Newton iterations of both.
+fn compare(key: &str, harmonics: usize, eps: EpsChoice, solver: Solver) -> (usize, usize) {
+    let expected = expected();
+    let points = expected[key].as_array().unwrap();
+    let number = |p: &serde_json::Value, k: &str| p[k].as_f64().unwrap();
+    let frequencies = points.iter().map(|p| number(p, "f_hz")).collect();
+    let response = respond(&model(1.0), eps, harmonics, frequencies, solver);
+    for (orbit, point) in response.orbits.iter().zip(points) {
+        let hz = orbit.frequency_hz;
+        assert!(orbit.outcome.is_converged(), "{key} {hz} Hz: {:?}", orbit.outcome);
+        // The reference's amplitude is that of the first harmonic.
+        let first = orbit.observed[0][1].hypot(orbit.observed[0][2]);
+        let amplitude = first / number(point, "tip_amplitude_m");
+        let work = orbit.friction_power_w / hz / number(point, "friction_work_j");
+        let input = orbit.input_power_w / hz / number(point, "input_work_j");
+        println!(
+            "{key} {hz:.4} Hz: amplitude {:+.1e} friction {:+.1e} input {:+.1e}, {} Newton, {} Krylov",
+            amplitude - 1.0,
+            work - 1.0,
+            input - 1.0,
+            orbit.newton_iterations,
+            orbit.krylov_iterations
+        );
+        let opening = orbit.cycles.iter().filter(|c| c.opens).count() as u64;
+        assert_eq!(opening, point["sep"].as_u64().unwrap(), "{key} {hz} Hz: opening pairs");
+        assert!((amplitude - 1.0).abs() < 1e-8, "{key} {hz} Hz");
+        assert!((work - 1.0).abs() < 1e-3, "{key} {hz} Hz");
+        let balance = orbit.friction_power_w + orbit.viscous_power_w - orbit.input_power_w;
+        assert!(balance.abs() < 1e-6 * orbit.input_power_w, "{key} {hz} Hz: energy {balance:e}");
+    }
+    let ours = response.orbits.iter().map(|o| o.newton_iterations).sum();
+    let theirs = points.iter().map(|p| number(p, "newton") as usize).sum();
+    println!("{key}: {ours} Newton iterations, the reference {theirs}");
+    (ours, theirs)
+}
+
+#[test]
+fn one_harmonic() {
+    compare("H1_epspair", 1, EpsChoice::Pair, Solver::NewtonKrylov);
+}
+
+#[test]
+fn three_harmonics() {
+    compare("H3_epspair", 3, EpsChoice::Pair, Solver::NewtonKrylov);
+}
+
+#[test]
+fn three_harmonics_with_the_spectral_radius() {
+    compare("H3_epsrho", 3, EpsChoice::SpectralRadius, Solver::NewtonKrylov);
+}
+
+#[test]
+fn seven_harmonics() {
+    compare("H7_epspair", 7, EpsChoice::Pair, Solver::NewtonKrylov);
+}
+
+#[test]
+fn the_hybrid_powell_solver_finds_the_same_motion() {
+    compare("H1_epspair", 1, EpsChoice::Pair, Solver::Powell);
+}
+
+#[test]
+fn a_small_force_after_the_static_state_gives_the_stuck_curve() {
+    let model = model(0.01);
+    let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
+    let frequencies = [0.98, 0.995, 1.0, 1.004, 1.02].map(|r| r * f1).to_vec();
+    let response = respond(&model, EpsChoice::Pair, 1, frequencies, Solver::NewtonKrylov);
+    for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
+        assert!(orbit.outcome.is_converged());
+        let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
+        assert!((ratio - 1.0).abs() < 1e-10, "{} Hz: {:e}", orbit.frequency_hz, ratio - 1.0);
+        assert_eq!(orbit.cycles.iter().filter(|c| c.slips).count(), 0);
+    }
+}
+
+#[test]
+fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
+    let mut model = model(0.1);
+    let statics = statics(&model);
+    model.pairs.iter_mut().for_each(|p| p.friction = 1e6);
+    let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
+    let settings = SweepSettings {
+        frequencies_hz: [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
+        harmonics: 3,
+        samples: 64,
+        newton: NEWTON,
+        periods: Periods::UntilPeriodic,
+        solver: Solver::NewtonKrylov,
+        slip_threshold_m: None,
+    };
+    let eps = eps_of(&model, EpsChoice::Pair, 1.0);
+    let response = sweep(&model, damping(&model), &eps, &statics, &settings, &|_| ());
+    for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
+        let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
+        assert!((ratio - 1.0).abs() < 1e-10, "{} Hz: {:e}", orbit.frequency_hz, ratio - 1.0);
+    }
+}
