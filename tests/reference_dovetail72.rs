@@ -13,11 +13,23 @@ use dovetail::reduction::{PairLaw, RelativeModel};
 use dovetail::scene::{EpsChoice, Solver};
 use std::path::Path;
 
-const NEWTON: NewtonOptions = NewtonOptions { tolerance: 1e-10, max_iterations: 60 };
+const NEWTON: NewtonOptions = NewtonOptions {
+    tolerance: 1e-10,
+    max_iterations: 60,
+};
 
 fn model(force_n: f64) -> RelativeModel {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
-    superelement::read(&folder, PairLaw { friction: 0.3, gap_m: 0.0 }, force_n).unwrap().relative
+    superelement::read(
+        &folder,
+        PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        },
+        force_n,
+    )
+    .unwrap()
+    .relative
 }
 
 fn expected() -> serde_json::Value {
@@ -26,7 +38,10 @@ fn expected() -> serde_json::Value {
 }
 
 fn damping(model: &RelativeModel) -> Rayleigh {
-    Rayleigh { stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(), mass_per_s: 0.0 }
+    Rayleigh {
+        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        mass_per_s: 0.0,
+    }
 }
 
 fn statics(model: &RelativeModel) -> StaticState {
@@ -51,7 +66,14 @@ fn respond(
         slip_threshold_m: None,
     };
     let eps = eps_of(model, eps, 1.0);
-    sweep(model, damping(model), &eps, &statics(model), &settings, &|_| ())
+    sweep(
+        model,
+        damping(model),
+        &eps,
+        &statics(model),
+        &settings,
+        &|_| (),
+    )
 }
 
 #[test]
@@ -60,10 +82,17 @@ fn static_state_slides_everywhere_and_carries_the_load() {
     let expected = &expected()["static"];
     assert!(state.outcome.is_converged());
     let count = |s: PairStatus| state.status.iter().filter(|x| **x == s).count() as u64;
-    assert_eq!(count(PairStatus::Slipping), expected["slip"].as_u64().unwrap());
+    assert_eq!(
+        count(PairStatus::Slipping),
+        expected["slip"].as_u64().unwrap()
+    );
     assert_eq!(count(PairStatus::Open), expected["sep"].as_u64().unwrap());
     let normal: f64 = state.lambda.iter().step_by(3).sum();
-    let slip = state.x.chunks(3).map(|x| x[1].hypot(x[2])).fold(0.0, f64::max);
+    let slip = state
+        .x
+        .chunks(3)
+        .map(|x| x[1].hypot(x[2]))
+        .fold(0.0, f64::max);
     let close = |a: f64, key: &str, tolerance: f64| {
         let b = expected[key].as_f64().unwrap();
         assert!((a / b - 1.0).abs() < tolerance, "{key}: {a} against {b}");
@@ -81,7 +110,11 @@ fn compare(key: &str, harmonics: usize, eps: EpsChoice, solver: Solver) -> (usiz
     let response = respond(&model(1.0), eps, harmonics, frequencies, solver);
     for (orbit, point) in response.orbits.iter().zip(points) {
         let hz = orbit.frequency_hz;
-        assert!(orbit.outcome.is_converged(), "{key} {hz} Hz: {:?}", orbit.outcome);
+        assert!(
+            orbit.outcome.is_converged(),
+            "{key} {hz} Hz: {:?}",
+            orbit.outcome
+        );
         // The reference's amplitude is that of the first harmonic.
         let first = orbit.observed[0][1].hypot(orbit.observed[0][2]);
         let amplitude = first / number(point, "tip_amplitude_m");
@@ -96,11 +129,18 @@ fn compare(key: &str, harmonics: usize, eps: EpsChoice, solver: Solver) -> (usiz
             orbit.krylov_iterations
         );
         let opening = orbit.cycles.iter().filter(|c| c.opens).count() as u64;
-        assert_eq!(opening, point["sep"].as_u64().unwrap(), "{key} {hz} Hz: opening pairs");
+        assert_eq!(
+            opening,
+            point["sep"].as_u64().unwrap(),
+            "{key} {hz} Hz: opening pairs"
+        );
         assert!((amplitude - 1.0).abs() < 1e-8, "{key} {hz} Hz");
         assert!((work - 1.0).abs() < 1e-3, "{key} {hz} Hz");
         let balance = orbit.friction_power_w + orbit.viscous_power_w - orbit.input_power_w;
-        assert!(balance.abs() < 1e-6 * orbit.input_power_w, "{key} {hz} Hz: energy {balance:e}");
+        assert!(
+            balance.abs() < 1e-6 * orbit.input_power_w,
+            "{key} {hz} Hz: energy {balance:e}"
+        );
     }
     let ours = response.orbits.iter().map(|o| o.newton_iterations).sum();
     let theirs = points.iter().map(|p| number(p, "newton") as usize).sum();
@@ -120,7 +160,12 @@ fn three_harmonics() {
 
 #[test]
 fn three_harmonics_with_the_spectral_radius() {
-    compare("H3_epsrho", 3, EpsChoice::SpectralRadius, Solver::NewtonKrylov);
+    compare(
+        "H3_epsrho",
+        3,
+        EpsChoice::SpectralRadius,
+        Solver::NewtonKrylov,
+    );
 }
 
 #[test]
@@ -138,11 +183,22 @@ fn a_small_force_after_the_static_state_gives_the_stuck_curve() {
     let model = model(0.01);
     let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
     let frequencies = [0.98, 0.995, 1.0, 1.004, 1.02].map(|r| r * f1).to_vec();
-    let response = respond(&model, EpsChoice::Pair, 1, frequencies, Solver::NewtonKrylov);
+    let response = respond(
+        &model,
+        EpsChoice::Pair,
+        1,
+        frequencies,
+        Solver::NewtonKrylov,
+    );
     for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
         assert!(orbit.outcome.is_converged());
         let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
-        assert!((ratio - 1.0).abs() < 1e-10, "{} Hz: {:e}", orbit.frequency_hz, ratio - 1.0);
+        assert!(
+            (ratio - 1.0).abs() < 1e-10,
+            "{} Hz: {:e}",
+            orbit.frequency_hz,
+            ratio - 1.0
+        );
         assert_eq!(orbit.cycles.iter().filter(|c| c.slips).count(), 0);
     }
 }
@@ -166,6 +222,11 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
     let response = sweep(&model, damping(&model), &eps, &statics, &settings, &|_| ());
     for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
         let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
-        assert!((ratio - 1.0).abs() < 1e-10, "{} Hz: {:e}", orbit.frequency_hz, ratio - 1.0);
+        assert!(
+            (ratio - 1.0).abs() < 1e-10,
+            "{} Hz: {:e}",
+            orbit.frequency_hz,
+            ratio - 1.0
+        );
     }
 }

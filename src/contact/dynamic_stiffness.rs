@@ -50,11 +50,23 @@ impl<'a> ContactSystem<'a> {
                 }
                 let mut sum = Mat::zeros(n, n);
                 let par = faer::get_global_parallelism();
-                matmul(&mut sum, Accum::Replace, &scaled, high.transpose(), 1.0, par);
+                matmul(
+                    &mut sum,
+                    Accum::Replace,
+                    &scaled,
+                    high.transpose(),
+                    1.0,
+                    par,
+                );
                 series.push(sum);
             }
         }
-        Self { model, damping, low, series }
+        Self {
+            model,
+            damping,
+            low,
+            series,
+        }
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
@@ -63,8 +75,14 @@ impl<'a> ContactSystem<'a> {
     }
 
     fn s_and_z(&self, omega: f64) -> (c64, c64) {
-        let Rayleigh { stiffness_s, mass_per_s } = self.damping;
-        (c64::new(1.0, omega * stiffness_s), c64::new(omega * omega, -omega * mass_per_s))
+        let Rayleigh {
+            stiffness_s,
+            mass_per_s,
+        } = self.damping;
+        (
+            c64::new(1.0, omega * stiffness_s),
+            c64::new(omega * omega, -omega * mass_per_s),
+        )
     }
 
     /// Lambda at `omega` rad/s.
@@ -100,8 +118,22 @@ impl<'a> ContactSystem<'a> {
             scaled_re.col_mut(m).iter_mut().for_each(|v| *v *= c.re);
             scaled_im.col_mut(m).iter_mut().for_each(|v| *v *= c.im);
         }
-        matmul(&mut re, Accum::Add, &scaled_re, p.transpose(), 1.0, Par::Seq);
-        matmul(&mut im, Accum::Add, &scaled_im, p.transpose(), 1.0, Par::Seq);
+        matmul(
+            &mut re,
+            Accum::Add,
+            &scaled_re,
+            p.transpose(),
+            1.0,
+            Par::Seq,
+        );
+        matmul(
+            &mut im,
+            Accum::Add,
+            &scaled_im,
+            p.transpose(),
+            1.0,
+            Par::Seq,
+        );
         DynamicStiffness { re, im }
     }
 
@@ -137,7 +169,13 @@ impl<'a> ContactSystem<'a> {
 
 impl DynamicStiffness {
     /// Y = Lambda X on cosine and sine parts (`X = cosine - i sine`).
-    pub fn apply(&self, cosine: &[f64], sine: &[f64], out_cosine: &mut [f64], out_sine: &mut [f64]) {
+    pub fn apply(
+        &self,
+        cosine: &[f64],
+        sine: &[f64],
+        out_cosine: &mut [f64],
+        out_sine: &mut [f64],
+    ) {
         out_cosine.fill(0.0);
         out_sine.fill(0.0);
         for j in 0..cosine.len() {
@@ -146,8 +184,11 @@ impl DynamicStiffness {
                 continue;
             }
             let (re, im) = (self.re.col_as_slice(j), self.im.col_as_slice(j));
-            for (((yc, ys), r), i) in
-                out_cosine.iter_mut().zip(out_sine.iter_mut()).zip(re).zip(im)
+            for (((yc, ys), r), i) in out_cosine
+                .iter_mut()
+                .zip(out_sine.iter_mut())
+                .zip(re)
+                .zip(im)
             {
                 *yc += r * c + i * s;
                 *ys += r * s - i * c;

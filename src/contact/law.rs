@@ -46,11 +46,14 @@ pub fn slip_tangent(predicted: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = predicted;
     let tangential = t1.hypot(t2);
     if tangential == 0.0 {
-        return SlipTangent { direction: [0.0; 2], kappa: 0.0 };
+        return SlipTangent {
+            direction: [0.0; 2],
+            kappa: 0.0,
+        };
     }
     SlipTangent {
         direction: [t1 / tangential, t2 / tangential],
-        kappa: -friction * normal / tangential,
+        kappa: (-friction * normal / tangential).min(1.0),
     }
 }
 
@@ -61,7 +64,11 @@ mod tests {
     #[test]
     fn force_stays_on_or_inside_the_cone_and_never_pulls() {
         for i in 0..2000 {
-            let p = [(i as f64).sin(), (i as f64 * 1.3).cos(), (i as f64 * 0.7).sin() * 2.0];
+            let p = [
+                (i as f64).sin(),
+                (i as f64 * 1.3).cos(),
+                (i as f64 * 0.7).sin() * 2.0,
+            ];
             let (state, f) = unilateral_coulomb(p, 0.3);
             assert!(f[0] <= 0.0);
             assert!(f[1].hypot(f[2]) <= -0.3 * f[0] * (1.0 + 1e-15));
@@ -70,7 +77,10 @@ mod tests {
                 Contact::Stick => assert_eq!(f, p),
                 Contact::Slip => {
                     assert!((f[1].hypot(f[2]) + 0.3 * f[0]).abs() < 1e-15);
-                    assert!((f[1] * p[2] - f[2] * p[1]).abs() < 1e-15, "along the prediction");
+                    assert!(
+                        (f[1] * p[2] - f[2] * p[1]).abs() < 1e-15,
+                        "along the prediction"
+                    );
                 }
             }
         }

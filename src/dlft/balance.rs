@@ -54,8 +54,9 @@ impl<'a> Balance<'a> {
         let harmonics = setting.fourier.harmonics();
         let system = setting.system;
         let n = system.unknowns();
-        let stiffness =
-            (1..=harmonics).map(|k| system.stiffness_at(k as f64 * omega)).collect();
+        let stiffness = (1..=harmonics)
+            .map(|k| system.stiffness_at(k as f64 * omega))
+            .collect();
         let mut force = vec![0.0; (2 * harmonics + 1) * n];
         force[..n].copy_from_slice(&system.model.static_load.on_x);
         for load in &system.model.excitations {
@@ -76,7 +77,11 @@ impl<'a> Balance<'a> {
                 force[2 * k * n + i] -= f.im;
             }
         }
-        Self { setting, stiffness, force }
+        Self {
+            setting,
+            stiffness,
+            force,
+        }
     }
 
     pub fn unknowns_per_block(&self) -> usize {
@@ -158,7 +163,11 @@ impl<'a> Balance<'a> {
             })
             .collect();
         let ends = marched.into_iter().map(|(end, _)| end).collect();
-        Evaluation { residual, lambda, ends }
+        Evaluation {
+            residual,
+            lambda,
+            ends,
+        }
     }
 
     /// J at U (`u` need not be the last evaluated).
@@ -183,7 +192,10 @@ impl<'a> Balance<'a> {
                 },
             )
             .collect();
-        let mut jacobian = Jacobian { active: vec![], derivatives: vec![] };
+        let mut jacobian = Jacobian {
+            active: vec![],
+            derivatives: vec![],
+        };
         for (pair, derivative) in found.into_iter().enumerate() {
             if let Some(derivative) = derivative {
                 jacobian.active.push(pair);
@@ -205,7 +217,9 @@ pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     y.fill(0.0);
     for (j, &xj) in x.iter().enumerate() {
         if xj != 0.0 {
-            y.iter_mut().zip(matrix.col_as_slice(j)).for_each(|(y, a)| *y += a * xj);
+            y.iter_mut()
+                .zip(matrix.col_as_slice(j))
+                .for_each(|(y, a)| *y += a * xj);
         }
     }
 }

@@ -10,6 +10,9 @@ pub const PLAIN_PERIODS: usize = 6;
 pub const MOST_PERIODS: usize = 40;
 /// Periodic when the state moves by less than this fraction of the largest predicted force.
 const PERIODICITY: f64 = 1e-12;
+/// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
+/// sliding: within this fraction of the largest predicted force a sample counts as touching.
+const TOUCH: f64 = 1e-8;
 
 /// How long a pair is marched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +55,11 @@ enum History {
     FromStart(usize),
     /// The state was solved for: `slipping` is the start of the last period that slid (the state is
     /// the fixed point of that period), `last` the start of the last period.
-    FixedPoint { slipping: [f64; 2], last: [f64; 2] },
+    FixedPoint {
+        slipping: [f64; 2],
+        last: [f64; 2],
+        touch_n: f64,
+    },
 }
 
 /// Signals of the last marched period, component-major, 3 x N; reused from pair to pair.
@@ -105,7 +112,11 @@ pub fn march(
         end.history = if period <= PLAIN_PERIODS {
             History::FromStart(period)
         } else {
-            History::FixedPoint { slipping, last: before }
+            History::FixedPoint {
+                slipping,
+                last: before,
+                touch_n: TOUCH * scale,
+            }
         };
         let moved = [state[0] - before[0], state[1] - before[1]];
         end.periodic = match input.periods {
@@ -173,7 +184,11 @@ enum Memory {
     /// Sticking throughout: the identity.
     Whole,
     /// factor last first^T.
-    RankOne { factor: f64, last: [f64; 2], first: [f64; 2] },
+    RankOne {
+        factor: f64,
+        last: [f64; 2],
+        first: [f64; 2],
+    },
     /// Opened: nothing of the earlier state is left.
     Lost,
 }
@@ -184,10 +199,22 @@ impl Memory {
         let across = [-tangent.direction[1], tangent.direction[0]];
         match self {
             Self::Lost => Self::Lost,
-            Self::Whole => Self::RankOne { factor: tangent.kappa, last: across, first: across },
-            Self::RankOne { factor, last, first } => {
+            Self::Whole => Self::RankOne {
+                factor: tangent.kappa,
+                last: across,
+                first: across,
+            },
+            Self::RankOne {
+                factor,
+                last,
+                first,
+            } => {
                 let turn = across[0] * last[0] + across[1] * last[1];
-                Self::RankOne { factor: factor * tangent.kappa * turn, last: across, first }
+                Self::RankOne {
+                    factor: factor * tangent.kappa * turn,
+                    last: across,
+                    first,
+                }
             }
         }
     }
@@ -196,7 +223,11 @@ impl Memory {
     fn fixed_point_step(self, r: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Whole | Self::Lost => r,
-            Self::RankOne { factor, last, first } => {
+            Self::RankOne {
+                factor,
+                last,
+                first,
+            } => {
                 let rest = 1.0 - factor * (first[0] * last[0] + first[1] * last[1]);
                 if rest < 1e-9 {
                     return r;
@@ -209,7 +240,13 @@ impl Memory {
 }
 
 #[inline]
-fn prediction(signals: &Signals, samples: usize, n: usize, shift: f64, state: [f64; 2]) -> [f64; 3] {
+fn prediction(
+    signals: &Signals,
+    samples: usize,
+    n: usize,
+    shift: f64,
+    state: [f64; 2],
+) -> [f64; 3] {
     [
         signals.lambda_u[n] + shift,
         signals.lambda_u[samples + n] - state[0],
@@ -234,6 +271,7 @@ pub fn march_derivative(
         input: &input,
         signals,
         state: input.start,
+        touch_n: 0.0,
         history: vec![0.0; 2 * full],
         force_rows: vec![0.0; 2 * full],
     };
@@ -243,7 +281,12 @@ pub fn march_derivative(
                 pass.period(None);
             }
         }
-        History::FixedPoint { slipping, last } => {
+        History::FixedPoint {
+            slipping,
+            last,
+            touch_n,
+        } => {
+            pass.touch_n = touch_n;
             // d state = (I - memory)^-1 d(period map).
             pass.state = slipping;
             let memory = pass.period(None);
@@ -269,6 +312,8 @@ struct Pass<'a> {
     input: &'a PairInput<'a>,
     signals: &'a Signals,
     state: [f64; 2],
+    /// A sticking sample this close to its cone counts as slipping, N.
+    touch_n: f64,
     /// d lambda_x / d lambda_u, two rows of 3(2H+1).
     history: Vec<f64>,
     force_rows: Vec<f64>,
@@ -284,9 +329,14 @@ impl Pass<'_> {
         let mut run = StickRun::new(width);
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
-            let predicted =
-                prediction(self.signals, samples, n, self.input.shift_n, self.state);
-            let (contact, force) = unilateral_coulomb(predicted, self.input.friction);
+            let predicted = prediction(self.signals, samples, n, self.input.shift_n, self.state);
+            let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
+            if contact == Contact::Stick && self.touch_n > 0.0 {
+                let margin = -self.input.friction * predicted[0] - predicted[1].hypot(predicted[2]);
+                if margin <= self.touch_n {
+                    contact = Contact::Slip;
+                }
+            }
             if let (Some(derivative), false) = (&mut derivative, contact == Contact::Open) {
                 // Normal force: the prediction itself.
                 for (h, &sh) in s.iter().enumerate() {
@@ -319,7 +369,10 @@ impl Pass<'_> {
                 memory = Memory::Lost;
             }
             // history = S_T - d lambda_T
-            self.history.iter_mut().zip(&self.force_rows).for_each(|(g, f)| *g = -f);
+            self.history
+                .iter_mut()
+                .zip(&self.force_rows)
+                .for_each(|(g, f)| *g = -f);
             for (h, &sh) in s.iter().enumerate() {
                 self.history[width + h] += sh;
                 self.history[full + 2 * width + h] += sh;
@@ -381,7 +434,11 @@ struct StickRun {
 
 impl StickRun {
     fn new(width: usize) -> Self {
-        Self { length: 0, first: vec![0.0; width], second: vec![0.0; width * width] }
+        Self {
+            length: 0,
+            first: vec![0.0; width],
+            second: vec![0.0; width * width],
+        }
     }
 
     fn add(&mut self, s: &[f64]) {
@@ -430,47 +487,79 @@ mod tests {
             .collect()
     }
 
+    /// Compares the derivative with central differences of step `h`.
+    fn check_derivative(fourier: &Fourier, input: PairInput<'_>, h: f64, what: &str) -> PairEnd {
+        let (samples, full) = (fourier.samples(), 3 * fourier.width());
+        let mut signals = Signals::new(samples);
+        let end = march(fourier, input, &mut signals, &mut vec![0.0; full]);
+        assert!(end.periodic);
+        let mut d = vec![0.0; full * full];
+        march_derivative(fourier, input, &signals, &end, &mut d);
+        for column in 0..full {
+            let sides = [h, -h].map(|step| {
+                let mut force = input.force.to_vec();
+                force[column] += step;
+                let mut lambda = vec![0.0; full];
+                let moved = PairInput {
+                    force: &force,
+                    ..input
+                };
+                march(fourier, moved, &mut Signals::new(samples), &mut lambda);
+                lambda
+            });
+            for row in 0..full {
+                let difference = (sides[0][row] - sides[1][row]) / (2.0 * h);
+                let exact = d[row * full + column];
+                assert!((difference - exact).abs() < 1e-4, "{what}: {row} {column}");
+            }
+        }
+        end
+    }
+
     #[test]
     fn derivative_with_slip_history_matches_differences() {
         let fourier = Fourier::new(3, 64);
-        let full = 3 * fourier.width();
-        let mut signals = Signals::new(64);
         let (mut sliding, mut opening, mut solved) = (0, 0, 0);
         for trial in 0..30 {
             let f = force(fourier.width(), trial as f64);
-            let input =
-                PairInput {
+            let input = PairInput {
                 periods: Periods::UntilPeriodic,
                 force: &f,
                 shift_n: 0.05,
                 friction: 0.4,
                 start: [0.03, -0.02],
             };
-            let mut lambda = vec![0.0; full];
-            let end = march(&fourier, input, &mut signals, &mut lambda);
-            assert!(end.periodic);
+            let end = check_derivative(&fourier, input, 1e-7, &format!("trial {trial}"));
             sliding += usize::from(!end.always_stuck);
             opening += usize::from(end.open_samples > 0);
             solved += usize::from(matches!(end.history, History::FixedPoint { .. }));
-            let mut d = vec![0.0; full * full];
-            march_derivative(&fourier, input, &signals, &end, &mut d);
-            for column in 0..full {
-                let h = 1e-7;
-                let mut sides = [vec![0.0; full], vec![0.0; full]];
-                for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
-                    let mut moved = f.clone();
-                    moved[column] += sign * h;
-                    let moved = PairInput { force: &moved, ..input };
-                    march(&fourier, moved, &mut Signals::new(64), side);
-                }
-                for row in 0..full {
-                    let difference = (sides[0][row] - sides[1][row]) / (2.0 * h);
-                    let exact = d[row * full + column];
-                    assert!((difference - exact).abs() < 1e-5, "{trial} {row} {column}");
-                }
-            }
         }
-        assert!(sliding > 10 && opening > 5 && solved > 2, "{sliding} {opening} {solved}");
+        assert!(
+            sliding > 10 && opening > 5 && solved > 2,
+            "{sliding} {opening} {solved}"
+        );
+    }
+
+    #[test]
+    fn derivative_of_a_pair_that_shakes_down_between_two_cones_matches_differences() {
+        let fourier = Fourier::new(1, 64);
+        let mut shaken = 0;
+        for trial in 0..40 {
+            let angle = trial as f64;
+            // N, t1, t2: steady compression, an elliptic tangential force within the cone's size.
+            let f = [-1.0, 0.02, 0.01, 0.0, 0.2, 0.05, 0.0, 0.03, 0.16];
+            let input = PairInput {
+                periods: Periods::UntilPeriodic,
+                force: &f,
+                shift_n: 0.0,
+                friction: 0.25,
+                start: [0.3 * angle.cos(), 0.3 * angle.sin()],
+            };
+            let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
+            let fixed = matches!(end.history, History::FixedPoint { .. });
+            shaken += usize::from(fixed && end.slid_n < 1e-8);
+        }
+        assert!(shaken > 2, "{shaken}");
     }
 
     #[test]

@@ -66,8 +66,15 @@ pub fn load_scale(balance: &Balance<'_>) -> [f64; 2] {
 /// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|: the vibration is converged on its own scale.
 pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
     let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
-    let (mean, rest) = (ratio(norm(&f[..n]), scale[0]), ratio(norm(&f[n..]), scale[1]));
-    if mean.is_nan() || rest.is_nan() { f64::NAN } else { mean.max(rest) }
+    let (mean, rest) = (
+        ratio(norm(&f[..n]), scale[0]),
+        ratio(norm(&f[n..]), scale[1]),
+    );
+    if mean.is_nan() || rest.is_nan() {
+        f64::NAN
+    } else {
+        mean.max(rest)
+    }
 }
 
 impl NonlinearSystem for KrylovSystem<'_, '_> {
@@ -81,8 +88,11 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
 
     fn linearise(&mut self, x: &[f64]) {
         let jacobian = self.balance.linearise(x);
-        let columns: Vec<usize> =
-            jacobian.active.iter().flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2]).collect();
+        let columns: Vec<usize> = jacobian
+            .active
+            .iter()
+            .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
+            .collect();
         let linear = Linearised {
             mean: submatrix(&self.balance.setting.system.model.stiffness, &columns),
             harmonics: self
@@ -107,7 +117,9 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let Some(linear) = &self.linear else { return false };
+        let Some(linear) = &self.linear else {
+            return false;
+        };
         let balance = self.balance;
         let n = balance.unknowns_per_block();
         let width = f.len() / n;
@@ -274,7 +286,10 @@ impl Preconditioner {
 
     /// For each active pair its slot among the pairs of the blocks.
     fn slots(&self, active: &[usize]) -> Vec<Option<usize>> {
-        active.iter().map(|pair| self.pairs.binary_search(pair).ok()).collect()
+        active
+            .iter()
+            .map(|pair| self.pairs.binary_search(pair).ok())
+            .collect()
     }
 
     /// v := P^-1 v; pairs the blocks do not cover count as sticking.
@@ -333,5 +348,7 @@ fn submatrix(matrix: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
 
 /// Entries of the active pairs, block by block.
 fn restrict(v: &[f64], n: usize, columns: &[usize]) -> Vec<f64> {
-    v.chunks_exact(n).flat_map(|block| columns.iter().map(|&c| block[c])).collect()
+    v.chunks_exact(n)
+        .flat_map(|block| columns.iter().map(|&c| block[c]))
+        .collect()
 }

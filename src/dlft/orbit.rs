@@ -70,7 +70,9 @@ pub fn amplitude(coefficients: &[f64]) -> f64 {
             let fourier = Fourier::new(harmonics, AMPLITUDE_INSTANTS.max(8 * harmonics));
             let mut signal = vec![0.0; fourier.samples()];
             fourier.to_time(coefficients, &mut signal);
-            signal.iter().fold(0.0, |m, v| m.max((v - coefficients[0]).abs()))
+            signal
+                .iter()
+                .fold(0.0, |m, v| m.max((v - coefficients[0]).abs()))
         }
     }
 }
@@ -79,8 +81,9 @@ pub fn amplitude(coefficients: &[f64]) -> f64 {
 fn modal_load(system: &ContactSystem<'_>, k: usize) -> Vec<c64> {
     let mut out = vec![c64::new(0.0, 0.0); system.model.omega2.len()];
     for load in system.model.excitations.iter().filter(|l| l.harmonic == k) {
-        for (o, (c, s)) in
-            out.iter_mut().zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
+        for (o, (c, s)) in out
+            .iter_mut()
+            .zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
         {
             *o += c64::new(*c, -*s);
         }
@@ -90,7 +93,10 @@ fn modal_load(system: &ContactSystem<'_>, k: usize) -> Vec<c64> {
 
 /// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
 fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
-    let (c, s) = (&v[(2 * k - 1) * n..2 * k * n], &v[2 * k * n..(2 * k + 1) * n]);
+    let (c, s) = (
+        &v[(2 * k - 1) * n..2 * k * n],
+        &v[2 * k * n..(2 * k + 1) * n],
+    );
     c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
 }
 
@@ -176,7 +182,10 @@ fn powers(
             let mut energy = 0.0;
             super::balance::apply_real(&model.stiffness, &x, &mut product);
             let stiff = dot(&x, &product)
-                + q.iter().zip(&model.omega2).map(|(q, w2)| w2 * q * q).sum::<f64>();
+                + q.iter()
+                    .zip(&model.omega2)
+                    .map(|(q, w2)| w2 * q * q)
+                    .sum::<f64>();
             energy += system.damping.stiffness_s * stiff;
             if system.damping.mass_per_s != 0.0 {
                 super::balance::apply_real(&model.mass, &x, &mut product);
@@ -204,8 +213,9 @@ fn pair_cycle(
     let fourier = balance.setting.fourier;
     let end = &evaluation.ends[pair];
     let slid_m = end.slid_n / balance.setting.eps[pair][1];
-    let normal: Vec<f64> =
-        (0..fourier.width()).map(|h| evaluation.lambda[h * n + 3 * pair]).collect();
+    let normal: Vec<f64> = (0..fourier.width())
+        .map(|h| evaluation.lambda[h * n + 3 * pair])
+        .collect();
     let mut signal = vec![0.0; fourier.samples()];
     fourier.to_time(&normal, &mut signal);
     let mut friction = 0.0;

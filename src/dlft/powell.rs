@@ -11,7 +11,10 @@ use faer::Mat;
 
 /// Solves one frequency from `u`.
 pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
-    let system = DenseBalance { balance, scale: load_scale(balance) };
+    let system = DenseBalance {
+        balance,
+        scale: load_scale(balance),
+    };
     dogleg(&system, u, options)
 }
 

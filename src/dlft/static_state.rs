@@ -169,7 +169,9 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let Some(factor) = &self.factor else { return false };
+        let Some(factor) = &self.factor else {
+            return false;
+        };
         for (d, f) in dx.iter_mut().zip(f) {
             *d = -f;
         }

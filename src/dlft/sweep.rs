@@ -81,7 +81,10 @@ pub fn sweep(
     settings: &SweepSettings,
     progress: &(dyn Fn(&Orbit) + Sync),
 ) -> Response {
-    let highest_hz = settings.frequencies_hz.iter().fold(0.0_f64, |m, f| m.max(*f));
+    let highest_hz = settings
+        .frequencies_hz
+        .iter()
+        .fold(0.0_f64, |m, f| m.max(*f));
     let top = std::f64::consts::TAU * highest_hz * settings.harmonics.max(1) as f64;
     let system = ContactSystem::new(model, damping, top);
     let fourier = Fourier::new(settings.harmonics, settings.samples);
@@ -89,7 +92,9 @@ pub fn sweep(
         .x
         .chunks_exact(3)
         .fold(0.0_f64, |m, x| m.max(x[1].hypot(x[2])));
-    let slip_threshold_m = settings.slip_threshold_m.unwrap_or(SLIP_THRESHOLD * largest_slip);
+    let slip_threshold_m = settings
+        .slip_threshold_m
+        .unwrap_or(SLIP_THRESHOLD * largest_slip);
     let run = Run {
         setting: Setting {
             system: &system,
@@ -113,7 +118,11 @@ pub fn sweep(
         .iter()
         .map(|&f| stuck_point(&system, settings.harmonics, f))
         .collect();
-    Response { stuck, orbits, slip_threshold_m }
+    Response {
+        stuck,
+        orbits,
+        slip_threshold_m,
+    }
 }
 
 struct Run<'a> {
@@ -178,8 +187,14 @@ impl Run<'_> {
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
         }
-        let mut orbit =
-            orbit(&balance, &u, &evaluation, frequency_hz, outcome, self.slip_threshold_m);
+        let mut orbit = orbit(
+            &balance,
+            &u,
+            &evaluation,
+            frequency_hz,
+            outcome,
+            self.slip_threshold_m,
+        );
         orbit.residual = end.measure;
         orbit.newton_iterations = effort.newton;
         orbit.krylov_iterations = effort.krylov;

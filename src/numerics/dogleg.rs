@@ -27,7 +27,11 @@ pub fn dogleg(system: &impl DoglegSystem, x: &mut [f64], options: NewtonOptions)
     let mut first_length = 0.0;
     for iterations in 0..=options.max_iterations {
         let measure = system.measure(&f);
-        let end = |status| NewtonEnd { status, iterations, measure };
+        let end = |status| NewtonEnd {
+            status,
+            iterations,
+            measure,
+        };
         if !measure.is_finite() {
             return end(NewtonStatus::NotFinite);
         }
@@ -40,7 +44,10 @@ pub fn dogleg(system: &impl DoglegSystem, x: &mut [f64], options: NewtonOptions)
         // In scaled unknowns y = scaling x: columns divided.
         let mut jacobian = system.jacobian(x);
         for (j, s) in scaling.iter().enumerate() {
-            jacobian.col_as_slice_mut(j).iter_mut().for_each(|v| *v /= s);
+            jacobian
+                .col_as_slice_mut(j)
+                .iter_mut()
+                .for_each(|v| *v /= s);
         }
         let mut newton: Vec<f64> = f.iter().map(|v| -v).collect();
         jacobian
@@ -56,12 +63,15 @@ pub fn dogleg(system: &impl DoglegSystem, x: &mut [f64], options: NewtonOptions)
         }
         loop {
             let step = dogleg_step(&newton, &gradient, cauchy, radius);
-            let trial: Vec<f64> =
-                (0..n).map(|i| x[i] + step[i] / scaling[i]).collect();
+            let trial: Vec<f64> = (0..n).map(|i| x[i] + step[i] / scaling[i]).collect();
             let f_trial = system.residual(&trial);
             let linear = times(&jacobian, &step);
             let predicted: Vec<f64> = f.iter().zip(&linear).map(|(f, l)| f + l).collect();
-            let (before, after, model) = (dot(&f, &f), dot(&f_trial, &f_trial), dot(&predicted, &predicted));
+            let (before, after, model) = (
+                dot(&f, &f),
+                dot(&f_trial, &f_trial),
+                dot(&predicted, &predicted),
+            );
             let ratio = (before - after) / (before - model).max(f64::MIN_POSITIVE);
             let length = norm(&step);
             if ratio < 0.25 || !after.is_finite() {
@@ -139,7 +149,10 @@ mod tests {
     #[test]
     fn goes_down_the_valley_to_the_root() {
         let mut x = [-1.2, 1.0];
-        let options = NewtonOptions { tolerance: 1e-12, max_iterations: 50 };
+        let options = NewtonOptions {
+            tolerance: 1e-12,
+            max_iterations: 50,
+        };
         let end = dogleg(&Valley, &mut x, options);
         assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
         assert!((x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10);

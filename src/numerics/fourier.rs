@@ -27,7 +27,10 @@ struct Transforms {
 impl Fourier {
     /// Needs `samples > 2 harmonics`, so that the analysis of a synthesis is the identity.
     pub fn new(harmonics: usize, samples: usize) -> Self {
-        assert!(samples > 2 * harmonics, "{samples} samples cannot carry {harmonics} harmonics");
+        assert!(
+            samples > 2 * harmonics,
+            "{samples} samples cannot carry {harmonics} harmonics"
+        );
         let width = 2 * harmonics + 1;
         let mut table = Vec::with_capacity(samples * width);
         for n in 0..samples {
@@ -47,7 +50,12 @@ impl Fourier {
                 inverse: planner.plan_fft_inverse(samples),
             }
         });
-        Self { harmonics, samples, table, transforms }
+        Self {
+            harmonics,
+            samples,
+            table,
+            transforms,
+        }
     }
 
     pub fn harmonics(&self) -> usize {
@@ -72,8 +80,7 @@ impl Fourier {
             let mut spectrum = vec![Complex::new(0.0, 0.0); self.samples];
             spectrum[0].re = coefficients[0];
             for k in 1..=self.harmonics {
-                let half =
-                    Complex::new(0.5 * coefficients[2 * k - 1], -0.5 * coefficients[2 * k]);
+                let half = Complex::new(0.5 * coefficients[2 * k - 1], -0.5 * coefficients[2 * k]);
                 spectrum[k] += half;
                 spectrum[self.samples - k] += half.conj();
             }
@@ -123,8 +130,9 @@ mod tests {
         for (harmonics, samples) in [(0, 1), (1, 3), (3, 128), (15, 31), (16, 64), (31, 100)] {
             let fourier = Fourier::new(harmonics, samples);
             assert_eq!(fourier.transforms.is_some(), harmonics > TABLE_HARMONICS);
-            let coefficients: Vec<f64> =
-                (0..fourier.width()).map(|i| ((i * i) as f64 * 0.7 + 0.3).sin()).collect();
+            let coefficients: Vec<f64> = (0..fourier.width())
+                .map(|i| ((i * i) as f64 * 0.7 + 0.3).sin())
+                .collect();
             let mut signal = vec![0.0; samples];
             fourier.to_time(&coefficients, &mut signal);
             for (n, x) in signal.iter().enumerate() {

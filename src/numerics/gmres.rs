@@ -25,7 +25,11 @@ pub fn gmres(
     x.fill(0.0);
     let beta = norm(b);
     if beta == 0.0 || !beta.is_finite() {
-        return GmresEnd { iterations: 0, relative_residual: beta, converged: beta == 0.0 };
+        return GmresEnd {
+            iterations: 0,
+            relative_residual: beta,
+            converged: beta == 0.0,
+        };
     }
     let mut basis: Vec<Vec<f64>> = vec![b.iter().map(|v| v / beta).collect()];
     let mut triangle: Vec<Vec<f64>> = Vec::new();
@@ -87,7 +91,11 @@ pub fn gmres(
         axpy(*yi, v, x);
     }
     precondition(x);
-    GmresEnd { iterations: m, relative_residual: relative, converged: relative <= tolerance }
+    GmresEnd {
+        iterations: m,
+        relative_residual: relative,
+        converged: relative <= tolerance,
+    }
 }
 
 /// Euclidean norm.
@@ -99,7 +107,12 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     // Eight running sums: vectorisable, and the same order whatever the machine.
     let mut sums = [0.0; 8];
     let (xc, yc) = (x.chunks_exact(8), y.chunks_exact(8));
-    let tail: f64 = xc.remainder().iter().zip(yc.remainder()).map(|(a, b)| a * b).sum();
+    let tail: f64 = xc
+        .remainder()
+        .iter()
+        .zip(yc.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
     for (a, b) in xc.zip(yc) {
         for i in 0..8 {
             sums[i] += a[i] * b[i];
@@ -123,7 +136,11 @@ mod tests {
     fn solves_a_nonsymmetric_system_and_reports_the_true_residual() {
         let n = 40;
         let entry = |i: usize, j: usize| {
-            if i == j { 4.0 + i as f64 * 0.1 } else { ((i * 7 + j * 3) as f64).sin() / n as f64 }
+            if i == j {
+                4.0 + i as f64 * 0.1
+            } else {
+                ((i * 7 + j * 3) as f64).sin() / n as f64
+            }
         };
         let apply = |v: &[f64], y: &mut [f64]| {
             for i in 0..n {

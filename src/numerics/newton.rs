@@ -55,7 +55,11 @@ pub fn newton(
     let mut measure = system.measure(&f);
     let mut step: f64 = 1.0;
     for iterations in 0..=options.max_iterations {
-        let end = |status| NewtonEnd { status, iterations, measure };
+        let end = |status| NewtonEnd {
+            status,
+            iterations,
+            measure,
+        };
         if !measure.is_finite() {
             return end(NewtonStatus::NotFinite);
         }
@@ -93,7 +97,11 @@ pub fn newton(
             }
         }
     }
-    NewtonEnd { status: NewtonStatus::IterationLimit, iterations: options.max_iterations, measure }
+    NewtonEnd {
+        status: NewtonStatus::IterationLimit,
+        iterations: options.max_iterations,
+        measure,
+    }
 }
 
 #[cfg(test)]
@@ -136,12 +144,18 @@ mod tests {
     #[test]
     fn converges_whatever_the_scaling_of_the_equations() {
         for scale in [1.0, 1e-6, 1e6] {
-            let mut system = Scaled { jacobian: [[0.0; 2]; 2], scale };
+            let mut system = Scaled {
+                jacobian: [[0.0; 2]; 2],
+                scale,
+            };
             let mut x = [-0.9, 1.9];
             let end = newton(
                 &mut system,
                 &mut x,
-                NewtonOptions { tolerance: 1e-10, max_iterations: 50 },
+                NewtonOptions {
+                    tolerance: 1e-10,
+                    max_iterations: 50,
+                },
             );
             assert_eq!(end.status, NewtonStatus::Converged, "{scale}: {end:?}");
             assert!((x[0] * x[0] - x[1] + 1.0).abs() < 1e-4);
@@ -150,12 +164,21 @@ mod tests {
 
     #[test]
     fn says_when_the_iterations_are_used_up() {
-        let mut system = Scaled { jacobian: [[0.0; 2]; 2], scale: 1.0 };
+        let mut system = Scaled {
+            jacobian: [[0.0; 2]; 2],
+            scale: 1.0,
+        };
         let end = newton(
             &mut system,
             &mut [-0.9, 1.9],
-            NewtonOptions { tolerance: 1e-10, max_iterations: 1 },
+            NewtonOptions {
+                tolerance: 1e-10,
+                max_iterations: 1,
+            },
         );
-        assert_eq!((end.status, end.iterations), (NewtonStatus::IterationLimit, 1));
+        assert_eq!(
+            (end.status, end.iterations),
+            (NewtonStatus::IterationLimit, 1)
+        );
     }
 }
