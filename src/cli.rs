@@ -1,1 +1,188 @@
-//! placeholder
+//! Command line: arguments -> a checked scene and one call of [`crate::pipeline`]; errors -> exit code.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::error::{EXIT_OK, Error};
+use crate::pipeline::{self, Options};
+use crate::progress::Progress;
+use crate::scene;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  a computation failed, or a file could not be read or written
+  2  the command line or the scene is wrong
+  3  done and written, but some frequencies did not converge (see the column outcome)";
+
+const SET_HELP: &str = "\
+Set a key of the scene, as if the file said so; may be repeated, the last wins.
+
+KEY is a dotted path; elements of a list are meant by name, by number or all by *:
+  --set response.points=20
+  --set mesh.parameters.nu=8
+  --set contact.left.friction=0.1    --set contact.0.friction=0.1
+  --set 'contact.*.friction=0.1'
+VALUE is TOML, or else a text. KEY= with nothing after it removes the key (--set rotation=). Of keys that \
+exclude each other, such as response.frequency_hz and response.times_first_stuck_mode, the one set \
+replaces the one in the file. Paths count from the folder of the scene.";
+
+/// Vibration of turbomachinery blades held by dovetail joints: friction, lift-off, and where the
+/// energy goes.
+#[derive(Debug, Parser)]
+#[command(name = "dovetail", version, after_help = EXIT_CODES, max_term_width = 100)]
+#[command(subcommand_required = true, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+
+    /// Folder for the results [default: output/<name of the scene>]
+    #[arg(long, value_name = "DIR", global = true)]
+    out: Option<PathBuf>,
+
+    /// Set a key of the scene, e.g. response.points=20 (see dovetail run --help)
+    #[arg(long = "set", value_name = "KEY=VALUE", global = true, long_help = SET_HELP)]
+    overrides: Vec<String>,
+
+    /// Number of threads [default: all cores]; the results do not depend on it
+    #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+
+    /// No progress on stderr; warnings and errors only
+    #[arg(long, short, global = true)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// The whole chain: mesh, static state, frequency response, fields and plots
+    Run(SceneFile),
+    /// Only mesh the geometry and pair the flanks
+    Mesh(SceneFile),
+    /// Up to the modes of the stuck assembly
+    Modes(SceneFile),
+    /// Up to the static state under rotation
+    Static(SceneFile),
+    /// Only check the scene file; nothing is computed or written
+    Check(SceneFile),
+}
+
+#[derive(Debug, Args)]
+struct SceneFile {
+    /// The scene: a TOML file that describes one run
+    #[arg(value_name = "SCENE")]
+    scene: PathBuf,
+}
+
+/// Runs the program on the process's arguments. Exit codes: see [`crate::error`].
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version come this way too, with code 0. Nothing can be done where even they
+            // cannot be printed.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
+        }
+    };
+    match run(&cli) {
+        Ok(()) => ExitCode::from(EXIT_OK),
+        Err(error) => {
+            let code = error.exit_code();
+            report(error);
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(cli: &Cli) -> Result<(), Error> {
+    let (stage, file): (Stage, &Path) = match &cli.command {
+        Command::Run(file) => (pipeline::run, &file.scene),
+        Command::Mesh(file) => (pipeline::mesh, &file.scene),
+        Command::Modes(file) => (pipeline::modes, &file.scene),
+        Command::Static(file) => (pipeline::static_state, &file.scene),
+        Command::Check(file) => (pipeline::check, &file.scene),
+    };
+    let scene = scene::load(file, &cli.overrides)?;
+    if let Some(threads) = cli.threads.map(usize::from) {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build_global()
+            .map_err(|source| Error::Threads { threads, source })?;
+    }
+    let out = cli
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("output").join(&scene.name));
+    stage(&scene, &Options { out }, &Progress::new(cli.quiet))
+}
+
+type Stage = fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>;
+
+/// Prints an error to stderr: with colour and lines on a terminal, plain text elsewhere.
+fn report(error: Error) {
+    let terminal = std::io::stderr().is_terminal();
+    // Fails only when a hook is set already, which then does the job.
+    let _ = miette::set_hook(Box::new(move |_| {
+        let options = miette::MietteHandlerOpts::new();
+        Box::new(if terminal {
+            options.build()
+        } else {
+            options.unicode(false).color(false).width(110).build()
+        })
+    }));
+    let mut stderr = std::io::stderr();
+    let _ = std::io::Write::write_fmt(
+        &mut stderr,
+        format_args!("{:?}\n", miette::Report::new(error)),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn global_options_stand_before_or_after_the_command() {
+        for line in [
+            "dovetail run a.toml --set x=1 --set y=2 --threads 2 -q --out o",
+            "dovetail --set x=1 --set y=2 --threads 2 --quiet --out o run a.toml",
+        ] {
+            let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+            assert_eq!(cli.overrides, ["x=1", "y=2"]);
+            assert_eq!((cli.threads, cli.quiet), (Some(2), true));
+            assert_eq!(cli.out.as_deref(), Some(Path::new("o")));
+            assert!(matches!(cli.command, Command::Run(f) if f.scene == Path::new("a.toml")));
+        }
+    }
+
+    #[test]
+    fn a_wrong_command_line_has_exit_code_2_and_help_0() {
+        for (line, code) in [
+            ("dovetail fly a.toml", 2),
+            ("dovetail run", 2),
+            ("dovetail run a.toml --threads 0", 2),
+            ("dovetail", 2),
+            ("dovetail --help", 0),
+            ("dovetail static --help", 0),
+            ("dovetail --version", 0),
+        ] {
+            assert_eq!(
+                Cli::try_parse_from(line.split(' '))
+                    .unwrap_err()
+                    .exit_code(),
+                code,
+                "{line}"
+            );
+        }
+    }
+}

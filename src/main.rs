@@ -1,2 +1,5 @@
 //! The `dovetail` program: see `dovetail --help`.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    dovetail::cli::main()
+}

@@ -1,1 +1,286 @@
-//! placeholder
+//! What a long run tells while it works: stages with time and memory, bars, notes and warnings, all on stderr.
+//!
+//! On a terminal the stage under way turns and bars move; elsewhere plain lines come, a bar's at most every
+//! [`LINE_INTERVAL`]. All of it can be used from several threads at once.
+
+use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Between two lines of a bar where there is no terminal.
+pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
+
+/// A finished stage.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageRecord {
+    pub name: String,
+    /// Wall clock.
+    pub seconds: f64,
+    /// Largest resident memory of the process up to the end of the stage, MiB; `None` where the
+    /// system does not tell.
+    pub peak_rss_mib: Option<f64>,
+}
+
+/// Where a run reports to.
+#[derive(Debug)]
+pub struct Progress {
+    output: Output,
+    lines: MultiProgress,
+    records: Mutex<Vec<StageRecord>>,
+    warnings: Mutex<Vec<String>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Output {
+    /// Warnings only.
+    Quiet,
+    /// Lines, no control characters.
+    Plain,
+    Terminal,
+}
+
+impl Progress {
+    /// Reports to stderr. `quiet`: nothing but warnings is printed; records are kept all the same.
+    pub fn new(quiet: bool) -> Self {
+        let output = match (quiet, std::io::stderr().is_terminal()) {
+            (true, _) => Output::Quiet,
+            (false, true) => Output::Terminal,
+            (false, false) => Output::Plain,
+        };
+        let target = match output {
+            Output::Terminal => ProgressDrawTarget::stderr(),
+            _ => ProgressDrawTarget::hidden(),
+        };
+        Self {
+            output,
+            lines: MultiProgress::with_draw_target(target),
+            records: Mutex::default(),
+            warnings: Mutex::default(),
+        }
+    }
+
+    /// Begins a stage, which ends when the guard is dropped.
+    #[must_use = "the stage ends when the guard is dropped"]
+    pub fn stage(&self, name: &str) -> StageGuard<'_> {
+        let spinner = (self.output == Output::Terminal).then(|| {
+            let spinner = self
+                .lines
+                .add(ProgressBar::new_spinner().with_message(name.to_owned()));
+            spinner.enable_steady_tick(Duration::from_millis(120));
+            spinner
+        });
+        StageGuard {
+            progress: self,
+            name: name.to_owned(),
+            begin: Instant::now(),
+            spinner,
+        }
+    }
+
+    /// A bar for a loop of `len` steps, which goes away when it is dropped.
+    #[must_use = "the bar goes away when it is dropped"]
+    pub fn bar(&self, len: usize, label: &str) -> Bar<'_> {
+        let len = len as u64;
+        let bar = (self.output == Output::Terminal).then(|| {
+            let template = "  {msg} {wide_bar} {pos}/{len} {eta}";
+            let style = ProgressStyle::with_template(template);
+            let bar = ProgressBar::new(len).with_message(label.to_owned());
+            self.lines
+                .add(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+        });
+        Bar {
+            progress: self,
+            label: label.to_owned(),
+            len,
+            done: AtomicU64::new(0),
+            last_line: Mutex::new(Instant::now()),
+            bar,
+        }
+    }
+
+    /// A line for whoever watches; nothing when quiet.
+    pub fn note(&self, message: &str) {
+        if self.output != Output::Quiet {
+            self.line(message);
+        }
+    }
+
+    /// A line that is printed even when quiet, and kept.
+    pub fn warning(&self, message: &str) {
+        self.line(&format!("warning: {message}"));
+        lock(&self.warnings).push(message.to_owned());
+    }
+
+    /// The stages that have ended, in the order of their ends.
+    pub fn records(&self) -> Vec<StageRecord> {
+        lock(&self.records).clone()
+    }
+
+    /// The warnings so far.
+    pub fn warnings(&self) -> Vec<String> {
+        lock(&self.warnings).clone()
+    }
+
+    fn line(&self, message: &str) {
+        // Bars are cleared, the line printed above them, and drawn again. A stderr that is gone is no
+        // reason to end the run.
+        self.lines.suspend(|| {
+            let _ = writeln!(std::io::stderr(), "{message}");
+        });
+    }
+}
+
+/// A stage under way. Its end is printed and recorded when this is dropped.
+#[derive(Debug)]
+pub struct StageGuard<'a> {
+    progress: &'a Progress,
+    name: String,
+    begin: Instant,
+    spinner: Option<ProgressBar>,
+}
+
+impl Drop for StageGuard<'_> {
+    fn drop(&mut self) {
+        if let Some(spinner) = &self.spinner {
+            spinner.finish_and_clear();
+            self.progress.lines.remove(spinner);
+        }
+        let seconds = self.begin.elapsed().as_secs_f64();
+        let record = StageRecord {
+            name: self.name.clone(),
+            seconds,
+            peak_rss_mib: peak_rss_mib(),
+        };
+        let memory = record
+            .peak_rss_mib
+            .map_or(String::new(), |m| format!("{m:8.0} MiB"));
+        self.progress
+            .note(&format!("  {:<28} {seconds:8.2} s {memory}", self.name));
+        lock(&self.progress.records).push(record);
+    }
+}
+
+/// The steps of a long loop. Steps may come from several threads.
+#[derive(Debug)]
+pub struct Bar<'a> {
+    progress: &'a Progress,
+    label: String,
+    len: u64,
+    done: AtomicU64,
+    last_line: Mutex<Instant>,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar<'_> {
+    /// One more step is done.
+    pub fn step(&self) {
+        self.advance(1);
+    }
+
+    /// `steps` more steps are done.
+    pub fn advance(&self, steps: usize) {
+        let done = self.done.fetch_add(steps as u64, Ordering::Relaxed) + steps as u64;
+        match (&self.bar, self.progress.output) {
+            (Some(bar), _) => bar.inc(steps as u64),
+            (None, Output::Plain) => self.line_if_due(done),
+            (None, _) => {}
+        }
+    }
+
+    fn line_if_due(&self, done: u64) {
+        let due = {
+            // Another thread in here is about to print.
+            let Ok(mut last) = self.last_line.try_lock() else {
+                return;
+            };
+            let due = last.elapsed() >= LINE_INTERVAL;
+            if due {
+                *last = Instant::now();
+            }
+            due
+        };
+        if due {
+            self.progress
+                .note(&format!("  {}: {done} of {}", self.label, self.len));
+        }
+    }
+}
+
+impl Drop for Bar<'_> {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+            self.progress.lines.remove(bar);
+        }
+    }
+}
+
+/// A panic of another thread while it held the lock leaves a list that is still whole.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// `VmHWM` of /proc/self/status (Linux), MiB.
+fn peak_rss_mib() -> Option<f64> {
+    peak_of_status(&std::fs::read_to_string("/proc/self/status").ok()?)
+}
+
+fn peak_of_status(status: &str) -> Option<f64> {
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    let kib: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    #[test]
+    fn stages_are_recorded_in_the_order_of_their_ends() {
+        let progress = Progress::new(true);
+        {
+            let _outer = progress.stage("outer");
+            let _inner = progress.stage("inner");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let records = progress.records();
+        assert_eq!(
+            records.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(),
+            ["inner", "outer"]
+        );
+        assert!(records.iter().all(|r| r.seconds >= 0.005));
+        if cfg!(target_os = "linux") {
+            assert!(records[0].peak_rss_mib.is_some_and(|m| m > 0.5));
+        }
+    }
+
+    #[test]
+    fn a_bar_counts_the_steps_of_all_threads() {
+        let progress = Progress::new(true);
+        let bar = progress.bar(1000, "points");
+        (0..1000).into_par_iter().for_each(|_| bar.step());
+        assert_eq!(bar.done.load(Ordering::Relaxed), 1000);
+    }
+
+    #[test]
+    fn warnings_are_kept_even_when_quiet() {
+        let progress = Progress::new(true);
+        progress.note("not kept");
+        progress.warning("gmsh is missing");
+        assert_eq!(progress.warnings(), ["gmsh is missing"]);
+    }
+
+    #[test]
+    fn peak_memory_is_read_from_the_status_of_the_process() {
+        assert_eq!(
+            peak_of_status("Name:\tx\nVmHWM:\t   2048 kB\nVmRSS:\t 1 kB\n"),
+            Some(2.0)
+        );
+        assert_eq!(peak_of_status("VmRSS:\t 1 kB\n"), None);
+        assert_eq!(peak_of_status("VmHWM:\t many kB\n"), None);
+    }
+}

@@ -4,7 +4,56 @@
 //! (positive moduli, known options, ordered ranges). Names of mesh groups are checked later, by
 //! [`crate::model`], when the mesh is known.
 
-use std::path::PathBuf;
+mod check;
+mod document;
+mod error;
+mod keys;
+mod overrides;
+mod raw;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+pub use error::{Fault, Problem, SceneError};
+
+/// Reads and checks the scene file `path`. Relative paths in it are joined to its folder; `overrides` are
+/// `KEY=VALUE` texts as for [`parse`].
+///
+/// # Errors
+/// [`SceneError::Read`] when the file cannot be read, [`SceneError::Invalid`] as for [`parse`].
+pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneError> {
+    let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
+        path: path.to_owned(),
+        source,
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    parse(&text, &path.display().to_string(), folder, overrides)
+}
+
+/// Parses and checks the text of a scene. `file_name` is for messages only, relative paths of the scene are
+/// joined to `base_dir`. Each of `overrides` is `KEY=VALUE`, KEY a dotted path (`response.points`,
+/// `contact.left.friction`, `contact.0.friction`, `contact.*.friction`), VALUE a TOML value or else a
+/// text; with nothing after `=` the key is removed. Of keys that exclude each other (a mesh file and a geometry,
+/// the two frequency ranges, the two ways to give damping) the one set replaces the file's.
+///
+/// # Errors
+/// [`SceneError::Invalid`] with every problem found: first those of syntax alone, then unknown keys and
+/// wrong types, then missing, impossible and contradictory values.
+pub fn parse(
+    text: &str,
+    file_name: &str,
+    base_dir: &Path,
+    overrides: &[String],
+) -> Result<Scene, SceneError> {
+    let source = source::Source {
+        name: file_name,
+        text,
+        overrides,
+    };
+    document::read(&source)
+        .and_then(|raw| check::scene(&source, base_dir, raw))
+        .map_err(|problems| SceneError::Invalid { problems })
+}
 
 /// One run, as the TOML file describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +98,28 @@ pub enum MeshKind {
         /// Ready mesh used where the `gmsh` program is missing and no parameter differs from
         /// `fallback_parameters`.
         fallback: Option<PathBuf>,
+        /// The parameters `fallback` was made with.
+        fallback_parameters: Vec<(String, f64)>,
     },
+}
+
+impl MeshKind {
+    /// The ready mesh that stands for the script, if there is one and it was made with the same parameters
+    /// (in any order).
+    pub fn equivalent_fallback(&self) -> Option<&Path> {
+        let Self::Geometry {
+            parameters,
+            fallback,
+            fallback_parameters,
+            ..
+        } = self
+        else {
+            return None;
+        };
+        let same = parameters.len() == fallback_parameters.len()
+            && parameters.iter().all(|p| fallback_parameters.contains(p));
+        fallback.as_deref().filter(|_| same)
+    }
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +148,7 @@ pub struct RotationSpec {
     pub point_m: [f64; 3],
     /// Direction of the axis, unit length.
     pub axis: [f64; 3],
+    /// 0 or more. At 0 the section is kept (`Some`): a rotating scene at rest, without load or prestress.
     pub speed_rad_s: f64,
     /// Names of the bodies that carry the centrifugal load.
     pub bodies: Vec<String>,

@@ -1,0 +1,120 @@
+//! `[[contact]]` and `[damping]`: where energy goes.
+
+use serde_spanned::Spanned;
+
+use super::fields::{Checker, Limits, Table};
+use crate::scene::error::Fault;
+use crate::scene::keys;
+use crate::scene::raw::{RawContact, RawDamping};
+use crate::scene::{ContactSpec, DampingSpec, ResponseSpec};
+
+pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
+    let (mut specs, mut names, mut groups) = (Vec::new(), Vec::new(), Vec::new());
+    for (index, table) in raw.iter().enumerate() {
+        let at = Table::of(
+            "contact",
+            table.span(),
+            Some((index, &table.get_ref().name)),
+        );
+        let raw = table.get_ref();
+        for (key, value) in [("first", &raw.first), ("second", &raw.second)] {
+            groups.extend(
+                value
+                    .iter()
+                    .map(|v| (at.key(key), v.get_ref().clone(), v.span())),
+            );
+        }
+        names.extend(
+            raw.name
+                .iter()
+                .map(|n| (at.key("name"), n.get_ref().clone(), n.span())),
+        );
+        let name = checker.required_name(&at, &raw.name);
+        let first = checker.text(&at, "first", &raw.first);
+        let second = checker.text(&at, "second", &raw.second);
+        let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
+        let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
+        specs.push((|| {
+            Some(ContactSpec {
+                name: name?,
+                first: first?,
+                second: second?,
+                friction: friction?,
+                gap_m: gap_m?,
+            })
+        })());
+    }
+    checker.distinct(&names);
+    checker.distinct(&groups);
+    specs.into_iter().collect()
+}
+
+pub fn damping(
+    checker: &mut Checker,
+    raw: &Spanned<RawDamping>,
+    response: Option<&ResponseSpec>,
+) -> Option<DampingSpec> {
+    let at = Table::of("damping", raw.span(), None);
+    let raw = raw.get_ref();
+    let rayleigh = [
+        ("stiffness_s", raw.stiffness_s.as_ref().map(Spanned::span)),
+        ("mass_per_s", raw.mass_per_s.as_ref().map(Spanned::span)),
+    ];
+    let remedy = "keep `ratio` (with `stuck_mode`), or `stiffness_s` and `mass_per_s`, not both";
+    if let Some(given) = &raw.ratio {
+        checker.exclude(&at, ("ratio", given.span()), &rayleigh, remedy)?;
+        let ratio = checker.number(&at, "ratio", &raw.ratio, Limits::from_zero_to(1.0), None);
+        let stuck_mode = checker.count(&at, "stuck_mode", &raw.stuck_mode, 1..=10_000, 1)?;
+        if let Some(kept) = response
+            .and_then(|r| r.stuck_modes)
+            .filter(|&kept| stuck_mode > kept)
+        {
+            let span = raw.stuck_mode.as_ref().map_or(at.span, Spanned::span);
+            checker.fault(span, Fault::StuckModeNotKept { stuck_mode, kept });
+        }
+        return Some(DampingSpec::Ratio {
+            ratio: ratio?,
+            stuck_mode,
+        });
+    }
+    if let Some(mode) = &raw.stuck_mode {
+        checker.exclude(&at, ("stuck_mode", mode.span()), &rayleigh, remedy)?;
+        checker.lacks(
+            &at,
+            "stuck_mode",
+            "ratio",
+            mode.span(),
+            "say which ratio of critical damping that mode has",
+        );
+        return None;
+    }
+    if rayleigh.iter().all(|(_, span)| span.is_none()) {
+        let paths = vec![at.key("ratio"), at.key("stiffness_s"), at.key("mass_per_s")];
+        checker.fault(
+            at.span,
+            Fault::NoneOf {
+                paths,
+                example: keys::example("damping", "ratio"),
+            },
+        );
+        return None;
+    }
+    let stiffness_s = checker.number(
+        &at,
+        "stiffness_s",
+        &raw.stiffness_s,
+        Limits::NOT_NEGATIVE,
+        Some(0.0),
+    );
+    let mass_per_s = checker.number(
+        &at,
+        "mass_per_s",
+        &raw.mass_per_s,
+        Limits::NOT_NEGATIVE,
+        Some(0.0),
+    );
+    Some(DampingSpec::Rayleigh {
+        stiffness_s: stiffness_s?,
+        mass_per_s: mass_per_s?,
+    })
+}

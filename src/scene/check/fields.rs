@@ -1,0 +1,377 @@
+//! Checks of single values: a located raw value becomes a plain one, or a problem is noted.
+
+use std::fmt;
+use std::ops::Range;
+
+use crate::scene::error::{Fault, Problem};
+use crate::scene::keys;
+use crate::scene::raw::{Count, Located, Number, Numbers};
+use crate::scene::source::Source;
+
+/// A table of the scene and what to call it.
+#[derive(Debug, Clone)]
+pub struct Table {
+    pub section: &'static str,
+    /// As in `--set`: `response`, `contact.left`.
+    pub path: String,
+    /// Of its heading.
+    pub span: Range<usize>,
+}
+
+impl Table {
+    /// `section` or, with a name or a number, `section.name`.
+    pub fn of(
+        section: &'static str,
+        span: Range<usize>,
+        item: Option<(usize, &Located<String>)>,
+    ) -> Table {
+        let path = match item {
+            None => section.to_owned(),
+            Some((index, None)) => format!("{section}.{index}"),
+            Some((_, Some(name))) => format!("{section}.{}", name.get_ref()),
+        };
+        Table {
+            section,
+            path,
+            span,
+        }
+    }
+    pub fn key(&self, key: &str) -> String {
+        format!("{}.{key}", self.path)
+    }
+}
+
+/// The problems found so far.
+pub struct Checker<'a> {
+    pub source: &'a Source<'a>,
+    pub problems: Vec<Problem>,
+}
+
+impl Checker<'_> {
+    pub fn fault(&mut self, span: Range<usize>, fault: Fault) {
+        self.problems.push(self.source.problem(span, fault));
+    }
+
+    pub fn missing(&mut self, table: &Table, key: &'static str) {
+        let example = keys::example(table.section, key);
+        self.fault(
+            table.span.clone(),
+            Fault::MissingKey {
+                path: table.key(key),
+                example,
+            },
+        );
+    }
+
+    /// A number within limits; `default` stands for an absent key, without one it is a fault.
+    pub fn number(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Number>,
+        limits: Limits,
+        default: Option<f64>,
+    ) -> Option<f64> {
+        let Some(value) = value else {
+            if default.is_none() {
+                self.missing(table, key);
+            }
+            return default;
+        };
+        let Number(number) = *value.get_ref();
+        if limits.contain(number) {
+            return Some(number);
+        }
+        let (path, value_text) = (table.key(key), number.to_string());
+        let fault = Fault::OutOfRange {
+            path,
+            value: value_text,
+            limits: limits.to_string(),
+        };
+        self.fault(value.span(), fault);
+        None
+    }
+
+    /// A whole number in `range`; `default` stands for an absent key.
+    pub fn count(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Count>,
+        range: std::ops::RangeInclusive<usize>,
+        default: usize,
+    ) -> Option<usize> {
+        let Some(value) = value else {
+            return Some(default);
+        };
+        let Count(count) = *value.get_ref();
+        if range.contains(&count) {
+            return Some(count);
+        }
+        let limits = format!("a whole number from {} to {}", range.start(), range.end());
+        let fault = Fault::OutOfRange {
+            path: table.key(key),
+            value: count.to_string(),
+            limits,
+        };
+        self.fault(value.span(), fault);
+        None
+    }
+
+    /// A text that is not empty.
+    pub fn text(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<String>,
+    ) -> Option<String> {
+        let Some(value) = value else {
+            self.missing(table, key);
+            return None;
+        };
+        if value.get_ref().trim().is_empty() {
+            self.fault(
+                value.span(),
+                Fault::EmptyText {
+                    path: table.key(key),
+                },
+            );
+            return None;
+        }
+        Some(value.get_ref().clone())
+    }
+
+    /// A name fit for file names, column headings and the paths of `--set`.
+    pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
+        let name = value.get_ref();
+        let fit = name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+            && name.len() <= 100;
+        if !fit {
+            self.fault(
+                value.span(),
+                Fault::BadName {
+                    path,
+                    name: name.clone(),
+                },
+            );
+        }
+        fit.then(|| name.clone())
+    }
+
+    /// One of `choices`; the first is the default.
+    pub fn choice<T: Copy>(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<String>,
+        words: &'static [&'static str],
+        choices: &[T],
+    ) -> Option<T> {
+        let Some(value) = value else {
+            return choices.first().copied();
+        };
+        let found = words
+            .iter()
+            .position(|w| w == value.get_ref())
+            .and_then(|i| choices.get(i));
+        if found.is_none() {
+            let fault = Fault::UnknownChoice {
+                path: table.key(key),
+                value: value.get_ref().clone(),
+                valid: words,
+                nearest: keys::nearest(value.get_ref(), words),
+            };
+            self.fault(value.span(), fault);
+        }
+        found.copied()
+    }
+
+    /// A direction, scaled to unit length.
+    pub fn direction(
+        &mut self,
+        table: &Table,
+        key: &'static str,
+        value: &Located<Numbers<3>>,
+    ) -> Option<[f64; 3]> {
+        let Some(value) = value else {
+            self.missing(table, key);
+            return None;
+        };
+        let unit = unit(value.get_ref().0);
+        if unit.is_none() {
+            self.fault(
+                value.span(),
+                Fault::ZeroDirection {
+                    path: table.key(key),
+                },
+            );
+        }
+        unit
+    }
+
+    /// A key that means nothing without another.
+    pub fn lacks(
+        &mut self,
+        at: &Table,
+        key: &str,
+        needs: &str,
+        span: Range<usize>,
+        remedy: &'static str,
+    ) {
+        self.fault(
+            span,
+            Fault::Lacks {
+                path: at.key(key),
+                needs: at.key(needs),
+                remedy,
+            },
+        );
+    }
+    /// A fault for the first of `others` that is there beside `given`.
+    pub fn exclude(
+        &mut self,
+        at: &Table,
+        given: (&str, Range<usize>),
+        others: &[(&str, Option<Range<usize>>)],
+        remedy: &'static str,
+    ) -> Option<()> {
+        for (other, span) in others {
+            if let Some(span) = span {
+                let fault = Fault::Exclusive {
+                    first: at.key(given.0),
+                    second: at.key(other),
+                    remedy,
+                };
+                let problem = self
+                    .source
+                    .problem_with(span.clone(), fault, given.1, "the other");
+                self.problems.push(problem);
+                return None;
+            }
+        }
+        Some(())
+    }
+    /// The `name` every item of a list has to have.
+    pub fn required_name(&mut self, at: &Table, name: &Located<String>) -> Option<String> {
+        match name {
+            Some(name) => self.name(at.key("name"), name),
+            None => {
+                self.missing(at, "name");
+                None
+            }
+        }
+    }
+    /// Reports every name that stands earlier in the list.
+    pub fn distinct(&mut self, named: &[(String, String, Range<usize>)]) {
+        for (i, (path, name, span)) in named.iter().enumerate() {
+            if let Some((_, _, first)) = named[..i].iter().find(|(_, n, _)| n == name) {
+                let fault = Fault::Duplicate {
+                    path: path.clone(),
+                    name: name.clone(),
+                };
+                let problem =
+                    self.source
+                        .problem_with(span.clone(), fault, first.clone(), "first here");
+                self.problems.push(problem);
+            }
+        }
+    }
+}
+
+/// Unit vector along `v`; `None` when it is zero. Scaled first: squares of very large or very small
+/// components would leave the range of f64.
+fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
+    let largest = v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    if largest == 0.0 {
+        return None;
+    }
+    let scaled = v.map(|c| c / largest);
+    let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+    Some(scaled.map(|c| c / length))
+}
+
+/// An interval of numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    above: f64,
+    below: f64,
+    /// The lower end itself is allowed.
+    from: bool,
+}
+
+impl Limits {
+    pub const ANY: Self = Self {
+        above: f64::NEG_INFINITY,
+        below: f64::INFINITY,
+        from: false,
+    };
+    pub const POSITIVE: Self = Self {
+        above: 0.0,
+        below: f64::INFINITY,
+        from: false,
+    };
+    pub const NOT_NEGATIVE: Self = Self {
+        above: 0.0,
+        below: f64::INFINITY,
+        from: true,
+    };
+
+    /// Both ends excluded.
+    pub const fn between(above: f64, below: f64) -> Self {
+        Self {
+            above,
+            below,
+            from: false,
+        }
+    }
+    /// 0 included, `below` excluded.
+    pub const fn from_zero_to(below: f64) -> Self {
+        Self {
+            above: 0.0,
+            below,
+            from: true,
+        }
+    }
+    fn contain(self, x: f64) -> bool {
+        (x > self.above || (self.from && x == self.above)) && x < self.below
+    }
+}
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { above, below, from } = self;
+        match (below.is_infinite(), from) {
+            (true, true) => write!(f, "{above} or more"),
+            (true, false) => write!(f, "greater than {above}"),
+            (false, true) => write!(f, "{above} or more and less than {below}"),
+            (false, false) => write!(f, "greater than {above} and less than {below}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_of_any_size_become_unit_vectors() {
+        for scale in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let u = unit([3.0 * scale, 0.0, -4.0 * scale]).unwrap();
+            assert!(
+                (u[0] - 0.6).abs() < 1e-15 && u[1] == 0.0 && (u[2] + 0.8).abs() < 1e-15,
+                "{u:?}"
+            );
+        }
+        assert_eq!(unit([0.0, -0.0, 0.0]), None);
+    }
+
+    #[test]
+    fn limits_keep_their_ends() {
+        assert!(!Limits::POSITIVE.contain(0.0) && Limits::NOT_NEGATIVE.contain(0.0));
+        let poisson = Limits::between(-1.0, 0.5);
+        assert!(poisson.contain(0.499) && !poisson.contain(0.5) && !poisson.contain(-1.0));
+    }
+}

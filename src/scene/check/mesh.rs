@@ -1,0 +1,131 @@
+//! `[mesh]`: a ready file, or a script with its parameters.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_spanned::Spanned;
+
+use super::fields::{Checker, Limits, Table};
+use crate::scene::error::Fault;
+use crate::scene::keys;
+use crate::scene::raw::{Located, Number, RawMesh};
+use crate::scene::{MeshKind, MeshSource};
+
+pub fn mesh(checker: &mut Checker, base_dir: &Path, raw: &Spanned<RawMesh>) -> Option<MeshSource> {
+    let at = Table::of("mesh", raw.span(), None);
+    let raw = raw.get_ref();
+    let kind = mesh_kind(checker, &at, base_dir, raw);
+    let metres = checker.number(
+        &at,
+        "metres_per_unit",
+        &raw.metres_per_unit,
+        Limits::POSITIVE,
+        None,
+    );
+    let tolerance = checker.number(
+        &at,
+        "pairing_tolerance",
+        &raw.pairing_tolerance,
+        Limits::between(0.0, 0.5),
+        Some(1e-6),
+    );
+    Some(MeshSource {
+        kind: kind?,
+        metres_per_unit: metres?,
+        pairing_tolerance: tolerance?,
+    })
+}
+
+fn mesh_kind(
+    checker: &mut Checker,
+    at: &Table,
+    base_dir: &Path,
+    raw: &RawMesh,
+) -> Option<MeshKind> {
+    let remedy =
+        "keep `file` (a ready .msh) or `geometry` with its parameters (a .geo script), not both";
+    let of_geometry = [
+        ("geometry", raw.geometry.as_ref().map(Spanned::span)),
+        ("parameters", raw.parameters.as_ref().map(Spanned::span)),
+        ("time_limit_s", raw.time_limit_s.as_ref().map(Spanned::span)),
+        ("fallback", raw.fallback.as_ref().map(Spanned::span)),
+        (
+            "fallback_parameters",
+            raw.fallback_parameters.as_ref().map(Spanned::span),
+        ),
+    ];
+    if let Some(file) = &raw.file {
+        checker.exclude(at, ("file", file.span()), &of_geometry, remedy)?;
+        return Some(MeshKind::File {
+            path: base_dir.join(checker.text(at, "file", &raw.file)?),
+        });
+    }
+    if raw.geometry.is_none() {
+        let paths = vec![at.key("geometry"), at.key("file")];
+        checker.fault(
+            at.span.clone(),
+            Fault::NoneOf {
+                paths,
+                example: keys::example("mesh", "file"),
+            },
+        );
+        return None;
+    }
+    let script = checker.text(at, "geometry", &raw.geometry);
+    let time_limit = checker.number(
+        at,
+        "time_limit_s",
+        &raw.time_limit_s,
+        Limits::between(0.0, 1e9),
+        Some(120.0),
+    );
+    let fallback = raw
+        .fallback
+        .as_ref()
+        .map(|_| checker.text(at, "fallback", &raw.fallback));
+    match (&raw.fallback, &raw.fallback_parameters) {
+        (Some(_), Some(_)) | (None, None) => {}
+        (Some(present), None) => {
+            let remedy = "say which `parameters` the ready mesh was made with (`{}` for the script's own values), \
+                          so that it is not taken for another mesh";
+            checker.lacks(
+                at,
+                "fallback",
+                "fallback_parameters",
+                present.span(),
+                remedy,
+            );
+        }
+        (None, Some(present)) => {
+            let remedy = "name the ready mesh they belong to, or leave them out";
+            checker.lacks(
+                at,
+                "fallback_parameters",
+                "fallback",
+                present.span(),
+                remedy,
+            );
+        }
+    }
+    let fallback = match fallback {
+        None => None,
+        Some(path) => Some(base_dir.join(path?)),
+    };
+    Some(MeshKind::Geometry {
+        script: base_dir.join(script?),
+        parameters: parameters(&raw.parameters),
+        time_limit_s: time_limit?,
+        fallback,
+        fallback_parameters: parameters(&raw.fallback_parameters),
+    })
+}
+
+/// In the order of the text.
+fn parameters(raw: &Located<BTreeMap<String, Spanned<Number>>>) -> Vec<(String, f64)> {
+    let mut entries: Vec<_> = raw.iter().flat_map(|p| p.get_ref().iter()).collect();
+    entries.sort_by_key(|(_, value)| value.span().start);
+    entries
+        .into_iter()
+        .map(|(name, value)| (name.clone(), value.get_ref().0))
+        .collect()
+}

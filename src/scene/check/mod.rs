@@ -1,0 +1,132 @@
+//! [`RawScene`] -> [`Scene`]: what is missing, impossible or contradictory, all of it at once.
+//!
+//! Each function looks at everything of its section before it gives up (`?` at its end only), so that
+//! one run names every problem.
+
+mod bodies;
+mod contacts;
+mod fields;
+mod mesh;
+mod probes;
+mod response;
+
+use std::path::Path;
+
+use fields::{Checker, Table};
+
+use super::error::{Fault, Problem};
+use super::keys::{self, Shape};
+use super::raw::RawScene;
+use super::source::Source;
+use super::{Scene, StaticSpec};
+
+/// The checked scene, or every problem in the order of the text.
+pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
+    let mut checker = Checker {
+        source,
+        problems: Vec::new(),
+    };
+    let scene = whole(&mut checker, base_dir, raw);
+    let mut problems = checker.problems;
+    problems.sort_by_key(|p| p.span.start);
+    match scene {
+        Some(scene) if problems.is_empty() => Ok(scene),
+        _ => Err(problems),
+    }
+}
+
+fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene> {
+    let name = match &raw.name {
+        Some(name) => checker.name("name".to_owned(), name),
+        None => {
+            let fault = Fault::MissingKey {
+                path: "name".to_owned(),
+                example: keys::example("", "name"),
+            };
+            checker.fault(0..0, fault);
+            None
+        }
+    };
+    missing_sections(checker, &raw);
+    let mesh = raw.mesh.as_ref().map(|m| mesh::mesh(checker, base_dir, m));
+    let bodies = bodies::bodies(checker, &raw.body);
+    let body_names: Vec<String> = raw
+        .body
+        .iter()
+        .filter_map(|b| b.get_ref().name.as_ref())
+        .map(|n| n.get_ref().clone())
+        .collect();
+    let rotation = raw
+        .rotation
+        .as_ref()
+        .map(|r| bodies::rotation(checker, &body_names, r));
+    let contacts = contacts::contacts(checker, &raw.contact);
+    let response = raw
+        .response
+        .as_ref()
+        .map(|r| response::response(checker, r));
+    let kept = response.as_ref().and_then(Option::as_ref);
+    let damping = raw
+        .damping
+        .as_ref()
+        .map(|d| contacts::damping(checker, d, kept));
+    let excitations = probes::excitations(checker, &raw.excitation, kept);
+    let observations = probes::observations(checker, &raw.observe);
+    let load_steps = match &raw.static_state {
+        None => Some(10),
+        Some(table) => {
+            let at = Table::of("static", table.span(), None);
+            checker.count(
+                &at,
+                "load_steps",
+                &table.get_ref().load_steps,
+                1..=10_000,
+                10,
+            )
+        }
+    };
+    Some(Scene {
+        name: name?,
+        mesh: mesh??,
+        bodies: bodies?,
+        rotation: match rotation {
+            None => None,
+            Some(rotation) => Some(rotation?),
+        },
+        contacts: contacts?,
+        damping: damping??,
+        excitations: excitations?,
+        observations: observations?,
+        static_state: StaticSpec {
+            load_steps: load_steps?,
+        },
+        response: response??,
+    })
+}
+
+/// Sections without which there is nothing to compute. Bodies have a message of their own.
+fn missing_sections(checker: &mut Checker, raw: &RawScene) {
+    for (section, shape) in keys::SECTIONS {
+        let absent = match section {
+            "mesh" => raw.mesh.is_none(),
+            "contact" => raw.contact.is_empty(),
+            "damping" => raw.damping.is_none(),
+            "excitation" => raw.excitation.is_empty(),
+            "observe" => raw.observe.is_empty(),
+            "response" => raw.response.is_none(),
+            _ => false,
+        };
+        if absent {
+            let end = checker.source.text.len();
+            let list = shape == Shape::List;
+            checker.fault(
+                end..end,
+                Fault::MissingSection {
+                    section,
+                    list,
+                    example: keys::example("", section),
+                },
+            );
+        }
+    }
+}

@@ -1,0 +1,343 @@
+//! What can be wrong with a scene, where it stands in the text, and what to do about it.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use thiserror::Error;
+
+/// Why there is no [`Scene`](super::Scene). As a [`Diagnostic`] the first problem stands for all,
+/// the others follow as related ones.
+#[derive(Debug, Error)]
+pub enum SceneError {
+    #[error("the scene file {} cannot be read", path.display())]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    /// In the order of the text; at least one.
+    #[error("{}", summary(problems))]
+    Invalid { problems: Vec<Problem> },
+}
+
+fn summary(problems: &[Problem]) -> String {
+    match problems {
+        [] => "the scene is not valid".to_owned(),
+        [one] => one.to_string(),
+        [first, others @ ..] => format!("{first} (the first of {} errors)", 1 + others.len()),
+    }
+}
+
+impl Diagnostic for SceneError {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        match self {
+            Self::Read { .. } => Some(Box::new(
+                "give the path of a TOML file that describes the run",
+            )),
+            Self::Invalid { problems } => problems.first()?.help(),
+        }
+    }
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Invalid { problems } => problems.first()?.source_code(),
+        }
+    }
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        match self {
+            Self::Read { .. } => None,
+            Self::Invalid { problems } => problems.first()?.labels(),
+        }
+    }
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        match self {
+            Self::Invalid { problems } if problems.len() > 1 => {
+                Some(Box::new(problems[1..].iter().map(|p| p as &dyn Diagnostic)))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// One fault and its place: in the scene file or in a `--set` argument.
+#[derive(Debug, Clone, Error)]
+#[error("{fault}")]
+pub struct Problem {
+    pub fault: Fault,
+    /// The scene file, or `--set` and the argument.
+    pub source_text: NamedSource<Arc<str>>,
+    /// Bytes of `source_text`.
+    pub span: Range<usize>,
+    /// Another place of the same text that matters.
+    pub other: Option<(Range<usize>, &'static str)>,
+}
+
+impl Diagnostic for Problem {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(self.fault.remedy()))
+    }
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(&self.source_text)
+    }
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let here = LabeledSpan::new_primary_with_span(Some(self.fault.label()), self.span.clone());
+        let other = self
+            .other
+            .iter()
+            .map(|(span, text)| LabeledSpan::new_with_span(Some((*text).to_owned()), span.clone()));
+        Some(Box::new(std::iter::once(here).chain(other)))
+    }
+}
+
+/// What is wrong. A `path` is written as for `--set`: `contact.left.friction`.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum Fault {
+    #[error("this is not TOML: {message}")]
+    Syntax { message: String },
+    #[error("unknown {} `{path}`", if section.is_empty() { "section or key" } else { "key" })]
+    UnknownKey {
+        path: String,
+        /// The section it stands in, empty for the top of the file.
+        section: &'static str,
+        valid: Vec<String>,
+        nearest: Option<String>,
+    },
+    #[error("`{path}` has the wrong type: {message}")]
+    WrongType {
+        path: String,
+        message: String,
+        example: &'static str,
+    },
+    #[error("`{section}` has to be {}", if *list { "a list of tables" } else { "a table" })]
+    WrongShape {
+        section: &'static str,
+        list: bool,
+        example: &'static str,
+    },
+    #[error("the scene has no {}", bracketed(section, *list))]
+    MissingSection {
+        section: &'static str,
+        list: bool,
+        example: &'static str,
+    },
+    #[error("`{path}` is missing")]
+    MissingKey { path: String, example: &'static str },
+    #[error("`{path}` is {value}; it must be {limits}")]
+    OutOfRange {
+        path: String,
+        value: String,
+        limits: String,
+    },
+    #[error("`{path}`: there is no choice \"{value}\"")]
+    UnknownChoice {
+        path: String,
+        value: String,
+        valid: &'static [&'static str],
+        nearest: Option<String>,
+    },
+    #[error("`{path}`: there is no body \"{name}\"")]
+    UnknownBody {
+        path: String,
+        name: String,
+        bodies: Vec<String>,
+        nearest: Option<String>,
+    },
+    #[error("`{path}`: \"{name}\" is taken already")]
+    Duplicate { path: String, name: String },
+    #[error("`{path}`: \"{name}\" is not a name")]
+    BadName { path: String, name: String },
+    #[error("`{path}` is empty")]
+    EmptyText { path: String },
+    #[error("`{first}` and `{second}` exclude each other")]
+    Exclusive {
+        first: String,
+        second: String,
+        remedy: &'static str,
+    },
+    #[error("`{path}` is given without `{needs}`")]
+    Lacks {
+        path: String,
+        needs: String,
+        remedy: &'static str,
+    },
+    #[error("neither `{}` is given", paths.join("` nor `"))]
+    NoneOf {
+        paths: Vec<String>,
+        example: &'static str,
+    },
+    #[error("`{path}` has no direction: its length is zero")]
+    ZeroDirection { path: String },
+    #[error("`{path}` runs from {from} to {to}")]
+    EmptyRange { path: String, from: f64, to: f64 },
+    #[error("{samples} samples of a period cannot carry {harmonics} harmonics")]
+    TooFewSamples {
+        samples: usize,
+        harmonics: usize,
+        least: usize,
+    },
+    #[error("`{path}` is {harmonic}, but the response keeps only {harmonics} harmonics")]
+    HarmonicNotKept {
+        path: String,
+        harmonic: usize,
+        harmonics: usize,
+    },
+    #[error("`damping.stuck_mode` is {stuck_mode}, but only {kept} stuck modes are kept")]
+    StuckModeNotKept { stuck_mode: usize, kept: usize },
+    #[error("the scene has {found} {}; it needs two", if *found == 1 { "body" } else { "bodies" })]
+    BodyCount { found: usize },
+    #[error("no body is fixed anywhere")]
+    NothingFixed,
+    #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
+    OverrideSyntax { argument: String },
+    #[error("`{path}` has no element \"{segment}\"")]
+    OverrideNoElement {
+        path: String,
+        segment: String,
+        /// Names of the elements; an element without one is its number.
+        elements: Vec<String>,
+        nearest: Option<String>,
+    },
+    #[error("`{path}` is a single value, so there is nothing like `{path}.{segment}`")]
+    OverrideNotATable { path: String, segment: String },
+    #[error("there is no `{path}` to remove")]
+    OverrideNothingToRemove { path: String },
+}
+
+fn bracketed(section: &str, list: bool) -> String {
+    if list {
+        format!("[[{section}]]")
+    } else {
+        format!("[{section}]")
+    }
+}
+
+impl Fault {
+    /// Short text for the place itself.
+    fn label(&self) -> String {
+        match self {
+            Self::Syntax { .. } => "here".to_owned(),
+            Self::UnknownKey {
+                nearest: Some(near),
+                ..
+            }
+            | Self::UnknownChoice {
+                nearest: Some(near),
+                ..
+            }
+            | Self::UnknownBody {
+                nearest: Some(near),
+                ..
+            }
+            | Self::OverrideNoElement {
+                nearest: Some(near),
+                ..
+            } => format!("did you mean `{near}`?"),
+            Self::UnknownKey { .. } => "not a key".to_owned(),
+            Self::UnknownChoice { .. } => "not a choice".to_owned(),
+            Self::UnknownBody { .. } => "not a body of this scene".to_owned(),
+            Self::WrongType { .. } | Self::WrongShape { .. } => "wrong type".to_owned(),
+            Self::MissingSection { .. } => "the scene ends without it".to_owned(),
+            Self::MissingKey { .. } | Self::NoneOf { .. } => "missing in this table".to_owned(),
+            Self::OutOfRange { limits, .. } => format!("must be {limits}"),
+            Self::Duplicate { .. } => "used again".to_owned(),
+            Self::BadName { .. } => "not a name".to_owned(),
+            Self::EmptyText { .. } => "empty".to_owned(),
+            Self::Exclusive { .. } => "excludes the other".to_owned(),
+            Self::Lacks { needs, .. } => format!("needs `{needs}`"),
+            Self::ZeroDirection { .. } => "length zero".to_owned(),
+            Self::EmptyRange { .. } => "first below second, please".to_owned(),
+            Self::TooFewSamples { least, .. } => format!("at least {least}"),
+            Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
+            Self::StuckModeNotKept { kept, .. } => format!("at most {kept}"),
+            Self::BodyCount { found: 0 | 1 } => "another body is needed".to_owned(),
+            Self::BodyCount { .. } => "one body too many".to_owned(),
+            Self::NothingFixed => "every body floats".to_owned(),
+            Self::OverrideSyntax { .. } => "no `=` with a key before it".to_owned(),
+            Self::OverrideNoElement { .. } => "not an element".to_owned(),
+            Self::OverrideNotATable { .. } => "one step too deep".to_owned(),
+            Self::OverrideNothingToRemove { .. } => "not in the scene".to_owned(),
+        }
+    }
+
+    /// What is valid, and what to write instead.
+    fn remedy(&self) -> String {
+        match self {
+            Self::Syntax { .. } => "a scene is a TOML file (https://toml.io): lines `key = value` under \
+                 [section] or [[section]] headings; texts stand in double quotes"
+                .to_owned(),
+            Self::UnknownKey { section, valid, nearest, .. } => {
+                let place = match *section {
+                    "" => "the top of a scene".to_owned(),
+                    other => format!("`{other}`"),
+                };
+                let near = nearest.as_ref().map(|n| format!("did you mean `{n}`? "));
+                format!("{}the keys of {place} are: {}", near.unwrap_or_default(), valid.join(", "))
+            }
+            Self::WrongType { example, .. } if example.is_empty() => {
+                "give a value of the type named".to_owned()
+            }
+            Self::WrongType { example, .. } => format!("write it like this: {example}"),
+            Self::WrongShape { example, .. } => format!("write it like this:\n{example}"),
+            Self::MissingSection { example, .. } => {
+                format!("add it, beginning for example like this:\n{example}")
+            }
+            Self::MissingKey { example, .. } => format!("add a line like this: {example}"),
+            Self::NoneOf { example, .. } => format!("add one of them, for example: {example}"),
+            Self::OutOfRange { limits, .. } => format!("give a value that is {limits}"),
+            Self::UnknownChoice { valid, nearest, .. } => {
+                let near = nearest.as_ref().map(|n| format!("did you mean \"{n}\"? "));
+                format!("{}the choices are: \"{}\"", near.unwrap_or_default(), valid.join("\", \""))
+            }
+            Self::UnknownBody { bodies, .. } => {
+                format!("the bodies of this scene are: {}", bodies.join(", "))
+            }
+            Self::Duplicate { .. } => "give each one a name of its own".to_owned(),
+            Self::BadName { .. } => "a name becomes part of file names and column headings: begin with a \
+                 letter, go on with letters, digits, `_` or `-`"
+                .to_owned(),
+            Self::EmptyText { .. } => "give a text of at least one letter".to_owned(),
+            Self::Exclusive { remedy, .. } | Self::Lacks { remedy, .. } => (*remedy).to_owned(),
+            Self::ZeroDirection { .. } => {
+                "give a vector that is not zero, such as [0, 1, 0] for y; its length does not matter".to_owned()
+            }
+            Self::EmptyRange { .. } => "write the lower end first: [from, to] with 0 < from < to (from = to \
+                 only with points = 1)"
+                .to_owned(),
+            Self::TooFewSamples { least, harmonics, .. } => format!(
+                "set response.samples to {least} or more (more than 2 H + 1 with H = {harmonics}), or keep \
+                 fewer response.harmonics"
+            ),
+            Self::HarmonicNotKept { harmonic, .. } => {
+                format!("set response.harmonics to {harmonic} or more, or excite a lower harmonic")
+            }
+            Self::StuckModeNotKept { stuck_mode, .. } => format!(
+                "set response.stuck_modes to {stuck_mode} or more, or leave it out to keep all of them"
+            ),
+            Self::BodyCount { .. } => "write exactly two [[body]] tables: first the one that vibrates (blade), \
+                 then the one that holds it (jaw)"
+                .to_owned(),
+            Self::NothingFixed => {
+                "name a group of the mesh that does not move in at least one [[body]], for example: fixed = \
+                 [\"jaw_base\"]"
+                    .to_owned()
+            }
+            Self::OverrideSyntax { .. } => "write for example --set response.points=20, --set \
+                 contact.left.friction=0.1 or --set 'contact.*.friction=0.1'; KEY= with nothing after it \
+                 removes the key"
+                .to_owned(),
+            Self::OverrideNoElement { path, elements, .. } if elements.is_empty() => {
+                format!("`{path}` is empty; add its elements in the scene file")
+            }
+            Self::OverrideNoElement { path, elements, .. } => format!(
+                "the elements of `{path}` are: {}; a number (0 is the first) or * for all of them will do as well",
+                elements.join(", ")
+            ),
+            Self::OverrideNotATable { path, .. } => format!("set it whole: --set {path}=VALUE"),
+            Self::OverrideNothingToRemove { .. } => {
+                "to set it, write a value after the `=`; otherwise leave this argument out".to_owned()
+            }
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! `--set KEY=VALUE`: one argument put into the table of a scene, before it is checked.
+//!
+//! KEY is a dotted path; elements of a list are meant by number, by name, or all of them by `*`.
+//! VALUE is TOML, or else taken as a text; no VALUE removes the key. Of keys that exclude each other the one
+//! set displaces those of the file.
+
+use std::ops::Range;
+
+use serde_spanned::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::document::element_name;
+use super::error::{Fault, Problem};
+use super::keys;
+use super::source::Source;
+
+/// Keys of a section of which only one group may be given.
+const ALTERNATIVES: [(&str, &[&[&str]]); 3] = [
+    (
+        "mesh",
+        &[
+            &["file"],
+            &[
+                "geometry",
+                "parameters",
+                "time_limit_s",
+                "fallback",
+                "fallback_parameters",
+            ],
+        ],
+    ),
+    (
+        "damping",
+        &[&["ratio", "stuck_mode"], &["stiffness_s", "mass_per_s"]],
+    ),
+    (
+        "response",
+        &[&["frequency_hz"], &["times_first_stuck_mode"]],
+    ),
+];
+
+/// A word of the path and its place.
+#[derive(Debug, Clone)]
+struct Segment<'i> {
+    word: &'i str,
+    span: Range<usize>,
+}
+
+/// Applies `--set` argument `index` to the table.
+pub fn apply<'i>(source: &Source<'i>, index: usize, root: &mut DeTable<'i>) -> Result<(), Problem> {
+    let argument = source.overrides[index].as_str();
+    let start = source.override_start(index);
+    let syntax = || {
+        let fault = Fault::OverrideSyntax {
+            argument: argument.to_owned(),
+        };
+        source.problem(start..start + argument.len(), fault)
+    };
+    let (key, value_text) = argument.split_once('=').ok_or_else(syntax)?;
+    let path = segments(key, start);
+    if path.iter().any(|s| s.word.is_empty()) {
+        return Err(syntax());
+    }
+    let value_text_start = key.len() + 1;
+    let value = (!value_text.trim().is_empty()).then(|| {
+        let lead = value_text.len() - value_text.trim_start().len();
+        let from = start + value_text_start + lead;
+        value_of(value_text.trim(), from..from + value_text.trim().len())
+    });
+    let Some((first, rest)) = path.split_first() else {
+        return Err(syntax());
+    };
+    put_in_table(source, root, &mut Vec::new(), first, rest, value.as_ref())?;
+    if value.is_some()
+        && let [section, key] = path.as_slice()
+    {
+        displace_alternatives(source, root, section.word, key.word);
+    }
+    Ok(())
+}
+
+fn segments(key: &str, start: usize) -> Vec<Segment<'_>> {
+    let mut position = start;
+    let mut path = Vec::new();
+    for part in key.split('.') {
+        let word = part.trim();
+        let from = position + (part.len() - part.trim_start().len());
+        path.push(Segment {
+            word,
+            span: from..from + word.len(),
+        });
+        position += part.len() + 1;
+    }
+    path
+}
+
+/// The text as TOML, or as a string when it is none. Everything in it gets the span of the whole.
+fn value_of<'i>(text: &'i str, span: Range<usize>) -> Spanned<DeValue<'i>> {
+    match DeValue::parse(text) {
+        Ok(value) => relocated(value.into_inner(), &span),
+        Err(_) => Spanned::new(span, DeValue::String(text.into())),
+    }
+}
+
+fn relocated<'i>(value: DeValue<'i>, span: &Range<usize>) -> Spanned<DeValue<'i>> {
+    let value = match value {
+        DeValue::Array(items) => DeValue::Array(
+            items
+                .into_iter()
+                .map(|i| relocated(i.into_inner(), span))
+                .collect(),
+        ),
+        DeValue::Table(table) => DeValue::Table(
+            table
+                .into_iter()
+                .map(|(k, v)| {
+                    (
+                        Spanned::new(span.clone(), k.into_inner()),
+                        relocated(v.into_inner(), span),
+                    )
+                })
+                .collect(),
+        ),
+        single => single,
+    };
+    Spanned::new(span.clone(), value)
+}
+
+fn put_in_table<'i>(
+    source: &Source<'i>,
+    table: &mut DeTable<'i>,
+    above: &mut Vec<String>,
+    segment: &Segment<'i>,
+    rest: &[Segment<'i>],
+    value: Option<&Spanned<DeValue<'i>>>,
+) -> Result<(), Problem> {
+    let word = segment.word;
+    above.push(word.to_owned());
+    if let Some((next, rest)) = rest.split_first() {
+        if !table.contains_key(word) && value.is_some() {
+            let empty = Spanned::new(segment.span.clone(), DeValue::Table(DeTable::new()));
+            table.insert(Spanned::new(segment.span.clone(), word.into()), empty);
+        }
+        return match table.get_mut(word) {
+            Some(inner) => put(source, inner, above, next, rest, value),
+            None => Err(nothing_to_remove(source, above, segment)),
+        };
+    }
+    match value {
+        Some(value) => {
+            // A new key object, so that errors about the key point at the argument.
+            table.remove(word);
+            table.insert(
+                Spanned::new(segment.span.clone(), word.into()),
+                value.clone(),
+            );
+            Ok(())
+        }
+        None => match table.remove(word) {
+            Some(_) => Ok(()),
+            None => Err(nothing_to_remove(source, above, segment)),
+        },
+    }
+}
+
+/// Goes one step into a value that stands at `above`.
+fn put<'i>(
+    source: &Source<'i>,
+    target: &mut Spanned<DeValue<'i>>,
+    above: &mut Vec<String>,
+    segment: &Segment<'i>,
+    rest: &[Segment<'i>],
+    value: Option<&Spanned<DeValue<'i>>>,
+) -> Result<(), Problem> {
+    match target.get_mut() {
+        DeValue::Table(table) => put_in_table(source, table, above, segment, rest, value),
+        DeValue::Array(items) => {
+            let chosen = elements(items, segment.word);
+            if chosen.is_empty() {
+                let names = element_names(items);
+                let fault = Fault::OverrideNoElement {
+                    path: above.join("."),
+                    segment: segment.word.to_owned(),
+                    nearest: keys::nearest(segment.word, &names),
+                    elements: names,
+                };
+                return Err(source.problem(segment.span.clone(), fault));
+            }
+            match (rest.split_first(), value) {
+                (None, None) => {
+                    let kept = items
+                        .iter()
+                        .enumerate()
+                        .filter(|(i, _)| !chosen.contains(i));
+                    *items = kept.map(|(_, item)| item.clone()).collect();
+                }
+                (None, Some(value)) => {
+                    for (_, item) in items
+                        .iter_mut()
+                        .enumerate()
+                        .filter(|(i, _)| chosen.contains(i))
+                    {
+                        *item = value.clone();
+                    }
+                }
+                (Some((next, rest)), _) => {
+                    for (index, item) in items
+                        .iter_mut()
+                        .enumerate()
+                        .filter(|(i, _)| chosen.contains(i))
+                    {
+                        let mut above = above.clone();
+                        above.push(element_name(item).unwrap_or_else(|| index.to_string()));
+                        put(source, item, &mut above, next, rest, value)?;
+                    }
+                }
+            }
+            Ok(())
+        }
+        _ => {
+            let fault = Fault::OverrideNotATable {
+                path: above.join("."),
+                segment: segment.word.to_owned(),
+            };
+            Err(source.problem(segment.span.clone(), fault))
+        }
+    }
+}
+
+/// Indices meant by `*`, by a name or by a number.
+fn elements(items: &[Spanned<DeValue>], word: &str) -> Vec<usize> {
+    if word == "*" {
+        return (0..items.len()).collect();
+    }
+    let named: Vec<usize> = (0..items.len())
+        .filter(|&i| element_name(&items[i]).as_deref() == Some(word))
+        .collect();
+    if !named.is_empty() {
+        return named;
+    }
+    word.parse()
+        .ok()
+        .filter(|&i: &usize| i < items.len())
+        .into_iter()
+        .collect()
+}
+
+fn element_names(items: &[Spanned<DeValue>]) -> Vec<String> {
+    items
+        .iter()
+        .enumerate()
+        .map(|(i, e)| element_name(e).unwrap_or_else(|| i.to_string()))
+        .collect()
+}
+
+fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Problem {
+    let fault = Fault::OverrideNothingToRemove {
+        path: above.join("."),
+    };
+    source.problem(segment.span.clone(), fault)
+}
+
+/// Takes out what `section.key` excludes, where the file (not another argument) has set it.
+fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key: &str) {
+    let groups = ALTERNATIVES
+        .iter()
+        .find(|(s, _)| *s == section)
+        .map(|(_, groups)| *groups);
+    let Some(DeValue::Table(table)) = root.get_mut(section).map(|v| v.get_mut()) else {
+        return;
+    };
+    for group in groups.unwrap_or(&[]).iter().filter(|g| !g.contains(&key)) {
+        // A key that belongs to no group excludes nothing.
+        if !groups.unwrap_or(&[]).iter().any(|g| g.contains(&key)) {
+            return;
+        }
+        for other in *group {
+            if table
+                .get(*other)
+                .is_some_and(|v| source.is_in_file(&v.span()))
+            {
+                table.remove(*other);
+            }
+        }
+    }
+}

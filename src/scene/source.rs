@@ -1,0 +1,92 @@
+//! The text of a scene and of its `--set` arguments, as one range of byte positions.
+//!
+//! Values that come from `--set` are put into the same table as those of the file. To tell them
+//! apart by their spans, argument `k` is given the positions after the file and the arguments before it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use miette::NamedSource;
+
+use super::error::{Fault, Problem};
+
+/// Where the spans of a scene point to.
+pub struct Source<'i> {
+    pub name: &'i str,
+    pub text: &'i str,
+    pub overrides: &'i [String],
+}
+
+impl<'i> Source<'i> {
+    /// Position of the first byte of `--set` argument `index`.
+    pub fn override_start(&self, index: usize) -> usize {
+        // One position between any two texts, so that the end of one is not the start of the next.
+        self.text.len()
+            + 1
+            + self.overrides[..index]
+                .iter()
+                .map(|o| o.len() + 1)
+                .sum::<usize>()
+    }
+
+    /// Whether a span lies in the file and not in an argument.
+    pub fn is_in_file(&self, span: &Range<usize>) -> bool {
+        span.start <= self.text.len()
+    }
+
+    /// A fault at `span`, with the text it stands in.
+    pub fn problem(&self, span: Range<usize>, fault: Fault) -> Problem {
+        let (name, text, start) = self.text_at(span.start);
+        Problem {
+            fault,
+            source_text: NamedSource::new(name, Arc::<str>::from(text)).with_language("TOML"),
+            span: inside(text, span.start - start..span.end.saturating_sub(start)),
+            other: None,
+        }
+    }
+
+    /// The same with a second place, which is dropped when it stands in another text.
+    pub fn problem_with(
+        &self,
+        span: Range<usize>,
+        fault: Fault,
+        other: Range<usize>,
+        label: &'static str,
+    ) -> Problem {
+        let (_, text, start) = self.text_at(span.start);
+        let same_text = start == self.text_at(other.start).2;
+        let mut problem = self.problem(span, fault);
+        if same_text {
+            let span = inside(text, other.start - start..other.end.saturating_sub(start));
+            problem.other = Some((span, label));
+        }
+        problem
+    }
+
+    /// Name and text that hold a position, and the position of the text's first byte.
+    fn text_at(&self, position: usize) -> (&'i str, &'i str, usize) {
+        if position <= self.text.len() {
+            return (self.name, self.text, 0);
+        }
+        let mut start = self.text.len() + 1;
+        for argument in self.overrides {
+            if position <= start + argument.len() {
+                return ("--set", argument, start);
+            }
+            start += argument.len() + 1;
+        }
+        (self.name, self.text, 0)
+    }
+}
+
+/// `span` cut to the text and moved to character boundaries.
+fn inside(text: &str, span: Range<usize>) -> Range<usize> {
+    let boundary = |position: usize| {
+        (0..=position.min(text.len()))
+            .rev()
+            .find(|&i| text.is_char_boundary(i))
+            .unwrap_or(0)
+    };
+    let start = boundary(span.start);
+    start..boundary(span.end).max(start)
+}
