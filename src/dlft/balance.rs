@@ -15,8 +15,8 @@ use rayon::prelude::*;
 pub struct Setting<'a> {
     pub system: &'a ContactSystem<'a>,
     pub fourier: &'a Fourier,
-    /// Per pair (N, T), N/m.
-    pub eps: &'a [[f64; 2]],
+    /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
+    pub eps: &'a [f64],
     /// Static relative displacement, m, n: where the march of a pair starts.
     pub x_static: &'a [f64],
     pub periods: Periods,
@@ -93,7 +93,7 @@ impl<'a> Balance<'a> {
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
-        let [eps_n, eps_t] = self.setting.eps[pair];
+        let (eps_n, eps_t) = (self.setting.eps[3 * pair], self.setting.eps[3 * pair + 1]);
         let law = self.law(pair);
         let x = &self.setting.x_static[3 * pair..3 * pair + 3];
         PairInput {
@@ -127,8 +127,7 @@ impl<'a> Balance<'a> {
         let mut out = vec![0.0; u.len()];
         self.apply_stiffness(u, &mut out);
         for (i, o) in out.iter_mut().enumerate() {
-            let at = i % n;
-            *o = self.force[i] - *o + self.setting.eps[at / 3][usize::from(at % 3 > 0)] * u[i];
+            *o = self.force[i] - *o + self.setting.eps[i % n] * u[i];
         }
         out
     }
@@ -157,9 +156,8 @@ impl<'a> Balance<'a> {
         }
         let residual = (0..u.len())
             .map(|i| {
-                let at = i % n;
                 // Lambda U - F = eps U - lambda_u.
-                self.setting.eps[at / 3][usize::from(at % 3 > 0)] * u[i] - lambda_u[i] + lambda[i]
+                self.setting.eps[i % n] * u[i] - lambda_u[i] + lambda[i]
             })
             .collect();
         let ends = marched.into_iter().map(|(end, _)| end).collect();
@@ -207,8 +205,7 @@ impl<'a> Balance<'a> {
 
     /// eps of entry `i` of a full vector.
     pub fn eps_at(&self, i: usize) -> f64 {
-        let at = i % self.unknowns_per_block();
-        self.setting.eps[at / 3][usize::from(at % 3 > 0)]
+        self.setting.eps[i % self.unknowns_per_block()]
     }
 }
 

@@ -154,8 +154,8 @@ fn one_period(
     for n in 0..samples {
         let predicted = prediction(signals, samples, n, input.shift_n, *state);
         let (contact, force) = unilateral_coulomb(predicted, input.friction);
-        for c in 0..3 {
-            signals.lambda[c * samples + n] = force[c];
+        for (c, force) in force.iter().enumerate() {
+            signals.lambda[c * samples + n] = *force;
         }
         if contact == Contact::Stick {
             continue;

@@ -269,10 +269,10 @@ impl Preconditioner {
                 for (slot, d) in averaged.iter().enumerate() {
                     for r in 0..3 {
                         let mut v = c64::new(re[3 * slot + r], im[3 * slot + r]);
-                        for c in 0..3 {
+                        for (c, d) in d[r].iter().enumerate() {
                             let at = 3 * slot + c;
                             let own = if at == j { eps(j) } else { 0.0 };
-                            v -= d[r][c] * c64::new(re[at] - own, im[at]);
+                            v -= d * c64::new(re[at] - own, im[at]);
                         }
                         out[3 * slot + r] = v;
                     }

@@ -212,7 +212,7 @@ fn pair_cycle(
     let n = balance.unknowns_per_block();
     let fourier = balance.setting.fourier;
     let end = &evaluation.ends[pair];
-    let slid_m = end.slid_n / balance.setting.eps[pair][1];
+    let slid_m = end.slid_n / balance.setting.eps[3 * pair + 1];
     let normal: Vec<f64> = (0..fourier.width())
         .map(|h| evaluation.lambda[h * n + 3 * pair])
         .collect();

@@ -10,10 +10,10 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state. `eps` per pair (N, T), N/m.
+/// stuck, unloaded state. `eps` per unknown, N/m.
 pub fn static_state(
     model: &RelativeModel,
-    eps: &[[f64; 2]],
+    eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
@@ -22,9 +22,9 @@ pub fn static_state(
         model,
         eps,
         load: vec![0.0; n],
-        slid_force: vec![[0.0; 2]; eps.len()],
+        slid_force: vec![[0.0; 2]; n / 3],
         scale: norm(&model.static_load.on_x),
-        derivative: vec![[[0.0; 3]; 3]; eps.len()],
+        derivative: vec![[[0.0; 3]; 3]; n / 3],
         factor: None,
     };
     let mut x = vec![0.0; n];
@@ -42,8 +42,9 @@ pub fn static_state(
             for (f, full) in system.load.iter_mut().zip(&model.static_load.on_x) {
                 *f = fraction * full;
             }
-            for ((s, x), eps) in system.slid_force.iter_mut().zip(x.chunks_exact(3)).zip(eps) {
-                *s = [eps[1] * x[1], eps[1] * x[2]];
+            for (pair, s) in system.slid_force.iter_mut().enumerate() {
+                let t = 3 * pair + 1;
+                *s = [eps[t] * x[t], eps[t + 1] * x[t + 1]];
             }
             let end = newton(&mut system, &mut x, options);
             state.newton_iterations += end.iterations;
@@ -70,7 +71,7 @@ pub fn static_state(
 
 struct StaticSystem<'a> {
     model: &'a RelativeModel,
-    eps: &'a [[f64; 2]],
+    eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
     /// lambda_x (tangential) of the last step.
@@ -85,11 +86,10 @@ impl StaticSystem<'_> {
     /// lambda_u shifted by the clearance and the slid force, per pair.
     fn predicted(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let lambda_u = self.lambda_u(x);
-        (0..self.eps.len())
+        (0..self.slid_force.len())
             .map(|pair| {
-                let [eps_n, _] = self.eps[pair];
                 [
-                    lambda_u[3 * pair] + eps_n * self.model.pairs[pair].gap_m,
+                    lambda_u[3 * pair] + self.eps[3 * pair] * self.model.pairs[pair].gap_m,
                     lambda_u[3 * pair + 1] - self.slid_force[pair][0],
                     lambda_u[3 * pair + 2] - self.slid_force[pair][1],
                 ]
@@ -105,7 +105,7 @@ impl StaticSystem<'_> {
             out.iter_mut().zip(column).for_each(|(o, k)| *o -= k * xj);
         }
         for (i, o) in out.iter_mut().enumerate() {
-            *o += self.eps[i / 3][usize::from(i % 3 > 0)] * x[i];
+            *o += self.eps[i] * x[i];
         }
         out
     }
@@ -117,9 +117,9 @@ impl NonlinearSystem for StaticSystem<'_> {
         let lambda_u = self.lambda_u(x);
         for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
             let (_, force) = unilateral_coulomb(predicted, self.model.pairs[pair].friction);
-            for c in 0..3 {
+            for (c, force) in force.iter().enumerate() {
                 let i = 3 * pair + c;
-                f[i] = self.eps[pair][usize::from(c > 0)] * x[i] - lambda_u[i] + force[c];
+                f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
             }
         }
     }
@@ -161,8 +161,7 @@ impl NonlinearSystem for StaticSystem<'_> {
             }
             let pair = j / 3;
             for r in 0..3 {
-                let eps = self.eps[pair][usize::from(j % 3 > 0)];
-                out[3 * pair + r] += self.derivative[pair][r][j % 3] * eps;
+                out[3 * pair + r] += self.derivative[pair][r][j % 3] * self.eps[j];
             }
         }
         self.factor = Some(jacobian.partial_piv_lu());

@@ -35,19 +35,19 @@ pub struct SweepSettings {
     pub slip_threshold_m: Option<f64>,
 }
 
-/// eps per pair (N, T), N/m (method: `EpsChoice`).
-pub fn eps_of(model: &RelativeModel, choice: EpsChoice, scale: f64) -> Vec<[f64; 2]> {
+/// eps per unknown, N/m, one value for N and one for both T of a pair.
+pub fn eps_of(model: &RelativeModel, choice: EpsChoice, scale: f64) -> Vec<f64> {
     let k = &model.stiffness;
     match choice {
         EpsChoice::Pair => (0..model.pairs.len())
-            .map(|p| {
+            .flat_map(|p| {
                 let tangential = 0.5 * (k[(3 * p + 1, 3 * p + 1)] + k[(3 * p + 2, 3 * p + 2)]);
-                [scale * k[(3 * p, 3 * p)], scale * tangential]
+                [k[(3 * p, 3 * p)], tangential, tangential].map(|v| scale * v)
             })
             .collect(),
         EpsChoice::SpectralRadius => {
             let rho = scale * spectral_radius(model);
-            vec![[rho, rho]; model.pairs.len()]
+            vec![rho; k.nrows()]
         }
     }
 }
@@ -76,7 +76,7 @@ fn spectral_radius(model: &RelativeModel) -> f64 {
 pub fn sweep(
     model: &RelativeModel,
     damping: Rayleigh,
-    eps: &[[f64; 2]],
+    eps: &[f64],
     static_state: &StaticState,
     settings: &SweepSettings,
     progress: &(dyn Fn(&Orbit) + Sync),

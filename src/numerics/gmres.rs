@@ -143,8 +143,8 @@ mod tests {
             }
         };
         let apply = |v: &[f64], y: &mut [f64]| {
-            for i in 0..n {
-                y[i] = (0..n).map(|j| entry(i, j) * v[j]).sum();
+            for (i, y) in y.iter_mut().enumerate() {
+                *y = (0..n).map(|j| entry(i, j) * v[j]).sum();
             }
         };
         let b: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();

@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
+# With the argument `vtk`: a Python environment in target/venv with VTK, for the read-back check.
+# Does nothing where all is there; says what is missing where it cannot install it.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+say() { printf 'setup: %s\n' "$*" >&2; }
+
+as_root() {
+    if [ "$(id -u)" = 0 ]; then "$@"
+    elif command -v sudo >/dev/null; then sudo "$@"
+    else return 1
+    fi
+}
+
+apt_updated=no
+install() {
+    if ! command -v apt-get >/dev/null; then
+        say "no apt-get here; please install by hand: $*"
+        return 1
+    fi
+    say "installing $*"
+    if [ "$apt_updated" = no ]; then
+        as_root apt-get update -qq || say "apt-get update failed; trying with the lists that are here"
+        apt_updated=yes
+    fi
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" \
+        >/dev/null
+}
+
+if [ "${1:-}" = vtk ]; then
+    python=target/venv/bin/python
+    if ! "$python" -c 'import vtk' 2>/dev/null; then
+        mkdir -p target
+        if ! python3 -m venv target/venv 2>/dev/null; then
+            install python3-venv
+            python3 -m venv --clear target/venv
+        fi
+        say "installing VTK into target/venv"
+        "$python" -m pip install --quiet --disable-pip-version-check vtk
+    fi
+    exit 0
+fi
+
+command -v cargo >/dev/null || {
+    say "cargo is missing: install Rust 1.88 or newer (rustup, or your distribution's package)"
+    exit 1
+}
+command -v cc >/dev/null || install gcc libc6-dev || { say "a C compiler is needed to link"; exit 1; }
+if ! { command -v pkg-config >/dev/null && pkg-config --exists arpack; }; then
+    install pkg-config libarpack2-dev ||
+        { say "pkg-config and ARPACK (arpack-ng, with its arpack.pc) are needed to build"; exit 1; }
+fi
+if ! command -v gmsh >/dev/null; then
+    install gmsh || say "gmsh is missing: the committed mesh in meshes/ is used where it fits the scene"
+fi
