@@ -4,8 +4,16 @@
 use std::path::{Path, PathBuf};
 
 /// Each stage may import itself and what stands before it (and `numerics`).
-const STAGES: [&str; 8] =
-    ["scene", "model", "fem", "reduction", "contact", "dlft", "results", "export"];
+const STAGES: [&str; 8] = [
+    "scene",
+    "model",
+    "fem",
+    "reduction",
+    "contact",
+    "dlft",
+    "results",
+    "export",
+];
 /// Modules that import nothing of the crate but themselves.
 const ISLANDS: [&str; 2] = ["numerics", "mesh"];
 /// Modules of the outermost layer, which may see everything.
@@ -37,9 +45,15 @@ fn sources() -> Vec<(String, String)> {
         .iter()
         .map(|file| {
             let text = std::fs::read_to_string(file).unwrap();
-            let code: Vec<&str> =
-                text.lines().map(|line| line.split("//").next().unwrap()).collect();
-            let name = file.strip_prefix(root()).unwrap().to_string_lossy().replace('\\', "/");
+            let code: Vec<&str> = text
+                .lines()
+                .map(|line| line.split("//").next().unwrap())
+                .collect();
+            let name = file
+                .strip_prefix(root())
+                .unwrap()
+                .to_string_lossy()
+                .replace('\\', "/");
             (name, code.join("\n"))
         })
         .collect()
@@ -61,7 +75,9 @@ fn imports(code: &str) -> Vec<String> {
 }
 
 fn first_word(text: &str) -> String {
-    text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
+    text.chars()
+        .take_while(|c| c.is_alphanumeric() || *c == '_')
+        .collect()
 }
 
 #[test]
@@ -87,14 +103,23 @@ fn imports_point_one_way() {
             }
         }
     }
-    assert!(wrong.is_empty(), "imports against the flow:\n{}", wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "imports against the flow:\n{}",
+        wrong.join("\n")
+    );
 }
 
 #[test]
 fn unsafe_stays_in_the_bindings() {
     for (file, code) in sources() {
-        let found = code.split(|c: char| !c.is_alphanumeric() && c != '_').any(|w| w == "unsafe");
-        assert!(!found || BINDINGS.contains(&file.as_str()), "{file} holds unsafe code");
+        let found = code
+            .split(|c: char| !c.is_alphanumeric() && c != '_')
+            .any(|w| w == "unsafe");
+        assert!(
+            !found || BINDINGS.contains(&file.as_str()),
+            "{file} holds unsafe code"
+        );
     }
 }
 
@@ -106,7 +131,10 @@ fn every_path_in_the_architecture_exists() {
         let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', ':']);
         if is_path && !quoted.starts_with("output/") {
             checked += 1;
-            assert!(root().join(quoted).exists(), "ARCHITECTURE.md names `{quoted}`");
+            assert!(
+                root().join(quoted).exists(),
+                "ARCHITECTURE.md names `{quoted}`"
+            );
         }
     }
     assert!(checked > 20, "only {checked} paths found");

@@ -182,6 +182,12 @@ impl Run<'_> {
         {
             (u, end) = (stepped, again);
         }
+        if end.status != NewtonStatus::Converged
+            && let Some((grown, again)) =
+                self.growing_force(frequency_hz, preconditioner, &mut effort)
+        {
+            (u, end) = (grown, again);
+        }
         let evaluation = balance.evaluate(&u);
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
@@ -234,6 +240,35 @@ impl Run<'_> {
         };
         effort.newton += end.iterations;
         end
+    }
+
+    /// Lets the vibrating part of the load grow from nothing in 4, 8, 16, ... steps.
+    fn growing_force(
+        &self,
+        frequency_hz: f64,
+        preconditioner: &mut Preconditioner,
+        effort: &mut Effort,
+    ) -> Option<(Vec<f64>, NewtonEnd)> {
+        let mut balance = self.balance(frequency_hz);
+        let n = balance.unknowns_per_block();
+        let full = balance.force[n..].to_vec();
+        (2..=BISECTIONS + 1).find_map(|halvings| {
+            let steps = 1usize << halvings;
+            let mut u = self.cold();
+            let mut end = None;
+            for step in 1..=steps {
+                let fraction = step as f64 / steps as f64;
+                for (f, full) in balance.force[n..].iter_mut().zip(&full) {
+                    *f = fraction * full;
+                }
+                let solved = self.solve(&balance, &mut u, preconditioner, effort);
+                if solved.status != NewtonStatus::Converged {
+                    return None;
+                }
+                end = Some(solved);
+            }
+            end.map(|end| (u, end))
+        })
     }
 
     /// Walks from a solved frequency in 2, 4, 8, ... steps until one walk arrives.
