@@ -267,13 +267,12 @@ impl Fault {
             Self::Syntax { .. } => "a scene is a TOML file (https://toml.io): lines `key = value` under \
                  [section] or [[section]] headings; texts stand in double quotes"
                 .to_owned(),
-            Self::UnknownKey { section, valid, nearest, .. } => {
+            Self::UnknownKey { section, valid, .. } => {
                 let place = match *section {
                     "" => "the top of a scene".to_owned(),
                     other => format!("`{other}`"),
                 };
-                let near = nearest.as_ref().map(|n| format!("did you mean `{n}`? "));
-                format!("{}the keys of {place} are: {}", near.unwrap_or_default(), valid.join(", "))
+                format!("the keys of {place} are: {}", valid.join(", "))
             }
             Self::WrongType { example, .. } if example.is_empty() => {
                 "give a value of the type named".to_owned()
@@ -286,9 +285,8 @@ impl Fault {
             Self::MissingKey { example, .. } => format!("add a line like this: {example}"),
             Self::NoneOf { example, .. } => format!("add one of them, for example: {example}"),
             Self::OutOfRange { limits, .. } => format!("give a value that is {limits}"),
-            Self::UnknownChoice { valid, nearest, .. } => {
-                let near = nearest.as_ref().map(|n| format!("did you mean \"{n}\"? "));
-                format!("{}the choices are: \"{}\"", near.unwrap_or_default(), valid.join("\", \""))
+            Self::UnknownChoice { valid, .. } => {
+                format!("the choices are: \"{}\"", valid.join("\", \""))
             }
             Self::UnknownBody { bodies, .. } => {
                 format!("the bodies of this scene are: {}", bodies.join(", "))
