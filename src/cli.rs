@@ -26,14 +26,13 @@ KEY is a dotted path; elements of a list are meant by name, by number or all by 
   --set mesh.parameters.nu=8
   --set contact.left.friction=0.1    --set contact.0.friction=0.1
   --set 'contact.*.friction=0.1'
-VALUE is TOML, or else a text. KEY= with nothing after it removes the key (--set rotation=). Of keys that \
-exclude each other, such as response.frequency_hz and response.times_first_stuck_mode, the one set \
-replaces the one in the file. Paths count from the folder of the scene.";
+VALUE is TOML, or else a text; paths count from the folder of the scene. KEY= with nothing
+after it removes the key (--set rotation=). Of keys that exclude each other, such as
+response.frequency_hz and response.times_first_stuck_mode, the one set replaces the file's.";
 
-/// Vibration of turbomachinery blades held by dovetail joints: friction, lift-off, and where the
-/// energy goes.
+/// Vibration of blades held by dovetail joints: friction, lift-off, and where the energy goes
 #[derive(Debug, Parser)]
-#[command(name = "dovetail", version, after_help = EXIT_CODES, max_term_width = 100)]
+#[command(name = "dovetail", version, after_help = EXIT_CODES)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
 struct Cli {
     #[command(subcommand)]

@@ -25,7 +25,7 @@ pub fn read(source: &Source) -> Result<RawScene, Vec<Problem>> {
     let mut problems = Vec::new();
     for index in 0..source.overrides.len() {
         if let Err(problem) = overrides::apply(source, index, &mut root) {
-            problems.push(problem);
+            problems.push(*problem);
         }
     }
     check_shapes(source, &mut root, &mut problems);
@@ -227,7 +227,7 @@ fn remove(root: &mut DeTable, place: &[Step]) -> bool {
     for step in rest {
         let next = match (step, value.get_mut()) {
             (Step::Key(key), DeValue::Table(table)) => table.get_mut(key.as_str()),
-            (Step::Index(index), DeValue::Array(items)) => items.iter_mut().nth(*index),
+            (Step::Index(index), DeValue::Array(items)) => items.get_mut(*index),
             _ => None,
         };
         match next {
@@ -257,12 +257,12 @@ fn path_text(root: &DeTable, place: &[Step]) -> String {
             }
             Step::Index(index) => {
                 value = match value.map(|v| v.get_ref()) {
-                    Some(DeValue::Array(items)) => items.iter().nth(*index),
+                    Some(DeValue::Array(items)) => items.get(*index),
                     _ => None,
                 };
                 words.push(
                     value
-                        .and_then(|v| element_name(v))
+                        .and_then(element_name)
                         .unwrap_or_else(|| index.to_string()),
                 );
             }

@@ -191,6 +191,8 @@ pub enum Fault {
     NothingFixed,
     #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
     OverrideSyntax { argument: String },
+    #[error("the key of this `--set` has {steps} steps")]
+    OverrideTooDeep { steps: usize },
     #[error("`{path}` has no element \"{segment}\"")]
     OverrideNoElement {
         path: String,
@@ -255,6 +257,7 @@ impl Fault {
             Self::BodyCount { .. } => "one body too many".to_owned(),
             Self::NothingFixed => "every body floats".to_owned(),
             Self::OverrideSyntax { .. } => "no `=` with a key before it".to_owned(),
+            Self::OverrideTooDeep { .. } => "too deep".to_owned(),
             Self::OverrideNoElement { .. } => "not an element".to_owned(),
             Self::OverrideNotATable { .. } => "one step too deep".to_owned(),
             Self::OverrideNothingToRemove { .. } => "not in the scene".to_owned(),
@@ -267,16 +270,12 @@ impl Fault {
             Self::Syntax { .. } => "a scene is a TOML file (https://toml.io): lines `key = value` under \
                  [section] or [[section]] headings; texts stand in double quotes"
                 .to_owned(),
-            Self::UnknownKey { section, valid, nearest, .. } => {
+            Self::UnknownKey { section, valid, .. } => {
                 let place = match *section {
                     "" => "the top of a scene".to_owned(),
                     other => format!("`{other}`"),
                 };
-                let near = nearest.as_ref().map(|n| format!("did you mean `{n}`? "));
-                format!("{}the keys of {place} are: {}", near.unwrap_or_default(), valid.join(", "))
-            }
-            Self::WrongType { example, .. } if example.is_empty() => {
-                "give a value of the type named".to_owned()
+                format!("the keys of {place} are: {}", valid.join(", "))
             }
             Self::WrongType { example, .. } => format!("write it like this: {example}"),
             Self::WrongShape { example, .. } => format!("write it like this:\n{example}"),
@@ -286,9 +285,8 @@ impl Fault {
             Self::MissingKey { example, .. } => format!("add a line like this: {example}"),
             Self::NoneOf { example, .. } => format!("add one of them, for example: {example}"),
             Self::OutOfRange { limits, .. } => format!("give a value that is {limits}"),
-            Self::UnknownChoice { valid, nearest, .. } => {
-                let near = nearest.as_ref().map(|n| format!("did you mean \"{n}\"? "));
-                format!("{}the choices are: \"{}\"", near.unwrap_or_default(), valid.join("\", \""))
+            Self::UnknownChoice { valid, .. } => {
+                format!("the choices are: \"{}\"", valid.join("\", \""))
             }
             Self::UnknownBody { bodies, .. } => {
                 format!("the bodies of this scene are: {}", bodies.join(", "))
@@ -327,6 +325,9 @@ impl Fault {
                  contact.left.friction=0.1 or --set 'contact.*.friction=0.1'; KEY= with nothing after it \
                  removes the key"
                 .to_owned(),
+            Self::OverrideTooDeep { .. } => {
+                "no key of a scene is deeper than section.element.key.element".to_owned()
+            }
             Self::OverrideNoElement { path, elements, .. } if elements.is_empty() => {
                 format!("`{path}` is empty; add its elements in the scene file")
             }

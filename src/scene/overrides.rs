@@ -39,6 +39,10 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 3] = [
     ),
 ];
 
+/// Steps of a path; a scene has no more than four (`body.jaw.fixed.0`), and tables within tables without
+/// end would not fit the stack.
+const MOST_STEPS: usize = 8;
+
 /// A word of the path and its place.
 #[derive(Debug, Clone)]
 struct Segment<'i> {
@@ -47,19 +51,27 @@ struct Segment<'i> {
 }
 
 /// Applies `--set` argument `index` to the table.
-pub fn apply<'i>(source: &Source<'i>, index: usize, root: &mut DeTable<'i>) -> Result<(), Problem> {
+pub fn apply<'i>(
+    source: &Source<'i>,
+    index: usize,
+    root: &mut DeTable<'i>,
+) -> Result<(), Box<Problem>> {
     let argument = source.overrides[index].as_str();
     let start = source.override_start(index);
     let syntax = || {
         let fault = Fault::OverrideSyntax {
             argument: argument.to_owned(),
         };
-        source.problem(start..start + argument.len(), fault)
+        Box::new(source.problem(start..start + argument.len(), fault))
     };
     let (key, value_text) = argument.split_once('=').ok_or_else(syntax)?;
     let path = segments(key, start);
     if path.iter().any(|s| s.word.is_empty()) {
         return Err(syntax());
+    }
+    if path.len() > MOST_STEPS {
+        let fault = Fault::OverrideTooDeep { steps: path.len() };
+        return Err(Box::new(source.problem(start..start + key.len(), fault)));
     }
     let value_text_start = key.len() + 1;
     let value = (!value_text.trim().is_empty()).then(|| {
@@ -133,7 +145,7 @@ fn put_in_table<'i>(
     segment: &Segment<'i>,
     rest: &[Segment<'i>],
     value: Option<&Spanned<DeValue<'i>>>,
-) -> Result<(), Problem> {
+) -> Result<(), Box<Problem>> {
     let word = segment.word;
     above.push(word.to_owned());
     if let Some((next, rest)) = rest.split_first() {
@@ -171,7 +183,7 @@ fn put<'i>(
     segment: &Segment<'i>,
     rest: &[Segment<'i>],
     value: Option<&Spanned<DeValue<'i>>>,
-) -> Result<(), Problem> {
+) -> Result<(), Box<Problem>> {
     match target.get_mut() {
         DeValue::Table(table) => put_in_table(source, table, above, segment, rest, value),
         DeValue::Array(items) => {
@@ -184,7 +196,7 @@ fn put<'i>(
                     nearest: keys::nearest(segment.word, &names),
                     elements: names,
                 };
-                return Err(source.problem(segment.span.clone(), fault));
+                return Err(Box::new(source.problem(segment.span.clone(), fault)));
             }
             match (rest.split_first(), value) {
                 (None, None) => {
@@ -222,7 +234,7 @@ fn put<'i>(
                 path: above.join("."),
                 segment: segment.word.to_owned(),
             };
-            Err(source.problem(segment.span.clone(), fault))
+            Err(Box::new(source.problem(segment.span.clone(), fault)))
         }
     }
 }
@@ -253,11 +265,11 @@ fn element_names(items: &[Spanned<DeValue>]) -> Vec<String> {
         .collect()
 }
 
-fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Problem {
+fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Box<Problem> {
     let fault = Fault::OverrideNothingToRemove {
         path: above.join("."),
     };
-    source.problem(segment.span.clone(), fault)
+    Box::new(source.problem(segment.span.clone(), fault))
 }
 
 /// Takes out what `section.key` excludes, where the file (not another argument) has set it.

@@ -1,0 +1,767 @@
+//! A scene that is wrong is refused with the line, what is valid and the remedy; nothing makes the
+//! reader panic. Every case changes one thing in the committed scene of the paper.
+
+use std::path::Path;
+
+use dovetail::scene::{self, Scene, SceneError};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+
+const PAPER: &str = include_str!("../scenes/paper.toml");
+
+fn parse(text: &str, overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+    scene::parse(text, "paper.toml", Path::new("scenes"), &overrides)
+}
+
+/// The message as the program prints it where there is no terminal, on one line.
+fn rendered(error: &SceneError) -> String {
+    let mut text = String::new();
+    GraphicalReportHandler::new_themed(GraphicalTheme::none())
+        .with_width(400)
+        .render_report(&mut text, error)
+        .expect("a report is rendered");
+    assert!(
+        !text.contains("Failed to read contents"),
+        "a span outside its text:\n{text}"
+    );
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The text with the `nth` occurrence of `find` replaced, and the line it stands on.
+fn edited(find: &str, nth: usize, replace: &str) -> (String, usize) {
+    let at = PAPER
+        .match_indices(find)
+        .nth(nth)
+        .unwrap_or_else(|| panic!("no {find:?} in the scene"))
+        .0;
+    let text = format!("{}{replace}{}", &PAPER[..at], &PAPER[at + find.len()..]);
+    (text, 1 + PAPER[..at].matches('\n').count())
+}
+
+/// Replaces `find` and demands one single error, on that line and with these words.
+#[track_caller]
+fn refused(find: &str, replace: &str, words: &[&str]) {
+    refused_at(find, 0, replace, words);
+}
+
+#[track_caller]
+fn refused_at(find: &str, nth: usize, replace: &str, words: &[&str]) {
+    let (text, line) = edited(find, nth, replace);
+    refused_on(&text, line, words);
+}
+
+/// The same for a text changed in more than one place.
+#[track_caller]
+fn refused_on(text: &str, line: usize, words: &[&str]) {
+    let error = parse(text, &[]).expect_err("the scene is wrong");
+    let message = rendered(&error);
+    assert_eq!(count(&error), 1, "{message}");
+    let place = format!("[paper.toml:{line}:");
+    for word in words.iter().copied().chain([place.as_str()]) {
+        assert!(message.contains(word), "no {word:?} in:\n{message}");
+    }
+}
+
+/// The line that begins with `start`.
+fn line_of(text: &str, start: &str) -> usize {
+    1 + text
+        .lines()
+        .position(|l| l.starts_with(start))
+        .unwrap_or_else(|| panic!("no {start:?}"))
+}
+
+fn count(error: &SceneError) -> usize {
+    match error {
+        SceneError::Invalid { problems } => problems.len(),
+        SceneError::Read { .. } => 0,
+    }
+}
+
+// --- keys ---------------------------------------------------------------------------------------
+
+#[test]
+fn an_unknown_key_names_the_near_one_and_all_others() {
+    refused(
+        "poisson = 0.34",
+        "poison = 0.34",
+        &[
+            "unknown key `body.blade.poison`",
+            "did you mean `poisson`?",
+            "the keys of `body` are: name, volume, young_pa, poisson, density_kg_m3",
+        ],
+    );
+    refused(
+        "load_steps = 10",
+        "steps_of_the_load = 10",
+        &["the keys of `static` are: load_steps"],
+    );
+    refused(
+        "harmonic = 1",
+        "colour = 1",
+        &[
+            "unknown key `excitation.0.colour`",
+            "not a key",
+            "phase_deg",
+        ],
+    );
+    refused(
+        "eps = \"pair\"",
+        "epsilon = \"pair\"",
+        &["`response.epsilon`", "did you mean `eps`?"],
+    );
+}
+
+#[test]
+fn an_unknown_section_names_the_sections() {
+    refused(
+        "[rotation]",
+        "[rotatoin]",
+        &["`rotatoin`", "did you mean `rotation`?", "contact, damping"],
+    );
+    refused(
+        "[[observe]]",
+        "[[watch]]",
+        &[
+            "unknown section or key `watch`",
+            "excitation, observe, static",
+        ],
+    );
+    refused(
+        "name = \"paper\"",
+        "title = \"paper\"",
+        &["unknown section or key `title`", "name, mesh, body"],
+    );
+}
+
+#[test]
+fn a_key_twice_is_a_syntax_error_on_its_second_line() {
+    refused(
+        "speed_rpm = 5000",
+        "axis = [1, 0, 0]",
+        &["not TOML", "duplicate key"],
+    );
+}
+
+#[test]
+fn text_that_is_not_toml_points_at_the_place() {
+    refused("friction = 0.3 ", "friction = ", &["not TOML"]);
+    refused(
+        "eps = \"pair\"",
+        "eps = pair",
+        &["not TOML", "double quotes"],
+    );
+    refused("[static]", "[static", &["not TOML"]);
+}
+
+// --- types --------------------------------------------------------------------------------------
+
+#[test]
+fn a_wrong_type_shows_how_to_write_the_key() {
+    refused(
+        "young_pa = 113.8e9",
+        "young_pa = \"113.8e9\"",
+        &[
+            "`body.blade.young_pa` has the wrong type",
+            "string \"113.8e9\", expected a finite number",
+            "write it like this: young_pa = 113.8e9",
+        ],
+    );
+    refused(
+        "points = 200",
+        "points = 2.5",
+        &["`response.points`", "expected a whole number, 0 or more"],
+    );
+    refused(
+        "points = 200",
+        "points = -3",
+        &["`response.points`", "-3", "expected a whole number"],
+    );
+    refused(
+        "name = \"tip\"",
+        "name = 7",
+        &["`observe.0.name`", "expected a string", "name = \"tip\""],
+    );
+    refused(
+        "fixed = [\"jaw_base\"]",
+        "fixed = \"jaw_base\"",
+        &["expected a sequence", "[\"jaw_base\"]"],
+    );
+    refused(
+        "fixed = [\"jaw_base\"]",
+        "fixed = [\"jaw_base\", 3]",
+        &["`body.jaw.fixed.1`", "expected a string"],
+    );
+    refused(
+        "order = 2 }",
+        "order = true }",
+        &["`mesh.parameters.order`", "boolean `true`"],
+    );
+}
+
+#[test]
+fn vectors_and_ranges_have_their_lengths() {
+    refused(
+        "direction = [0, 1, 0]",
+        "direction = [0, 1]",
+        &["length 2", "a list of 3 finite numbers"],
+    );
+    refused(
+        "direction = [0, 1, 0]",
+        "direction = [0, 1, 0, 0]",
+        &["length 4", "a list of 3 finite numbers"],
+    );
+    refused(
+        "axis = [1, 0, 0]",
+        "axis = \"x\"",
+        &["`rotation.axis`", "axis = [1, 0, 0]"],
+    );
+    refused(
+        "[0.98, 1.02]",
+        "[0.98]",
+        &[
+            "`response.times_first_stuck_mode`",
+            "a list of 2 finite numbers",
+        ],
+    );
+}
+
+#[test]
+fn nan_and_infinity_are_not_numbers() {
+    for value in ["nan", "inf", "-inf", "1e999"] {
+        for key in [
+            "young_pa = 113.8e9",
+            "metres_per_unit = 1e-3",
+            "tolerance = 1e-8",
+            "force_n = 2.0",
+        ] {
+            let name = key.split(" = ").next().unwrap();
+            refused(
+                key,
+                &format!("{name} = {value}"),
+                &[name, "has the wrong type"],
+            );
+        }
+        refused(
+            "point_m = [0, 0, 0]",
+            &format!("point_m = [0, {value}, 0]"),
+            &["rotation.point_m"],
+        );
+    }
+}
+
+#[test]
+fn a_section_of_the_wrong_shape_shows_the_right_one() {
+    refused(
+        "[[observe]]",
+        "[observe]",
+        &["`observe` has to be a list of tables", "[[observe]]"],
+    );
+    refused(
+        "[static]",
+        "[[static]]",
+        &["`static` has to be a table", "[static]"],
+    );
+}
+
+// --- values -------------------------------------------------------------------------------------
+
+#[test]
+fn impossible_materials_are_refused() {
+    let young = ["`body.blade.young_pa` is", "must be greater than 0"];
+    refused("young_pa = 113.8e9", "young_pa = -113.8e9", &young);
+    refused("young_pa = 113.8e9", "young_pa = 0", &young);
+    for poisson in ["0.5", "-1", "3"] {
+        let words = ["`body.jaw.poisson` is", "greater than -1 and less than 0.5"];
+        refused_at("poisson = 0.34", 1, &format!("poisson = {poisson}"), &words);
+    }
+    refused(
+        "density_kg_m3 = 4430",
+        "density_kg_m3 = 0.0",
+        &["`body.blade.density_kg_m3`", "greater than 0"],
+    );
+}
+
+#[test]
+fn impossible_numbers_are_refused() {
+    refused(
+        "metres_per_unit = 1e-3",
+        "metres_per_unit = 0",
+        &["greater than 0"],
+    );
+    refused(
+        "time_limit_s = 120",
+        "time_limit_s = -1",
+        &["`mesh.time_limit_s` is -1"],
+    );
+    refused(
+        "pairing_tolerance = 1e-6",
+        "pairing_tolerance = 0.7",
+        &["less than 0.5"],
+    );
+    refused(
+        "friction = 0.3",
+        "friction = -0.3",
+        &["`contact.left.friction` is -0.3", "0 or more"],
+    );
+    refused_at(
+        "gap_m = 0.0",
+        1,
+        "gap_m = -1e-6",
+        &["`contact.right.gap_m`", "0 or more"],
+    );
+    refused(
+        "speed_rpm = 5000",
+        "speed_rpm = -5000",
+        &["`rotation.speed_rpm`", "0 or more"],
+    );
+    refused(
+        "ratio = 0.001",
+        "ratio = -0.001",
+        &["`damping.ratio`", "0 or more and less than 1"],
+    );
+    refused(
+        "stuck_mode = 1",
+        "stuck_mode = 0",
+        &["`damping.stuck_mode` is 0", "from 1 to"],
+    );
+    refused(
+        "force_n = 2.0",
+        "force_n = -2.0",
+        &["`excitation.0.force_n`", "0 or more"],
+    );
+    refused(
+        "harmonic = 1",
+        "harmonic = 0",
+        &["`excitation.0.harmonic` is 0", "from 1 to"],
+    );
+    refused(
+        "load_steps = 10",
+        "load_steps = 0",
+        &["`static.load_steps` is 0"],
+    );
+    refused(
+        "points = 200",
+        "points = 0",
+        &["`response.points` is 0", "from 1 to"],
+    );
+    refused(
+        "harmonics = 3",
+        "harmonics = 0",
+        &["`response.harmonics` is 0"],
+    );
+    refused(
+        "eps_scale = 1.0",
+        "eps_scale = 0.0",
+        &["`response.eps_scale`", "greater than 0"],
+    );
+    refused(
+        "tolerance = 1e-8",
+        "tolerance = 1.0",
+        &["greater than 0 and less than 1"],
+    );
+    refused(
+        "max_newton_iterations = 60",
+        "max_newton_iterations = 0",
+        &["from 1 to"],
+    );
+}
+
+#[test]
+fn a_zero_direction_is_refused() {
+    refused(
+        "axis = [1, 0, 0]",
+        "axis = [0, 0.0, -0.0]",
+        &["`rotation.axis` has no direction"],
+    );
+    let words = [
+        "`observe.tip.direction` has no direction",
+        "such as [0, 1, 0] for y",
+    ];
+    refused_at("direction = [0, 1, 0]", 1, "direction = [0, 0, 0]", &words);
+}
+
+#[test]
+fn too_few_samples_say_how_many_are_needed() {
+    let words = [
+        "7 samples",
+        "3 harmonics",
+        "set response.samples to 8 or more",
+    ];
+    refused("samples = 128", "samples = 7", &words);
+    let (text, _) = edited("harmonics = 3", 0, "harmonics = 64");
+    refused_on(
+        &text,
+        line_of(&text, "samples = 128"),
+        &["set response.samples to 130 or more"],
+    );
+    assert!(parse(&edited("samples = 128", 0, "samples = 8").0, &[]).is_ok());
+}
+
+#[test]
+fn an_excitation_above_the_kept_harmonics_is_refused() {
+    let words = [
+        "`excitation.0.harmonic` is 4",
+        "keeps only 3",
+        "set response.harmonics to 4 or more",
+    ];
+    refused("harmonic = 1", "harmonic = 4", &words);
+    assert!(parse(&edited("harmonic = 1", 0, "harmonic = 3").0, &[]).is_ok());
+}
+
+#[test]
+fn a_range_runs_upwards_from_above_zero() {
+    for range in ["[1.02, 0.98]", "[1.0, 1.0]", "[0.0, 1.0]", "[-1.0, 1.0]"] {
+        let words = [
+            "`response.times_first_stuck_mode` runs from",
+            "[from, to] with 0 < from < to",
+        ];
+        refused("[0.98, 1.02]", range, &words);
+    }
+    let scene = parse(
+        PAPER,
+        &["response.frequency_hz=[450, 450]", "response.points=1"],
+    )
+    .unwrap();
+    assert_eq!(scene.response.points, 1);
+}
+
+#[test]
+fn a_choice_that_does_not_exist_names_those_that_do() {
+    let words = [
+        "no choice \"newton\"",
+        "did you mean `newton_krylov`?",
+        "\"newton_krylov\", \"powell\"",
+    ];
+    refused("solver = \"newton_krylov\"", "solver = \"newton\"", &words);
+    refused(
+        "eps = \"pair\"",
+        "eps = \"rho\"",
+        &["the choices are: \"pair\", \"spectral_radius\""],
+    );
+    refused(
+        "prestress = \"held_flanks\"",
+        "prestress = \"yes\"",
+        &["\"held_flanks\", \"none\""],
+    );
+}
+
+#[test]
+fn names_are_fit_for_files_and_not_used_twice() {
+    refused(
+        "name = \"paper\"",
+        "name = \"../paper\"",
+        &["\"../paper\" is not a name", "begin with a letter"],
+    );
+    refused("name = \"paper\"", "name = \"\"", &["is not a name"]);
+    refused("name = \"tip\"", "name = \"2 tips\"", &["letters, digits"]);
+    refused(
+        "name = \"right\"",
+        "name = \"left\"",
+        &["\"left\" is taken already", "first here", "used again"],
+    );
+    let words = ["\"blade_flank_left\" is taken already"];
+    refused(
+        "first = \"blade_flank_right\"",
+        "first = \"blade_flank_left\"",
+        &words,
+    );
+    refused(
+        "volume = \"jaw\"",
+        "volume = \"blade\"",
+        &["\"blade\" is taken already"],
+    );
+    refused(
+        "second = \"jaw_flank_left\"",
+        "second = \" \"",
+        &["`contact.left.second` is empty"],
+    );
+}
+
+#[test]
+fn a_rotating_body_has_to_exist() {
+    let words = [
+        "no body \"blades\"",
+        "did you mean `blade`?",
+        "the bodies of this scene are: blade, jaw",
+    ];
+    refused(
+        "bodies = [\"blade\", \"jaw\"]",
+        "bodies = [\"blades\", \"jaw\"]",
+        &words,
+    );
+    refused(
+        "bodies = [\"blade\", \"jaw\"]",
+        "bodies = [\"jaw\", \"jaw\"]",
+        &["taken already"],
+    );
+}
+
+#[test]
+fn keys_that_exclude_each_other_are_refused_together() {
+    let (text, _) = edited("time_limit_s = 120", 0, "file = \"x.msh\"");
+    let words = [
+        "`mesh.file` and `mesh.geometry` exclude each other",
+        "not both",
+        "the other",
+    ];
+    refused_on(&text, line_of(&text, "geometry ="), &words);
+    let words = ["`damping.ratio` and `damping.mass_per_s` exclude each other"];
+    refused("stuck_mode = 1", "mass_per_s = 0.1", &words);
+    let (text, _) = edited("points = 200", 0, "frequency_hz = [440, 460]");
+    let words =
+        ["`response.frequency_hz` and `response.times_first_stuck_mode` exclude each other"];
+    refused_on(&text, line_of(&text, "times_first"), &words);
+}
+
+// --- what is missing ----------------------------------------------------------------------------
+
+#[test]
+fn a_missing_key_points_at_the_heading_of_its_table() {
+    for (heading, nth, line, words) in [
+        (
+            "[mesh]",
+            0,
+            "metres_per_unit = 1e-3",
+            "`mesh.metres_per_unit` is missing",
+        ),
+        (
+            "[[body]]",
+            0,
+            "young_pa = 113.8e9",
+            "`body.blade.young_pa` is missing",
+        ),
+        (
+            "[rotation]",
+            0,
+            "speed_rpm = 5000",
+            "`rotation.speed_rpm` is missing",
+        ),
+        (
+            "[rotation]",
+            0,
+            "axis = [1, 0, 0]",
+            "`rotation.axis` is missing",
+        ),
+        (
+            "[[contact]]",
+            0,
+            "friction = 0.3",
+            "`contact.left.friction` is missing",
+        ),
+        (
+            "[[contact]]",
+            1,
+            "second = \"jaw_flank_right\"",
+            "`contact.right.second` is missing",
+        ),
+        (
+            "[[excitation]]",
+            0,
+            "force_n = 2.0",
+            "`excitation.0.force_n` is missing",
+        ),
+        (
+            "[[observe]]",
+            0,
+            "name = \"tip\"",
+            "`observe.0.name` is missing",
+        ),
+    ] {
+        let (text, _) = edited(line, 0, "");
+        let at = text
+            .match_indices(&format!("\n{heading}"))
+            .nth(nth)
+            .unwrap()
+            .0;
+        let heading_line = 2 + text[..at].matches('\n').count();
+        refused_on(&text, heading_line, &[words, "add a line like this:"]);
+    }
+    let (text, _) = edited("name = \"paper\"", 0, "");
+    refused_on(&text, 1, &["`name` is missing", "name = \"paper\""]);
+}
+
+#[test]
+fn a_table_that_needs_one_of_several_keys_names_them() {
+    let (text, _) = edited("times_first_stuck_mode", 0, "# ");
+    let words = ["neither `response.frequency_hz` nor `response.times_first_stuck_mode`"];
+    refused_on(&text, line_of(&text, "[response]"), &words);
+    let text = edited("ratio = 0.001", 0, "")
+        .0
+        .replace("stuck_mode = 1 ", "");
+    refused_on(
+        &text,
+        line_of(&text, "[damping]"),
+        &["nor `damping.stiffness_s`", "ratio = 0.001"],
+    );
+    let (text, _) = edited("fallback_parameters = {", 0, "# ");
+    let words = ["`mesh.fallback` is given without `mesh.fallback_parameters`"];
+    refused_on(&text, line_of(&text, "fallback ="), &words);
+    let (text, _) = edited("ratio = 0.001", 0, "");
+    let words = ["`damping.stuck_mode` is given without `damping.ratio`"];
+    refused_on(&text, line_of(&text, "stuck_mode = 1"), &words);
+}
+
+#[test]
+fn a_scene_without_a_section_says_which_and_how_it_begins() {
+    let error = parse("name = \"empty\"\n", &[]).unwrap_err();
+    let message = rendered(&error);
+    for section in [
+        "[mesh]",
+        "[[contact]]",
+        "[damping]",
+        "[[excitation]]",
+        "[[observe]]",
+        "[response]",
+    ] {
+        assert!(
+            message.contains(&format!("the scene has no {section}")),
+            "{section} in {message}"
+        );
+    }
+    assert!(
+        message.contains("the scene has 0 bodies; it needs two"),
+        "{message}"
+    );
+    assert!(
+        message.contains("add it, beginning for example like this: [mesh] file ="),
+        "{message}"
+    );
+    assert_eq!(count(&error), 7);
+    assert_eq!(count(&parse("", &[]).unwrap_err()), 8);
+}
+
+#[test]
+fn there_are_exactly_two_bodies_and_one_is_fixed() {
+    let third =
+        "[[body]]\nname = \"c\"\nvolume = \"c\"\nyoung_pa = 1\npoisson = 0\ndensity_kg_m3 = 1\n";
+    let words = ["the scene has 3 bodies; it needs two", "one body too many"];
+    refused_on(
+        &format!("{PAPER}{third}"),
+        1 + PAPER.matches('\n').count(),
+        &words,
+    );
+    let (text, _) = edited("fixed = [\"jaw_base\"]", 0, "");
+    let second = 2 + text[..text.rfind("\n[[body]]").unwrap()]
+        .matches('\n')
+        .count();
+    refused_on(
+        &text,
+        second,
+        &["no body is fixed anywhere", "fixed = [\"jaw_base\"]"],
+    );
+}
+
+// --- the whole ----------------------------------------------------------------------------------
+
+#[test]
+fn all_problems_of_a_file_come_at_once_in_the_order_of_its_lines() {
+    let in_order = |text: &str, words: &[&str]| {
+        let error = parse(text, &[]).unwrap_err();
+        let message = rendered(&error);
+        assert_eq!(count(&error), words.len(), "{message}");
+        let place = |word: &&str| {
+            message
+                .find(word)
+                .unwrap_or_else(|| panic!("no {word}: {message}"))
+        };
+        assert!(words.iter().map(place).is_sorted(), "{message}");
+        assert!(
+            error
+                .to_string()
+                .contains(&format!("the first of {} errors", words.len()))
+        );
+    };
+    let values = PAPER
+        .replace("poisson = 0.34", "poisson = 0.6")
+        .replace("points = 200", "points = 0");
+    let from = values.find("[[observe]]").unwrap();
+    let to = values.find("[static]").unwrap();
+    let without_observe = format!("{}{}", &values[..from], &values[to..]);
+    let words = [
+        "`body.blade.poisson`",
+        "`body.jaw.poisson`",
+        "`response.points`",
+        "no [[observe]]",
+    ];
+    in_order(&without_observe, &words);
+
+    let text = PAPER
+        .replacen("order = 2 }", "order = \"2\" }", 1)
+        .replace("poisson =", "poison =")
+        .replace("points = 200", "points = \"many\"");
+    let words = [
+        "mesh.parameters.order",
+        "blade.poison",
+        "jaw.poison",
+        "`response.points`",
+    ];
+    in_order(&text, &words);
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_named() {
+    let error = scene::load(Path::new("scenes/no_such_scene.toml"), &[]).unwrap_err();
+    assert!(rendered(&error).contains("scenes/no_such_scene.toml cannot be read"));
+}
+
+#[test]
+fn the_scene_of_the_paper_says_what_the_paper_says() {
+    let scene = scene::load(Path::new("scenes/paper.toml"), &[]).unwrap();
+    assert_eq!(scene, parse(PAPER, &[]).unwrap());
+    assert_eq!(scene.name, "paper");
+    let rotation = scene.rotation.as_ref().unwrap();
+    assert!((rotation.speed_rad_s - 523.598_775_598_298_8).abs() < 1e-9);
+    assert_eq!(
+        (rotation.axis, rotation.point_m),
+        ([1.0, 0.0, 0.0], [0.0; 3])
+    );
+    assert_eq!(rotation.bodies, ["blade", "jaw"]);
+    assert_eq!(scene.contacts.len(), 2);
+    assert_eq!(
+        scene.damping,
+        scene::DampingSpec::Ratio {
+            ratio: 0.001,
+            stuck_mode: 1
+        }
+    );
+    let response = &scene.response;
+    assert_eq!(
+        (response.harmonics, response.samples, response.points),
+        (3, 128, 200)
+    );
+    let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
+    assert_eq!(
+        scene.mesh.kind.equivalent_fallback(),
+        Some(fallback.as_path())
+    );
+}
+
+#[test]
+fn the_program_refuses_a_wrong_scene_with_code_2_and_plain_text() {
+    let run = |arguments: &[&str]| {
+        let program = env!("CARGO_BIN_EXE_dovetail");
+        std::process::Command::new(program)
+            .args(arguments)
+            .output()
+            .expect("the program starts")
+    };
+    for arguments in [
+        &["check", "scenes/paper.toml", "--set", "response.points=0"][..],
+        &["check", "scenes/no_such_scene.toml"],
+        &["check"],
+        &["fly", "scenes/paper.toml"],
+    ] {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty() && !output.stderr.is_empty());
+        let plain = |b: &u8| *b == b'\n' || (b' '..127).contains(b);
+        assert!(
+            output.stderr.iter().all(plain),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+    let help = run(&["run", "--help"]);
+    assert_eq!(help.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&help.stdout).contains("--set 'contact.*.friction=0.1'"));
+}

@@ -1,0 +1,255 @@
+//! `--set KEY=VALUE`: what it reaches, what it displaces, and how it is refused.
+
+use std::path::Path;
+
+use dovetail::scene::{self, Scene, SceneError};
+use miette::{GraphicalReportHandler, GraphicalTheme};
+
+const PAPER: &str = include_str!("../scenes/paper.toml");
+
+fn parse(overrides: &[&str]) -> Result<Scene, SceneError> {
+    let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();
+    scene::parse(PAPER, "paper.toml", Path::new("scenes"), &overrides)
+}
+
+/// Refused with these words, and with the last of the arguments shown.
+#[track_caller]
+fn refused(overrides: &[&str], words: &[&str]) {
+    let error = parse(overrides).expect_err("the argument is wrong");
+    let mut text = String::new();
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::none()).with_width(400);
+    handler
+        .render_report(&mut text, &error)
+        .expect("a report is rendered");
+    let shown = overrides[overrides.len() - 1];
+    for word in words.iter().copied().chain(["[--set:1:", shown]) {
+        assert!(text.contains(word), "no {word:?} in:\n{text}");
+    }
+}
+
+#[test]
+fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
+    let scene = parse(&[
+        "response.points=20",
+        "mesh.parameters.nu=8",
+        "mesh.parameters.lc=2.5",
+        "contact.left.friction=0.1",
+        "contact.1.gap_m = 1e-6",
+        "body.*.poisson=0.3",
+        "response.solver=powell",
+        "observe.0.name=\"top\"",
+        "excitation.0.direction=[0, 0, 2]",
+        "excitation.0.direction.1=2",
+        "response.points=21",
+        "static={ load_steps = 3 }",
+    ])
+    .unwrap();
+    assert_eq!(scene.response.points, 21);
+    assert_eq!(scene.contacts[0].friction, 0.1);
+    assert_eq!(scene.contacts[1].friction, 0.3);
+    assert_eq!(
+        (scene.contacts[0].gap_m, scene.contacts[1].gap_m),
+        (0.0, 1e-6)
+    );
+    assert!(scene.bodies.iter().all(|b| b.material.poisson == 0.3));
+    assert_eq!(scene.response.solver, scene::Solver::Powell);
+    assert_eq!(scene.observations[0].name, "top");
+    let [x, y, z] = scene.excitations[0].direction;
+    assert!(x == 0.0 && (y - 0.5f64.sqrt()).abs() < 1e-15 && (z - 0.5f64.sqrt()).abs() < 1e-15);
+    assert_eq!(scene.static_state.load_steps, 3);
+    let scene::MeshKind::Geometry { parameters, .. } = &scene.mesh.kind else {
+        panic!()
+    };
+    let value = |name: &str| parameters.iter().find(|p| p.0 == name).map(|p| p.1);
+    assert_eq!(
+        (value("nu"), value("nv"), value("lc")),
+        (Some(8.0), Some(9.0), Some(2.5))
+    );
+    assert_eq!(
+        scene.mesh.kind.equivalent_fallback(),
+        None,
+        "the ready mesh is another one"
+    );
+}
+
+#[test]
+fn a_key_displaces_those_of_the_file_that_it_excludes() {
+    let scene = parse(&["response.frequency_hz=[440, 460]", "damping.mass_per_s=2"]).unwrap();
+    let hz = scene::FrequencyRange::Hz {
+        from_hz: 440.0,
+        to_hz: 460.0,
+    };
+    assert_eq!(scene.response.range, hz);
+    let rayleigh = scene::DampingSpec::Rayleigh {
+        stiffness_s: 0.0,
+        mass_per_s: 2.0,
+    };
+    assert_eq!(scene.damping, rayleigh);
+    let scene = parse(&["mesh.file=../meshes/x.msh"]).unwrap();
+    let path = Path::new("scenes").join("../meshes/x.msh");
+    assert_eq!(scene.mesh.kind, scene::MeshKind::File { path });
+    // What excludes nothing displaces nothing.
+    let scene = parse(&["response.slip_threshold_m=1e-9", "mesh.metres_per_unit=1"]).unwrap();
+    assert_eq!(scene.response.slip_threshold_m, Some(1e-9));
+    assert!(matches!(scene.mesh.kind, scene::MeshKind::Geometry { .. }));
+    // Two arguments that exclude each other are the caller's contradiction.
+    let both = [
+        "response.frequency_hz=[1, 2]",
+        "response.times_first_stuck_mode=[1, 2]",
+    ];
+    refused(&both, &["exclude each other"]);
+    // One frequency is a range when it is the only one.
+    let one = parse(&["response.frequency_hz=[450, 450]", "response.points=1"]).unwrap();
+    assert_eq!(
+        one.response.range,
+        scene::FrequencyRange::Hz {
+            from_hz: 450.0,
+            to_hz: 450.0
+        }
+    );
+}
+
+#[test]
+fn an_empty_value_removes() {
+    let scene = parse(&["rotation=", "contact.right="]).unwrap();
+    assert_eq!(scene.rotation, None);
+    assert_eq!(
+        scene
+            .contacts
+            .iter()
+            .map(|c| c.name.as_str())
+            .collect::<Vec<_>>(),
+        ["left"]
+    );
+}
+
+#[test]
+fn what_the_paper_writes_out_is_mostly_the_default() {
+    let defaults = [
+        "mesh.time_limit_s",
+        "mesh.pairing_tolerance",
+        "body.*.fixed_interface_modes",
+        "body.blade.fixed",
+        "rotation.point_m",
+        "rotation.bodies",
+        "rotation.prestress",
+        "contact.*.gap_m",
+        "damping.stuck_mode",
+        "excitation.0.harmonic",
+        "excitation.0.phase_deg",
+        "static",
+        "response.points",
+        "response.harmonics",
+        "response.samples",
+        "response.eps",
+        "response.eps_scale",
+        "response.tolerance",
+        "response.max_newton_iterations",
+        "response.solver",
+    ]
+    .map(|key| format!("{key}="));
+    let defaults: Vec<&str> = defaults.iter().map(String::as_str).collect();
+    assert_eq!(parse(&defaults).unwrap(), parse(&[]).unwrap());
+}
+
+#[test]
+fn an_unknown_path_names_the_valid_ones() {
+    let near = "did you mean `points`?";
+    refused(
+        &["response.pionts=20"],
+        &[
+            "unknown key `response.pionts`",
+            near,
+            "the keys of `response` are",
+        ],
+    );
+    refused(
+        &["meshes.file=a"],
+        &[
+            "unknown section or key `meshes`",
+            "did you mean `mesh`?",
+            "rotation",
+        ],
+    );
+    refused(
+        &["contact.lft.friction=0"],
+        &["no element \"lft\"", "did you mean `left`?", "left, right"],
+    );
+    refused(
+        &["contact.2.friction=0"],
+        &["no element \"2\"", "left, right; a number"],
+    );
+    refused(
+        &["response.points.x=0"],
+        &[
+            "`response.points` is a single value",
+            "--set response.points=VALUE",
+        ],
+    );
+    refused(
+        &["response.points=5", "static.x.y=1"],
+        &["unknown key `static.x`", "load_steps"],
+    );
+    refused(
+        &["response.stuck_modes="],
+        &["no `response.stuck_modes` to remove"],
+    );
+    refused(&["no.such.thing="], &["no `no` to remove"]);
+}
+
+#[test]
+fn a_wrong_value_is_refused_as_in_the_file_but_shown_in_the_argument() {
+    refused(
+        &["response.points=-3"],
+        &["`response.points`", "-3", "whole number"],
+    );
+    refused(
+        &["response.points=0"],
+        &["`response.points` is 0", "from 1 to"],
+    );
+    refused(
+        &["response.points=many"],
+        &["string \"many\", expected a whole number"],
+    );
+    refused(
+        &["body.jaw.poisson=0.5"],
+        &["`body.jaw.poisson` is 0.5", "less than 0.5"],
+    );
+    refused(
+        &["contact.*.friction=-1"],
+        &["`contact.left.friction` is -1", "0 or more"],
+    );
+    refused(
+        &["contact.*.friction=x"],
+        &["`contact.left.friction` has the wrong type"],
+    );
+    refused(&["response=3"], &["`response` has to be a table"]);
+    refused(
+        &["response.samples=7"],
+        &["set response.samples to 8 or more"],
+    );
+    refused(
+        &["response.stuck_modes=2", "damping.stuck_mode=3"],
+        &["only 2 stuck modes are kept"],
+    );
+    refused(
+        &["rotation.axis=[0, 0, 0]"],
+        &["`rotation.axis` has no direction"],
+    );
+}
+
+#[test]
+fn an_argument_without_key_or_value_shows_how_it_is_written() {
+    for argument in [
+        "response.points",
+        "=3",
+        "response..points=3",
+        ".=3",
+        "response.=3",
+    ] {
+        refused(
+            &[argument],
+            &["`--set` needs KEY=VALUE", "--set response.points=20"],
+        );
+    }
+}
