@@ -119,7 +119,8 @@ pub fn values<const N: usize>(body: &Body, e: usize, field: &[[f64; 3]]) -> [[f6
 }
 
 struct Shape {
-    /// Smallest Jacobian determinant over the cube of the longest edge; NaN when that edge is zero.
+    /// Smallest Jacobian determinant over the cube of the longest edge; NaN when that edge is zero
+    /// or a coordinate is no number.
     flatness: f64,
     straight: bool,
     volume_m3: f64,
@@ -149,8 +150,14 @@ fn shape_of<const N: usize>(coords_m: &[[f64; 3]; N], tables: &Tables<N>) -> Sha
             smallest = smallest.min(elasticity::determinant(coords_m, reference));
         }
     }
+    // Minima pass over NaN, sums do not.
+    let flatness = if volume_m3.is_finite() {
+        smallest / longest.powi(3)
+    } else {
+        f64::NAN
+    };
     Shape {
-        flatness: smallest / longest.powi(3),
+        flatness,
         straight,
         volume_m3,
     }
