@@ -227,9 +227,9 @@ mod tests {
             let (mut high, mut low) = (p, p);
             high[k] += h;
             low[k] -= h;
-            for a in 0..N {
-                let difference = (shape(high)[a] - shape(low)[a]) / (2.0 * h);
-                assert!((g[a][k] - difference).abs() < 1e-9);
+            let differences = shape(high).into_iter().zip(shape(low));
+            for (g, (high, low)) in g.iter().zip(differences) {
+                assert!((g[k] - (high - low) / (2.0 * h)).abs() < 1e-9);
             }
         }
     }
