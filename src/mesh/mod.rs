@@ -1,5 +1,7 @@
 //! Bytes -> [`Mesh`]: nodes, tetrahedra, facets and named groups, in metres.
 
+pub mod block;
+
 use std::collections::BTreeMap;
 
 /// Order of the tetrahedra (and of the facets) of a mesh; one mesh has one order.

@@ -1,0 +1,294 @@
+//! Element matrices -> sparse matrices on the free degrees of freedom of a body.
+//!
+//! The node graph (which free nodes share an element, ties included) is built once per body and
+//! shared by stiffness, mass and geometric stiffness. Only the lower blocks, row node >= column node,
+//! are summed; the rest is their mirror, so the matrices are symmetric to the last bit. Every sum runs
+//! over the elements in ascending order whatever the number of threads: each thread owns a range of
+//! columns.
+
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+use rayon::prelude::*;
+
+use crate::model::Body;
+
+/// Free nodes that share an element with each free node, itself included, ascending.
+#[derive(Debug, Clone)]
+pub struct NodePattern {
+    /// Start of each node's neighbours; one more entry than nodes.
+    offsets: Vec<usize>,
+    neighbours: Vec<u32>,
+    /// Where the lower blocks (neighbour >= node) of each node start among all lower blocks.
+    lower_offsets: Vec<usize>,
+    /// For every upper block, in order, the lower block it mirrors.
+    mirrored: Vec<u32>,
+}
+
+/// One value of `W` numbers per lower block of a [`NodePattern`] (9: row by row; 1: times the identity).
+pub type LowerBlocks<const W: usize> = Vec<[f64; W]>;
+
+impl NodePattern {
+    pub fn new(body: &Body) -> Self {
+        let nodes = body.dofs.free_nodes();
+        let (first, elements) = elements_of_nodes(body, nodes);
+        let lists: Vec<Vec<u32>> = (0..nodes)
+            .into_par_iter()
+            .with_min_len(4096)
+            .map_init(
+                || vec![u32::MAX; nodes],
+                |seen, node| {
+                    let mut list = Vec::with_capacity(32);
+                    for &e in &elements[first[node]..first[node + 1]] {
+                        for &local in body.tet(e as usize) {
+                            for (free, _) in body.dofs.weights(local as usize) {
+                                if seen[free] != node as u32 {
+                                    seen[free] = node as u32;
+                                    list.push(free as u32);
+                                }
+                            }
+                        }
+                    }
+                    list.sort_unstable();
+                    list
+                },
+            )
+            .collect();
+        let mut pattern = Self {
+            offsets: vec![0],
+            neighbours: lists.concat(),
+            lower_offsets: vec![0],
+            mirrored: Vec::new(),
+        };
+        let mut upper_offsets = vec![0];
+        for (node, list) in lists.iter().enumerate() {
+            let upper = list.partition_point(|&n| (n as usize) < node);
+            pattern.offsets.push(pattern.offsets[node] + list.len());
+            pattern
+                .lower_offsets
+                .push(pattern.lower_offsets[node] + list.len() - upper);
+            upper_offsets.push(upper_offsets[node] + upper);
+        }
+        // Columns ascend, so the upper blocks of each column are met in the order of their rows.
+        let mut mirrored = vec![0; upper_offsets[nodes]];
+        for node in 0..nodes {
+            for (slot, &row) in pattern.lower(node).iter().enumerate() {
+                if row as usize > node {
+                    let next = &mut upper_offsets[row as usize];
+                    mirrored[*next] = (pattern.lower_offsets[node] + slot) as u32;
+                    *next += 1;
+                }
+            }
+        }
+        pattern.mirrored = mirrored;
+        pattern
+    }
+
+    pub fn nodes(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Free nodes in no element: their rows would be empty.
+    pub fn isolated(&self) -> Vec<usize> {
+        (0..self.nodes())
+            .filter(|&n| self.offsets[n] == self.offsets[n + 1])
+            .collect()
+    }
+
+    /// Neighbours >= `node`, ascending.
+    fn lower(&self, node: usize) -> &[u32] {
+        let count = self.lower_offsets[node + 1] - self.lower_offsets[node];
+        &self.neighbours[self.offsets[node + 1] - count..self.offsets[node + 1]]
+    }
+}
+
+/// Sums element matrices into the lower blocks: `element(e, out)` writes its block (a, b) of local
+/// nodes a, b to `out[a N + b]`. `N` is the number of nodes of an element.
+pub fn sum_elements<const N: usize, const W: usize>(
+    body: &Body,
+    pattern: &NodePattern,
+    element: impl Fn(usize, &mut [[f64; W]]) + Sync,
+) -> LowerBlocks<W> {
+    const CHUNK: usize = 512;
+    let mut sums = vec![[0.0; W]; pattern.lower_offsets[pattern.nodes()]];
+    let ranges = column_ranges(pattern, rayon::current_num_threads());
+    let mut buffer = vec![[0.0; W]; CHUNK.min(body.tet_count()) * N * N];
+    for first in (0..body.tet_count()).step_by(CHUNK) {
+        let count = CHUNK.min(body.tet_count() - first);
+        let matrices = &mut buffer[..count * N * N];
+        matrices
+            .par_chunks_exact_mut(N * N)
+            .enumerate()
+            .for_each(|(k, out)| element(first + k, out));
+        let matrices = &*matrices;
+        split_by_ranges(&mut sums, pattern, &ranges)
+            .into_par_iter()
+            .for_each(|(columns, owned)| {
+                let base = pattern.lower_offsets[columns.start];
+                for (k, matrix) in matrices.chunks_exact(N * N).enumerate() {
+                    scatter::<N, W>(body, pattern, first + k, matrix, &columns, base, owned);
+                }
+            });
+    }
+    sums
+}
+
+fn scatter<const N: usize, const W: usize>(
+    body: &Body,
+    pattern: &NodePattern,
+    e: usize,
+    matrix: &[[f64; W]],
+    columns: &std::ops::Range<usize>,
+    base: usize,
+    owned: &mut [[f64; W]],
+) {
+    let tet = body.tet(e);
+    for (b, &node_b) in tet.iter().enumerate() {
+        for (column, weight_b) in body.dofs.weights(node_b as usize) {
+            if !columns.contains(&column) {
+                continue;
+            }
+            let lower = pattern.lower(column);
+            let start = pattern.lower_offsets[column] - base;
+            for (a, &node_a) in tet.iter().enumerate() {
+                for (row, weight_a) in body.dofs.weights(node_a as usize) {
+                    // Rows above the diagonal are not in the list, by its definition.
+                    if let Ok(slot) = lower.binary_search(&(row as u32)) {
+                        let weight = weight_a * weight_b;
+                        let value = &matrix[a * N + b];
+                        for (sum, v) in owned[start + slot].iter_mut().zip(value) {
+                            *sum += weight * v;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The whole symmetric matrix (3 x 3 blocks) of lower blocks stored row by row.
+pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMatrix<f64> {
+    expand(pattern, |block, r, c| lower[block][3 * r + c])
+}
+
+/// The whole symmetric matrix of lower blocks that are multiples of the identity; it has the same
+/// sparsity pattern as [`symmetric_matrix`].
+pub fn symmetric_matrix_of_scalars(
+    pattern: &NodePattern,
+    lower: &LowerBlocks<1>,
+) -> CscMatrix<f64> {
+    expand(
+        pattern,
+        |block, r, c| if r == c { lower[block][0] } else { 0.0 },
+    )
+}
+
+fn expand(
+    pattern: &NodePattern,
+    value: impl Fn(usize, usize, usize) -> f64 + Sync,
+) -> CscMatrix<f64> {
+    let nodes = pattern.nodes();
+    let size = 9 * pattern.neighbours.len();
+    let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
+    let mut offsets = Vec::with_capacity(3 * nodes + 1);
+    let mut columns = Vec::with_capacity(nodes);
+    let (mut values_left, mut rows_left) = (values.as_mut_slice(), rows.as_mut_slice());
+    for node in 0..nodes {
+        let degree = pattern.offsets[node + 1] - pattern.offsets[node];
+        for c in 0..3 {
+            offsets.push(9 * pattern.offsets[node] + 3 * degree * c);
+        }
+        let (v, rest) = values_left.split_at_mut(9 * degree);
+        values_left = rest;
+        let (r, rest) = rows_left.split_at_mut(9 * degree);
+        rows_left = rest;
+        columns.push((v, r));
+    }
+    offsets.push(size);
+    columns
+        .into_par_iter()
+        .enumerate()
+        .for_each(|(node, (values, rows))| {
+            let neighbours = &pattern.neighbours[pattern.offsets[node]..pattern.offsets[node + 1]];
+            let upper_first = pattern.offsets[node] - pattern.lower_offsets[node];
+            let lower_count = pattern.lower_offsets[node + 1] - pattern.lower_offsets[node];
+            let upper_count = neighbours.len() - lower_count;
+            for (slot, &neighbour) in neighbours.iter().enumerate() {
+                for c in 0..3 {
+                    for r in 0..3 {
+                        let at = 3 * (c * neighbours.len() + slot) + r;
+                        rows[at] = 3 * neighbour as usize + r;
+                        values[at] = if slot < upper_count {
+                            value(pattern.mirrored[upper_first + slot] as usize, c, r)
+                        } else {
+                            let block = pattern.lower_offsets[node] + slot - upper_count;
+                            let diagonal = slot == upper_count;
+                            // A diagonal block mirrors its own lower half.
+                            if diagonal && r < c {
+                                value(block, c, r)
+                            } else {
+                                value(block, r, c)
+                            }
+                        };
+                    }
+                }
+            }
+        });
+    let pattern =
+        SparsityPattern::try_from_offsets_and_indices(3 * nodes, 3 * nodes, offsets, rows)
+            .expect("columns were built in order with ascending rows");
+    CscMatrix::try_from_pattern_and_values(pattern, values)
+        .expect("one value was built for each row index")
+}
+
+/// Elements of each free node, ascending: start of each node's list, and the lists.
+fn elements_of_nodes(body: &Body, nodes: usize) -> (Vec<usize>, Vec<u32>) {
+    let mut first = vec![0; nodes + 1];
+    let for_each = |mut visit: Box<dyn FnMut(usize, usize) + '_>| {
+        for e in 0..body.tet_count() {
+            for &local in body.tet(e) {
+                for (free, _) in body.dofs.weights(local as usize) {
+                    visit(e, free);
+                }
+            }
+        }
+    };
+    for_each(Box::new(|_, free| first[free + 1] += 1));
+    for n in 0..nodes {
+        first[n + 1] += first[n];
+    }
+    let mut next = first.clone();
+    let mut elements = vec![0; first[nodes]];
+    for_each(Box::new(|e, free| {
+        elements[next[free]] = e as u32;
+        next[free] += 1;
+    }));
+    (first, elements)
+}
+
+/// Consecutive column ranges of about equal numbers of blocks.
+fn column_ranges(pattern: &NodePattern, count: usize) -> Vec<std::ops::Range<usize>> {
+    let total = pattern.lower_offsets[pattern.nodes()];
+    let cut = |k: usize| {
+        pattern
+            .lower_offsets
+            .partition_point(|&o| o < total * k / count)
+    };
+    (0..count).map(|k| cut(k)..cut(k + 1)).collect()
+}
+
+type Owned<'a, const W: usize> = (std::ops::Range<usize>, &'a mut [[f64; W]]);
+
+fn split_by_ranges<'a, const W: usize>(
+    mut sums: &'a mut [[f64; W]],
+    pattern: &NodePattern,
+    ranges: &[std::ops::Range<usize>],
+) -> Vec<Owned<'a, W>> {
+    let mut parts = Vec::with_capacity(ranges.len());
+    for range in ranges {
+        let length = pattern.lower_offsets[range.end] - pattern.lower_offsets[range.start];
+        let (owned, rest) = sums.split_at_mut(length);
+        sums = rest;
+        parts.push((range.clone(), owned));
+    }
+    parts
+}

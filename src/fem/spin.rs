@@ -1,0 +1,100 @@
+//! Rotation about an axis at Omega: centrifugal load, geometric stiffness, spin softening.
+//!
+//! In the rotating frame, with P = I - a a^T the projector perpendicular to the axis a:
+//!
+//!   f = Omega^2 M P (x - point)            consistent mass, x interpolated as the element does
+//!   K := K + G(stress of u0) - Omega^2 P M
+//!
+//! where u0 is the linear static displacement under f with the contact nodes held. The Coriolis
+//! (gyroscopic) force is left out, as in the source paper. (Geradin and Kapania, and Bathe 6.2, for
+//! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
+
+use super::assembly::{LowerBlocks, NodePattern, sum_elements};
+use super::elasticity::{self, Lame};
+use super::elements::Elements;
+use super::quadrature::Tables;
+use crate::model::{Body, Rotation};
+
+/// Vectors from the axis to each node of the body, perpendicular to the axis, m.
+pub fn radii_m(body: &Body, rotation: &Rotation) -> Vec<[f64; 3]> {
+    let projector = perpendicular(rotation.axis);
+    body.nodes_m
+        .iter()
+        .map(|x| {
+            let d = [0, 1, 2].map(|k| x[k] - rotation.point_m[k]);
+            projector.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
+        })
+        .collect()
+}
+
+/// Centrifugal load on the free dofs, N. Fixed nodes have mass too: what they carry themselves goes
+/// to the support, what the others carry of them is here.
+pub fn centrifugal_load<const N: usize>(
+    body: &Body,
+    elements: &Elements<'_, N>,
+    rotation: &Rotation,
+) -> Vec<f64> {
+    let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+    let radii = radii_m(body, rotation);
+    let mut load = vec![0.0; 3 * body.dofs.free_nodes()];
+    let mut mass = vec![[0.0]; N * N];
+    for e in 0..body.tet_count() {
+        elements.mass(e, &mut mass);
+        let tet = body.tet(e);
+        for (a, &node) in tet.iter().enumerate() {
+            let mut force = [0.0; 3];
+            for (b, &other) in tet.iter().enumerate() {
+                let weight = omega2 * mass[a * N + b][0];
+                for k in 0..3 {
+                    force[k] += weight * radii[other as usize][k];
+                }
+            }
+            for (free, weight) in body.dofs.weights(node as usize) {
+                for k in 0..3 {
+                    load[3 * free + k] += weight * force[k];
+                }
+            }
+        }
+    }
+    load
+}
+
+/// Geometric stiffness of the stress of `displacement_m` (every node of the body), N/m.
+pub fn geometric_stiffness<const N: usize>(
+    body: &Body,
+    elements: &Elements<'_, N>,
+    pattern: &NodePattern,
+    displacement_m: &[[f64; 3]],
+) -> LowerBlocks<1> {
+    let lame = Lame::from(body.material);
+    let tables: &Tables<N> = elements.tables;
+    sum_elements::<N, 1>(body, pattern, |e, out| {
+        let u = elements.values(e, displacement_m);
+        let coords = elements.coords_m(e);
+        elasticity::geometric_stiffness(&coords, &u, &tables.stiffness_curved, lame, out);
+    })
+}
+
+/// K := K + G - Omega^2 P M on lower blocks.
+pub fn add_prestress(
+    stiffness: &mut LowerBlocks<9>,
+    geometric: &LowerBlocks<1>,
+    mass: &LowerBlocks<1>,
+    rotation: &Rotation,
+) {
+    let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+    let projector = perpendicular(rotation.axis);
+    for ((k, g), m) in stiffness.iter_mut().zip(geometric).zip(mass) {
+        for r in 0..3 {
+            for c in 0..3 {
+                k[3 * r + c] -= omega2 * m[0] * projector[r][c];
+            }
+            k[4 * r] += g[0];
+        }
+    }
+}
+
+/// I - a a^T, for a of unit length.
+fn perpendicular(axis: [f64; 3]) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|r| [0, 1, 2].map(|c| f64::from(r == c) - axis[r] * axis[c]))
+}
