@@ -1,6 +1,8 @@
 //! [`Structure`](crate::fem::Structure) -> [`ReducedModel`]: Craig-Bampton per body, then relative
 //! displacements of the pairs and modes of the stuck assembly.
 
+pub mod superelement;
+
 use faer::Mat;
 
 /// What the contact solver sees: the assembly on the relative displacements X of the pairs
