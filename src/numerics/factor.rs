@@ -11,18 +11,19 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
 use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
+use faer::sparse::FaerError;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
     SymmetricOrdering, factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
-use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::iter::ParallelIterator;
 
 use super::order::{OrderError, nested_dissection};
+use super::sparse::{symbolic_view, view};
 
 /// A pivot below this share of its diagonal entry is rounding, not stiffness: a structure that
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
@@ -336,20 +337,6 @@ fn in_blocks(
         .for_each(|block| solve(block, MemStack::new(&mut memory())));
 }
 
-fn view(matrix: &CscMatrix<f64>) -> SparseColMatRef<'_, usize, f64> {
-    SparseColMatRef::new(symbolic_view(matrix.pattern()), matrix.values())
-}
-
-fn symbolic_view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, usize> {
-    SymbolicSparseColMatRef::new_checked(
-        pattern.minor_dim(),
-        pattern.major_dim(),
-        pattern.major_offsets(),
-        None,
-        pattern.minor_indices(),
-    )
-}
-
 /// FNV-1a over the pattern, so that a matrix of another pattern is not factored by mistake.
 fn fingerprint(pattern: &SparsityPattern) -> u64 {
     let mix = |hash: u64, value: &usize| (hash ^ *value as u64).wrapping_mul(0x0100_0000_01b3);
@@ -385,6 +372,7 @@ fn generic(error: FaerError, unknowns: usize) -> FactorError {
 mod tests {
     use super::*;
     use crate::numerics::lattice::{Lattice, scattered};
+    use crate::numerics::sparse::dense;
     use faer::Mat;
 
     fn block() -> Lattice {
@@ -394,14 +382,6 @@ mod tests {
             mass: 0.2,
             irregularity: 0.4,
         }
-    }
-
-    fn dense(a: &CscMatrix<f64>) -> Mat<f64> {
-        let mut d = Mat::zeros(a.nrows(), a.ncols());
-        for (i, j, v) in a.triplet_iter() {
-            d[(i, j)] += v;
-        }
-        d
     }
 
     fn right_hand_sides(n: usize, columns: usize) -> Mat<f64> {

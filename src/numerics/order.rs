@@ -310,12 +310,8 @@ mod tests {
         let mut order = nested_dissection(&diagonal.unwrap(), 3).unwrap().new_to_old;
         order.sort_unstable();
         assert_eq!(order, [0, 1, 2, 3]);
-        assert_eq!(
-            nested_dissection(&SparsityPattern::zeros(0, 0), 3)
-                .unwrap()
-                .new_to_old,
-            []
-        );
+        let nothing = nested_dissection(&SparsityPattern::zeros(0, 0), 3).unwrap();
+        assert!(nothing.new_to_old.is_empty());
         assert!(nested_dissection(&SparsityPattern::zeros(2, 3), 3).is_err());
     }
 }
