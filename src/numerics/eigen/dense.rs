@@ -11,7 +11,9 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Mat, MatRef, Par, Spec};
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, MatRef, Par, Spec};
+use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
 use crate::numerics::sparse::{product, symmetrised};
@@ -21,19 +23,29 @@ use crate::numerics::sparse::{product, symmetrised};
 /// # Errors
 /// [`EigenError::StiffnessNotPositive`], [`EigenError::MassNotPositive`], [`EigenError::Dense`].
 pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes, EigenError> {
-    let n = stiffness.nrows();
+    modes_of_factored(cholesky(stiffness)?.as_ref(), mass)
+}
+
+/// [`modes`] of a stiffness given by its [`cholesky`] factor.
+///
+/// # Errors
+/// [`EigenError::MassNotPositive`], [`EigenError::Dense`].
+pub fn modes_of_factored(
+    factor: MatRef<'_, f64>,
+    mass: MatRef<'_, f64>,
+) -> Result<Modes, EigenError> {
+    let n = factor.nrows();
     if n == 0 {
         return Ok(Modes {
             omega2: Vec::new(),
             vectors: Mat::zeros(0, 0),
         });
     }
-    let factor = cholesky(stiffness)?;
     // L^-1 M L^-T, by two solves and two transposes.
     let mut whitened = mass.to_owned();
-    solve_lower_triangular_in_place(factor.as_ref(), whitened.as_mut(), Par::Seq);
+    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
     let mut whitened = whitened.transpose().to_owned();
-    solve_lower_triangular_in_place(factor.as_ref(), whitened.as_mut(), Par::Seq);
+    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
     let whitened = symmetrised(whitened.as_ref());
     let mut inverses = Diag::zeros(n);
     let mut vectors = Mat::zeros(n, n);
@@ -93,6 +105,14 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
         }
     }
     Ok(factor)
+}
+
+/// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
+pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
+    rhs.par_col_chunks_mut(64).for_each(|mut rhs| {
+        solve_lower_triangular_in_place(factor, rhs.rb_mut(), Par::Seq);
+        solve_upper_triangular_in_place(factor.transpose(), rhs, Par::Seq);
+    });
 }
 
 /// Scales the columns to unit modal mass.
