@@ -669,6 +669,52 @@ mod tests {
     }
 
     #[test]
+    fn a_rigid_second_body_leaves_the_first_alone() {
+        let (mut model, mut structure) = assembly([1000, 7]);
+        model.excitations.retain(|force| force.body == 0);
+        model.observations.truncate(1);
+        let rigid = &mut model.bodies[1];
+        rigid.dofs.nodes.fill(crate::model::NodeMotion::Fixed);
+        (
+            rigid.dofs.interior_nodes,
+            rigid.dofs.flank_nodes,
+            rigid.dofs.probe_nodes,
+        ) = (0, 0, 0);
+        let nothing = nalgebra_sparse::CscMatrix::zeros(0, 0);
+        structure.bodies[1].stiffness = nothing.clone();
+        structure.bodies[1].mass = nothing;
+        structure.bodies[1].load_n.clear();
+        let reduced = reduce(&model, &structure, None).unwrap();
+        // Stuck on what is rigid, the first body has the modes of its flanks held.
+        let (bar, matrices) = (&model.bodies[0], &structure.bodies[0]);
+        let held = crate::reduction::craig_bampton::held_modes(bar, matrices, 1000).unwrap();
+        assert_eq!(held.omega2.len(), reduced.relative.omega2.len());
+        for (a, b) in held.omega2.iter().zip(&reduced.relative.omega2) {
+            assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+        }
+        let [first, second] = reduced.full_static(&[0.0; 15]);
+        assert_eq!((first.len(), second.len()), (matrices.load_n.len(), 0));
+    }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let (model, structure) = assembly([5, 7]);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| reduce(&model, &structure, None).unwrap().relative)
+        };
+        let (one, four) = (run(1), run(4));
+        assert_eq!(one.stiffness, four.stiffness);
+        assert_eq!(one.mass, four.mass);
+        assert_eq!(one.coupling, four.coupling);
+        assert_eq!(one.omega2, four.omega2);
+        assert_eq!(one.excitations, four.excitations);
+    }
+
+    #[test]
     fn what_cannot_be_assembled_is_an_error() {
         let (mut model, structure) = assembly([2, 3]);
         // Both bodies free: the bar against itself.
