@@ -131,8 +131,8 @@ fn elimination_tree(graph: &Graph, new_to_old: &[usize]) -> Vec<usize> {
     let position = inverse(new_to_old);
     let mut parent: Vec<usize> = (0..n).collect();
     let mut ancestor: Vec<usize> = (0..n).collect();
-    for new in 0..n {
-        for &neighbour in graph.neighbours(new_to_old[new]) {
+    for (new, &old) in new_to_old.iter().enumerate() {
+        for &neighbour in graph.neighbours(old) {
             let mut at = position[neighbour];
             while at < new {
                 let next = ancestor[at];

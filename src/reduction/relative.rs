@@ -652,8 +652,8 @@ mod tests {
         let x: Vec<f64> = (0..15).map(|i| i as f64).collect();
         let q = [1.0, -2.0, 0.5, 0.0, 3.0, 1.0];
         let found = reduced.expand(&x, &q);
-        for b in 0..2 {
-            assert_eq!(found[b].len(), reduced.bodies[b].coordinates());
+        for (found, body) in found.iter().zip(&reduced.bodies) {
+            assert_eq!(found.len(), body.coordinates());
         }
         for (pair, entry) in model.pairs.iter().enumerate() {
             for row in 0..3 {

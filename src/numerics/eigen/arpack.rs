@@ -216,7 +216,8 @@ fn complete(
         let phi = modes.vectors.col(j);
         let residual = (phi - faer::Scale(modes.omega2[j]) * followed.col(j)).norm_l2();
         let residual = residual / phi.norm_l2();
-        if !(residual < RESIDUAL) || !(modes.omega2[j] > 0.0) {
+        let accepted = residual < RESIDUAL && modes.omega2[j] > 0.0; // false for a NaN
+        if !accepted {
             return Err(EigenError::Residual {
                 mode: j + 1,
                 residual,

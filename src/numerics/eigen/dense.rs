@@ -64,10 +64,8 @@ pub fn modes_of_factored(
     // 1 / omega^2 came out ascending: reverse.
     let inverses: Vec<f64> = inverses.column_vector().iter().rev().copied().collect();
     let mut vectors = vectors.reverse_cols().to_owned();
-    if let Some(mode) = inverses
-        .iter()
-        .position(|x| !(*x > f64::EPSILON * inverses[0]))
-    {
+    let has_mass = |x: &f64| *x > f64::EPSILON * inverses[0];
+    if let Some(mode) = inverses.iter().position(|x| !has_mass(x)) {
         return Err(EigenError::MassNotPositive { mode: mode + 1 });
     }
     solve_upper_triangular_in_place(factor.transpose(), vectors.as_mut(), Par::Seq);
@@ -100,7 +98,8 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     })?;
     for i in 0..n {
         // A pivot this small is rounding (see `numerics::factor`).
-        if !(factor[(i, i)].powi(2) > 1e-12 * a[(i, i)]) {
+        let is_stiffness = factor[(i, i)].powi(2) > 1e-12 * a[(i, i)];
+        if !is_stiffness {
             return Err(EigenError::StiffnessNotPositive { pivot: i });
         }
     }
