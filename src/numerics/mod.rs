@@ -1,6 +1,13 @@
 //! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
 
 pub mod dogleg;
+pub mod eigen;
+pub mod factor;
 pub mod fourier;
 pub mod gmres;
 pub mod newton;
+pub mod order;
+pub mod sparse;
+
+#[cfg(test)]
+pub(crate) mod lattice;

@@ -1,7 +1,84 @@
 //! [`Structure`](crate::fem::Structure) -> [`ReducedModel`]: Craig-Bampton per body, then relative
 //! displacements of the pairs and modes of the stuck assembly.
 
+pub mod craig_bampton;
+pub mod damping;
+pub mod relative;
+pub mod superelement;
+
+#[cfg(test)]
+mod lattice_model;
+
 use faer::Mat;
+
+use crate::fem::Structure;
+use crate::model::Model;
+use crate::numerics::eigen::EigenError;
+use crate::numerics::factor::FactorError;
+
+pub use craig_bampton::ReducedBody;
+pub use relative::ReducedModel;
+
+/// Both bodies by Craig-Bampton, side by side, then on relative displacements with the
+/// `stuck_modes` lowest stuck modes (`None`: all of them, exact).
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn reduce(
+    model: &Model,
+    structure: &Structure,
+    stuck_modes: Option<usize>,
+) -> Result<ReducedModel, ReductionError> {
+    let condense = |b: usize| craig_bampton::condense(&model.bodies[b], &structure.bodies[b]);
+    let (first, second) = rayon::join(|| condense(0), || condense(1));
+    relative::relative(model, [first?, second?], stuck_modes)
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum ReductionError {
+    #[error(
+        "body `{body}`: its matrices have {found} rows, its mesh {expected} free degrees of freedom"
+    )]
+    Size {
+        body: String,
+        expected: usize,
+        found: usize,
+    },
+    #[error(
+        "body `{body}`: around node {node} nothing holds it, even with its flanks and observed points held; the mesh falls apart there: check that the volume is one connected piece"
+    )]
+    InteriorNotHeld { body: String, node: u64 },
+    #[error(
+        "body `{body}`: its stiffness is not positive (at node {node}) even with its flanks and observed points held; it flies apart or buckles at this speed: lower the speed or check the material and the units"
+    )]
+    InteriorUnstable { body: String, node: u64 },
+    #[error("body `{body}`: its stiffness cannot be factored")]
+    Factor { body: String, source: FactorError },
+    #[error("body `{body}`: its fixed-interface modes were not found")]
+    Eigen { body: String, source: EigenError },
+    #[error(
+        "body `{body}` has {flank_nodes} flank nodes for {pairs} contact pairs: a node of a pair must be free and belong to one pair"
+    )]
+    FlankMismatch {
+        body: String,
+        flank_nodes: usize,
+        pairs: usize,
+    },
+    #[error(
+        "{what}: node {node} of body `{body}` was condensed; nodes of excitations and observations must be kept nodes of the model"
+    )]
+    PointCondensed {
+        what: String,
+        body: String,
+        node: u64,
+    },
+    #[error(
+        "with all pairs stuck nothing holds the assembly, or it is unstable at this speed: body `{body}` needs fixed groups (key `fixed` of the body), and the speed must be one it stands"
+    )]
+    NotHeld { body: String },
+    #[error("the modes of the stuck assembly were not found")]
+    Stuck { source: EigenError },
+}
 
 /// What the contact solver sees: the assembly on the relative displacements X of the pairs
 /// (n = 3 pairs unknowns, per pair N, t1, t2) and on the modes of the stuck assembly (X = 0).
@@ -57,6 +134,3 @@ pub struct PairLaw {
     /// Initial clearance, m.
     pub gap_m: f64,
 }
-
-pub mod damping;
-pub mod superelement;

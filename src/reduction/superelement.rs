@@ -15,7 +15,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use faer::{Mat, MatRef};
-use nalgebra_sparse::io::{MatrixMarketError, load_coo_from_matrix_market_file};
+use nalgebra_sparse::io::{MatrixMarketError, load_coo_from_matrix_market_str};
 
 use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 
@@ -213,11 +213,17 @@ fn array(
     columns: Option<usize>,
     expected: &str,
 ) -> Result<Mat<f64>, SuperelementError> {
+    let unreadable = |message: String| SuperelementError::Read {
+        path: path.to_owned(),
+        message,
+    };
+    let mut text = std::fs::read_to_string(path).map_err(|e| unreadable(e.to_string()))?;
+    if text.starts_with("%MatrixMarket") {
+        // Some writers put one percent sign where the format wants two.
+        text.insert(0, '%');
+    }
     let entries =
-        load_coo_from_matrix_market_file::<f64, _>(path).map_err(|e| SuperelementError::Read {
-            path: path.to_owned(),
-            message: reason(&e),
-        })?;
+        load_coo_from_matrix_market_str::<f64>(&text).map_err(|e| unreadable(reason(&e)))?;
     let (r, c) = (entries.nrows(), entries.ncols());
     if rows.is_some_and(|rows| rows != r) || columns.is_some_and(|columns| columns != c) {
         return Err(SuperelementError::Shape {
@@ -366,6 +372,14 @@ mod tests {
             message.contains("squared frequency 3") && message.contains("ascending"),
             "{message}"
         );
+        let lenient = format!("{}4 1\n1\n2\n3\n4\n", &head[1..]);
+        std::fs::write(folder.join("fm_static.mtx"), lenient).unwrap();
+        let read_back = read(&folder, law, 1.0)
+            .unwrap()
+            .relative
+            .static_load
+            .on_modes;
+        assert_eq!(read_back, [1.0, 2.0, 3.0, 4.0]);
         let message = spoil("tip_x.mtx", &format!("{head}5 1\n1\n3\n2\n4\n5\n"));
         assert!(message.contains("5 x 1, expected 6 x 1"), "{message}");
         let message = spoil("f_static.mtx", &format!("{head}6 1\n1\n3\n2\n4\n5\n"));

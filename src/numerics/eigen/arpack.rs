@@ -1,0 +1,387 @@
+//! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
+//! dsaupd in mode 3, generalised problem), residuals checked, completeness proved by a Sturm count.
+//!
+//! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
+//! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
+//! start another run on the thread that holds the lock.
+
+#![allow(unsafe_code)]
+
+use std::ffi::{CStr, c_int};
+use std::sync::{Mutex, PoisonError};
+
+use faer::{Mat, MatRef};
+use nalgebra_sparse::CscMatrix;
+
+use super::{EigenError, Modes, fix_signs};
+use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
+use crate::numerics::sparse;
+
+static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// Modes computed beyond those asked for, to find a gap for the Sturm count.
+const SPARE: usize = 3;
+/// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
+const RESIDUAL: f64 = 1e-8;
+/// Two eigenvalues closer than this, relatively, have no room for a shift between them.
+const GAP: f64 = 1e-6;
+const TRIES: usize = 3;
+
+/// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
+pub(super) fn smallest_size(count: usize) -> usize {
+    2 * basis(count + SPARE)
+}
+
+fn basis(wanted: usize) -> usize {
+    (2 * wanted + 4).max(20)
+}
+
+/// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
+///
+/// # Errors
+/// [`EigenError::Arpack`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
+/// growing bases and other start vectors; errors of the factorisation of K - sigma M.
+pub(super) fn lowest_modes(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let n = stiffness.nrows();
+    let wanted = count + SPARE;
+    let mut outcome = Err(EigenError::Arpack {
+        routine: "dsaupd",
+        info: 0,
+    });
+    for attempt in 0..TRIES {
+        let vectors = (basis(wanted) << attempt).min(n - 1);
+        outcome = lanczos(mass, factor, wanted, vectors, attempt)
+            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
+        match outcome {
+            Err(
+                EigenError::Arpack { .. }
+                | EigenError::Residual { .. }
+                | EigenError::Missing { .. },
+            ) => {}
+            _ => break,
+        }
+    }
+    outcome
+}
+
+/// One ARPACK run: `wanted` modes with a basis of `vectors`, unsorted signs.
+fn lanczos(
+    mass: &CscMatrix<f64>,
+    factor: &Cholesky,
+    wanted: usize,
+    vectors: usize,
+    attempt: usize,
+) -> Result<Modes, EigenError> {
+    let n = mass.nrows();
+    let too_large = |_| EigenError::TooLarge { unknowns: n };
+    let (order, columns) = (c_int::try_from(n).map_err(too_large)?, wanted as c_int);
+    let (basis_columns, kind, which) = (vectors as c_int, c"G", c"LM");
+    let work = vectors * (vectors + 8);
+    let mut residual: Vec<f64> = (0..n).map(|i| start_entry(i, attempt)).collect();
+    let mut basis = vec![0.0; n * vectors];
+    let mut work_vectors = vec![0.0; 3 * n];
+    let mut work_small = vec![0.0; work];
+    let mut iparam: [c_int; 11] = [0; 11];
+    iparam[0] = 1; // exact shifts
+    iparam[2] = 1000; // restarts at most
+    iparam[3] = 1; // block size, the only one there is
+    iparam[6] = 3; // shift-invert
+    let mut ipntr: [c_int; 11] = [0; 11];
+    let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
+    let mut product = vec![0.0; n];
+
+    let _alone = ONE_RUN_AT_A_TIME
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    loop {
+        // SAFETY: all arrays have the lengths the Users' Guide asks for (resid n, v n x ncv, workd
+        // 3n, workl ncv (ncv + 8), iparam and ipntr 11), live across the loop, and are touched by no
+        // one else; the lock keeps ARPACK's static state to this run; the strings are constants.
+        unsafe {
+            arpack_sys::dsaupd_c(
+                &mut ido,
+                CStr::as_ptr(kind),
+                order,
+                CStr::as_ptr(which),
+                columns,
+                0.0,
+                residual.as_mut_ptr(),
+                basis_columns,
+                basis.as_mut_ptr(),
+                order,
+                iparam.as_mut_ptr(),
+                ipntr.as_mut_ptr(),
+                work_vectors.as_mut_ptr(),
+                work_small.as_mut_ptr(),
+                work as c_int,
+                &mut info,
+            );
+        }
+        // ipntr counts from 1.
+        let at = |i: usize| (ipntr[i] as usize).wrapping_sub(1);
+        match ido {
+            // y = K^-1 M x
+            -1 => {
+                sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product);
+                factor.solve_vector(&mut product);
+            }
+            // y = K^-1 (M x), M x given
+            1 => {
+                product.copy_from_slice(&work_vectors[at(2)..at(2) + n]);
+                factor.solve_vector(&mut product);
+            }
+            // y = M x
+            2 => sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product),
+            _ => break,
+        }
+        work_vectors[at(1)..at(1) + n].copy_from_slice(&product);
+    }
+    // 1: out of restarts. Fewer modes than wanted converged; the caller tries a larger basis.
+    if info != 0 || (iparam[4] as usize) < wanted {
+        return Err(EigenError::Arpack {
+            routine: "dsaupd",
+            info,
+        });
+    }
+    let select = vec![0 as c_int; vectors];
+    let mut omega2 = vec![0.0; wanted];
+    let mut modes = vec![0.0; n * wanted];
+    // SAFETY: as above; d holds nev numbers, z n x nev, select ncv; the arrays of the finished dsaupd
+    // run are passed on unchanged, as the Users' Guide demands.
+    unsafe {
+        arpack_sys::dseupd_c(
+            1,
+            CStr::as_ptr(c"A"),
+            select.as_ptr(),
+            omega2.as_mut_ptr(),
+            modes.as_mut_ptr(),
+            order,
+            0.0,
+            CStr::as_ptr(kind),
+            order,
+            CStr::as_ptr(which),
+            columns,
+            0.0,
+            residual.as_mut_ptr(),
+            basis_columns,
+            basis.as_mut_ptr(),
+            order,
+            iparam.as_mut_ptr(),
+            ipntr.as_mut_ptr(),
+            work_vectors.as_mut_ptr(),
+            work_small.as_mut_ptr(),
+            work as c_int,
+            &mut info,
+        );
+    }
+    if info != 0 {
+        return Err(EigenError::Arpack {
+            routine: "dseupd",
+            info,
+        });
+    }
+    let modes = MatRef::from_column_major_slice(&modes, n, wanted);
+    let mut ascending: Vec<usize> = (0..wanted).collect();
+    ascending.sort_by(|&a, &b| omega2[a].total_cmp(&omega2[b]));
+    Ok(Modes {
+        omega2: ascending.iter().map(|&i| omega2[i]).collect(),
+        vectors: Mat::from_fn(n, wanted, |i, j| modes[(i, ascending[j])]),
+    })
+}
+
+/// The start vector: our own, so that every run is the same; another one for each try.
+fn start_entry(i: usize, attempt: usize) -> f64 {
+    let mixed = ((i + 1) as u64 + ((attempt as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (mixed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+/// Checks residuals and that no mode is missing, and cuts the spare modes off.
+fn complete(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    modes: Modes,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let weighted = sparse::times(mass, modes.vectors.as_ref());
+    let mut followed = weighted.clone();
+    factor.solve_in_place(followed.as_mut());
+    for j in 0..modes.count() {
+        let phi = modes.vectors.col(j);
+        let residual = (phi - faer::Scale(modes.omega2[j]) * followed.col(j)).norm_l2();
+        let residual = residual / phi.norm_l2();
+        let accepted = residual < RESIDUAL && modes.omega2[j] > 0.0; // false for a NaN
+        if !accepted {
+            return Err(EigenError::Residual {
+                mode: j + 1,
+                residual,
+            });
+        }
+    }
+    let (found, shift) = gap(&modes.omega2, count);
+    let below = modes_below(stiffness, mass, shift, factor)?;
+    if below != found {
+        return Err(EigenError::Missing {
+            below: shift,
+            expected: below,
+            found,
+        });
+    }
+    let mut vectors = modes.vectors.get(.., ..count).to_owned();
+    for j in 0..count {
+        let modal_mass = weighted.col(j).transpose() * modes.vectors.col(j);
+        vectors
+            .col_mut(j)
+            .iter_mut()
+            .for_each(|v| *v /= modal_mass.sqrt());
+    }
+    fix_signs(&mut vectors);
+    Ok(Modes {
+        omega2: modes.omega2[..count].to_vec(),
+        vectors,
+    })
+}
+
+/// The widest gap above the first `count` eigenvalues: how many lie below it, and a shift in it.
+/// Where all the spare ones coincide with the last, just above the last.
+fn gap(omega2: &[f64], count: usize) -> (usize, f64) {
+    let ratio = |i: usize| omega2[i] / omega2[i - 1];
+    (count..omega2.len())
+        .filter(|&i| ratio(i) > 1.0 + GAP)
+        .max_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))
+        .map(|i| (i, (omega2[i] * omega2[i - 1]).sqrt()))
+        .unwrap_or((omega2.len(), omega2[omega2.len() - 1] * (1.0 + GAP)))
+}
+
+/// Number of modes below `shift`: negative pivots of K - shift M.
+fn modes_below(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    shift: f64,
+    factor: &Cholesky,
+) -> Result<usize, EigenError> {
+    let shifted = sparse::sum(stiffness, -shift, mass);
+    match factor.symbolic().ldlt(&shifted) {
+        Err(FactorError::PatternDiffers) => Ok(Symbolic::analyse(&shifted)?
+            .ldlt(&shifted)?
+            .negative_pivots()),
+        result => Ok(result?.negative_pivots()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::eigen::{dense, lowest_modes as lowest};
+    use crate::numerics::lattice::Lattice;
+
+    fn against_dense(lattice: Lattice, count: usize) {
+        let (k, m) = lattice.cantilever();
+        assert!(k.nrows() > smallest_size(count));
+        let modes = lowest(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
+        let (k, m) = (sparse::dense(&k), sparse::dense(&m));
+        let exact = dense::modes(k.as_ref(), m.as_ref()).unwrap();
+        assert_eq!(modes.count(), count);
+        for (w2, exact) in modes.omega2.iter().zip(&exact.omega2) {
+            assert!((w2 / exact - 1.0).abs() < 1e-10, "{w2} {exact}");
+        }
+        let gram = modes.vectors.transpose() * (&m * &modes.vectors);
+        assert!((gram - Mat::<f64>::identity(count, count)).norm_max() < 1e-10);
+        let residual = &k * &modes.vectors
+            - Mat::from_fn(k.nrows(), count, |i, j| {
+                modes.omega2[j] * (m.row(i) * modes.vectors.col(j))
+            });
+        assert!(residual.norm_max() < 1e-9 * k.norm_max() * modes.vectors.norm_max());
+    }
+
+    #[test]
+    fn arpack_and_dense_agree() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        against_dense(lattice, 12);
+    }
+
+    #[test]
+    fn repeated_modes_are_all_found() {
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        for count in [7, 12, 21] {
+            let lattice = Lattice {
+                shape: [9, 4, 4],
+                stiffness: 4e7,
+                mass: 0.1,
+                irregularity: 0.0,
+            };
+            against_dense(lattice, count);
+        }
+    }
+
+    #[test]
+    fn runs_are_the_same_to_the_bit_even_side_by_side() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let run = || lowest(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
+        let first = run();
+        let (a, b) = rayon::join(run, run);
+        for other in [a, b] {
+            assert_eq!(first.omega2, other.omega2);
+            assert_eq!(first.vectors, other.vectors);
+        }
+    }
+
+    #[test]
+    fn none_all_and_too_many_modes() {
+        let lattice = Lattice {
+            shape: [3, 2, 2],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.1,
+        };
+        let (k, m) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        for (asked, given) in [(0, 0), (1, 1), (24, 24), (99, 24)] {
+            let modes = lowest(&k, &m, asked, &factor).unwrap();
+            assert_eq!((modes.count(), modes.vectors.ncols()), (given, given));
+        }
+        assert!(matches!(
+            lowest(&k, &CscMatrix::identity(5), 1, &factor),
+            Err(EigenError::Sizes { .. })
+        ));
+    }
+
+    #[test]
+    fn a_missing_mode_is_noticed() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        let all = lanczos(&m, &factor, 10, 24, 0).unwrap();
+        let keep: Vec<usize> = (0..10).filter(|i| *i != 2).collect();
+        let some = Modes {
+            omega2: keep.iter().map(|&i| all.omega2[i]).collect(),
+            vectors: Mat::from_fn(k.nrows(), 9, |i, j| all.vectors[(i, keep[j])]),
+        };
+        assert!(matches!(
+            complete(&k, &m, 6, some, &factor),
+            Err(EigenError::Missing { expected, found, .. }) if expected == found + 1
+        ));
+    }
+}

@@ -1,0 +1,122 @@
+//! Lowest modes of K phi = omega^2 M phi, K and M symmetric positive definite.
+
+pub mod arpack;
+pub mod dense;
+
+use faer::Mat;
+use nalgebra_sparse::CscMatrix;
+
+use super::factor::{Cholesky, FactorError};
+use super::sparse;
+
+/// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). Of each vector the first entry of
+/// at least half the largest magnitude is positive.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    /// Squared angular frequencies.
+    pub omega2: Vec<f64>,
+    /// One mode per column.
+    pub vectors: Mat<f64>,
+}
+
+impl Modes {
+    pub fn count(&self) -> usize {
+        self.omega2.len()
+    }
+
+    /// Frequencies: `sqrt(omega2) / (2 pi)`.
+    pub fn frequencies_hz(&self) -> Vec<f64> {
+        self.omega2
+            .iter()
+            .map(|w2| w2.sqrt() / std::f64::consts::TAU)
+            .collect()
+    }
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum EigenError {
+    #[error(
+        "the stiffness and the mass are {stiffness} x {stiffness} and {mass} x {mass}: they must be of one size"
+    )]
+    Sizes { stiffness: usize, mass: usize },
+    #[error("the stiffness is not positive definite (pivot {pivot}): something is not held")]
+    StiffnessNotPositive { pivot: usize },
+    #[error("the mass is not positive definite: mode {mode} has no mass; check the densities")]
+    MassNotPositive { mode: usize },
+    #[error("the dense eigenvalue solver did not converge on {unknowns} unknowns")]
+    Dense { unknowns: usize },
+    #[error("{unknowns} unknowns are more than ARPACK's 32-bit integers can count")]
+    TooLarge { unknowns: usize },
+    #[error("ARPACK's {routine} stopped with code {info}")]
+    Arpack { routine: &'static str, info: i32 },
+    #[error("mode {mode} has a residual of {residual:.1e} after all tries; ask for fewer modes")]
+    Residual { mode: usize, residual: f64 },
+    #[error(
+        "a Sturm count finds {expected} modes below {below:.6e} rad2/s2, the iteration {found} after all tries; ask for a few more or fewer modes"
+    )]
+    Missing {
+        below: f64,
+        expected: usize,
+        found: usize,
+    },
+    #[error(transparent)]
+    Factor(#[from] FactorError),
+}
+
+/// The `count` lowest modes (all of them where the matrices have fewer unknowns).
+///
+/// `factor` is the factorisation of `stiffness`. Small problems are solved densely, others by
+/// shift-invert Lanczos ([`arpack`]); residuals are checked and a Sturm count proves that no mode
+/// is missing.
+///
+/// # Errors
+/// See [`EigenError`].
+pub fn lowest_modes(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let n = stiffness.nrows();
+    if mass.nrows() != n {
+        return Err(EigenError::Sizes {
+            stiffness: n,
+            mass: mass.nrows(),
+        });
+    }
+    let count = count.min(n);
+    if count == 0 {
+        return Ok(Modes {
+            omega2: Vec::new(),
+            vectors: Mat::zeros(n, 0),
+        });
+    }
+    if n <= arpack::smallest_size(count) {
+        let all = dense::modes(
+            sparse::dense(stiffness).as_ref(),
+            sparse::dense(mass).as_ref(),
+        )?;
+        return Ok(Modes {
+            omega2: all.omega2[..count].to_vec(),
+            vectors: all.vectors.get(.., ..count).to_owned(),
+        });
+    }
+    arpack::lowest_modes(stiffness, mass, count, factor)
+}
+
+/// Turns each vector so that its first entry of at least half the largest magnitude is positive.
+fn fix_signs(vectors: &mut Mat<f64>) {
+    for j in 0..vectors.ncols() {
+        let column = vectors.col_as_slice_mut(j);
+        let largest = column
+            .iter()
+            .fold(0.0f64, |largest, v| largest.max(v.abs()));
+        if column
+            .iter()
+            .find(|v| 2.0 * v.abs() >= largest)
+            .is_some_and(|v| *v < 0.0)
+        {
+            column.iter_mut().for_each(|v| *v = -*v);
+        }
+    }
+}
