@@ -1,8 +1,22 @@
 //! Bytes -> [`Mesh`]: nodes, tetrahedra, facets and named groups, in metres.
+//!
+//! [`msh`] reads Gmsh's MSH 4.1 files, [`gmsh`] runs the `gmsh` program on a script, [`quality`]
+//! refuses elements no calculation can use.
 
 pub mod block;
 
 use std::collections::BTreeMap;
+
+mod error;
+pub mod gmsh;
+pub mod msh;
+pub mod quality;
+mod sections;
+
+pub use error::MeshError;
+pub use gmsh::{GmshError, GmshRun, generate};
+pub use msh::{parse, read};
+pub use quality::{Quality, QualityError};
 
 /// Order of the tetrahedra (and of the facets) of a mesh; one mesh has one order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,8 +53,15 @@ pub struct Group {
     pub nodes: Vec<u32>,
 }
 
-/// A tetrahedral mesh. Node numbering inside an element is Gmsh's: corners 0-3, then edges
-/// 01, 12, 02, 03, 23, 13 (facets: corners 0-2, then 01, 12, 02). Indices are positions in
+/// Corner pairs of the mid-edge nodes 4-9 of a ten-node tetrahedron, in Gmsh's order. (VTK and
+/// Abaqus have the last two the other way round.)
+pub const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]];
+
+/// Corner pairs of the mid-edge nodes 3-5 of a six-node triangle.
+pub const FACET_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
+
+/// A tetrahedral mesh. Node numbering inside an element is Gmsh's: corners 0-3, then the middles
+/// of the edges [`TET_EDGES`] (facets: corners 0-2, then [`FACET_EDGES`]). Indices are positions in
 /// `nodes_m`; the tags of the file are kept for messages only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {

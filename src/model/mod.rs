@@ -1,7 +1,21 @@
 //! [`Scene`](crate::scene::Scene) + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//!
+//! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
+//! paired node by node and given their frames, and every node learns how it may move.
 
 use crate::mesh::ElementOrder;
 use crate::scene::{Material, Prestress};
+
+mod bind;
+mod contacts;
+mod dofs;
+mod error;
+mod flank;
+pub mod pairing;
+mod vector;
+
+pub use bind::bind;
+pub use error::{ModelError, Unmatched};
 
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone)]

@@ -1,0 +1,181 @@
+//! The parts of an MSH file that are read, checked or changed before `mshio` sees it.
+
+use std::collections::{BTreeMap, HashSet};
+use std::ops::Range;
+
+use super::MeshError;
+
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+pub(super) fn encoding(bytes: &[u8]) -> Result<Encoding, MeshError> {
+    let rest = bytes
+        .strip_prefix(b"$MeshFormat")
+        .and_then(skip_line_end)
+        .ok_or(MeshError::NotMsh)?;
+    let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+    let line = String::from_utf8_lossy(&rest[..end.min(80)])
+        .trim()
+        .to_string();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    match words[..] {
+        ["4.1", "0", "8"] => Ok(Encoding::Ascii),
+        ["4.1", "1", "8"] => match rest.get(end + 1..end + 5) {
+            Some([1, 0, 0, 0]) => Ok(Encoding::LittleEndian),
+            Some([0, 0, 0, 1]) => Ok(Encoding::BigEndian),
+            _ => Err(MeshError::Header { line }),
+        },
+        [version, "0" | "1", _] if version != "4.1" && version.parse::<f64>().is_ok() => {
+            Err(MeshError::Version {
+                found: version.to_string(),
+            })
+        }
+        _ => Err(MeshError::Header { line }),
+    }
+}
+
+fn skip_line_end(bytes: &[u8]) -> Option<&[u8]> {
+    bytes
+        .strip_prefix(b"\r\n")
+        .or_else(|| bytes.strip_prefix(b"\n"))
+}
+
+/// Where the content of a section begins.
+pub(super) fn section_start(bytes: &[u8], name: &str) -> Option<usize> {
+    let mark = format!("\n${name}");
+    let mut from = 0;
+    while let Some(at) = find(&bytes[from..], mark.as_bytes()) {
+        let after = from + at + mark.len();
+        if let Some(rest) = skip_line_end(&bytes[after..]) {
+            return Some(bytes.len() - rest.len());
+        }
+        from = after;
+    }
+    None
+}
+
+fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
+    haystack.windows(needle.len()).position(|w| w == needle)
+}
+
+/// The four counts at the head of `$Nodes` and `$Elements` (blocks, total, lowest and highest tag)
+/// and where the last one stands.
+fn section_header(
+    bytes: &[u8],
+    encoding: Encoding,
+    section: &'static str,
+) -> Result<([u64; 4], Range<usize>), MeshError> {
+    let missing = || MeshError::MissingSection { section };
+    let start = section_start(bytes, section).ok_or_else(missing)?;
+    let mut counts = [0; 4];
+    let mut at = start..start;
+    for count in &mut counts {
+        if encoding == Encoding::Ascii {
+            let is_space = |b: &u8| b.is_ascii_whitespace();
+            let from = bytes[at.end..].iter().position(|b| !is_space(b));
+            let from = at.end + from.ok_or_else(missing)?;
+            let len = bytes[from..]
+                .iter()
+                .position(is_space)
+                .ok_or_else(missing)?;
+            at = from..from + len;
+            *count = std::str::from_utf8(&bytes[at.clone()])
+                .ok()
+                .and_then(|word| word.parse().ok())
+                .ok_or_else(|| MeshError::Malformed {
+                    byte: from,
+                    at: format!("header of ${section}"),
+                    reason: "expected four whole numbers".to_string(),
+                })?;
+        } else {
+            at = at.end..at.end + 8;
+            let word = bytes.get(at.clone()).ok_or_else(missing)?;
+            let word: [u8; 8] = word.try_into().map_err(|_| missing())?;
+            *count = match encoding {
+                Encoding::BigEndian => u64::from_be_bytes(word),
+                _ => u64::from_le_bytes(word),
+            };
+        }
+    }
+    Ok((counts, at))
+}
+
+/// mshio subtracts one from the total: an empty section must not reach it.
+pub(super) fn check_elements_header(bytes: &[u8], encoding: Encoding) -> Result<(), MeshError> {
+    match section_header(bytes, encoding, "Elements")?.0 {
+        [_, 0, ..] => Err(MeshError::Empty { what: "elements" }),
+        _ => Ok(()),
+    }
+}
+
+/// Raises the highest node tag in the header of `$Nodes`, so that mshio takes the tags for sparse
+/// and keeps them. Returns the file's own highest tag.
+pub(super) fn keep_node_tags(bytes: &mut Vec<u8>, encoding: Encoding) -> Result<u64, MeshError> {
+    let ([_, total, min, max], at) = section_header(bytes, encoding, "Nodes")?;
+    if total == 0 {
+        return Err(MeshError::Empty { what: "nodes" });
+    }
+    if min == 0 || max < min || u64::MAX - min < total {
+        return Err(MeshError::Malformed {
+            byte: at.start,
+            at: "header of $Nodes".to_string(),
+            reason: format!("{total} nodes with tags from {min} to {max}"),
+        });
+    }
+    if encoding == Encoding::Ascii {
+        bytes.splice(at, u64::MAX.to_string().into_bytes());
+    } else {
+        bytes[at].fill(0xff); // u64::MAX, in either byte order
+    }
+    Ok(max)
+}
+
+pub(super) type Names = BTreeMap<(u8, u32), String>;
+
+/// `$PhysicalNames`, which is text in binary files too: (dimension, tag) -> name.
+pub(super) fn physical_names(bytes: &[u8]) -> Result<Names, MeshError> {
+    let Some(start) = section_start(bytes, "PhysicalNames") else {
+        return Ok(Names::new());
+    };
+    let section = "PhysicalNames";
+    let len =
+        find(&bytes[start..], b"$EndPhysicalNames").ok_or(MeshError::MissingSection { section })?;
+    let text = String::from_utf8_lossy(&bytes[start..start + len]);
+    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let said = lines.next().unwrap_or("nothing").to_string();
+    let mut names = Names::new();
+    let mut seen = HashSet::new();
+    for line in lines {
+        let (key, name) = physical_name(line).ok_or_else(|| MeshError::PhysicalName {
+            line: line.chars().take(80).collect(),
+        })?;
+        if !seen.insert(name.clone()) {
+            return Err(MeshError::GroupNameTwice { name });
+        }
+        if names.insert(key, name).is_some() {
+            return Err(MeshError::TagTwice {
+                what: "physical",
+                tag: key.1.into(),
+            });
+        }
+    }
+    if said.parse() != Ok(names.len()) {
+        return Err(MeshError::PhysicalNameCount {
+            said,
+            found: names.len(),
+        });
+    }
+    Ok(names)
+}
+
+fn physical_name(line: &str) -> Option<((u8, u32), String)> {
+    let (dimension, rest) = line.split_once(' ')?;
+    let (tag, rest) = rest.trim_start().split_once(' ')?;
+    let name = rest.trim().strip_prefix('"')?.strip_suffix('"')?;
+    let dimension = dimension.parse().ok().filter(|d| *d <= 3)?;
+    Some(((dimension, tag.parse().ok()?), name.to_string()))
+}

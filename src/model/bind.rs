@@ -1,0 +1,373 @@
+//! The binding itself: groups looked up, bodies numbered, contacts and probes tied to nodes.
+
+use super::contacts::{Part, contact};
+use super::dofs::{Roles, number};
+use super::{Body, Model, ModelError, Observation, PointForce, Rotation};
+use crate::mesh::{Group, Mesh};
+use crate::scene::{BodySpec, Scene};
+
+const NONE: u32 = u32::MAX;
+
+/// Resolves every name of the scene against the mesh.
+///
+/// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
+/// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
+pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
+    let [first, second] = &scene.bodies[..] else {
+        let found = scene.bodies.len();
+        return Err(ModelError::BodyCount { found });
+    };
+    let rotation = scene.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
+    for name in rotation.iter().flat_map(|r| &r.bodies) {
+        if !scene.bodies.iter().any(|b| b.name == *name) {
+            return Err(ModelError::UnknownBody {
+                used_by: "rotation".to_string(),
+                name: name.clone(),
+                available: scene.bodies.iter().map(|b| b.name.clone()).collect(),
+            });
+        }
+    }
+    let mut bodies = [Draft::new(first, mesh)?, Draft::new(second, mesh)?];
+    check_disjoint(&bodies, mesh)?;
+    for (draft, spec) in bodies.iter_mut().zip([first, second]) {
+        draft.fix(spec, mesh)?;
+    }
+
+    let contact_names: Vec<String> = scene.contacts.iter().map(|c| c.name.clone()).collect();
+    let mut model_pairs = Vec::new();
+    let mut flank_triangles = Vec::new();
+    let mut largest_mismatch_m = 0.0f64;
+    for (c, spec) in scene.contacts.iter().enumerate() {
+        let used_by = format!("contact `{}`", spec.name);
+        let group = |name| find_group(mesh, name, Some(2), &used_by);
+        let groups = [group(&spec.first)?, group(&spec.second)?];
+        let [blade, jaw] = &bodies;
+        let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
+        let parts = [&blade.part(&on_blade), &jaw.part(&on_jaw)];
+        let tolerance = scene.mesh.pairing_tolerance;
+        let mut found = contact(mesh, spec, c, groups, parts, tolerance)?;
+        for b in 0..2 {
+            for pair in &mut found.pairs {
+                pair.nodes[b] = bodies[b].local[pair.nodes[b] as usize];
+            }
+            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
+            bodies[b].add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
+        }
+        let before = model_pairs.len() as u32;
+        flank_triangles.extend(found.triangles.iter().map(|t| t.map(|i| i + before)));
+        model_pairs.append(&mut found.pairs);
+        largest_mismatch_m = largest_mismatch_m.max(found.largest_mismatch_m);
+    }
+
+    let mut excitations = Vec::new();
+    for (i, spec) in scene.excitations.iter().enumerate() {
+        let nodes = probe(
+            mesh,
+            &mut bodies,
+            &spec.points,
+            format!("excitation {}", i + 1),
+        )?;
+        let share = spec.force_n / nodes.len() as f64;
+        excitations.extend(nodes.into_iter().map(|(body, node)| PointForce {
+            body,
+            node,
+            vector_n: spec.direction.map(|d| d * share),
+            harmonic: spec.harmonic,
+            phase_rad: spec.phase_rad,
+        }));
+    }
+    let mut observations = Vec::new();
+    for spec in &scene.observations {
+        let nodes = probe(
+            mesh,
+            &mut bodies,
+            &spec.points,
+            format!("observation `{}`", spec.name),
+        )?;
+        let share = 1.0 / nodes.len() as f64;
+        let term = |(body, node)| (body, node, spec.direction.map(|d| d * share));
+        observations.push(Observation {
+            name: spec.name.clone(),
+            terms: nodes.into_iter().map(term).collect(),
+        });
+    }
+
+    let [blade, jaw] = bodies;
+    let rotates = |spec: &BodySpec| rotation.is_some_and(|r| r.bodies.contains(&spec.name));
+    Ok(Model {
+        bodies: [
+            blade.finish(first, rotates(first), mesh)?,
+            jaw.finish(second, rotates(second), mesh)?,
+        ],
+        rotation: rotation.map(|r| Rotation {
+            point_m: r.point_m,
+            axis: r.axis,
+            speed_rad_s: r.speed_rad_s,
+            prestress: r.prestress,
+        }),
+        pairs: model_pairs,
+        flank_triangles,
+        contact_names,
+        excitations,
+        observations,
+        largest_mismatch_m,
+    })
+}
+
+fn kind(dimension: u8) -> &'static str {
+    match dimension {
+        0 => "point",
+        1 => "curve",
+        2 => "surface",
+        _ => "volume",
+    }
+}
+
+/// A group by name, of the wanted dimension (`None`: any) and not empty.
+fn find_group<'a>(
+    mesh: &'a Mesh,
+    name: &str,
+    wanted: Option<u8>,
+    used_by: &str,
+) -> Result<&'a Group, ModelError> {
+    let available = || {
+        let fits = |g: &Group| wanted.is_none_or(|d| g.dimension == d);
+        let groups = mesh.groups.iter().filter(|(_, g)| fits(g));
+        groups.map(|(name, _)| name.clone()).collect()
+    };
+    let Some(group) = mesh.groups.get(name) else {
+        return Err(ModelError::UnknownGroup {
+            used_by: used_by.to_string(),
+            name: name.to_string(),
+            wanted: wanted.map_or("any", kind),
+            available: available(),
+        });
+    };
+    if let Some(wanted) = wanted.filter(|&d| d != group.dimension) {
+        return Err(ModelError::GroupDimension {
+            used_by: used_by.to_string(),
+            name: name.to_string(),
+            found: kind(group.dimension),
+            wanted: kind(wanted),
+            available: available(),
+        });
+    }
+    if group.nodes.is_empty() {
+        return Err(ModelError::EmptyGroup {
+            used_by: used_by.to_string(),
+            name: name.to_string(),
+        });
+    }
+    Ok(group)
+}
+
+/// The nodes of a group as (body, local node), remembered by their bodies as probes.
+fn probe(
+    mesh: &Mesh,
+    bodies: &mut [Draft; 2],
+    group: &str,
+    used_by: String,
+) -> Result<Vec<(usize, u32)>, ModelError> {
+    let nodes = &find_group(mesh, group, None, &used_by)?.nodes;
+    let of = |n: u32| bodies.iter().position(|b| b.has(n));
+    let group = group.to_string();
+    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| of(n).is_none()));
+    if count > 0 {
+        return Err(ModelError::ProbeElsewhere {
+            used_by,
+            group,
+            count,
+            tags,
+        });
+    }
+    let is_fixed = |n: u32| bodies.iter().any(|b| b.has(n) && b.is_fixed(n));
+    let (count, tags) = first_tags(mesh, nodes.iter().filter(|&&n| is_fixed(n)));
+    if count > 0 {
+        return Err(ModelError::ProbeFixed {
+            used_by,
+            group,
+            count,
+            tags,
+        });
+    }
+    let places = nodes.iter().filter_map(|&n| Some((of(n)?, n)));
+    let places: Vec<_> = places
+        .map(|(b, n)| (b, bodies[b].local[n as usize]))
+        .collect();
+    for &(body, node) in &places {
+        bodies[body].roles.probes.push(node);
+    }
+    Ok(places)
+}
+
+/// How many, and the tags of the first few.
+fn first_tags<'a>(mesh: &Mesh, nodes: impl Iterator<Item = &'a u32>) -> (usize, Vec<u64>) {
+    let tags: Vec<u64> = nodes.map(|&n| mesh.node_tags[n as usize]).collect();
+    (tags.len(), tags.into_iter().take(5).collect())
+}
+
+fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
+    let shared = bodies[0].nodes.iter().filter(|&&n| bodies[1].has(n));
+    match first_tags(mesh, shared) {
+        (0, _) => Ok(()),
+        (count, tags) => Err(ModelError::SharedNodes {
+            first: bodies[0].name.clone(),
+            second: bodies[1].name.clone(),
+            count,
+            tags,
+        }),
+    }
+}
+
+/// A body on its way into the model.
+struct Draft {
+    name: String,
+    /// Elements of the mesh.
+    tets: Vec<u32>,
+    /// Local node -> mesh node, ascending.
+    nodes: Vec<u32>,
+    /// Mesh node -> local node, or `NONE`.
+    local: Vec<u32>,
+    roles: Roles,
+    /// Which contact each local node belongs to.
+    contact_of: Vec<Option<usize>>,
+}
+
+impl Draft {
+    fn new(spec: &BodySpec, mesh: &Mesh) -> Result<Self, ModelError> {
+        let used_by = format!("body `{}`", spec.name);
+        let group = find_group(mesh, &spec.volume, Some(3), &used_by)?;
+        let mut local = vec![NONE; mesh.nodes_m.len()];
+        for (i, &n) in (0..).zip(&group.nodes) {
+            local[n as usize] = i;
+        }
+        Ok(Self {
+            name: spec.name.clone(),
+            tets: group.elements.clone(),
+            nodes: group.nodes.clone(),
+            local,
+            roles: Roles {
+                fixed: vec![false; group.nodes.len()],
+                flank: Vec::new(),
+                tied: Vec::new(),
+                probes: Vec::new(),
+            },
+            contact_of: vec![None; group.nodes.len()],
+        })
+    }
+
+    fn has(&self, mesh_node: u32) -> bool {
+        self.local[mesh_node as usize] != NONE
+    }
+
+    fn is_fixed(&self, mesh_node: u32) -> bool {
+        self.roles.fixed[self.local[mesh_node as usize] as usize]
+    }
+
+    fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
+        Part {
+            name: &self.name,
+            tets: &self.tets,
+            has,
+        }
+    }
+
+    fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
+        let used_by = format!("body `{}`, fixed", spec.name);
+        for name in &spec.fixed {
+            let group = find_group(mesh, name, None, &used_by)?;
+            let own = group.nodes.iter().map(|&n| self.local[n as usize]);
+            let own: Vec<u32> = own.filter(|&n| n != NONE).collect();
+            if own.is_empty() {
+                return Err(ModelError::FixedElsewhere {
+                    body: spec.name.clone(),
+                    group: name.clone(),
+                });
+            }
+            for n in own {
+                self.roles.fixed[n as usize] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the flank nodes (local, in the order of the pairs) and mid-edge nodes (mesh) of contact
+    /// number `contact`.
+    fn add_flank(
+        &mut self,
+        flank: &[u32],
+        tied: &[(u32, [u32; 2])],
+        contact: usize,
+        names: &[String],
+        mesh: &Mesh,
+    ) -> Result<(), ModelError> {
+        let local = |n: u32| self.local[n as usize];
+        let tied = tied
+            .iter()
+            .map(|&(n, corners)| (local(n), corners.map(local)));
+        let tied: Vec<_> = tied.collect();
+        let all = || flank.iter().copied().chain(tied.iter().map(|t| t.0));
+        let tags = |wanted: &dyn Fn(u32) -> bool| {
+            let found: Vec<u32> = all().filter(|&n| wanted(n)).collect();
+            first_tags(mesh, found.iter().map(|&n| &self.nodes[n as usize]))
+        };
+        let (count, fixed) = tags(&|n| self.roles.fixed[n as usize]);
+        if count > 0 {
+            return Err(ModelError::FlankFixed {
+                body: self.name.clone(),
+                contact: names[contact].clone(),
+                count,
+                tags: fixed,
+            });
+        }
+        if let Some(other) = all().find_map(|n| self.contact_of[n as usize]) {
+            let (count, tags) = tags(&|n| self.contact_of[n as usize] == Some(other));
+            return Err(ModelError::TwoContacts {
+                first: names[other].clone(),
+                second: names[contact].clone(),
+                count,
+                tags,
+            });
+        }
+        for n in all() {
+            self.contact_of[n as usize] = Some(contact);
+        }
+        self.roles.flank.extend(flank);
+        self.roles.tied.extend(tied);
+        Ok(())
+    }
+
+    fn finish(self, spec: &BodySpec, rotates: bool, mesh: &Mesh) -> Result<Body, ModelError> {
+        let dofs = number(&self.roles);
+        if dofs.free_nodes() == 0 {
+            return Err(ModelError::NothingFree { body: self.name });
+        }
+        let of_tets = self.tets.iter().flat_map(|&e| mesh.tet(e as usize));
+        let mesh_node = |&n: &u32| n as usize;
+        Ok(Body {
+            name: self.name,
+            material: spec.material,
+            rotates,
+            fixed_interface_modes: spec.fixed_interface_modes,
+            order: mesh.order,
+            nodes_m: self
+                .nodes
+                .iter()
+                .map(|n| mesh.nodes_m[mesh_node(n)])
+                .collect(),
+            node_tags: self
+                .nodes
+                .iter()
+                .map(|n| mesh.node_tags[mesh_node(n)])
+                .collect(),
+            tets: of_tets.map(|&n| self.local[n as usize]).collect(),
+            tet_tags: self
+                .tets
+                .iter()
+                .map(|&e| mesh.tet_tags[e as usize])
+                .collect(),
+            mesh_nodes: self.nodes,
+            dofs,
+        })
+    }
+}

@@ -1,0 +1,188 @@
+//! What can be wrong between a scene and its mesh.
+
+use thiserror::Error;
+
+/// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
+/// the first few, with the number of all.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ModelError {
+    #[error(
+        "the scene has {found} bodies: name two, first the one that vibrates, then the one that holds it"
+    )]
+    BodyCount { found: usize },
+    #[error(
+        "{used_by}: the mesh has no group `{name}`; {} it has: {}",
+        plural(wanted),
+        list(available)
+    )]
+    UnknownGroup {
+        used_by: String,
+        name: String,
+        /// `volume`, `surface` or `any`.
+        wanted: &'static str,
+        available: Vec<String>,
+    },
+    #[error(
+        "{used_by}: group `{name}` is a {found}, not a {wanted}; {} the mesh has: {}",
+        plural(wanted),
+        list(available)
+    )]
+    GroupDimension {
+        used_by: String,
+        name: String,
+        found: &'static str,
+        wanted: &'static str,
+        available: Vec<String>,
+    },
+    #[error("{used_by}: group `{name}` has no elements in the mesh")]
+    EmptyGroup { used_by: String, name: String },
+    #[error("{used_by}: there is no body `{name}`; bodies: {}", list(available))]
+    UnknownBody {
+        used_by: String,
+        name: String,
+        available: Vec<String>,
+    },
+    #[error(
+        "bodies `{first}` and `{second}` share {count} nodes (first tags {}): contact needs two nodes at each point; do not weld the bodies in the Gmsh script (Coherence, BooleanFragments, or one surface used by both volumes)",
+        list(tags)
+    )]
+    SharedNodes {
+        first: String,
+        second: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
+    FixedElsewhere { body: String, group: String },
+    #[error("contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`{}", list(tags), if *swapped { ": exchange `first` and `second`" } else { ": `first` is a surface of the first body, `second` of the second" })]
+    FlankOffBody {
+        contact: String,
+        group: String,
+        body: String,
+        count: usize,
+        tags: Vec<u64>,
+        /// The facets are on the other body.
+        swapped: bool,
+    },
+    #[error(
+        "contact `{contact}`: facet {tag} of `{group}` lies inside the body, between two tetrahedra: a flank is part of the outer surface"
+    )]
+    FlankInside {
+        contact: String,
+        group: String,
+        tag: u64,
+    },
+    #[error("contact `{contact}`: facet {tag} of `{group}` {reason}")]
+    BadFacet {
+        contact: String,
+        group: String,
+        tag: u64,
+        reason: &'static str,
+    },
+    #[error(
+        "contact `{contact}`: {first_count} nodes of `{first}` and {second_count} of `{second}` have no partner within {tolerance} of the node spacing: {}. Mesh both flanks alike (transfinite, same curves), or raise mesh.pairing_tolerance",
+        points(nearest)
+    )]
+    Unmatched {
+        contact: String,
+        first: String,
+        second: String,
+        first_count: usize,
+        second_count: usize,
+        tolerance: f64,
+        nearest: Vec<Unmatched>,
+    },
+    #[error(
+        "contact `{contact}`: nodes {} of one flank are both nearest to node {second} of the other: lower mesh.pairing_tolerance",
+        list(first)
+    )]
+    PairedTwice {
+        contact: String,
+        first: [u64; 2],
+        second: u64,
+    },
+    #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side?", x = position_m[0], y = position_m[1], z = position_m[2])]
+    NotFacing {
+        contact: String,
+        position_m: [f64; 3],
+        degrees: f64,
+    },
+    #[error(
+        "{count} nodes (first tags {}) belong to contacts `{first}` and `{second}`: a node can have one normal only; leave a gap between the two surfaces, or make them one contact",
+        list(tags)
+    )]
+    TwoContacts {
+        first: String,
+        second: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "body `{body}`: {count} nodes (first tags {}) are fixed and on the flank of contact `{contact}`: a fixed group must not touch a flank",
+        list(tags)
+    )]
+    FlankFixed {
+        body: String,
+        contact: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "{used_by}: {count} nodes of group `{group}` (first tags {}) are fixed: they cannot move",
+        list(tags)
+    )]
+    ProbeFixed {
+        used_by: String,
+        group: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to neither body",
+        list(tags)
+    )]
+    ProbeElsewhere {
+        used_by: String,
+        group: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
+    NothingFree { body: String },
+}
+
+/// A flank node without a partner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unmatched {
+    pub tag: u64,
+    pub position_m: [f64; 3],
+    /// To the nearest node of the other flank (infinite where it has none).
+    pub distance_m: f64,
+}
+
+fn plural(wanted: &str) -> String {
+    match wanted {
+        "any" => "groups".to_string(),
+        kind => format!("{kind} groups"),
+    }
+}
+
+fn list<T: std::fmt::Display>(items: &[T]) -> String {
+    if items.is_empty() {
+        return "none".to_string();
+    }
+    let words: Vec<String> = items.iter().map(T::to_string).collect();
+    words.join(", ")
+}
+
+fn points(nearest: &[Unmatched]) -> String {
+    let point = |u: &Unmatched| {
+        let [x, y, z] = u.position_m;
+        let d = u.distance_m;
+        format!(
+            "node {} at ({x:.6}, {y:.6}, {z:.6}) m, nearest {d:.3e} m away",
+            u.tag
+        )
+    };
+    nearest.iter().map(point).collect::<Vec<_>>().join("; ")
+}

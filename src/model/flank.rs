@@ -1,0 +1,296 @@
+//! One side of a contact: the surface of one body, its normals, areas, spacing and direction.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::ModelError;
+use super::vector::{cross, dot, norm, scaled, sub, unit};
+use crate::mesh::{ElementOrder, FACET_EDGES, Group, Mesh};
+
+/// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
+/// six-node triangle vanish at its corners, so node-to-node contact on all six has no meaning.
+pub(super) struct Flank {
+    /// Corner nodes, mesh indices, ascending.
+    pub nodes: Vec<u32>,
+    /// Facets as indices into `nodes`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals at the nodes, out of the body: the facets' normals weighted by their areas.
+    pub normals: Vec<[f64; 3]>,
+    /// A third of the facets around each node, m2.
+    pub areas_m2: Vec<f64>,
+    /// Shortest facet edge at each node, m.
+    pub spacing_m: Vec<f64>,
+    /// Mid-edge nodes and their corners, mesh indices.
+    pub tied: BTreeMap<u32, [u32; 2]>,
+    /// Unit direction in which most of the surface's edge runs: along the slot.
+    pub along: [f64; 3],
+}
+
+/// Whose surface it is, for messages.
+pub(super) struct Side<'a> {
+    pub contact: &'a str,
+    pub group: &'a str,
+    pub body: &'a str,
+}
+
+/// Reads a flank off the mesh. `tets` are the body's elements, `on_body` tells its nodes.
+///
+/// Normals come from the tetrahedron behind each facet; the facet's own orientation means nothing.
+pub(super) fn flank(
+    mesh: &Mesh,
+    group: &Group,
+    tets: &[u32],
+    on_body: impl Fn(u32) -> bool,
+    side: &Side,
+) -> Result<Flank, ModelError> {
+    let bad = |tag, reason| ModelError::BadFacet {
+        contact: side.contact.to_string(),
+        group: side.group.to_string(),
+        tag,
+        reason,
+    };
+    let behind = nodes_behind(mesh, group, tets, side)?;
+    let corners = |f: u32| -> [u32; 3] {
+        let n = mesh.facet(f as usize);
+        [n[0], n[1], n[2]]
+    };
+    let mut nodes: Vec<u32> = group.elements.iter().flat_map(|&f| corners(f)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let index: HashMap<u32, u32> = nodes.iter().copied().zip(0..).collect();
+    let x = |n: u32| mesh.nodes_m[n as usize];
+
+    let mut triangles = Vec::with_capacity(group.elements.len());
+    let mut normals = vec![[0.0; 3]; nodes.len()];
+    let mut areas_m2 = vec![0.0; nodes.len()];
+    let mut spacing_m = vec![f64::INFINITY; nodes.len()];
+    let mut tied = BTreeMap::new();
+    for (&f, &opposite) in group.elements.iter().zip(&behind) {
+        let tag = mesh.facet_tags[f as usize];
+        let [a, b, c] = corners(f);
+        let normal = cross(sub(x(b), x(a)), sub(x(c), x(a)));
+        let (area, height) = (0.5 * norm(normal), dot(normal, sub(x(a), x(opposite))));
+        let longest = [(a, b), (b, c), (c, a)]
+            .map(|(p, q)| norm(sub(x(p), x(q))))
+            .into_iter()
+            .fold(0.0, f64::max);
+        if area <= 1e-9 * longest * longest || height == 0.0 {
+            return Err(bad(tag, "has no area"));
+        }
+        let triangle = [a, b, c].map(|n| index[&n]);
+        for (k, &i) in triangle.iter().enumerate() {
+            for (sum, part) in normals[i as usize].iter_mut().zip(normal) {
+                *sum += part * height.signum();
+            }
+            areas_m2[i as usize] += area / 3.0;
+            let next = triangle[(k + 1) % 3];
+            let edge = norm(sub(x(nodes[i as usize]), x(nodes[next as usize])));
+            for i in [i, next] {
+                spacing_m[i as usize] = spacing_m[i as usize].min(edge);
+            }
+        }
+        triangles.push(triangle);
+        if mesh.order == ElementOrder::Quadratic {
+            let all = mesh.facet(f as usize);
+            for (&middle, [p, q]) in all[3..].iter().zip(FACET_EDGES) {
+                if !on_body(middle) {
+                    return Err(bad(tag, "has a mid-edge node that its tetrahedron lacks"));
+                }
+                tied.insert(middle, [all[p].min(all[q]), all[p].max(all[q])]);
+            }
+        }
+    }
+    for (i, normal) in normals.iter_mut().enumerate() {
+        // Facets folded back on each other cancel.
+        *normal = unit(*normal).ok_or_else(|| {
+            let at = triangles
+                .iter()
+                .position(|t| t.contains(&(i as u32)))
+                .unwrap_or(0);
+            bad(
+                mesh.facet_tags[group.elements[at] as usize],
+                "is folded back on its neighbour",
+            )
+        })?;
+    }
+    let along = direction_of_edge(&triangles, |i| x(nodes[i as usize]));
+    Ok(Flank {
+        nodes,
+        triangles,
+        normals,
+        areas_m2,
+        spacing_m,
+        tied,
+        along,
+    })
+}
+
+/// For each facet of the group the fourth corner of the tetrahedron it belongs to.
+fn nodes_behind(
+    mesh: &Mesh,
+    group: &Group,
+    tets: &[u32],
+    side: &Side,
+) -> Result<Vec<u32>, ModelError> {
+    let key = |n: [u32; 3]| {
+        let mut n = n;
+        n.sort_unstable();
+        n
+    };
+    let contact = || side.contact.to_string();
+    let name = || side.group.to_string();
+    let tag = |i: usize| mesh.facet_tags[group.elements[i] as usize];
+    let mut facets = HashMap::with_capacity(group.elements.len());
+    for (i, &f) in group.elements.iter().enumerate() {
+        let n = mesh.facet(f as usize);
+        if facets.insert(key([n[0], n[1], n[2]]), i).is_some() {
+            return Err(ModelError::BadFacet {
+                contact: contact(),
+                group: name(),
+                tag: tag(i),
+                reason: "is in the mesh twice",
+            });
+        }
+    }
+    let mut behind: Vec<Option<u32>> = vec![None; group.elements.len()];
+    for &e in tets {
+        let t = mesh.tet(e as usize);
+        for k in 0..4 {
+            let face = [t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]];
+            let Some(&i) = facets.get(&key(face)) else {
+                continue;
+            };
+            if behind[i].replace(t[k]).is_some() {
+                return Err(ModelError::FlankInside {
+                    contact: contact(),
+                    group: name(),
+                    tag: tag(i),
+                });
+            }
+        }
+    }
+    let off: Vec<u64> = (0..behind.len())
+        .filter(|&i| behind[i].is_none())
+        .map(tag)
+        .collect();
+    if !off.is_empty() {
+        return Err(ModelError::FlankOffBody {
+            contact: contact(),
+            group: name(),
+            body: side.body.to_string(),
+            count: off.len(),
+            tags: off.into_iter().take(5).collect(),
+            swapped: false,
+        });
+    }
+    Ok(behind.into_iter().flatten().collect())
+}
+
+/// Direction in which most of the length of a surface's edge runs (of all edges, where the surface
+/// is closed), its largest component positive. On a skewed flank, a parallelogram, that is the slot;
+/// the axis of inertia would be a third of a degree off.
+fn direction_of_edge(triangles: &[[u32; 3]], x: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
+    let mut uses: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+    for t in triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
+        }
+    }
+    let open = uses.values().any(|&n| n == 1);
+    let edges: Vec<([f64; 3], f64)> = uses
+        .iter()
+        .filter(|&(_, &n)| n == 1 || !open)
+        .filter_map(|(&[a, b], _)| {
+            let d = sub(x(b), x(a));
+            Some((positive(unit(d)?), norm(d)))
+        })
+        .collect();
+    // Length that runs within some ten degrees of a direction.
+    let share = |c: f64| c.powi(64);
+    let length = |d: [f64; 3]| {
+        edges
+            .iter()
+            .map(|&(e, l)| l * share(dot(d, e)))
+            .sum::<f64>()
+    };
+    let mut best: ([f64; 3], f64) = ([1.0, 0.0, 0.0], 0.0);
+    for &(d, _) in &edges {
+        let l = length(d);
+        // Rounding must not decide between equals, nor the numbering: prefer x, then y.
+        let tie = (l - best.1).abs() <= 1e-6 * best.1;
+        let first = (0..3)
+            .map(|k| d[k].abs() - best.0[k].abs())
+            .find(|c| c.abs() > 1e-6);
+        if if tie {
+            first.is_some_and(|c| c > 0.0)
+        } else {
+            l > best.1
+        } {
+            best = (d, l);
+        }
+    }
+    let mut sum = [0.0; 3];
+    for &(e, l) in &edges {
+        let c = dot(best.0, e);
+        for k in 0..3 {
+            sum[k] += l * share(c) * c.signum() * e[k];
+        }
+    }
+    positive(unit(sum).unwrap_or(best.0))
+}
+
+/// The vector or its opposite: the first of its (nearly) largest components positive.
+fn positive(v: [f64; 3]) -> [f64; 3] {
+    let largest = v.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+    let lead = v.iter().find(|c| c.abs() > largest - 1e-6).unwrap_or(&1.0);
+    if *lead < 0.0 { scaled(v, -1.0) } else { v }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_direction_of_a_skewed_flank_is_the_slot() {
+        // Parallelogram 35 x 4.5, ends cut at 25 degrees, graded unevenly.
+        let s: Vec<f64> = (0..=8)
+            .map(|i| 35.0 * (f64::from(i) / 8.0).powi(2))
+            .collect();
+        let mut nodes = Vec::new();
+        for v in 0..=3 {
+            for &s in &s {
+                let t = f64::from(v) * 1.5;
+                nodes.push([s + t * 25f64.to_radians().tan(), t, 450.0]);
+            }
+        }
+        let mut triangles = Vec::new();
+        for v in 0..3 {
+            for i in 0..8 {
+                let a = v * 9 + i;
+                triangles.extend([[a, a + 1, a + 9], [a + 1, a + 10, a + 9]]);
+            }
+        }
+        let d = direction_of_edge(&triangles, |i| nodes[i as usize]);
+        assert!((d[0] - 1.0).abs() < 1e-12 && d[1].abs() < 1e-12, "{d:?}");
+        let turned = direction_of_edge(&triangles, |i| {
+            let [x, y, z] = nodes[i as usize];
+            [z, -x, y]
+        });
+        assert!((turned[1] - 1.0).abs() < 1e-12, "{turned:?}");
+    }
+
+    #[test]
+    fn equal_sides_do_not_depend_on_the_numbering() {
+        let nodes = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        for turn in 0..4 {
+            let x = |i: u32| {
+                let [x, y] = nodes[(i as usize + turn) % 4];
+                [x * (1.0 + 1e-12), y, 0.0]
+            };
+            assert_eq!(
+                direction_of_edge(&[[0, 1, 2], [0, 2, 3]], x),
+                [1.0, 0.0, 0.0]
+            );
+        }
+    }
+}
