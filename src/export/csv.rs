@@ -30,7 +30,12 @@ pub struct ModeRow {
 /// linear amplitude; its other cells are empty.
 pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
     let names: Vec<&str> = model.observations.iter().map(|o| o.name.as_str()).collect();
-    let harmonics = response.orbits.iter().map(|o| o.harmonics).max().unwrap_or(0);
+    let harmonics = response
+        .orbits
+        .iter()
+        .map(|o| o.harmonics)
+        .max()
+        .unwrap_or(0);
     let mut table = Table::new(path);
     table.text("frequency_hz");
     table.text("outcome");
@@ -44,7 +49,12 @@ pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result
             table.text(&format!("{name}_h{k}_phase_rad"));
         }
     }
-    table.header(&["slipping_pairs", "opening_pairs", "stuck_pairs", "friction_power_w"]);
+    table.header(&[
+        "slipping_pairs",
+        "opening_pairs",
+        "stuck_pairs",
+        "friction_power_w",
+    ]);
     table.header(&["viscous_power_w", "input_power_w"]);
     table.header(&["newton_iterations", "krylov_iterations", "residual"]);
     table.end_row();
@@ -70,7 +80,11 @@ fn response_row(
         table.number(name, stuck_amplitude(response, orbit.frequency_hz, i))?;
     }
     for (i, name) in names.iter().enumerate() {
-        let phasors = orbit.observed.get(i).map(|c| phasors(c)).unwrap_or_default();
+        let phasors = orbit
+            .observed
+            .get(i)
+            .map(|c| phasors(c))
+            .unwrap_or_default();
         for k in 0..harmonics {
             let phasor = phasors.get(k).filter(|_| valid);
             table.number(name, phasor.map(|p| p.amplitude))?;
@@ -81,8 +95,14 @@ fn response_row(
     table.integer(counts.map(|c| c.slipping));
     table.integer(counts.map(|c| c.opening));
     table.integer(counts.map(|c| c.stuck));
-    table.number("friction_power_w", Some(orbit.friction_power_w).filter(|_| valid))?;
-    table.number("viscous_power_w", Some(orbit.viscous_power_w).filter(|_| valid))?;
+    table.number(
+        "friction_power_w",
+        Some(orbit.friction_power_w).filter(|_| valid),
+    )?;
+    table.number(
+        "viscous_power_w",
+        Some(orbit.viscous_power_w).filter(|_| valid),
+    )?;
     table.number("input_power_w", Some(orbit.input_power_w).filter(|_| valid))?;
     table.integer(Some(orbit.newton_iterations));
     table.integer(Some(orbit.krylov_iterations));
@@ -97,12 +117,29 @@ pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(
     let valid = state.outcome.is_converged();
     let fields = static_fields(state, &model.pairs);
     super::flank::check_pairs(path, "static status", fields.status.len(), model)?;
-    super::flank::check_pairs(path, "static contact forces", fields.normal_force_n.len(), model)?;
+    super::flank::check_pairs(
+        path,
+        "static contact forces",
+        fields.normal_force_n.len(),
+        model,
+    )?;
     super::flank::check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
     let mut table = Table::new(path);
     table.pair_header(model);
-    table.header(&["normal_force_n", "pressure_pa", "friction_t1_n", "friction_t2_n"]);
-    table.header(&["slip_t1_m", "slip_t2_m", "slip_m", "gap_m", "clearance_m", "status"]);
+    table.header(&[
+        "normal_force_n",
+        "pressure_pa",
+        "friction_t1_n",
+        "friction_t2_n",
+    ]);
+    table.header(&[
+        "slip_t1_m",
+        "slip_t2_m",
+        "slip_m",
+        "gap_m",
+        "clearance_m",
+        "status",
+    ]);
     table.end_row();
     for (i, pair) in model.pairs.iter().enumerate() {
         table.pair_cells(model, i)?;
@@ -121,7 +158,11 @@ pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(
             table.number(name, Some(value).filter(|_| valid))?;
         }
         table.number("clearance_m", Some(pair.gap_m))?;
-        table.text(if valid { static_word(fields.status[i]) } else { state.outcome.word() });
+        table.text(if valid {
+            static_word(fields.status[i])
+        } else {
+            state.outcome.word()
+        });
         table.end_row();
     }
     table.write()
@@ -139,9 +180,21 @@ pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<
     let mut table = Table::new(path);
     table.pair_header(model);
     table.header(&["peak_frequency_hz", "peak_status", "peak_pressure_mean_pa"]);
-    table.header(&["peak_pressure_min_pa", "peak_pressure_max_pa", "peak_slid_m"]);
-    table.header(&["peak_open_fraction", "peak_friction_power_w", "friction_power_sum_w"]);
-    table.header(&["opening_points", "opens_at_any_frequency", "converged_points"]);
+    table.header(&[
+        "peak_pressure_min_pa",
+        "peak_pressure_max_pa",
+        "peak_slid_m",
+    ]);
+    table.header(&[
+        "peak_open_fraction",
+        "peak_friction_power_w",
+        "friction_power_sum_w",
+    ]);
+    table.header(&[
+        "opening_points",
+        "opens_at_any_frequency",
+        "converged_points",
+    ]);
     table.end_row();
     let summed = sums.points > 0;
     for i in 0..model.pairs.len() {
@@ -156,7 +209,10 @@ pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<
         table.number("peak_pressure_max_pa", cell(&|f| f.pressure_max_pa[i]))?;
         table.number("peak_slid_m", cell(&|f| f.slid_m[i]))?;
         table.number("peak_open_fraction", cell(&|f| f.open_fraction[i]))?;
-        table.number("peak_friction_power_w", at_peak.map(|o| o.cycles[i].friction_power_w))?;
+        table.number(
+            "peak_friction_power_w",
+            at_peak.map(|o| o.cycles[i].friction_power_w),
+        )?;
         let sum = Some(sums.friction_power_sum_w[i]).filter(|_| summed);
         table.number("friction_power_sum_w", sum)?;
         table.integer(Some(sums.opening_points[i]).filter(|_| summed));
@@ -204,7 +260,12 @@ struct Table<'a> {
 
 impl<'a> Table<'a> {
     fn new(path: &'a Path) -> Self {
-        Self { path, text: String::new(), row: 0, row_is_empty: true }
+        Self {
+            path,
+            text: String::new(),
+            row: 0,
+            row_is_empty: true,
+        }
     }
 
     fn text(&mut self, cell: &str) {
@@ -256,7 +317,12 @@ impl<'a> Table<'a> {
     fn pair_cells(&mut self, model: &Model, i: usize) -> Result<(), ExportError> {
         let pair = &model.pairs[i];
         self.integer(Some(i));
-        self.text(model.contact_names.get(pair.contact).map_or("", String::as_str));
+        self.text(
+            model
+                .contact_names
+                .get(pair.contact)
+                .map_or("", String::as_str),
+        );
         for (body, &node) in model.bodies.iter().zip(&pair.nodes) {
             let tag = body.node_tags.get(node as usize).map(u64::to_string);
             self.text(&tag.unwrap_or_default());
@@ -295,7 +361,16 @@ mod tests {
 
     #[test]
     fn numbers_read_back_as_themselves() {
-        let values = [0.0, 1.0, -1.5, 0.1 + 0.2, 1e-300, 6.02e23, -123456.789, f64::MIN_POSITIVE];
+        let values = [
+            0.0,
+            1.0,
+            -1.5,
+            0.1 + 0.2,
+            1e-300,
+            6.02e23,
+            -123456.789,
+            f64::MIN_POSITIVE,
+        ];
         for v in values {
             assert_eq!(number(v).parse::<f64>().unwrap().to_bits(), v.to_bits());
         }
@@ -313,7 +388,13 @@ mod tests {
     fn a_number_that_is_not_finite_is_an_error_with_its_place() {
         let mut table = Table::new(Path::new("t.csv"));
         table.end_row();
-        let message = table.number("tip_amplitude_m", Some(f64::NAN)).unwrap_err().to_string();
-        assert!(message.contains("t.csv") && message.contains("tip_amplitude_m"), "{message}");
+        let message = table
+            .number("tip_amplitude_m", Some(f64::NAN))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("t.csv") && message.contains("tip_amplitude_m"),
+            "{message}"
+        );
     }
 }

@@ -9,17 +9,26 @@ pub enum ExportError {
         "cannot create the folder {}: {source}. Choose another output folder with --out, or make this one writable",
         path.display()
     )]
-    CreateFolder { path: PathBuf, source: std::io::Error },
+    CreateFolder {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error(
         "cannot write {}: {source}. Check the free space and the permissions of its folder, or choose another output folder with --out",
         path.display()
     )]
-    Write { path: PathBuf, source: std::io::Error },
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error(
         "cannot remove {}, a file of an earlier run: {source}. Remove it by hand, or choose another output folder with --out",
         path.display()
     )]
-    RemoveOld { path: PathBuf, source: std::io::Error },
+    RemoveOld {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error(
         "cannot encode {} as VTK: {source}. Its arrays are too large or malformed; the CSV files hold the values per pair",
         path.display()
@@ -29,7 +38,10 @@ pub enum ExportError {
         "cannot encode {} as JSON: {source}. The CSV files hold the same results",
         path.display()
     )]
-    EncodeJson { path: PathBuf, source: serde_json::Error },
+    EncodeJson {
+        path: PathBuf,
+        source: serde_json::Error,
+    },
     #[error(
         "cannot draw {}: {reason}. The CSV files hold the same values, ready for another plotting program",
         path.display()
@@ -51,5 +63,9 @@ pub enum ExportError {
         "{} was not written: '{field}' is not finite at entry {index}. Check the material, the loads and the mesh near that entry",
         path.display()
     )]
-    NotFinite { path: PathBuf, field: String, index: usize },
+    NotFinite {
+        path: PathBuf,
+        field: String,
+        index: usize,
+    },
 }

@@ -26,7 +26,12 @@ pub fn write_flank_static(
 ) -> Result<(), ExportError> {
     let fields = static_fields(state, &model.pairs);
     check_pairs(path, "static status", fields.status.len(), model)?;
-    check_pairs(path, "static contact forces", fields.normal_force_n.len(), model)?;
+    check_pairs(
+        path,
+        "static contact forces",
+        fields.normal_force_n.len(),
+        model,
+    )?;
     check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
     let mut grid = flank_grid(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
@@ -34,7 +39,11 @@ pub fn write_flank_static(
     if state.outcome.is_converged() {
         grid.point_array("pressure_pa", 1, fields.pressure_pa);
         grid.point_array("normal_force_n", 1, fields.normal_force_n);
-        grid.point_array("slip_m", 1, fields.slip_m.iter().map(|s| s[0].hypot(s[1])).collect());
+        grid.point_array(
+            "slip_m",
+            1,
+            fields.slip_m.iter().map(|s| s[0].hypot(s[1])).collect(),
+        );
         grid.point_array("slip_vector_m", 3, in_space(model, &fields.slip_m));
         grid.point_array("friction_vector_n", 3, in_space(model, &fields.friction_n));
         grid.point_array("gap_m", 1, fields.gap_m);
@@ -106,9 +115,16 @@ pub fn write_flank_dissipation(
     let mut grid = flank_grid(model);
     grid.point_array("friction_power_sum_w", 1, sums.friction_power_sum_w);
     grid.point_array("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
-    let separates = sums.opening_points.iter().map(|&n| i32::from(n > 0)).collect();
+    let separates = sums
+        .opening_points
+        .iter()
+        .map(|&n| i32::from(n > 0))
+        .collect();
     grid.point_integers("separates", separates);
-    grid.point_integers("opening_points", sums.opening_points.iter().map(|&n| n as i32).collect());
+    grid.point_integers(
+        "opening_points",
+        sums.opening_points.iter().map(|&n| n as i32).collect(),
+    );
     grid.write(path)
 }
 
@@ -119,7 +135,13 @@ pub(super) fn check_pairs(
     found: usize,
     model: &Model,
 ) -> Result<(), ExportError> {
-    check_length(path, field, found, model.pairs.len(), "one per contact pair")
+    check_length(
+        path,
+        field,
+        found,
+        model.pairs.len(),
+        "one per contact pair",
+    )
 }
 
 /// The flanks with what every file of them carries: number, contact and area of each pair.
@@ -127,8 +149,15 @@ fn flank_grid(model: &Model) -> Grid {
     let points: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
     let mut grid = Grid::of_triangles(&points, &model.flank_triangles);
     grid.point_integers("pair", (0..model.pairs.len() as i32).collect());
-    grid.point_integers("contact", model.pairs.iter().map(|p| p.contact as i32).collect());
-    grid.point_array("area_m2", 1, model.pairs.iter().map(|p| p.area_m2).collect());
+    grid.point_integers(
+        "contact",
+        model.pairs.iter().map(|p| p.contact as i32).collect(),
+    );
+    grid.point_array(
+        "area_m2",
+        1,
+        model.pairs.iter().map(|p| p.area_m2).collect(),
+    );
     grid
 }
 
@@ -138,5 +167,10 @@ fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
         let [_, t1, t2] = p.frame;
         [0, 1, 2].map(|a| s[0] * t1[a] + s[1] * t2[a])
     };
-    model.pairs.iter().zip(tangential).flat_map(vector).collect()
+    model
+        .pairs
+        .iter()
+        .zip(tangential)
+        .flat_map(vector)
+        .collect()
 }

@@ -179,7 +179,13 @@ pub fn static_summary(model: &Model, state: &StaticState) -> StaticSummary {
     let fields = static_fields(state, &model.pairs);
     let count = |status| valid.then(|| fields.status.iter().filter(|&&s| s == status).count());
     let contacts = model.contact_names.iter().enumerate().map(|(c, name)| {
-        let of_contact = || model.pairs.iter().enumerate().filter(move |(_, p)| p.contact == c);
+        let of_contact = || {
+            model
+                .pairs
+                .iter()
+                .enumerate()
+                .filter(move |(_, p)| p.contact == c)
+        };
         let area_m2: f64 = of_contact().map(|(_, p)| p.area_m2).sum();
         let force = valid.then(|| of_contact().map(|(i, _)| fields.normal_force_n[i]).sum());
         let friction = valid.then(|| {
@@ -206,8 +212,13 @@ pub fn static_summary(model: &Model, state: &StaticState) -> StaticSummary {
         stuck_pairs: count(PairStatus::Stuck),
         slipping_pairs: count(PairStatus::Slipping),
         open_pairs: count(PairStatus::Open),
-        largest_slip_m: valid
-            .then(|| fields.slip_m.iter().map(|s| s[0].hypot(s[1])).fold(0.0, f64::max)),
+        largest_slip_m: valid.then(|| {
+            fields
+                .slip_m
+                .iter()
+                .map(|s| s[0].hypot(s[1]))
+                .fold(0.0, f64::max)
+        }),
         contacts: contacts.collect(),
         newton_iterations: state.newton_iterations,
         residual: finite(state.residual),
@@ -255,7 +266,11 @@ pub fn response_summary(model: &Model, response: &Response) -> ResponseSummary {
 pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
     let term = |&(body, node, direction): &(usize, u32, [f64; 3])| ObservationTerm {
         body,
-        node_tag: model.bodies.get(body).and_then(|b| b.node_tags.get(node as usize)).copied(),
+        node_tag: model
+            .bodies
+            .get(body)
+            .and_then(|b| b.node_tags.get(node as usize))
+            .copied(),
         direction,
     };
     let summary = |o: &crate::model::Observation| ObservationSummary {
@@ -267,8 +282,11 @@ pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
 
 /// Writes summary.json.
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> {
-    let mut json = serde_json::to_vec_pretty(summary)
-        .map_err(|source| ExportError::EncodeJson { path: path.to_path_buf(), source })?;
+    let mut json =
+        serde_json::to_vec_pretty(summary).map_err(|source| ExportError::EncodeJson {
+            path: path.to_path_buf(),
+            source,
+        })?;
     json.push(b'\n');
     write_file(path, &json)
 }

@@ -44,8 +44,18 @@ pub fn write_static(
         let check = |what, found, expected, counted| {
             check_length(path, &name(what), found, expected, counted)
         };
-        check("static displacement", f.displacement_m.len(), nodes, "one per node")?;
-        check("von Mises stress", f.von_mises_pa.len(), nodes, "one per node")?;
+        check(
+            "static displacement",
+            f.displacement_m.len(),
+            nodes,
+            "one per node",
+        )?;
+        check(
+            "von Mises stress",
+            f.von_mises_pa.len(),
+            nodes,
+            "one per node",
+        )?;
         check("stress", f.stress_pa.len(), tets, "one per tetrahedron")?;
         displacement.extend_from_slice(f.displacement_m.as_flattened());
         von_mises.extend_from_slice(f.von_mises_pa);
@@ -76,9 +86,21 @@ pub fn write_motion(
     let pvd = folder.join(format!("{stem}.pvd"));
     for (body, fields) in model.bodies.iter().zip(coefficients) {
         let name = |i: usize| format!("harmonic field {i} of body {}", body.name);
-        check_length(&pvd, &name(0), fields.len(), fields.len().max(1) | 1, "2H+1 fields")?;
+        check_length(
+            &pvd,
+            &name(0),
+            fields.len(),
+            fields.len().max(1) | 1,
+            "2H+1 fields",
+        )?;
         for (i, field) in fields.iter().enumerate() {
-            check_length(&pvd, &name(i), field.len(), body.nodes_m.len(), "one per node")?;
+            check_length(
+                &pvd,
+                &name(i),
+                field.len(),
+                body.nodes_m.len(),
+                "one per node",
+            )?;
         }
     }
     let still = Grid::of_bodies(model);
@@ -115,7 +137,10 @@ pub(super) fn write_pvd(
     let mut xml = String::from("<?xml version=\"1.0\"?>\n");
     xml.push_str("<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n");
     // Two hyphens in a row would end the comment.
-    xml.push_str(&format!("  <!-- {} -->\n  <Collection>\n", comment.replace("--", "- -")));
+    xml.push_str(&format!(
+        "  <!-- {} -->\n  <Collection>\n",
+        comment.replace("--", "- -")
+    ));
     for (timestep, file) in sorted {
         xml.push_str(&format!(
             "    <DataSet timestep=\"{timestep:e}\" part=\"0\" file=\"{}\"/>\n",
@@ -179,7 +204,11 @@ impl Grid {
     pub(super) fn of_triangles(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
         Self::new(
             points.as_flattened().to_vec(),
-            triangles.as_flattened().iter().map(|&n| u64::from(n)).collect(),
+            triangles
+                .as_flattened()
+                .iter()
+                .map(|&n| u64::from(n))
+                .collect(),
             (1..=triangles.len() as u64).map(|t| 3 * t).collect(),
             vec![CellType::Triangle; triangles.len()],
         )
@@ -192,7 +221,14 @@ impl Grid {
         types: Vec<CellType>,
     ) -> Self {
         let arrays = Attributes::new();
-        let mut grid = Self { points, connectivity, offsets, types, arrays, not_finite: None };
+        let mut grid = Self {
+            points,
+            connectivity,
+            offsets,
+            types,
+            arrays,
+            not_finite: None,
+        };
         grid.not_finite = first_not_finite("node positions", 3, &grid.points);
         grid
     }
@@ -220,7 +256,11 @@ impl Grid {
     /// Errors: an array holds a number that is not finite, or the disk refuses.
     pub(super) fn write(self, path: &Path) -> Result<(), ExportError> {
         if let Some((field, index)) = self.not_finite {
-            return Err(ExportError::NotFinite { path: path.to_path_buf(), field, index });
+            return Err(ExportError::NotFinite {
+                path: path.to_path_buf(),
+                field,
+                index,
+            });
         }
         let piece = UnstructuredGridPiece {
             points: IOBuffer::F64(self.points),
@@ -240,8 +280,10 @@ impl Grid {
             data: DataSet::inline(piece),
             file_path: None::<PathBuf>,
         };
-        let failed =
-            |source: vtkio::Error| ExportError::EncodeVtk { path: path.to_path_buf(), source };
+        let failed = |source: vtkio::Error| ExportError::EncodeVtk {
+            path: path.to_path_buf(),
+            source,
+        };
         let mut bytes = Vec::new();
         vtk.try_into_xml_format(Compressor::LZ4, 1)
             .and_then(|file| file.write(&mut bytes))
@@ -262,7 +304,13 @@ pub(super) fn check_length(
         return Ok(());
     }
     let (path, field) = (path.to_path_buf(), field.to_owned());
-    Err(ExportError::FieldLength { path, field, found, expected, needed_for })
+    Err(ExportError::FieldLength {
+        path,
+        field,
+        found,
+        expected,
+        needed_for,
+    })
 }
 
 /// A tetrahedron's nodes in VTK's order, from Gmsh's.
@@ -288,7 +336,10 @@ fn first_not_finite(name: &str, components: usize, values: &[f64]) -> Option<(St
 }
 
 fn xml_escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
 }
 
 #[cfg(test)]

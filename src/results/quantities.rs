@@ -19,7 +19,8 @@ pub struct PairCounts {
 
 /// Counts of one orbit.
 pub fn pair_counts(orbit: &Orbit) -> PairCounts {
-    let count = |p: fn(&crate::dlft::PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
+    let count =
+        |p: fn(&crate::dlft::PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
     PairCounts {
         slipping: count(|c| c.slips),
         opening: count(|c| c.opens),
@@ -42,7 +43,10 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
     let harmonics = coefficients.get(1..).unwrap_or_default();
     harmonics
         .chunks_exact(2)
-        .map(|c| Phasor { amplitude: c[0].hypot(c[1]), phase_rad: c[1].atan2(c[0]) })
+        .map(|c| Phasor {
+            amplitude: c[0].hypot(c[1]),
+            phase_rad: c[1].atan2(c[0]),
+        })
         .collect()
 }
 
@@ -85,7 +89,12 @@ pub struct CycleFields {
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[ContactPair]) -> CycleFields {
     let per_area = |value: fn(&crate::dlft::PairCycle) -> f64| {
-        orbit.cycles.iter().zip(pairs).map(|(c, p)| value(c) / p.area_m2).collect()
+        orbit
+            .cycles
+            .iter()
+            .zip(pairs)
+            .map(|(c, p)| value(c) / p.area_m2)
+            .collect()
     };
     CycleFields {
         status: orbit
@@ -129,11 +138,20 @@ pub fn static_fields(state: &StaticState, pairs: &[ContactPair]) -> StaticFields
     let normal_force_n: Vec<f64> = state.lambda.chunks_exact(3).map(|l| 0.0 - l[0]).collect();
     StaticFields {
         status: state.status.clone(),
-        pressure_pa: normal_force_n.iter().zip(pairs).map(|(f, p)| f / p.area_m2).collect(),
+        pressure_pa: normal_force_n
+            .iter()
+            .zip(pairs)
+            .map(|(f, p)| f / p.area_m2)
+            .collect(),
         normal_force_n,
         friction_n: tangential(&state.lambda),
         slip_m: tangential(&state.x),
-        gap_m: state.x.chunks_exact(3).zip(pairs).map(|(x, p)| x[0] + p.gap_m).collect(),
+        gap_m: state
+            .x
+            .chunks_exact(3)
+            .zip(pairs)
+            .map(|(x, p)| x[0] + p.gap_m)
+            .collect(),
     }
 }
 
@@ -188,12 +206,21 @@ pub struct Peak {
 /// Largest converged amplitude of an observation; `None` where nothing converged or there is no
 /// such observation.
 pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
-    largest(response.orbits.iter().enumerate().filter(|(_, o)| o.outcome.is_converged()).filter_map(
-        |(index, o)| {
-            let amplitude_m = *o.observed_amplitude_m.get(observation)?;
-            Some(Peak { index, frequency_hz: o.frequency_hz, amplitude_m })
-        },
-    ))
+    largest(
+        response
+            .orbits
+            .iter()
+            .enumerate()
+            .filter(|(_, o)| o.outcome.is_converged())
+            .filter_map(|(index, o)| {
+                let amplitude_m = *o.observed_amplitude_m.get(observation)?;
+                Some(Peak {
+                    index,
+                    frequency_hz: o.frequency_hz,
+                    amplitude_m,
+                })
+            }),
+    )
 }
 
 /// Largest amplitude of the stuck assembly among the frequencies computed (a coarse grid may miss
@@ -201,26 +228,39 @@ pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
 pub fn stuck_peak(response: &Response, observation: usize) -> Option<Peak> {
     largest(response.stuck.iter().enumerate().filter_map(|(index, s)| {
         let amplitude_m = *s.observed_amplitude_m.get(observation)?;
-        Some(Peak { index, frequency_hz: s.frequency_hz, amplitude_m })
+        Some(Peak {
+            index,
+            frequency_hz: s.frequency_hz,
+            amplitude_m,
+        })
     }))
 }
 
 /// Peak amplitude over the stuck peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
 pub fn peak_ratio(response: &Response, observation: usize) -> Option<f64> {
-    let (with, without) = (peak(response, observation)?, stuck_peak(response, observation)?);
+    let (with, without) = (
+        peak(response, observation)?,
+        stuck_peak(response, observation)?,
+    );
     (without.amplitude_m > 0.0).then(|| with.amplitude_m / without.amplitude_m)
 }
 
 /// Amplitude of the stuck assembly at exactly this frequency, m, if it was computed there.
 pub fn stuck_amplitude(response: &Response, frequency_hz: f64, observation: usize) -> Option<f64> {
-    let point = response.stuck.iter().find(|s| s.frequency_hz == frequency_hz)?;
+    let point = response
+        .stuck
+        .iter()
+        .find(|s| s.frequency_hz == frequency_hz)?;
     point.observed_amplitude_m.get(observation).copied()
 }
 
 /// |input - friction - viscous| over the largest of the three; `None` where all are 0.
 pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
-    let (input, friction, viscous) =
-        (orbit.input_power_w, orbit.friction_power_w, orbit.viscous_power_w);
+    let (input, friction, viscous) = (
+        orbit.input_power_w,
+        orbit.friction_power_w,
+        orbit.viscous_power_w,
+    );
     let scale = input.abs().max(friction.abs()).max(viscous.abs());
     (scale > 0.0).then(|| (input - friction - viscous).abs() / scale)
 }
@@ -228,7 +268,13 @@ pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
 fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
     points
         .filter(|p| p.amplitude_m.is_finite())
-        .reduce(|best, p| if p.amplitude_m > best.amplitude_m { p } else { best })
+        .reduce(|best, p| {
+            if p.amplitude_m > best.amplitude_m {
+                p
+            } else {
+                best
+            }
+        })
 }
 
 #[cfg(test)]
@@ -269,7 +315,11 @@ mod tests {
             x: vec![],
             lambda: vec![],
             modal: vec![],
-            cycles: vec![cycle(true, true, 3.0), cycle(true, false, 2.0), cycle(false, false, 0.0)],
+            cycles: vec![
+                cycle(true, true, 3.0),
+                cycle(true, false, 2.0),
+                cycle(false, false, 0.0),
+            ],
             observed: vec![vec![0.0, amplitude, 0.0]],
             observed_amplitude_m: vec![amplitude],
             friction_power_w: 5.0,
@@ -284,7 +334,10 @@ mod tests {
     fn response() -> Response {
         Response {
             stuck: [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
-                .map(|(frequency_hz, a)| StuckPoint { frequency_hz, observed_amplitude_m: vec![a] })
+                .map(|(frequency_hz, a)| StuckPoint {
+                    frequency_hz,
+                    observed_amplitude_m: vec![a],
+                })
                 .to_vec(),
             orbits: vec![
                 orbit(10.0, Outcome::Converged, 1.0),
@@ -298,7 +351,14 @@ mod tests {
     #[test]
     fn a_pair_that_slips_and_opens_counts_as_both_and_never_as_stuck() {
         let counts = pair_counts(&orbit(1.0, Outcome::Converged, 0.0));
-        assert_eq!(counts, PairCounts { slipping: 2, opening: 1, stuck: 1 });
+        assert_eq!(
+            counts,
+            PairCounts {
+                slipping: 2,
+                opening: 1,
+                stuck: 1
+            }
+        );
     }
 
     #[test]
@@ -333,7 +393,10 @@ mod tests {
         assert_eq!(sums.dissipation_sum_w_m2, [12.0, 2.0, 0.0]);
         assert_eq!(sums.opening_points, [2, 0, 0]);
         let top = peak(&response(), 0).unwrap();
-        assert_eq!((top.index, top.frequency_hz, top.amplitude_m), (2, 30.0, 2.0));
+        assert_eq!(
+            (top.index, top.frequency_hz, top.amplitude_m),
+            (2, 30.0, 2.0)
+        );
         assert_eq!(stuck_peak(&response(), 0).unwrap().frequency_hz, 20.0);
         assert_eq!(peak_ratio(&response(), 0), Some(0.25));
         assert_eq!(peak(&response(), 1), None);
@@ -366,7 +429,11 @@ mod tests {
         assert_eq!(energy_balance_error(&point), Some(0.0));
         point.input_power_w = 8.0;
         assert_eq!(energy_balance_error(&point), Some(0.25));
-        (point.input_power_w, point.friction_power_w, point.viscous_power_w) = (0.0, 0.0, 0.0);
+        (
+            point.input_power_w,
+            point.friction_power_w,
+            point.viscous_power_w,
+        ) = (0.0, 0.0, 0.0);
         assert_eq!(energy_balance_error(&point), None);
     }
 }

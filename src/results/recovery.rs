@@ -10,7 +10,12 @@ pub type NodalField = Vec<[f64; 3]>;
 pub fn oscillation(coefficients: &[NodalField], phase_rad: f64) -> NodalField {
     let nodes = coefficients.first().map_or(0, Vec::len);
     let mut field = vec![[0.0; 3]; nodes];
-    for (k, pair) in coefficients.get(1..).unwrap_or_default().chunks_exact(2).enumerate() {
+    for (k, pair) in coefficients
+        .get(1..)
+        .unwrap_or_default()
+        .chunks_exact(2)
+        .enumerate()
+    {
         let (sin, cos) = ((k + 1) as f64 * phase_rad).sin_cos();
         for (u, (c, s)) in field.iter_mut().zip(pair[0].iter().zip(&pair[1])) {
             for axis in 0..3 {
@@ -29,7 +34,10 @@ pub fn frame_phase_rad(frame: usize, frames: usize) -> f64 {
 
 /// Sum of two fields, node by node.
 pub fn added(mean: &[[f64; 3]], oscillation: &[[f64; 3]]) -> NodalField {
-    mean.iter().zip(oscillation).map(|(m, o)| [m[0] + o[0], m[1] + o[1], m[2] + o[2]]).collect()
+    mean.iter()
+        .zip(oscillation)
+        .map(|(m, o)| [m[0] + o[0], m[1] + o[1], m[2] + o[2]])
+        .collect()
 }
 
 #[cfg(test)]
