@@ -50,10 +50,9 @@ fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
     for (i, pair) in model.pairs.iter().enumerate() {
         let x = &static_state.x[3 * i..3 * i + 3];
         let [b, j] = pair.nodes.map(|n| n as usize);
-        for a in 0..3 {
-            let relative: f64 = (0..3).map(|row| x[row] * pair.frame[row][a]).sum();
-            static_displacement[0][b][a] = static_displacement[1][j][a] + relative;
-        }
+        let relative = |a: usize| (0..3).map(|row| x[row] * pair.frame[row][a]).sum::<f64>();
+        let held = static_displacement[1][j];
+        static_displacement[0][b] = [0, 1, 2].map(|a| held[a] + relative(a));
     }
     let motion = [0, 1].map(|b| -> Vec<NodalField> {
         (0..2 * HARMONICS + 1)
@@ -86,15 +85,22 @@ fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
     }
 }
 
+/// Linear tetrahedra of one body.
+struct Corners {
+    nodes_m: Vec<[f64; 3]>,
+    tets: Vec<u32>,
+}
+
 fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
     let material = Material {
         young_pa: 1e11,
         poisson: 0.3,
         density_kg_m3: 4000.0,
     };
-    let empty = |name: &str, first_tag: u64| (name.to_owned(), first_tag, Vec::new(), Vec::new());
-    let mut bodies: [(String, u64, Vec<[f64; 3]>, Vec<u32>); 2] =
-        [empty("blade", 1000), empty("jaw", 5000)];
+    let mut bodies = [(); 2].map(|()| Corners {
+        nodes_m: vec![],
+        tets: vec![],
+    });
     let (mut pairs, mut triangles) = (Vec::new(), Vec::new());
     let (length, width) = (35.3e-3, 4.5e-3);
     for flank in 0..2 {
@@ -118,8 +124,8 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 let position = place(iv as f64 * du, iu as f64 * dv, 0.0);
                 let border = |i: usize, n: usize| if i == 0 || i + 1 == n { 0.5 } else { 1.0 };
                 let nodes = [0, 1].map(|b| {
-                    bodies[b].2.push(position);
-                    bodies[b].2.len() as u32 - 1
+                    bodies[b].nodes_m.push(position);
+                    bodies[b].nodes_m.len() as u32 - 1
                 });
                 pairs.push(ContactPair {
                     contact: flank,
@@ -143,29 +149,32 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             for (b, body) in bodies.iter_mut().enumerate() {
                 let nodes = t.map(|p| pairs[p as usize].nodes[b]);
                 let centroid = [0, 1, 2].map(|a| {
-                    let corner = |n: u32| body.2[n as usize][a];
+                    let corner = |n: u32| body.nodes_m[n as usize][a];
                     nodes.iter().map(|&n| corner(n)).sum::<f64>() / 3.0
                 });
                 let height = if b == 0 { 4e-3 } else { -4e-3 };
-                body.2.push([0, 1, 2].map(|a| centroid[a] + height * n[a]));
-                let apex = body.2.len() as u32 - 1;
+                body.nodes_m
+                    .push([0, 1, 2].map(|a| centroid[a] + height * n[a]));
+                let apex = body.nodes_m.len() as u32 - 1;
                 let mut tet = [nodes[0], nodes[1], nodes[2], apex];
-                if volume(&body.2, &tet) < 0.0 {
+                if volume(&body.nodes_m, &tet) < 0.0 {
                     tet.swap(0, 1);
                 }
-                body.3.extend(tet);
+                body.tets.extend(tet);
             }
         }
     }
-    let observed = bodies[0].2.len() as u32 - 1;
-    let [blade, jaw] = bodies.map(|(name, first_tag, mut nodes_m, corners)| {
+    let observed = bodies[0].nodes_m.len() as u32 - 1;
+    let mut names = [("blade", 1000), ("jaw", 5000)].into_iter();
+    let [blade, jaw] = bodies.map(|Corners { mut nodes_m, tets }| {
+        let (name, first_tag) = names.next().unwrap();
         let tets = match order {
-            ElementOrder::Linear => corners,
-            ElementOrder::Quadratic => with_edge_nodes(&mut nodes_m, &corners),
+            ElementOrder::Linear => tets,
+            ElementOrder::Quadratic => with_edge_nodes(&mut nodes_m, &tets),
         };
         let count = tets.len() / order.nodes_per_tet();
         Body {
-            name,
+            name: name.to_owned(),
             material,
             rotates: true,
             fixed_interface_modes: 2,
@@ -852,7 +861,7 @@ fn the_vtk_check_notices_what_is_wrong() {
             let bytes = fs::read(o.join("static.vtu")).unwrap();
             fs::write(o.join("static.vtu"), &bytes[..bytes.len() / 2]).unwrap();
         },
-        "static.vtu",
+        "VTK's reader says",
     );
     must_fail(
         "slip",

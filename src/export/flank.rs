@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
+use rayon::prelude::*;
+
 use super::ExportError;
 use super::file::remove_old_series;
 use super::vtu::{Grid, check_length, write_pvd};
-use crate::dlft::{PairStatus, Response, StaticState};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState};
 use crate::model::Model;
 use crate::results::quantities::{cycle_fields, static_fields, sweep_fields};
 
@@ -70,11 +72,7 @@ pub fn write_flank_series(
     let pvd = folder.join("flank.pvd");
     remove_old_series(&folder.join("flank"), "flank")?;
     let still = flank_grid(model);
-    let mut entries = Vec::new();
-    for (row, orbit) in response.orbits.iter().enumerate() {
-        if !orbit.outcome.is_converged() {
-            continue;
-        }
+    let write_point = |(row, orbit): (usize, &Orbit)| {
         let file = format!("flank/flank_{row:04}.vtu");
         let path = folder.join(&file);
         check_pairs(&path, "pair cycles", orbit.cycles.len(), model)?;
@@ -88,8 +86,15 @@ pub fn write_flank_series(
         grid.point_array("dissipation_w_m2", 1, fields.dissipation_w_m2);
         grid.point_integers("status", fields.status.iter().map(|&s| s as i32).collect());
         grid.write(&path)?;
-        entries.push((orbit.frequency_hz, file));
-    }
+        Ok((orbit.frequency_hz, file))
+    };
+    let entries: Vec<_> = response
+        .orbits
+        .par_iter()
+        .enumerate()
+        .filter(|(_, orbit)| orbit.outcome.is_converged())
+        .map(write_point)
+        .collect::<Result<_, ExportError>>()?;
     let count = SeriesCount {
         written: entries.len(),
         left_out: response.orbits.len() - entries.len(),

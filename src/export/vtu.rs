@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use vtkio::model::{
     Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, IOBuffer, UnstructuredGridPiece,
     Version, VertexNumbers, Vtk,
@@ -105,8 +106,7 @@ pub fn write_motion(
     }
     let still = Grid::of_bodies(model);
     remove_old_series(&folder.join(stem), stem)?;
-    let mut entries = Vec::with_capacity(frames);
-    for frame in 0..frames {
+    let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
         let mut whole = Vec::with_capacity(still.points.len());
         let mut moving = Vec::with_capacity(still.points.len());
@@ -120,8 +120,12 @@ pub fn write_motion(
         grid.point_array("oscillation_m", 3, moving);
         let file = format!("{stem}/{stem}_{frame:02}.vtu");
         grid.write(&folder.join(&file))?;
-        entries.push((frame as f64 / (frames as f64 * frequency_hz), file));
-    }
+        Ok((frame as f64 / (frames as f64 * frequency_hz), file))
+    };
+    let entries: Vec<_> = (0..frames)
+        .into_par_iter()
+        .map(write_frame)
+        .collect::<Result<_, ExportError>>()?;
     write_pvd(&pvd, &entries, "one period; timestep = time in seconds")
 }
 
@@ -159,7 +163,7 @@ pub(super) struct Grid {
     offsets: Vec<u64>,
     types: Vec<CellType>,
     arrays: Attributes,
-    /// Names of f64 arrays, with their values checked before writing.
+    /// Name and entry of the first value that is not finite.
     not_finite: Option<(String, usize)>,
 }
 

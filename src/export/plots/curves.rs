@@ -224,7 +224,7 @@ where
         .legend_area_size(48)
         .background_style(WHITE.mix(0.9))
         .border_style(GRID)
-        .label_font(text_style(TEXT_PX - 2, HPos::Left, VPos::Center))
+        .label_font(text_style(TEXT_PX - 2, HPos::Left, VPos::Top))
         .draw()?;
     Ok(())
 }

@@ -276,7 +276,11 @@ fn draw_bar(canvas: &Canvas, layout: &Layout, low: f64, high: f64, unit: &str) -
     let (top, bottom) = (TOP + CAPTION, layout.bottom().max(TOP + 240));
     for y in top..bottom {
         let fraction = f64::from(bottom - 1 - y) / f64::from((bottom - top - 1).max(1));
-        let row = Rectangle::new([(x, y), (x + 26, y + 1)], of_value(fraction).filled());
+        // Two pixels high: each row covers the seam under it, and the next one its lower half.
+        let row = Rectangle::new(
+            [(x, y), (x + 26, (y + 2).min(bottom))],
+            of_value(fraction).filled(),
+        );
         canvas.draw(&row)?;
     }
     canvas.draw(&Rectangle::new(
