@@ -1,1 +1,4 @@
 //! [`Response`](crate::dlft::Response) -> physical fields: pressures, slip, dissipation, motion of the bodies.
+
+pub mod quantities;
+pub mod recovery;

@@ -1,0 +1,424 @@
+#!/usr/bin/env python3
+"""Reads every .vtu and .pvd of an output folder with VTK's own reader and compares the numbers with
+the CSV files and summary.json.
+
+    python3 scripts/check_output.py output/paper
+
+Needs python3 with vtk (pip install vtk brings numpy). Ends with 0 if all agrees, with 1 and a list
+of mismatches otherwise, with 2 where it cannot start.
+"""
+
+import csv
+import json
+import math
+import sys
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+try:
+    import numpy as np
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+except ImportError as missing:
+    print(f"cannot start: {missing}. Remedy: pip install vtk", file=sys.stderr)
+    sys.exit(2)
+
+# Numbers in CSV read back exactly; sums of them in another order agree to this.
+SUM = 1e-9
+# A node in the middle of an edge may sit this fraction of the edge off (curved elements).
+MIDDLE = 0.25
+VTK_TET, VTK_TET10, VTK_TRIANGLE = 10, 24, 5
+# Edges of VTK's ten-node tetrahedron, in the order of its nodes 4 to 9.
+TET10_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+STATIC_STATUS = ["stuck", "slipping", "open"]
+CYCLE_STATUS = ["stuck", "slipping", "opening"]
+
+problems = []
+facts = []
+
+
+def problem(message):
+    problems.append(message)
+
+
+def same(what, found, expected, relative=0.0, absolute=0.0):
+    """Notes a problem unless found = expected, entry by entry, within the tolerance."""
+    found, expected = np.atleast_1d(found), np.atleast_1d(expected)
+    if found.shape != expected.shape:
+        problem(f"{what}: {found.shape} values, expected {expected.shape}")
+        return
+    if found.size == 0:
+        return
+    off = np.abs(found - expected)
+    allowed = absolute + relative * np.abs(expected)
+    bad = ~(off <= allowed)
+    if bad.any():
+        i = int(np.argmax(np.where(bad, np.nan_to_num(off, nan=np.inf), -1)))
+        problem(f"{what}: {found.flat[i]} where {expected.flat[i]} is expected "
+                f"(entry {i}; {int(bad.sum())} of {bad.size} differ)")
+
+
+class Grid:
+    """A .vtu as VTK read it."""
+
+    def __init__(self, path, root):
+        self.name = str(path.relative_to(root))
+        said = vtk.vtkStringOutputWindow()
+        vtk.vtkOutputWindow.SetInstance(said)
+        reader = vtk.vtkXMLUnstructuredGridReader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        self.grid = reader.GetOutput()
+        self.failed = bool(said.GetOutput()) or reader.GetErrorCode() != 0
+        if self.failed:
+            problem(f"{self.name}: VTK's reader says: {' '.join(said.GetOutput().split())}")
+        if self.grid.GetNumberOfPoints() == 0:
+            problem(f"{self.name}: no points")
+            self.failed = True
+
+    def points(self):
+        return vtk_to_numpy(self.grid.GetPoints().GetData())
+
+    def cells(self):
+        return vtk_to_numpy(self.grid.GetCells().GetConnectivityArray())
+
+    def types(self):
+        return np.array([self.grid.GetCellType(i) for i in range(self.grid.GetNumberOfCells())])
+
+    def point(self, name):
+        return self._array(self.grid.GetPointData(), name)
+
+    def cell(self, name):
+        return self._array(self.grid.GetCellData(), name)
+
+    def _array(self, data, name):
+        array = data.GetArray(name)
+        if array is None:
+            names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+            raise LookupError(f"{self.name}: no array {name}; it has {names}")
+        return vtk_to_numpy(array)
+
+    def check_finite(self):
+        for data in (self.grid.GetPointData(), self.grid.GetCellData()):
+            for i in range(data.GetNumberOfArrays()):
+                if not np.isfinite(vtk_to_numpy(data.GetArray(i))).all():
+                    problem(f"{self.name}: {data.GetArrayName(i)} holds a number that is not finite")
+
+
+def read_table(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def column(rows, name, table):
+    if rows and name not in rows[0]:
+        raise LookupError(f"{table}: no column {name}")
+    cells = [row[name] for row in rows]
+    if "" in cells:
+        raise LookupError(f"{table}: {name} is empty in row {cells.index('')}, "
+                          "where a result is expected")
+    return np.array([float(c) for c in cells])
+
+
+def read_pvd(path, root, grids):
+    """(timestep, grid) of a collection; checks that it and its folder hold the same files."""
+    entries, seen = [], set()
+    tree = ElementTree.parse(path).getroot()
+    if tree.tag != "VTKFile" or tree.get("type") != "Collection":
+        problem(f"{path.name}: not a VTK collection")
+    for element in tree.iter("DataSet"):
+        name = str((path.parent / element.get("file")).relative_to(root))
+        if name in seen:
+            problem(f"{path.name}: names {name} twice")
+        seen.add(name)
+        if name not in grids:
+            problem(f"{path.name}: names {name}, which is not there")
+            continue
+        entries.append((float(element.get("timestep")), grids[name]))
+    folder = root / path.stem
+    for file in sorted(folder.glob("*.vtu")):
+        name = str(file.relative_to(root))
+        if name not in seen:
+            problem(f"{name}: not named in {path.name}")
+    steps = [t for t, _ in entries]
+    if steps != sorted(steps):
+        problem(f"{path.name}: timesteps are not ascending")
+    return entries
+
+
+def check_tets(grid):
+    """Positive volumes, nodes of quadratic elements in the middle of VTK's edges."""
+    types, points = grid.types(), grid.points()
+    kinds = set(types.tolist())
+    if kinds - {VTK_TET, VTK_TET10} or len(kinds) != 1:
+        problem(f"{grid.name}: cell types {sorted(kinds)}, expected only 10 or only 24")
+        return
+    width = 4 if kinds == {VTK_TET} else 10
+    cells = grid.cells().reshape(-1, width)
+    corner = points[cells[:, :4]]
+    edges = corner[:, 1:] - corner[:, :1]
+    volume = np.linalg.det(edges) / 6
+    if not (volume > 0).all():
+        problem(f"{grid.name}: {int((volume <= 0).sum())} tetrahedra have no positive volume")
+    sizes = vtk.vtkCellSizeFilter()
+    sizes.SetInputData(grid.grid)
+    sizes.Update()
+    vtk_volume = vtk_to_numpy(sizes.GetOutput().GetCellData().GetArray("Volume"))
+    same(f"{grid.name}: volume by VTK against the corners'", vtk_volume.sum(),
+         np.abs(volume).sum(), relative=1e-9 if width == 4 else 0.05)
+    if width == 10:
+        for k, (a, b) in enumerate(TET10_EDGES):
+            middle = (corner[:, a] + corner[:, b]) / 2
+            length = np.linalg.norm(corner[:, a] - corner[:, b], axis=1)
+            off = np.linalg.norm(points[cells[:, 4 + k]] - middle, axis=1) / length
+            if off.max() > MIDDLE:
+                problem(f"{grid.name}: node {4 + k} of a quadratic tetrahedron is {off.max():.2f} "
+                        f"edge lengths off the middle of VTK's edge {a}-{b}")
+    facts.append(f"{grid.name}: {len(cells)} tetrahedra of {width} nodes, "
+                 f"{vtk_volume.sum():.6e} m3 by VTK")
+
+
+def check_flank_geometry(grid, pairs, table):
+    if set(grid.types().tolist()) - {VTK_TRIANGLE}:
+        problem(f"{grid.name}: cells other than triangles")
+    position = np.column_stack([column(pairs, k, table) for k in ("x_m", "y_m", "z_m")])
+    same(f"{grid.name}: positions against {table}", grid.points(), position)
+    same(f"{grid.name}: area_m2 against {table}", grid.point("area_m2"),
+         column(pairs, "area_m2", table))
+    sizes = vtk.vtkCellSizeFilter()
+    sizes.SetInputData(grid.grid)
+    sizes.Update()
+    return vtk_to_numpy(sizes.GetOutput().GetCellData().GetArray("Area")).sum()
+
+
+def check_static(root, grids, summary):
+    table = "static.csv"
+    rows = read_table(root / table)
+    pressure_missing = [r["pressure_pa"] == "" for r in rows]
+    if all(pressure_missing):
+        facts.append("static.csv: the static state did not converge, nothing to compare")
+        return
+    force = column(rows, "normal_force_n", table)
+    pressure, area = column(rows, "pressure_pa", table), column(rows, "area_m2", table)
+    same("static.csv: pressure x area against normal_force_n", pressure * area, force, relative=SUM)
+    slip = column(rows, "slip_m", table)
+    same("static.csv: slip_m against its components", slip,
+         np.hypot(column(rows, "slip_t1_m", table), column(rows, "slip_t2_m", table)), relative=SUM)
+    gap, clearance = column(rows, "gap_m", table), column(rows, "clearance_m", table)
+
+    flank = grids["flank_static.vtu"]
+    area_by_vtk = check_flank_geometry(flank, rows, table)
+    for name in ("pressure_pa", "normal_force_n", "slip_m", "gap_m"):
+        same(f"{flank.name}: {name} against {table}", flank.point(name), column(rows, name, table))
+    same(f"{flank.name}: |slip_vector_m| against {table}",
+         np.linalg.norm(flank.point("slip_vector_m"), axis=1), slip, relative=SUM, absolute=1e-18)
+    same(f"{flank.name}: status against {table}", flank.point("status"),
+         [STATIC_STATUS.index(r["status"]) for r in rows])
+    facts.append(f"{flank.name}: {len(rows)} pairs, {flank.grid.GetNumberOfCells()} triangles, "
+                 f"{area_by_vtk:.6e} m2 by VTK, {area.sum():.6e} m2 of pairs")
+
+    grid = grids["static.vtu"]
+    check_tets(grid)
+    check_pairs_in_bodies(grid, rows, np.hypot(slip, gap - clearance))
+    if not summary:
+        return
+    for contact in summary["static"]["contacts"]:
+        of_contact = np.array([r["contact"] == contact["name"] for r in rows])
+        same(f"summary.json: normal force of {contact['name']} against {table}",
+             contact["normal_force_n"], force[of_contact].sum(), relative=SUM)
+        facts.append(f"static: {contact['name']} carries {contact['normal_force_n']:.6g} N")
+    if summary["mesh"]["tets"] != grid.grid.GetNumberOfCells():
+        problem(f"{grid.name}: {grid.grid.GetNumberOfCells()} cells, summary.json says "
+                f"{summary['mesh']['tets']}")
+    if summary["mesh"]["nodes"] != grid.grid.GetNumberOfPoints():
+        problem(f"{grid.name}: {grid.grid.GetNumberOfPoints()} points, summary.json says "
+                f"{summary['mesh']['nodes']}")
+
+
+def node_numbers(grid):
+    body, tag = grid.point("body"), grid.point("node_tag")
+    return {(int(b), int(t)): i for i, (b, t) in enumerate(zip(body, tag))}
+
+
+def check_pairs_in_bodies(grid, rows, relative_m):
+    """|u of the first body - u of the second| at each pair is its slip and opening."""
+    numbers = node_numbers(grid)
+    names = [k for k in rows[0] if k.endswith("_node")]
+    nodes = [[numbers.get((b, int(r[name])), -1) for r in rows] for b, name in enumerate(names)]
+    if min(map(min, nodes)) < 0:
+        problem(f"{grid.name}: a node of static.csv is not in it")
+        return
+    u, x = grid.point("displacement_m"), grid.points()
+    distance = np.linalg.norm(x[nodes[0]] - x[nodes[1]], axis=1)
+    size = np.ptp(x, axis=0).max()
+    if distance.max() > 1e-6 * size:
+        problem(f"{grid.name}: the nodes of a pair are {distance.max()} m apart")
+    moved = np.linalg.norm(u[nodes[0]] - u[nodes[1]], axis=1)
+    same(f"{grid.name}: relative displacement of the pairs against slip_m and gap_m of static.csv",
+         moved, relative_m, absolute=1e-6 * max(relative_m.max(), 1e-12))
+
+
+def check_response(root, grids, summary):
+    table = "response.csv"
+    rows = read_table(root / table)
+    converged = [i for i, r in enumerate(rows) if r["outcome"] == "converged"]
+    good = [rows[i] for i in converged]
+    for i, row in enumerate(rows):
+        if row["outcome"] != "converged" and (row["friction_power_w"] or row["slipping_pairs"]):
+            problem(f"{table}: row {i} ({row['outcome']}) has numbers that look like a result")
+    pairs = read_table(root / "contact.csv")
+    frequency = column(good, "frequency_hz", table)
+    power = column(good, "friction_power_w", table)
+    series = read_pvd(root / "flank.pvd", root, grids)
+    if len(series) != len(converged):
+        problem(f"flank.pvd: {len(series)} files, {len(converged)} points of {table} converged")
+    by_name = {grid.name: t for t, grid in series}
+    total = np.zeros(len(pairs))
+    opening = np.zeros(len(pairs), dtype=int)
+    for n, i in enumerate(converged):
+        name = f"flank/flank_{i:04}.vtu"
+        if name not in by_name:
+            problem(f"{name}: missing, row {i} of {table} converged")
+            continue
+        grid = grids[name]
+        same(f"{name}: timestep against frequency_hz", by_name[name], frequency[n])
+        check_flank_geometry(grid, pairs, "contact.csv")
+        watts = grid.point("dissipation_w_m2") * grid.point("area_m2")
+        scale = np.abs(watts).sum()
+        same(f"{name}: sum of dissipation x area against friction_power_w of {table}",
+             watts.sum(), power[n], relative=1e-6, absolute=1e-9 * scale)
+        status = grid.point("status")
+        same(f"{name}: pairs with status 2 against opening_pairs", int((status == 2).sum()),
+             int(rows[i]["opening_pairs"]))
+        same(f"{name}: pairs with status 0 against stuck_pairs", int((status == 0).sum()),
+             int(rows[i]["stuck_pairs"]))
+        low, mean, high = (grid.point(f"pressure_{k}_pa") for k in ("min", "mean", "max"))
+        slack = 1e-9 * np.abs(high).max()
+        if (low > mean + slack).any() or (mean > high + slack).any():
+            problem(f"{name}: pressures are not ordered min <= mean <= max")
+        total += watts
+        opening += status == 2
+    check_sweep(grids["flank_dissipation.vtu"], pairs, total, opening, len(converged))
+    facts.append(f"flank.pvd: {len(series)} files for {len(converged)} converged points "
+                 f"of {len(rows)}; friction power {power.sum():.6e} W in all")
+    if converged:
+        check_peak(root, grids, good, converged, pairs, summary)
+
+
+def check_sweep(grid, pairs, total, opening, points):
+    check_flank_geometry(grid, pairs, "contact.csv")
+    found = grid.point("friction_power_sum_w")
+    scale = 1e-9 * np.abs(total).max() if total.size else 0
+    same(f"{grid.name}: friction_power_sum_w against the sum of the series", found, total,
+         relative=SUM, absolute=scale)
+    same(f"{grid.name}: dissipation_sum_w_m2 x area against friction_power_sum_w",
+         grid.point("dissipation_sum_w_m2") * grid.point("area_m2"), found, relative=SUM)
+    same(f"{grid.name}: opening_points against the series", grid.point("opening_points"), opening)
+    same(f"{grid.name}: separates", grid.point("separates"), (opening > 0).astype(int))
+    if points:
+        same(f"{grid.name}: friction_power_sum_w against contact.csv", found,
+             column(pairs, "friction_power_sum_w", "contact.csv"))
+        flags = [int(r["opens_at_any_frequency"] == "true") for r in pairs]
+        same(f"{grid.name}: separates against contact.csv", grid.point("separates"), flags)
+
+
+def check_peak(root, grids, good, converged, pairs, summary):
+    """contact.csv against the flanks at the peak; the animation against response.csv."""
+    first = next(k for k in good[0] if k.endswith("_amplitude_m"))
+    observation = first[: -len("_amplitude_m")]
+    amplitude = column(good, first, "response.csv")
+    best = int(np.argmax(amplitude))
+    frequency = float(good[best]["frequency_hz"])
+    flank = grids[f"flank/flank_{converged[best]:04}.vtu"]
+    for name in ("pressure_mean_pa", "pressure_min_pa", "pressure_max_pa", "slid_m",
+                 "open_fraction"):
+        same(f"{flank.name}: {name} against contact.csv", flank.point(name),
+             column(pairs, f"peak_{name}", "contact.csv"))
+    same(f"{flank.name}: status against contact.csv", flank.point("status"),
+         [CYCLE_STATUS.index(r["peak_status"]) for r in pairs])
+    if summary:
+        same("summary.json: peak amplitude against response.csv",
+             summary["response"]["peak_amplitude_m"], amplitude[best])
+    frames = read_pvd(root / "peak.pvd", root, grids)
+    count = len(frames)
+    same("peak.pvd: timesteps against one period of the peak's frequency",
+         [t for t, _ in frames], [i / (count * frequency) for i in range(count)],
+         relative=1e-12)
+    whole = np.array([g.point("displacement_m") for _, g in frames])
+    moving = np.array([g.point("oscillation_m") for _, g in frames])
+    scale = np.abs(whole).max()
+    same("peak: displacement_m - oscillation_m is one field, the mean", whole - moving,
+         np.broadcast_to((whole - moving)[0], whole.shape), absolute=1e-12 * scale)
+    if np.abs(moving.mean(axis=0)).max() > 1e-12 * scale + 1e-9 * np.abs(moving).max():
+        problem("peak: oscillation_m has a mean")
+    check_tets(frames[0][1])
+    if summary:
+        check_observed(frames, moving, good[best], summary, observation)
+
+
+def check_observed(frames, moving, row, summary, name):
+    """Harmonics of the observed displacement, from the frames, against response.csv."""
+    grid, count = frames[0][1], len(frames)
+    numbers = node_numbers(grid)
+    terms = next(o for o in summary["observations"] if o["name"] == name)["terms"]
+    signal = sum(moving[:, numbers[t["body"], t["node_tag"]]] @ np.array(t["direction"])
+                 for t in terms)
+    phase = 2 * math.pi * np.arange(count) / count
+    k = 1
+    while row.get(f"{name}_h{k}_amplitude_m"):
+        if 2 * k >= count or row.get(f"{name}_h{count - k}_amplitude_m"):
+            break
+        found = 2 / count * np.sum(signal * np.exp(1j * k * phase))
+        expected = float(row[f"{name}_h{k}_amplitude_m"]) * np.exp(
+            1j * float(row[f"{name}_h{k}_phase_rad"]))
+        same(f"peak: {name}_h{k} (amplitude and phase) against response.csv", [found], [expected],
+             absolute=1e-6 * np.abs(signal).max())
+        k += 1
+    largest = np.abs(signal).max()
+    amplitude = float(row[f"{name}_amplitude_m"])
+    if not 0.8 * amplitude <= largest <= amplitude * (1 + 1e-3):
+        problem(f"peak: {name} moves by {largest} in the frames, response.csv says {amplitude}")
+    facts.append(f"peak.pvd: {count} frames; {k - 1} harmonics of {name} as in response.csv; "
+                 f"largest in the frames {largest:.6e} m, amplitude {amplitude:.6e} m")
+
+
+def main():
+    if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
+        print("usage: check_output.py OUTPUT_FOLDER (a folder written by dovetail run)",
+              file=sys.stderr)
+        return 2
+    root = Path(sys.argv[1])
+    grids = {}
+    for path in sorted(root.rglob("*.vtu")):
+        grid = Grid(path, root)
+        grids[grid.name] = grid
+        if not grid.failed:
+            grid.check_finite()
+    if not grids:
+        problem(f"{root}: no .vtu file")
+    summary = None
+    if (root / "summary.json").exists():
+        summary = json.loads((root / "summary.json").read_text(encoding="utf-8"))
+    checks = [("static.csv", check_static), ("response.csv", check_response)]
+    if not any((root / table).exists() for table, _ in checks):
+        problem(f"{root}: neither static.csv nor response.csv")
+    if not any(grid.failed for grid in grids.values()):
+        for table, check in checks:
+            if not (root / table).exists():
+                continue
+            try:
+                check(root, grids, summary)
+            except KeyError as missing:
+                problem(f"{table}: {missing} is missing")
+            except LookupError as missing:
+                problem(str(missing))
+    for line in facts:
+        print(line)
+    print(f"{len(grids)} .vtu files read by VTK {vtk.vtkVersion.GetVTKVersion()}")
+    for line in problems:
+        print(f"MISMATCH {line}", file=sys.stderr)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

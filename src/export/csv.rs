@@ -1,0 +1,400 @@
+//! Tables: response.csv, static.csv, contact.csv, modes.csv.
+//!
+//! Numbers are the shortest text that reads back as the same f64. A cell without a value (a point
+//! that did not converge, a harmonic not computed) is empty.
+
+use std::path::Path;
+
+use super::{ExportError, write_file};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use crate::model::Model;
+use crate::results::quantities::{
+    cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
+};
+
+/// One row of modes.csv.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeRow {
+    /// What was held: `stuck` (assembly with all pairs stuck), `fixed_interface` (Craig-Bampton)...
+    pub kind: String,
+    /// Name of the body, `assembly` for both.
+    pub body: String,
+    /// 1 = lowest.
+    pub mode: usize,
+    pub frequency_hz: f64,
+}
+
+/// response.csv: one row per frequency. Amplitudes are the largest departure from the mean in the
+/// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
+/// the stuck assembly's. A point that did not converge keeps its outcome, iterations, residual and
+/// linear amplitude; its other cells are empty.
+pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
+    let names: Vec<&str> = model.observations.iter().map(|o| o.name.as_str()).collect();
+    let harmonics = response
+        .orbits
+        .iter()
+        .map(|o| o.harmonics)
+        .max()
+        .unwrap_or(0);
+    let mut table = Table::new(path);
+    table.text("frequency_hz");
+    table.text("outcome");
+    for name in &names {
+        table.text(&format!("{name}_amplitude_m"));
+        table.text(&format!("{name}_linear_amplitude_m"));
+    }
+    for name in &names {
+        for k in 1..=harmonics {
+            table.text(&format!("{name}_h{k}_amplitude_m"));
+            table.text(&format!("{name}_h{k}_phase_rad"));
+        }
+    }
+    table.header(&[
+        "slipping_pairs",
+        "opening_pairs",
+        "stuck_pairs",
+        "friction_power_w",
+    ]);
+    table.header(&["viscous_power_w", "input_power_w"]);
+    table.header(&["newton_iterations", "krylov_iterations", "residual"]);
+    table.end_row();
+    for orbit in &response.orbits {
+        response_row(&mut table, response, orbit, &names, harmonics)?;
+    }
+    table.write()
+}
+
+fn response_row(
+    table: &mut Table,
+    response: &Response,
+    orbit: &Orbit,
+    names: &[&str],
+    harmonics: usize,
+) -> Result<(), ExportError> {
+    let valid = orbit.outcome.is_converged();
+    table.number("frequency_hz", Some(orbit.frequency_hz))?;
+    table.text(orbit.outcome.word());
+    for (i, name) in names.iter().enumerate() {
+        let amplitude = orbit.observed_amplitude_m.get(i).copied().filter(|_| valid);
+        table.number(name, amplitude)?;
+        table.number(name, stuck_amplitude(response, orbit.frequency_hz, i))?;
+    }
+    for (i, name) in names.iter().enumerate() {
+        let phasors = orbit
+            .observed
+            .get(i)
+            .map(|c| phasors(c))
+            .unwrap_or_default();
+        for k in 0..harmonics {
+            let phasor = phasors.get(k).filter(|_| valid);
+            table.number(name, phasor.map(|p| p.amplitude))?;
+            table.number(name, phasor.map(|p| p.phase_rad))?;
+        }
+    }
+    let counts = Some(pair_counts(orbit)).filter(|_| valid);
+    table.integer(counts.map(|c| c.slipping));
+    table.integer(counts.map(|c| c.opening));
+    table.integer(counts.map(|c| c.stuck));
+    table.number(
+        "friction_power_w",
+        Some(orbit.friction_power_w).filter(|_| valid),
+    )?;
+    table.number(
+        "viscous_power_w",
+        Some(orbit.viscous_power_w).filter(|_| valid),
+    )?;
+    table.number("input_power_w", Some(orbit.input_power_w).filter(|_| valid))?;
+    table.integer(Some(orbit.newton_iterations));
+    table.integer(Some(orbit.krylov_iterations));
+    table.number("residual", Some(orbit.residual).filter(|r| r.is_finite()))?;
+    table.end_row();
+    Ok(())
+}
+
+/// static.csv: one row per pair. Where the static state did not converge, `status` is the outcome
+/// and the numbers are empty. `friction_t*_n` is the force by which the first body pushes the second.
+pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(), ExportError> {
+    let valid = state.outcome.is_converged();
+    let fields = static_fields(state, &model.pairs);
+    super::flank::check_pairs(path, "static status", fields.status.len(), model)?;
+    super::flank::check_pairs(
+        path,
+        "static contact forces",
+        fields.normal_force_n.len(),
+        model,
+    )?;
+    super::flank::check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
+    let mut table = Table::new(path);
+    table.pair_header(model);
+    table.header(&[
+        "normal_force_n",
+        "pressure_pa",
+        "friction_t1_n",
+        "friction_t2_n",
+    ]);
+    table.header(&[
+        "slip_t1_m",
+        "slip_t2_m",
+        "slip_m",
+        "gap_m",
+        "clearance_m",
+        "status",
+    ]);
+    table.end_row();
+    for (i, pair) in model.pairs.iter().enumerate() {
+        table.pair_cells(model, i)?;
+        let [f1, f2] = fields.friction_n[i];
+        let [s1, s2] = fields.slip_m[i];
+        for (name, value) in [
+            ("normal_force_n", fields.normal_force_n[i]),
+            ("pressure_pa", fields.pressure_pa[i]),
+            ("friction_t1_n", f1),
+            ("friction_t2_n", f2),
+            ("slip_t1_m", s1),
+            ("slip_t2_m", s2),
+            ("slip_m", s1.hypot(s2)),
+            ("gap_m", fields.gap_m[i]),
+        ] {
+            table.number(name, Some(value).filter(|_| valid))?;
+        }
+        table.number("clearance_m", Some(pair.gap_m))?;
+        table.text(if valid {
+            static_word(fields.status[i])
+        } else {
+            state.outcome.word()
+        });
+        table.end_row();
+    }
+    table.write()
+}
+
+/// contact.csv: one row per pair, at the peak of the first observation (columns `peak_...`, empty
+/// where nothing converged) and over all converged frequencies.
+pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
+    let at_peak = peak(response, 0).map(|p| &response.orbits[p.index]);
+    if let Some(orbit) = at_peak {
+        super::flank::check_pairs(path, "pair cycles", orbit.cycles.len(), model)?;
+    }
+    let fields = at_peak.map(|orbit| cycle_fields(orbit, &model.pairs));
+    let sums = sweep_fields(response, &model.pairs);
+    let mut table = Table::new(path);
+    table.pair_header(model);
+    table.header(&["peak_frequency_hz", "peak_status", "peak_pressure_mean_pa"]);
+    table.header(&[
+        "peak_pressure_min_pa",
+        "peak_pressure_max_pa",
+        "peak_slid_m",
+    ]);
+    table.header(&[
+        "peak_open_fraction",
+        "peak_friction_power_w",
+        "friction_power_sum_w",
+    ]);
+    table.header(&[
+        "opening_points",
+        "opens_at_any_frequency",
+        "converged_points",
+    ]);
+    table.end_row();
+    let summed = sums.points > 0;
+    for i in 0..model.pairs.len() {
+        table.pair_cells(model, i)?;
+        table.number("peak_frequency_hz", at_peak.map(|o| o.frequency_hz))?;
+        table.text(fields.as_ref().map_or("", |f| f.status[i].word()));
+        let cell = |values: &dyn Fn(&crate::results::quantities::CycleFields) -> f64| {
+            fields.as_ref().map(values)
+        };
+        table.number("peak_pressure_mean_pa", cell(&|f| f.pressure_mean_pa[i]))?;
+        table.number("peak_pressure_min_pa", cell(&|f| f.pressure_min_pa[i]))?;
+        table.number("peak_pressure_max_pa", cell(&|f| f.pressure_max_pa[i]))?;
+        table.number("peak_slid_m", cell(&|f| f.slid_m[i]))?;
+        table.number("peak_open_fraction", cell(&|f| f.open_fraction[i]))?;
+        table.number(
+            "peak_friction_power_w",
+            at_peak.map(|o| o.cycles[i].friction_power_w),
+        )?;
+        let sum = Some(sums.friction_power_sum_w[i]).filter(|_| summed);
+        table.number("friction_power_sum_w", sum)?;
+        table.integer(Some(sums.opening_points[i]).filter(|_| summed));
+        table.text(match (summed, sums.opening_points[i] > 0) {
+            (false, _) => "",
+            (true, true) => "true",
+            (true, false) => "false",
+        });
+        table.integer(Some(sums.points));
+        table.end_row();
+    }
+    table.write()
+}
+
+/// modes.csv: kind, body, mode, frequency_hz.
+pub fn write_modes(path: &Path, rows: &[ModeRow]) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    table.header(&["kind", "body", "mode", "frequency_hz"]);
+    table.end_row();
+    for row in rows {
+        table.text(&row.kind);
+        table.text(&row.body);
+        table.integer(Some(row.mode));
+        table.number("frequency_hz", Some(row.frequency_hz))?;
+        table.end_row();
+    }
+    table.write()
+}
+
+fn static_word(status: PairStatus) -> &'static str {
+    match status {
+        PairStatus::Stuck => "stuck",
+        PairStatus::Slipping => "slipping",
+        PairStatus::Open => "open",
+    }
+}
+
+/// Rows of comma-separated cells (RFC 4180, with line feeds).
+struct Table<'a> {
+    path: &'a Path,
+    text: String,
+    row: usize,
+    row_is_empty: bool,
+}
+
+impl<'a> Table<'a> {
+    fn new(path: &'a Path) -> Self {
+        Self {
+            path,
+            text: String::new(),
+            row: 0,
+            row_is_empty: true,
+        }
+    }
+
+    fn text(&mut self, cell: &str) {
+        if !self.row_is_empty {
+            self.text.push(',');
+        }
+        self.row_is_empty = false;
+        if cell.contains([',', '"', '\n', '\r']) {
+            self.text.push('"');
+            self.text.push_str(&cell.replace('"', "\"\""));
+            self.text.push('"');
+        } else {
+            self.text.push_str(cell);
+        }
+    }
+
+    fn header(&mut self, names: &[&str]) {
+        names.iter().for_each(|name| self.text(name));
+    }
+
+    fn integer(&mut self, value: Option<usize>) {
+        self.text(&value.map(|v| v.to_string()).unwrap_or_default());
+    }
+
+    /// Errors: [`ExportError::NotFinite`] with the row as entry (1 = first row under the header).
+    fn number(&mut self, name: &str, value: Option<f64>) -> Result<(), ExportError> {
+        match value {
+            None => self.text(""),
+            Some(v) if v.is_finite() => self.text(&number(v)),
+            Some(_) => {
+                return Err(ExportError::NotFinite {
+                    path: self.path.to_path_buf(),
+                    field: name.to_owned(),
+                    index: self.row,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn pair_header(&mut self, model: &Model) {
+        self.header(&["pair", "contact"]);
+        for body in &model.bodies {
+            self.text(&format!("{}_node", body.name));
+        }
+        self.header(&["x_m", "y_m", "z_m", "area_m2"]);
+    }
+
+    fn pair_cells(&mut self, model: &Model, i: usize) -> Result<(), ExportError> {
+        let pair = &model.pairs[i];
+        self.integer(Some(i));
+        self.text(
+            model
+                .contact_names
+                .get(pair.contact)
+                .map_or("", String::as_str),
+        );
+        for (body, &node) in model.bodies.iter().zip(&pair.nodes) {
+            let tag = body.node_tags.get(node as usize).map(u64::to_string);
+            self.text(&tag.unwrap_or_default());
+        }
+        for (name, value) in ["x_m", "y_m", "z_m"].iter().zip(pair.position_m) {
+            self.number(name, Some(value))?;
+        }
+        self.number("area_m2", Some(pair.area_m2))
+    }
+
+    fn end_row(&mut self) {
+        self.text.push('\n');
+        self.row += 1;
+        self.row_is_empty = true;
+    }
+
+    fn write(self) -> Result<(), ExportError> {
+        write_file(self.path, self.text.as_bytes())
+    }
+}
+
+/// Shortest text that reads back as the same number: plain in the middle, exponent far from 1.
+fn number(v: f64) -> String {
+    if v == 0.0 {
+        "0".to_owned()
+    } else if (1e-4..1e9).contains(&v.abs()) {
+        format!("{v}")
+    } else {
+        format!("{v:e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_as_themselves() {
+        let values = [
+            0.0,
+            1.0,
+            -1.5,
+            0.1 + 0.2,
+            1e-300,
+            6.02e23,
+            -123456.789,
+            f64::MIN_POSITIVE,
+        ];
+        for v in values {
+            assert_eq!(number(v).parse::<f64>().unwrap().to_bits(), v.to_bits());
+        }
+    }
+
+    #[test]
+    fn cells_with_commas_and_quotes_are_quoted() {
+        let mut table = Table::new(Path::new("t.csv"));
+        table.header(&["a,b", "say \"x\"", ""]);
+        table.end_row();
+        assert_eq!(table.text, "\"a,b\",\"say \"\"x\"\"\",\n");
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_an_error_with_its_place() {
+        let mut table = Table::new(Path::new("t.csv"));
+        table.end_row();
+        let message = table
+            .number("tip_amplitude_m", Some(f64::NAN))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            message.contains("t.csv") && message.contains("tip_amplitude_m"),
+            "{message}"
+        );
+    }
+}

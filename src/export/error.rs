@@ -1,0 +1,71 @@
+//! What can go wrong when results are written.
+
+use std::path::PathBuf;
+
+/// Every variant names the file and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    #[error(
+        "cannot create the folder {}: {source}. Choose another output folder with --out, or make this one writable",
+        path.display()
+    )]
+    CreateFolder {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "cannot write {}: {source}. Check the free space and the permissions of its folder, or choose another output folder with --out",
+        path.display()
+    )]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "cannot remove {}, a file of an earlier run: {source}. Remove it by hand, or choose another output folder with --out",
+        path.display()
+    )]
+    RemoveOld {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "cannot encode {} as VTK: {source}. Its arrays are too large or malformed; the CSV files hold the values per pair",
+        path.display()
+    )]
+    EncodeVtk { path: PathBuf, source: vtkio::Error },
+    #[error(
+        "cannot encode {} as JSON: {source}. The CSV files hold the same results",
+        path.display()
+    )]
+    EncodeJson {
+        path: PathBuf,
+        source: serde_json::Error,
+    },
+    #[error(
+        "cannot draw {}: {reason}. The CSV files hold the same values, ready for another plotting program",
+        path.display()
+    )]
+    Draw { path: PathBuf, reason: String },
+    #[error(
+        "{} was not written: '{field}' has {found} values where {expected} are needed ({needed_for}). The stage that computes '{field}' and the model do not match: pass both from the same run",
+        path.display()
+    )]
+    FieldLength {
+        path: PathBuf,
+        field: String,
+        found: usize,
+        expected: usize,
+        /// What the expected number counts.
+        needed_for: &'static str,
+    },
+    #[error(
+        "{} was not written: '{field}' is not finite at entry {index}. Check the material, the loads and the mesh near that entry",
+        path.display()
+    )]
+    NotFinite {
+        path: PathBuf,
+        field: String,
+        index: usize,
+    },
+}

@@ -1,0 +1,181 @@
+//! Fields on the flanks: one point per pair, one triangle per flank facet.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::ExportError;
+use super::file::remove_old_series;
+use super::vtu::{Grid, check_length, write_pvd};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use crate::model::Model;
+use crate::results::quantities::{cycle_fields, static_fields, sweep_fields};
+
+/// How many points of a response became files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SeriesCount {
+    pub written: usize,
+    /// Points that did not converge and have no file.
+    pub left_out: usize,
+}
+
+/// flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and the
+/// normal of each pair. A static state that did not converge is written as flanks without fields.
+pub fn write_flank_static(
+    path: &Path,
+    model: &Model,
+    state: &StaticState,
+) -> Result<(), ExportError> {
+    let fields = static_fields(state, &model.pairs);
+    check_pairs(path, "static status", fields.status.len(), model)?;
+    check_pairs(
+        path,
+        "static contact forces",
+        fields.normal_force_n.len(),
+        model,
+    )?;
+    check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
+    let mut grid = flank_grid(model);
+    let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
+    grid.point_array("normal", 3, normals);
+    if state.outcome.is_converged() {
+        grid.point_array("pressure_pa", 1, fields.pressure_pa);
+        grid.point_array("normal_force_n", 1, fields.normal_force_n);
+        grid.point_array(
+            "slip_m",
+            1,
+            fields.slip_m.iter().map(|s| s[0].hypot(s[1])).collect(),
+        );
+        grid.point_array("slip_vector_m", 3, in_space(model, &fields.slip_m));
+        grid.point_array("friction_vector_n", 3, in_space(model, &fields.friction_n));
+        grid.point_array("gap_m", 1, fields.gap_m);
+        let code = |s: &PairStatus| match s {
+            PairStatus::Stuck => 0,
+            PairStatus::Slipping => 1,
+            PairStatus::Open => 2,
+        };
+        grid.point_integers("status", fields.status.iter().map(code).collect());
+    }
+    grid.write(path)
+}
+
+/// flank.pvd with flank/flank_0000.vtu...: the flanks at each converged frequency; timestep =
+/// frequency in Hz, number in the file name = row of response.csv (0 = first). Per pair: pressure
+/// (mean, min, max of the period), slid distance, open fraction, dissipation, `status` (0 stuck,
+/// 1 slipping, 2 opening). Points that did not converge have no file. Files of an earlier run are
+/// removed.
+pub fn write_flank_series(
+    folder: &Path,
+    model: &Model,
+    response: &Response,
+) -> Result<SeriesCount, ExportError> {
+    let pvd = folder.join("flank.pvd");
+    remove_old_series(&folder.join("flank"), "flank")?;
+    let still = flank_grid(model);
+    let write_point = |(row, orbit): (usize, &Orbit)| {
+        let file = format!("flank/flank_{row:04}.vtu");
+        let path = folder.join(&file);
+        check_pairs(&path, "pair cycles", orbit.cycles.len(), model)?;
+        let fields = cycle_fields(orbit, &model.pairs);
+        let mut grid = still.clone();
+        grid.point_array("pressure_mean_pa", 1, fields.pressure_mean_pa);
+        grid.point_array("pressure_min_pa", 1, fields.pressure_min_pa);
+        grid.point_array("pressure_max_pa", 1, fields.pressure_max_pa);
+        grid.point_array("slid_m", 1, fields.slid_m);
+        grid.point_array("open_fraction", 1, fields.open_fraction);
+        grid.point_array("dissipation_w_m2", 1, fields.dissipation_w_m2);
+        grid.point_integers("status", fields.status.iter().map(|&s| s as i32).collect());
+        grid.write(&path)?;
+        Ok((orbit.frequency_hz, file))
+    };
+    let entries: Vec<_> = response
+        .orbits
+        .par_iter()
+        .enumerate()
+        .filter(|(_, orbit)| orbit.outcome.is_converged())
+        .map(write_point)
+        .collect::<Result<_, ExportError>>()?;
+    let count = SeriesCount {
+        written: entries.len(),
+        left_out: response.orbits.len() - entries.len(),
+    };
+    let comment = format!(
+        "timestep = frequency in Hz; {} points converged, {} did not and are left out",
+        count.written, count.left_out
+    );
+    write_pvd(&pvd, &entries, &comment)?;
+    Ok(count)
+}
+
+/// flank_dissipation.vtu: friction power summed over the converged points, per pair
+/// (`friction_power_sum_w`) and per area (`dissipation_sum_w_m2`, the paper's Figure 6), the number
+/// of points at which a pair separates (`opening_points`) and whether it ever does (`separates`, 0
+/// or 1, the paper's Figure 5).
+pub fn write_flank_dissipation(
+    path: &Path,
+    model: &Model,
+    response: &Response,
+) -> Result<(), ExportError> {
+    let sums = sweep_fields(response, &model.pairs);
+    let mut grid = flank_grid(model);
+    grid.point_array("friction_power_sum_w", 1, sums.friction_power_sum_w);
+    grid.point_array("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
+    let separates = sums
+        .opening_points
+        .iter()
+        .map(|&n| i32::from(n > 0))
+        .collect();
+    grid.point_integers("separates", separates);
+    grid.point_integers(
+        "opening_points",
+        sums.opening_points.iter().map(|&n| n as i32).collect(),
+    );
+    grid.write(path)
+}
+
+/// Error unless there is one value per pair.
+pub(super) fn check_pairs(
+    path: &Path,
+    field: &str,
+    found: usize,
+    model: &Model,
+) -> Result<(), ExportError> {
+    check_length(
+        path,
+        field,
+        found,
+        model.pairs.len(),
+        "one per contact pair",
+    )
+}
+
+/// The flanks with what every file of them carries: number, contact and area of each pair.
+fn flank_grid(model: &Model) -> Grid {
+    let points: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
+    let mut grid = Grid::of_triangles(&points, &model.flank_triangles);
+    grid.point_integers("pair", (0..model.pairs.len() as i32).collect());
+    grid.point_integers(
+        "contact",
+        model.pairs.iter().map(|p| p.contact as i32).collect(),
+    );
+    grid.point_array(
+        "area_m2",
+        1,
+        model.pairs.iter().map(|p| p.area_m2).collect(),
+    );
+    grid
+}
+
+/// Components along t1 and t2 as a vector in space.
+fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
+    let vector = |(p, s): (&crate::model::ContactPair, &[f64; 2])| {
+        let [_, t1, t2] = p.frame;
+        [0, 1, 2].map(|a| s[0] * t1[a] + s[1] * t2[a])
+    };
+    model
+        .pairs
+        .iter()
+        .zip(tangential)
+        .flat_map(vector)
+        .collect()
+}

@@ -1,0 +1,296 @@
+//! summary.json: what was run, on what, how long it took, and the figures a reader asks for first.
+//!
+//! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::{ExportError, write_file};
+use crate::dlft::{PairStatus, Response, StaticState};
+use crate::mesh::ElementOrder;
+use crate::model::Model;
+use crate::results::quantities::{
+    converged, energy_balance_error, peak, peak_ratio, static_fields, stuck_peak, sweep_fields,
+};
+
+/// The whole of summary.json.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Of the program.
+    pub version: String,
+    pub scene: SceneSummary,
+    pub mesh: MeshSummary,
+    pub pairs: usize,
+    pub stages: Vec<StageSummary>,
+    #[serde(rename = "static")]
+    pub static_state: Option<StaticSummary>,
+    pub response: Option<ResponseSummary>,
+    pub observations: Vec<ObservationSummary>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneSummary {
+    pub name: String,
+    pub file: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeshSummary {
+    /// The .msh file or the .geo script.
+    pub source: String,
+    /// Version of gmsh that made the mesh; `None` for a ready mesh.
+    pub gmsh: Option<String>,
+    /// The committed mesh was used because gmsh is missing.
+    pub fallback: bool,
+    pub nodes: usize,
+    pub tets: usize,
+    pub free_dofs: usize,
+    /// 1 or 2.
+    pub order: u8,
+    pub bodies: Vec<BodySummary>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BodySummary {
+    pub name: String,
+    pub nodes: usize,
+    pub tets: usize,
+    pub free_dofs: usize,
+}
+
+/// Wall time and peak memory of one stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StageSummary {
+    pub name: String,
+    pub seconds: f64,
+    /// Peak of the process up to the end of the stage; `None` where the system does not tell.
+    pub peak_memory_mib: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StaticSummary {
+    pub outcome: &'static str,
+    /// Counts and forces are `None` where the static state did not converge.
+    pub stuck_pairs: Option<usize>,
+    pub slipping_pairs: Option<usize>,
+    pub open_pairs: Option<usize>,
+    pub largest_slip_m: Option<f64>,
+    pub contacts: Vec<ContactSummary>,
+    pub newton_iterations: usize,
+    pub residual: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactSummary {
+    pub name: String,
+    pub pairs: usize,
+    pub area_m2: f64,
+    /// Sum of the pairs' compression, N.
+    pub normal_force_n: Option<f64>,
+    /// Length of the sum of the pairs' friction forces, as vectors, N.
+    pub friction_force_n: Option<f64>,
+    /// Normal force over area, Pa.
+    pub mean_pressure_pa: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ResponseSummary {
+    pub points: usize,
+    pub converged_points: usize,
+    pub unconverged: Vec<UnconvergedPoint>,
+    /// The first observation; `None` where there is none.
+    pub observation: Option<String>,
+    pub peak_amplitude_m: Option<f64>,
+    pub peak_frequency_hz: Option<f64>,
+    /// Row of response.csv, 0 = first.
+    pub peak_row: Option<usize>,
+    pub linear_peak_amplitude_m: Option<f64>,
+    pub linear_peak_frequency_hz: Option<f64>,
+    /// Peak amplitude over linear peak amplitude.
+    pub peak_ratio: Option<f64>,
+    /// Pairs that separate at any converged frequency.
+    pub pairs_that_open: usize,
+    /// Largest |input - friction - viscous| over the largest of the three powers.
+    pub worst_energy_balance_error: Option<f64>,
+    pub slip_threshold_m: Option<f64>,
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnconvergedPoint {
+    pub row: usize,
+    pub frequency_hz: f64,
+    pub outcome: &'static str,
+    pub residual: Option<f64>,
+}
+
+/// An observed displacement: sum over `terms` of `direction . u(node)`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObservationSummary {
+    pub name: String,
+    pub terms: Vec<ObservationTerm>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ObservationTerm {
+    /// 0 or 1, as the array `body` of the VTK files.
+    pub body: usize,
+    pub node_tag: Option<u64>,
+    pub direction: [f64; 3],
+}
+
+/// Mesh sizes read off the model.
+pub fn mesh_summary(
+    model: &Model,
+    source: String,
+    gmsh: Option<String>,
+    fallback: bool,
+) -> MeshSummary {
+    let bodies: Vec<BodySummary> = model
+        .bodies
+        .iter()
+        .map(|b| BodySummary {
+            name: b.name.clone(),
+            nodes: b.nodes_m.len(),
+            tets: b.tet_count(),
+            free_dofs: 3 * b.dofs.free_nodes(),
+        })
+        .collect();
+    MeshSummary {
+        source,
+        gmsh,
+        fallback,
+        nodes: bodies.iter().map(|b| b.nodes).sum(),
+        tets: bodies.iter().map(|b| b.tets).sum(),
+        free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
+        order: match model.bodies[0].order {
+            ElementOrder::Linear => 1,
+            ElementOrder::Quadratic => 2,
+        },
+        bodies,
+    }
+}
+
+/// Counts and forces of the static state.
+pub fn static_summary(model: &Model, state: &StaticState) -> StaticSummary {
+    let valid = state.outcome.is_converged();
+    let fields = static_fields(state, &model.pairs);
+    let count = |status| valid.then(|| fields.status.iter().filter(|&&s| s == status).count());
+    let contacts = model.contact_names.iter().enumerate().map(|(c, name)| {
+        let of_contact = || {
+            model
+                .pairs
+                .iter()
+                .enumerate()
+                .filter(move |(_, p)| p.contact == c)
+        };
+        let area_m2: f64 = of_contact().map(|(_, p)| p.area_m2).sum();
+        let force = valid.then(|| of_contact().map(|(i, _)| fields.normal_force_n[i]).sum());
+        let friction = valid.then(|| {
+            let mut total = [0.0; 3];
+            for (i, pair) in of_contact() {
+                let [f1, f2] = fields.friction_n[i];
+                for (axis, sum) in total.iter_mut().enumerate() {
+                    *sum += f1 * pair.frame[1][axis] + f2 * pair.frame[2][axis];
+                }
+            }
+            total.iter().map(|f| f * f).sum::<f64>().sqrt()
+        });
+        ContactSummary {
+            name: name.clone(),
+            pairs: of_contact().count(),
+            area_m2,
+            normal_force_n: force,
+            friction_force_n: friction,
+            mean_pressure_pa: force.filter(|_| area_m2 > 0.0).map(|f: f64| f / area_m2),
+        }
+    });
+    StaticSummary {
+        outcome: state.outcome.word(),
+        stuck_pairs: count(PairStatus::Stuck),
+        slipping_pairs: count(PairStatus::Slipping),
+        open_pairs: count(PairStatus::Open),
+        largest_slip_m: valid.then(|| {
+            fields
+                .slip_m
+                .iter()
+                .map(|s| s[0].hypot(s[1]))
+                .fold(0.0, f64::max)
+        }),
+        contacts: contacts.collect(),
+        newton_iterations: state.newton_iterations,
+        residual: finite(state.residual),
+    }
+}
+
+/// The figures of a response that a reader asks for first.
+pub fn response_summary(model: &Model, response: &Response) -> ResponseSummary {
+    let top = peak(response, 0);
+    let linear = stuck_peak(response, 0);
+    let sums = sweep_fields(response, &model.pairs);
+    let unconverged = response
+        .orbits
+        .iter()
+        .enumerate()
+        .filter(|(_, o)| !o.outcome.is_converged())
+        .map(|(row, o)| UnconvergedPoint {
+            row,
+            frequency_hz: o.frequency_hz,
+            outcome: o.outcome.word(),
+            residual: finite(o.residual),
+        });
+    ResponseSummary {
+        points: response.orbits.len(),
+        converged_points: sums.points,
+        unconverged: unconverged.collect(),
+        observation: model.observations.first().map(|o| o.name.clone()),
+        peak_amplitude_m: top.map(|p| p.amplitude_m),
+        peak_frequency_hz: top.map(|p| p.frequency_hz),
+        peak_row: top.map(|p| p.index),
+        linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
+        linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
+        peak_ratio: peak_ratio(response, 0),
+        pairs_that_open: sums.opening_points.iter().filter(|&&n| n > 0).count(),
+        worst_energy_balance_error: converged(response)
+            .filter_map(energy_balance_error)
+            .reduce(f64::max),
+        slip_threshold_m: finite(response.slip_threshold_m),
+        newton_iterations: response.orbits.iter().map(|o| o.newton_iterations).sum(),
+        krylov_iterations: response.orbits.iter().map(|o| o.krylov_iterations).sum(),
+    }
+}
+
+/// What each observation is made of.
+pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
+    let term = |&(body, node, direction): &(usize, u32, [f64; 3])| ObservationTerm {
+        body,
+        node_tag: model
+            .bodies
+            .get(body)
+            .and_then(|b| b.node_tags.get(node as usize))
+            .copied(),
+        direction,
+    };
+    let summary = |o: &crate::model::Observation| ObservationSummary {
+        name: o.name.clone(),
+        terms: o.terms.iter().map(term).collect(),
+    };
+    model.observations.iter().map(summary).collect()
+}
+
+/// Writes summary.json.
+pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> {
+    let mut json =
+        serde_json::to_vec_pretty(summary).map_err(|source| ExportError::EncodeJson {
+            path: path.to_path_buf(),
+            source,
+        })?;
+    json.push(b'\n');
+    write_file(path, &json)
+}
+
+fn finite(v: f64) -> Option<f64> {
+    v.is_finite().then_some(v)
+}

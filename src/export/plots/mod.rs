@@ -1,0 +1,130 @@
+//! Figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), the two flanks
+//! unrolled (Figures 5 and 6, static pressure).
+//!
+//! Colours are Okabe and Ito's set and viridis: both read the same to colour-blind eyes.
+
+mod colour;
+mod curves;
+mod flanks;
+
+pub use curves::{AmplitudeScale, Curve, response_curve, stuck_curve, write_response_plot};
+pub use flanks::{
+    write_dissipation_map, write_flank_flags, write_flank_map, write_separation_map,
+    write_static_pressure_map,
+};
+
+use std::path::Path;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::{ExportError, write_file};
+
+/// Where everything is drawn: pixels of an SVG.
+type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// What a drawing function fails with; the reason goes into [`ExportError::Draw`].
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+const INK: RGBColor = RGBColor(34, 34, 34);
+const GRID: RGBColor = RGBColor(222, 222, 222);
+const TITLE_PX: i32 = 30;
+const TEXT_PX: i32 = 25;
+
+/// Draws on a white canvas of this size and writes the SVG.
+fn write_svg(
+    path: &Path,
+    size: (u32, u32),
+    draw: impl FnOnce(&Canvas) -> Drawn,
+) -> Result<(), ExportError> {
+    let mut svg = String::new();
+    {
+        let canvas = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        canvas
+            .fill(&WHITE)
+            .map_err(Into::into)
+            .and_then(|()| draw(&canvas))
+            .and_then(|()| canvas.present().map_err(Into::into))
+            .map_err(|e| ExportError::Draw {
+                path: path.to_path_buf(),
+                reason: e.to_string(),
+            })?;
+    }
+    write_file(path, svg.as_bytes())
+}
+
+/// Text of this size, in ink, anchored at (h, v).
+fn text_style(px: i32, h: HPos, v: VPos) -> TextStyle<'static> {
+    TextStyle::from(("sans-serif", px).into_font())
+        .color(&INK)
+        .pos(Pos::new(h, v))
+}
+
+/// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.
+fn si_prefix(largest: f64) -> (&'static str, f64) {
+    const PREFIXES: [(f64, &str); 8] = [
+        (1e9, "G"),
+        (1e6, "M"),
+        (1e3, "k"),
+        (1.0, ""),
+        (1e-3, "m"),
+        (1e-6, "µ"),
+        (1e-9, "n"),
+        (1e-12, "p"),
+    ];
+    let found = PREFIXES
+        .iter()
+        .find(|(unit, _)| largest >= *unit * 0.999_999);
+    found.map_or(("", 1.0), |&(unit, name)| (name, 1.0 / unit))
+}
+
+/// A number on an axis: no more decimals than the step of the ticks asks for.
+fn tick_label(v: f64, step: f64) -> String {
+    let decimals = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+    let text = format!("{v:.decimals$}");
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        "0".to_owned()
+    } else {
+        text
+    }
+}
+
+/// Ticks at 1, 2 or 5 times a power of ten, about `wanted` of them, inside [low, high].
+fn round_ticks(low: f64, high: f64, wanted: usize) -> (Vec<f64>, f64) {
+    let raw = (high - low) / wanted.max(1) as f64;
+    if !(raw > 0.0 && raw.is_finite()) {
+        return (vec![low], 1.0);
+    }
+    let power = 10f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|s| *s >= raw * 0.999_999);
+    let step = step.unwrap_or(10.0 * power);
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    ((first..=last).map(|i| i as f64 * step).collect(), step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prefixes_bring_numbers_between_1_and_1000() {
+        assert_eq!(si_prefix(4.2e3).0, "k");
+        assert_eq!(si_prefix(1.0).0, "");
+        assert_eq!(si_prefix(3e-5).0, "µ");
+        assert_eq!(si_prefix(0.0), ("", 1.0));
+    }
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        let (ticks, step) = round_ticks(371.3, 384.9, 6);
+        assert_eq!(step, 5.0);
+        assert_eq!(ticks, [375.0, 380.0]);
+        assert_eq!(round_ticks(0.0, 1.0, 5).0.len(), 6);
+        assert_eq!(round_ticks(3.0, 3.0, 5).0, [3.0]);
+        assert_eq!(tick_label(0.30000000000000004, 0.1), "0.3");
+        assert_eq!(tick_label(-0.0, 0.1), "0");
+    }
+}

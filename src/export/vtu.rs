@@ -1,0 +1,366 @@
+//! Unstructured grids for ParaView: both bodies in the static state and in motion.
+//!
+//! Arrays are LZ4-compressed f64. Gmsh's ten-node tetrahedron lists its last two edges the other
+//! way round from VTK's: the export swaps them.
+
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataSet, IOBuffer, UnstructuredGridPiece,
+    Version, VertexNumbers, Vtk,
+};
+use vtkio::xml::Compressor;
+
+use super::file::remove_old_series;
+use super::{ExportError, write_file};
+use crate::mesh::ElementOrder;
+use crate::model::Model;
+use crate::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
+
+/// Fields of one body in the static state.
+#[derive(Debug, Clone, Copy)]
+pub struct StaticBodyFields<'a> {
+    /// Per node.
+    pub displacement_m: &'a [[f64; 3]],
+    /// Per tetrahedron, at its centroid: xx, yy, zz, xy, yz, xz.
+    pub stress_pa: &'a [[f64; 6]],
+    /// Per node.
+    pub von_mises_pa: &'a [f64],
+}
+
+/// static.vtu: both bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa` (VTK's
+/// order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1) on the elements, and the tags of the mesh file.
+pub fn write_static(
+    path: &Path,
+    model: &Model,
+    fields: [StaticBodyFields; 2],
+) -> Result<(), ExportError> {
+    let mut displacement = Vec::new();
+    let mut von_mises = Vec::new();
+    let mut stress = Vec::new();
+    for (body, f) in model.bodies.iter().zip(&fields) {
+        let (nodes, tets) = (body.nodes_m.len(), body.tet_count());
+        let name = |what: &str| format!("{what} of body {}", body.name);
+        let check = |what, found, expected, counted| {
+            check_length(path, &name(what), found, expected, counted)
+        };
+        check(
+            "static displacement",
+            f.displacement_m.len(),
+            nodes,
+            "one per node",
+        )?;
+        check(
+            "von Mises stress",
+            f.von_mises_pa.len(),
+            nodes,
+            "one per node",
+        )?;
+        check("stress", f.stress_pa.len(), tets, "one per tetrahedron")?;
+        displacement.extend_from_slice(f.displacement_m.as_flattened());
+        von_mises.extend_from_slice(f.von_mises_pa);
+        stress.extend_from_slice(f.stress_pa.as_flattened());
+    }
+    let mut grid = Grid::of_bodies(model);
+    grid.point_array("displacement_m", 3, displacement);
+    grid.point_array("von_mises_pa", 1, von_mises);
+    grid.cell_array("stress_pa", 6, stress);
+    grid.write(path)
+}
+
+/// peak.pvd with peak/peak_00.vtu...: both bodies over one period at `frequency_hz`, `frames` frames
+/// evenly spaced (the end, equal to the start, is left out); timestep = time in s.
+///
+/// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... On the nodes:
+/// `displacement_m` is the whole displacement, mean included (with rotation the mean holds the
+/// static displacement); `oscillation_m` is what remains without the mean, the one to warp by.
+/// Files of an earlier, longer animation are removed.
+pub fn write_motion(
+    folder: &Path,
+    stem: &str,
+    model: &Model,
+    coefficients: [&[NodalField]; 2],
+    frequency_hz: f64,
+    frames: usize,
+) -> Result<(), ExportError> {
+    let pvd = folder.join(format!("{stem}.pvd"));
+    for (body, fields) in model.bodies.iter().zip(coefficients) {
+        let name = |i: usize| format!("harmonic field {i} of body {}", body.name);
+        check_length(
+            &pvd,
+            &name(0),
+            fields.len(),
+            fields.len().max(1) | 1,
+            "2H+1 fields",
+        )?;
+        for (i, field) in fields.iter().enumerate() {
+            check_length(
+                &pvd,
+                &name(i),
+                field.len(),
+                body.nodes_m.len(),
+                "one per node",
+            )?;
+        }
+    }
+    let still = Grid::of_bodies(model);
+    remove_old_series(&folder.join(stem), stem)?;
+    let write_frame = |frame: usize| {
+        let phase = frame_phase_rad(frame, frames);
+        let mut whole = Vec::with_capacity(still.points.len());
+        let mut moving = Vec::with_capacity(still.points.len());
+        for fields in coefficients {
+            let u = oscillation(fields, phase);
+            whole.extend_from_slice(added(&fields[0], &u).as_flattened());
+            moving.extend_from_slice(u.as_flattened());
+        }
+        let mut grid = still.clone();
+        grid.point_array("displacement_m", 3, whole);
+        grid.point_array("oscillation_m", 3, moving);
+        let file = format!("{stem}/{stem}_{frame:02}.vtu");
+        grid.write(&folder.join(&file))?;
+        Ok((frame as f64 / (frames as f64 * frequency_hz), file))
+    };
+    let entries: Vec<_> = (0..frames)
+        .into_par_iter()
+        .map(write_frame)
+        .collect::<Result<_, ExportError>>()?;
+    write_pvd(&pvd, &entries, "one period; timestep = time in seconds")
+}
+
+/// A collection of files with their timesteps, sorted by timestep (viewers need that; entries of
+/// one timestep keep their order).
+pub(super) fn write_pvd(
+    path: &Path,
+    entries: &[(f64, String)],
+    comment: &str,
+) -> Result<(), ExportError> {
+    let mut sorted: Vec<&(f64, String)> = entries.iter().collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut xml = String::from("<?xml version=\"1.0\"?>\n");
+    xml.push_str("<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n");
+    // Two hyphens in a row would end the comment.
+    xml.push_str(&format!(
+        "  <!-- {} -->\n  <Collection>\n",
+        comment.replace("--", "- -")
+    ));
+    for (timestep, file) in sorted {
+        xml.push_str(&format!(
+            "    <DataSet timestep=\"{timestep:e}\" part=\"0\" file=\"{}\"/>\n",
+            xml_escaped(file)
+        ));
+    }
+    xml.push_str("  </Collection>\n</VTKFile>\n");
+    write_file(path, xml.as_bytes())
+}
+
+/// Points and cells with their arrays, ready to be written.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    points: Vec<f64>,
+    connectivity: Vec<u64>,
+    offsets: Vec<u64>,
+    types: Vec<CellType>,
+    arrays: Attributes,
+    /// Name and entry of the first value that is not finite.
+    not_finite: Option<(String, usize)>,
+}
+
+impl Grid {
+    /// Both bodies, nodes of the first before nodes of the second, with `body` on nodes and
+    /// elements, `node_tag` and `element_tag`.
+    fn of_bodies(model: &Model) -> Self {
+        let mut points = Vec::new();
+        let mut connectivity = Vec::new();
+        let mut offsets = Vec::new();
+        let mut types = Vec::new();
+        let (mut node_tags, mut node_body) = (Vec::new(), Vec::new());
+        let (mut element_tags, mut element_body) = (Vec::new(), Vec::new());
+        let mut first_node = 0;
+        for (b, body) in model.bodies.iter().enumerate() {
+            for e in 0..body.tet_count() {
+                let tet = vtk_tet(body.order, body.tet(e));
+                connectivity.extend(tet.iter().map(|&n| first_node + u64::from(n)));
+                offsets.push(connectivity.len() as u64);
+            }
+            let cell = match body.order {
+                ElementOrder::Linear => CellType::Tetra,
+                ElementOrder::Quadratic => CellType::QuadraticTetra,
+            };
+            types.resize(types.len() + body.tet_count(), cell);
+            points.extend_from_slice(body.nodes_m.as_flattened());
+            node_tags.extend_from_slice(&body.node_tags);
+            element_tags.extend_from_slice(&body.tet_tags);
+            node_body.resize(node_tags.len(), b as i32);
+            element_body.resize(element_tags.len(), b as i32);
+            first_node += body.nodes_m.len() as u64;
+        }
+        let mut grid = Self::new(points, connectivity, offsets, types);
+        grid.arrays.point.push(array("node_tag", 1, node_tags));
+        grid.arrays.point.push(array("body", 1, node_body));
+        grid.arrays.cell.push(array("element_tag", 1, element_tags));
+        grid.arrays.cell.push(array("body", 1, element_body));
+        grid
+    }
+
+    /// Triangles on points.
+    pub(super) fn of_triangles(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
+        Self::new(
+            points.as_flattened().to_vec(),
+            triangles
+                .as_flattened()
+                .iter()
+                .map(|&n| u64::from(n))
+                .collect(),
+            (1..=triangles.len() as u64).map(|t| 3 * t).collect(),
+            vec![CellType::Triangle; triangles.len()],
+        )
+    }
+
+    fn new(
+        points: Vec<f64>,
+        connectivity: Vec<u64>,
+        offsets: Vec<u64>,
+        types: Vec<CellType>,
+    ) -> Self {
+        let arrays = Attributes::new();
+        let mut grid = Self {
+            points,
+            connectivity,
+            offsets,
+            types,
+            arrays,
+            not_finite: None,
+        };
+        grid.not_finite = first_not_finite("node positions", 3, &grid.points);
+        grid
+    }
+
+    pub(super) fn point_array(&mut self, name: &str, components: u32, values: Vec<f64>) {
+        self.note_not_finite(name, components, &values);
+        self.arrays.point.push(array(name, components, values));
+    }
+
+    pub(super) fn point_integers(&mut self, name: &str, values: Vec<i32>) {
+        self.arrays.point.push(array(name, 1, values));
+    }
+
+    pub(super) fn cell_array(&mut self, name: &str, components: u32, values: Vec<f64>) {
+        self.note_not_finite(name, components, &values);
+        self.arrays.cell.push(array(name, components, values));
+    }
+
+    fn note_not_finite(&mut self, name: &str, components: u32, values: &[f64]) {
+        if self.not_finite.is_none() {
+            self.not_finite = first_not_finite(name, components as usize, values);
+        }
+    }
+
+    /// Errors: an array holds a number that is not finite, or the disk refuses.
+    pub(super) fn write(self, path: &Path) -> Result<(), ExportError> {
+        if let Some((field, index)) = self.not_finite {
+            return Err(ExportError::NotFinite {
+                path: path.to_path_buf(),
+                field,
+                index,
+            });
+        }
+        let piece = UnstructuredGridPiece {
+            points: IOBuffer::F64(self.points),
+            cells: Cells {
+                cell_verts: VertexNumbers::XML {
+                    connectivity: self.connectivity,
+                    offsets: self.offsets,
+                },
+                types: self.types,
+            },
+            data: self.arrays,
+        };
+        let vtk = Vtk {
+            version: Version::XML { major: 1, minor: 0 },
+            title: String::new(),
+            byte_order: ByteOrder::LittleEndian,
+            data: DataSet::inline(piece),
+            file_path: None::<PathBuf>,
+        };
+        let failed = |source: vtkio::Error| ExportError::EncodeVtk {
+            path: path.to_path_buf(),
+            source,
+        };
+        let mut bytes = Vec::new();
+        vtk.try_into_xml_format(Compressor::LZ4, 1)
+            .and_then(|file| file.write(&mut bytes))
+            .map_err(|e| failed(e.into()))?;
+        write_file(path, &bytes)
+    }
+}
+
+/// Error unless `found == expected`.
+pub(super) fn check_length(
+    path: &Path,
+    field: &str,
+    found: usize,
+    expected: usize,
+    needed_for: &'static str,
+) -> Result<(), ExportError> {
+    if found == expected {
+        return Ok(());
+    }
+    let (path, field) = (path.to_path_buf(), field.to_owned());
+    Err(ExportError::FieldLength {
+        path,
+        field,
+        found,
+        expected,
+        needed_for,
+    })
+}
+
+/// A tetrahedron's nodes in VTK's order, from Gmsh's.
+fn vtk_tet(order: ElementOrder, gmsh: &[u32]) -> Vec<u32> {
+    let mut nodes = gmsh.to_vec();
+    if order == ElementOrder::Quadratic {
+        nodes.swap(8, 9);
+    }
+    nodes
+}
+
+fn array<T>(name: &str, components: u32, values: Vec<T>) -> Attribute
+where
+    IOBuffer: From<Vec<T>>,
+{
+    Attribute::generic(name, components).with_data(values)
+}
+
+/// Name and entry (node, element) of the first value that is not finite.
+fn first_not_finite(name: &str, components: usize, values: &[f64]) -> Option<(String, usize)> {
+    let at = values.iter().position(|v| !v.is_finite())?;
+    Some((name.to_owned(), at / components))
+}
+
+fn xml_escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quadratic_tets_take_vtks_edge_order() {
+        // Gmsh: corners, then edges 01 12 02 03 23 13; VTK: 01 12 02 03 13 23.
+        let gmsh = [0, 1, 2, 3, 1001, 1012, 1002, 1003, 1023, 1013];
+        let vtk = vtk_tet(ElementOrder::Quadratic, &gmsh);
+        assert_eq!(vtk, [0, 1, 2, 3, 1001, 1012, 1002, 1003, 1013, 1023]);
+        assert_eq!(vtk_tet(ElementOrder::Linear, &[3, 1, 2, 0]), [3, 1, 2, 0]);
+    }
+
+    #[test]
+    fn a_file_name_with_markup_stays_xml() {
+        assert_eq!(xml_escaped("a<b>&\"c\""), "a&lt;b&gt;&amp;&quot;c&quot;");
+    }
+}

@@ -1,0 +1,439 @@
+//! Numbers read off a response: counts, amplitudes and phases, pressures, dissipation, the peak.
+//!
+//! Every sum and maximum over frequencies takes the converged points only; a point that did not
+//! converge has no number here. Signs: [`crate::contact`].
+
+use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use crate::model::ContactPair;
+
+/// How many pairs do what in one period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PairCounts {
+    /// Slide farther than the threshold (some of them may open as well).
+    pub slipping: usize,
+    /// Separate at some sample (some of them may slip as well).
+    pub opening: usize,
+    /// Neither slip nor open.
+    pub stuck: usize,
+}
+
+/// Counts of one orbit.
+pub fn pair_counts(orbit: &Orbit) -> PairCounts {
+    let count =
+        |p: fn(&crate::dlft::PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
+    PairCounts {
+        slipping: count(|c| c.slips),
+        opening: count(|c| c.opens),
+        stuck: count(|c| !c.slips && !c.opens),
+    }
+}
+
+/// One harmonic of a real signal: `amplitude cos(k w t - phase_rad)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phasor {
+    /// In the unit of the signal, never negative.
+    pub amplitude: f64,
+    /// Lag behind the cosine, in (-pi, pi].
+    pub phase_rad: f64,
+}
+
+/// Harmonics 1..H of a signal with Fourier coefficients (mean, cosine 1, sine 1, cosine 2, ...):
+/// `u(t) = mean + sum_k A_k cos(k w t - phi_k)`, A = |c + i s|, phi = arg(c + i s).
+pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
+    let harmonics = coefficients.get(1..).unwrap_or_default();
+    harmonics
+        .chunks_exact(2)
+        .map(|c| Phasor {
+            amplitude: c[0].hypot(c[1]),
+            phase_rad: c[1].atan2(c[0]),
+        })
+        .collect()
+}
+
+/// State of a pair over one period, with the code written to VTK files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CycleStatus {
+    Stuck = 0,
+    Slipping = 1,
+    /// Separates at some sample, whether it slips besides or not.
+    Opening = 2,
+}
+
+impl CycleStatus {
+    /// The word written to files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stuck => "stuck",
+            Self::Slipping => "slipping",
+            Self::Opening => "opening",
+        }
+    }
+}
+
+/// Fields on the flanks over one period, one entry per pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleFields {
+    pub status: Vec<CycleStatus>,
+    /// Mean, smallest and largest pressure of the period, Pa: compression over tributary area.
+    pub pressure_mean_pa: Vec<f64>,
+    pub pressure_min_pa: Vec<f64>,
+    pub pressure_max_pa: Vec<f64>,
+    /// Distance slid in a period, m.
+    pub slid_m: Vec<f64>,
+    /// Fraction of the period spent open.
+    pub open_fraction: Vec<f64>,
+    /// Friction power over tributary area, W/m2.
+    pub dissipation_w_m2: Vec<f64>,
+}
+
+/// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
+pub fn cycle_fields(orbit: &Orbit, pairs: &[ContactPair]) -> CycleFields {
+    let per_area = |value: fn(&crate::dlft::PairCycle) -> f64| {
+        orbit
+            .cycles
+            .iter()
+            .zip(pairs)
+            .map(|(c, p)| value(c) / p.area_m2)
+            .collect()
+    };
+    CycleFields {
+        status: orbit
+            .cycles
+            .iter()
+            .map(|c| match (c.opens, c.slips) {
+                (true, _) => CycleStatus::Opening,
+                (false, true) => CycleStatus::Slipping,
+                (false, false) => CycleStatus::Stuck,
+            })
+            .collect(),
+        pressure_mean_pa: per_area(|c| c.compression_mean_n),
+        pressure_min_pa: per_area(|c| c.compression_min_n),
+        pressure_max_pa: per_area(|c| c.compression_max_n),
+        slid_m: orbit.cycles.iter().map(|c| c.slid_m).collect(),
+        open_fraction: orbit.cycles.iter().map(|c| c.open_fraction).collect(),
+        dissipation_w_m2: per_area(|c| c.friction_power_w),
+    }
+}
+
+/// Fields on the flanks in the static state, one entry per pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticFields {
+    pub status: Vec<PairStatus>,
+    /// Compression -lambda_N, N.
+    pub normal_force_n: Vec<f64>,
+    /// Compression over tributary area, Pa.
+    pub pressure_pa: Vec<f64>,
+    /// Friction force along t1 and t2 by which the first body pushes the second (lambda_T), N.
+    pub friction_n: Vec<[f64; 2]>,
+    /// Displacement of the first body against the second along t1 and t2, m.
+    pub slip_m: Vec<[f64; 2]>,
+    /// Width of the opening, m: X_N + initial clearance, 0 in contact.
+    pub gap_m: Vec<f64>,
+}
+
+/// Fields of the static state.
+pub fn static_fields(state: &StaticState, pairs: &[ContactPair]) -> StaticFields {
+    let tangential = |v: &[f64]| v.chunks_exact(3).map(|c| [c[1], c[2]]).collect();
+    // 0 - x rather than -x: an open pair carries 0, not -0.
+    let normal_force_n: Vec<f64> = state.lambda.chunks_exact(3).map(|l| 0.0 - l[0]).collect();
+    StaticFields {
+        status: state.status.clone(),
+        pressure_pa: normal_force_n
+            .iter()
+            .zip(pairs)
+            .map(|(f, p)| f / p.area_m2)
+            .collect(),
+        normal_force_n,
+        friction_n: tangential(&state.lambda),
+        slip_m: tangential(&state.x),
+        gap_m: state
+            .x
+            .chunks_exact(3)
+            .zip(pairs)
+            .map(|(x, p)| x[0] + p.gap_m)
+            .collect(),
+    }
+}
+
+/// What each pair does over all converged frequencies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SweepFields {
+    /// Number of converged points that were summed.
+    pub points: usize,
+    /// Friction power summed over the points, W (the paper's Figure 6 is this over the area). It
+    /// grows with the number of points asked for: compare pairs, not runs on other grids.
+    pub friction_power_sum_w: Vec<f64>,
+    /// The same over the tributary area, W/m2.
+    pub dissipation_sum_w_m2: Vec<f64>,
+    /// Number of points at which the pair separates; the paper's Figure 5 shows where it is not 0.
+    pub opening_points: Vec<usize>,
+}
+
+/// Sums over the converged points, in their order.
+pub fn sweep_fields(response: &Response, pairs: &[ContactPair]) -> SweepFields {
+    let mut sum = vec![0.0; pairs.len()];
+    let mut opening_points = vec![0; pairs.len()];
+    let mut points = 0;
+    for orbit in converged(response) {
+        points += 1;
+        for (i, cycle) in orbit.cycles.iter().enumerate() {
+            sum[i] += cycle.friction_power_w;
+            opening_points[i] += usize::from(cycle.opens);
+        }
+    }
+    SweepFields {
+        points,
+        dissipation_sum_w_m2: sum.iter().zip(pairs).map(|(s, p)| s / p.area_m2).collect(),
+        friction_power_sum_w: sum,
+        opening_points,
+    }
+}
+
+/// The converged orbits, in the order of the response.
+pub fn converged(response: &Response) -> impl Iterator<Item = &Orbit> {
+    response.orbits.iter().filter(|o| o.outcome.is_converged())
+}
+
+/// The largest amplitude of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Position in the curve (for a response: in `orbits`, unconverged ones counted).
+    pub index: usize,
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+}
+
+/// Largest converged amplitude of an observation; `None` where nothing converged or there is no
+/// such observation.
+pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
+    largest(
+        response
+            .orbits
+            .iter()
+            .enumerate()
+            .filter(|(_, o)| o.outcome.is_converged())
+            .filter_map(|(index, o)| {
+                let amplitude_m = *o.observed_amplitude_m.get(observation)?;
+                Some(Peak {
+                    index,
+                    frequency_hz: o.frequency_hz,
+                    amplitude_m,
+                })
+            }),
+    )
+}
+
+/// Largest amplitude of the stuck assembly among the frequencies computed (a coarse grid may miss
+/// the top of a lightly damped resonance).
+pub fn stuck_peak(response: &Response, observation: usize) -> Option<Peak> {
+    largest(response.stuck.iter().enumerate().filter_map(|(index, s)| {
+        let amplitude_m = *s.observed_amplitude_m.get(observation)?;
+        Some(Peak {
+            index,
+            frequency_hz: s.frequency_hz,
+            amplitude_m,
+        })
+    }))
+}
+
+/// Peak amplitude over the stuck peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
+pub fn peak_ratio(response: &Response, observation: usize) -> Option<f64> {
+    let (with, without) = (
+        peak(response, observation)?,
+        stuck_peak(response, observation)?,
+    );
+    (without.amplitude_m > 0.0).then(|| with.amplitude_m / without.amplitude_m)
+}
+
+/// Amplitude of the stuck assembly at exactly this frequency, m, if it was computed there.
+pub fn stuck_amplitude(response: &Response, frequency_hz: f64, observation: usize) -> Option<f64> {
+    let point = response
+        .stuck
+        .iter()
+        .find(|s| s.frequency_hz == frequency_hz)?;
+    point.observed_amplitude_m.get(observation).copied()
+}
+
+/// |input - friction - viscous| over the largest of the three; `None` where all are 0.
+pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
+    let (input, friction, viscous) = (
+        orbit.input_power_w,
+        orbit.friction_power_w,
+        orbit.viscous_power_w,
+    );
+    let scale = input.abs().max(friction.abs()).max(viscous.abs());
+    (scale > 0.0).then(|| (input - friction - viscous).abs() / scale)
+}
+
+fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
+    points
+        .filter(|p| p.amplitude_m.is_finite())
+        .reduce(|best, p| {
+            if p.amplitude_m > best.amplitude_m {
+                p
+            } else {
+                best
+            }
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::{Outcome, PairCycle, StuckPoint};
+
+    fn pair(area_m2: f64) -> ContactPair {
+        ContactPair {
+            contact: 0,
+            nodes: [0, 0],
+            position_m: [0.0; 3],
+            frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            area_m2,
+            gap_m: 1e-6,
+            friction: 0.3,
+        }
+    }
+
+    fn cycle(slips: bool, opens: bool, friction_power_w: f64) -> PairCycle {
+        PairCycle {
+            slips,
+            opens,
+            slid_m: 1e-6,
+            open_fraction: if opens { 0.25 } else { 0.0 },
+            compression_mean_n: 10.0,
+            compression_min_n: if opens { 0.0 } else { 4.0 },
+            compression_max_n: 16.0,
+            friction_power_w,
+        }
+    }
+
+    fn orbit(frequency_hz: f64, outcome: Outcome, amplitude: f64) -> Orbit {
+        Orbit {
+            frequency_hz,
+            outcome,
+            harmonics: 1,
+            x: vec![],
+            lambda: vec![],
+            modal: vec![],
+            cycles: vec![
+                cycle(true, true, 3.0),
+                cycle(true, false, 2.0),
+                cycle(false, false, 0.0),
+            ],
+            observed: vec![vec![0.0, amplitude, 0.0]],
+            observed_amplitude_m: vec![amplitude],
+            friction_power_w: 5.0,
+            viscous_power_w: 1.0,
+            input_power_w: 6.0,
+            newton_iterations: 3,
+            krylov_iterations: 9,
+            residual: 1e-10,
+        }
+    }
+
+    fn response() -> Response {
+        Response {
+            stuck: [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
+                .map(|(frequency_hz, a)| StuckPoint {
+                    frequency_hz,
+                    observed_amplitude_m: vec![a],
+                })
+                .to_vec(),
+            orbits: vec![
+                orbit(10.0, Outcome::Converged, 1.0),
+                orbit(20.0, Outcome::Stagnated, 99.0),
+                orbit(30.0, Outcome::Converged, 2.0),
+            ],
+            slip_threshold_m: 1e-9,
+        }
+    }
+
+    #[test]
+    fn a_pair_that_slips_and_opens_counts_as_both_and_never_as_stuck() {
+        let counts = pair_counts(&orbit(1.0, Outcome::Converged, 0.0));
+        assert_eq!(
+            counts,
+            PairCounts {
+                slipping: 2,
+                opening: 1,
+                stuck: 1
+            }
+        );
+    }
+
+    #[test]
+    fn phasors_rebuild_the_signal() {
+        let coefficients = [0.7, -1.0, 2.0, 0.5, -0.25, 0.0, -3.0];
+        let phasors = phasors(&coefficients);
+        assert_eq!(phasors.len(), 3);
+        for step in 0..7 {
+            let wt = 0.9 * step as f64;
+            let direct: f64 = (1..=3)
+                .map(|k| {
+                    let a = k as f64 * wt;
+                    coefficients[2 * k - 1] * a.cos() + coefficients[2 * k] * a.sin()
+                })
+                .sum();
+            let rebuilt: f64 = phasors
+                .iter()
+                .enumerate()
+                .map(|(k, p)| p.amplitude * ((k + 1) as f64 * wt - p.phase_rad).cos())
+                .sum();
+            assert!((direct - rebuilt).abs() < 1e-14, "{direct} {rebuilt}");
+        }
+        assert!(super::phasors(&[]).is_empty());
+    }
+
+    #[test]
+    fn sums_and_peak_leave_out_what_did_not_converge() {
+        let pairs = [pair(0.5), pair(2.0), pair(1.0)];
+        let sums = sweep_fields(&response(), &pairs);
+        assert_eq!(sums.points, 2);
+        assert_eq!(sums.friction_power_sum_w, [6.0, 4.0, 0.0]);
+        assert_eq!(sums.dissipation_sum_w_m2, [12.0, 2.0, 0.0]);
+        assert_eq!(sums.opening_points, [2, 0, 0]);
+        let top = peak(&response(), 0).unwrap();
+        assert_eq!(
+            (top.index, top.frequency_hz, top.amplitude_m),
+            (2, 30.0, 2.0)
+        );
+        assert_eq!(stuck_peak(&response(), 0).unwrap().frequency_hz, 20.0);
+        assert_eq!(peak_ratio(&response(), 0), Some(0.25));
+        assert_eq!(peak(&response(), 1), None);
+        assert_eq!(stuck_amplitude(&response(), 30.0, 0), Some(2.0));
+        assert_eq!(stuck_amplitude(&response(), 30.5, 0), None);
+    }
+
+    #[test]
+    fn pressure_is_positive_in_compression_and_the_gap_counts_the_clearance() {
+        let state = StaticState {
+            outcome: Outcome::Converged,
+            x: vec![-1e-6, 3e-6, 4e-6, 5e-6, 0.0, 0.0],
+            lambda: vec![-8.0, 1.0, 2.0, 0.0, 0.0, 0.0],
+            status: vec![PairStatus::Slipping, PairStatus::Open],
+            newton_iterations: 1,
+            residual: 0.0,
+        };
+        let fields = static_fields(&state, &[pair(0.5), pair(2.0)]);
+        assert_eq!(fields.pressure_pa, [16.0, 0.0]);
+        assert!(fields.normal_force_n[1].is_sign_positive());
+        assert_eq!(fields.slip_m[0], [3e-6, 4e-6]);
+        assert_eq!(fields.friction_n[0], [1.0, 2.0]);
+        assert_eq!(fields.gap_m[0], 0.0);
+        assert!((fields.gap_m[1] - 6e-6).abs() < 1e-20);
+    }
+
+    #[test]
+    fn energy_balance_is_relative_to_the_largest_power() {
+        let mut point = orbit(1.0, Outcome::Converged, 1.0);
+        assert_eq!(energy_balance_error(&point), Some(0.0));
+        point.input_power_w = 8.0;
+        assert_eq!(energy_balance_error(&point), Some(0.25));
+        (
+            point.input_power_w,
+            point.friction_power_w,
+            point.viscous_power_w,
+        ) = (0.0, 0.0, 0.0);
+        assert_eq!(energy_balance_error(&point), None);
+    }
+}

@@ -1,0 +1,948 @@
+//! Files written from a made-up model and response are read back: by `vtkio`, as text, and by VTK
+//! itself through scripts/check_output.py (where python3 has vtk; `DOVETAIL_PYTHON` names another
+//! interpreter, `DOVETAIL_REQUIRE_VTK=1` makes its absence a failure).
+
+use std::collections::BTreeMap;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use dovetail::dlft::{Orbit, Outcome, PairCycle, PairStatus, Response, StaticState, StuckPoint};
+use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
+use dovetail::export::plots::{self, AmplitudeScale};
+use dovetail::export::{ExportError, csv, flank, vtu};
+use dovetail::mesh::ElementOrder;
+use dovetail::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation};
+use dovetail::results::quantities::{peak, sweep_fields};
+use dovetail::results::recovery::NodalField;
+use dovetail::scene::Material;
+use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
+
+const HARMONICS: usize = 3;
+const FRAMES: usize = 24;
+
+/// Everything a run would hand to the export.
+struct Run {
+    model: Model,
+    static_state: StaticState,
+    static_displacement: [NodalField; 2],
+    stress: [Vec<[f64; 6]>; 2],
+    von_mises: [Vec<f64>; 2],
+    response: Response,
+    /// 2H+1 nodal fields per body, at the peak.
+    motion: [Vec<NodalField>; 2],
+}
+
+/// Two flanks at 45 degrees with `nu` x `nv` pairs each; every flank triangle carries one
+/// tetrahedron of either body.
+fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
+    let model = model(order, nu, nv);
+    let static_state = static_state(&model);
+    let wave = |b: usize, n: usize, a: usize, s: f64| {
+        1e-6 * ((1 + b) as f64 * 0.7 + n as f64 * 0.37 + a as f64 * 1.9 + s).sin()
+    };
+    let mut static_displacement = [0, 1].map(|b| -> NodalField {
+        (0..model.bodies[b].nodes_m.len())
+            .map(|n| [0, 1, 2].map(|a| wave(b, n, a, 0.0)))
+            .collect()
+    });
+    for (i, pair) in model.pairs.iter().enumerate() {
+        let x = &static_state.x[3 * i..3 * i + 3];
+        let [b, j] = pair.nodes.map(|n| n as usize);
+        let relative = |a: usize| (0..3).map(|row| x[row] * pair.frame[row][a]).sum::<f64>();
+        let held = static_displacement[1][j];
+        static_displacement[0][b] = [0, 1, 2].map(|a| held[a] + relative(a));
+    }
+    let motion = [0, 1].map(|b| -> Vec<NodalField> {
+        (0..2 * HARMONICS + 1)
+            .map(|c| {
+                (0..model.bodies[b].nodes_m.len())
+                    .map(|n| [0, 1, 2].map(|a| wave(b, n, a, 5.3 * c as f64) / (1 + c) as f64))
+                    .collect()
+            })
+            .collect()
+    });
+    let stress = [0, 1].map(|b| {
+        (0..model.bodies[b].tet_count())
+            .map(|e| [0, 1, 2, 3, 4, 5].map(|c| 1e6 * (10 * e + c + 100 * b) as f64))
+            .collect()
+    });
+    let von_mises = [0, 1].map(|b| {
+        (0..model.bodies[b].nodes_m.len())
+            .map(|n| 1e5 * n as f64)
+            .collect()
+    });
+    let response = response(&model, &motion);
+    Run {
+        model,
+        static_state,
+        static_displacement,
+        stress,
+        von_mises,
+        response,
+        motion,
+    }
+}
+
+/// Linear tetrahedra of one body.
+struct Corners {
+    nodes_m: Vec<[f64; 3]>,
+    tets: Vec<u32>,
+}
+
+fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
+    let material = Material {
+        young_pa: 1e11,
+        poisson: 0.3,
+        density_kg_m3: 4000.0,
+    };
+    let mut bodies = [(); 2].map(|()| Corners {
+        nodes_m: vec![],
+        tets: vec![],
+    });
+    let (mut pairs, mut triangles) = (Vec::new(), Vec::new());
+    let (length, width) = (35.3e-3, 4.5e-3);
+    for flank in 0..2 {
+        let side = if flank == 0 { 1.0 } else { -1.0 };
+        let (s, c) = (FRAC_1_SQRT_2, FRAC_1_SQRT_2);
+        let t1 = [1.0, 0.0, 0.0];
+        let n = [0.0, side * s, c];
+        let t2 = [
+            n[1] * t1[2] - n[2] * t1[1],
+            n[2] * t1[0] - n[0] * t1[2],
+            n[0] * t1[1] - n[1] * t1[0],
+        ];
+        let first_pair = pairs.len() as u32;
+        let place = |u: f64, v: f64, h: f64| {
+            let origin = [0.0, side * 8e-3, 0.0];
+            [0, 1, 2].map(|a| origin[a] + u * t1[a] + v * t2[a] + h * n[a])
+        };
+        let (du, dv) = (length / (nv - 1) as f64, width / (nu - 1) as f64);
+        for iv in 0..nv {
+            for iu in 0..nu {
+                let position = place(iv as f64 * du, iu as f64 * dv, 0.0);
+                let border = |i: usize, n: usize| if i == 0 || i + 1 == n { 0.5 } else { 1.0 };
+                let nodes = [0, 1].map(|b| {
+                    bodies[b].nodes_m.push(position);
+                    bodies[b].nodes_m.len() as u32 - 1
+                });
+                pairs.push(ContactPair {
+                    contact: flank,
+                    nodes,
+                    position_m: position,
+                    frame: [n, t1, t2],
+                    area_m2: du * dv * border(iv, nv) * border(iu, nu),
+                    gap_m: if iu == 0 && iv == 0 { 2e-6 } else { 0.0 },
+                    friction: 0.3,
+                });
+            }
+        }
+        for iv in 0..nv - 1 {
+            for iu in 0..nu - 1 {
+                let a = first_pair + (iv * nu + iu) as u32;
+                let (b, c, d) = (a + 1, a + nu as u32 + 1, a + nu as u32);
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        for t in triangles.iter().filter(|t| t[0] >= first_pair) {
+            for (b, body) in bodies.iter_mut().enumerate() {
+                let nodes = t.map(|p| pairs[p as usize].nodes[b]);
+                let centroid = [0, 1, 2].map(|a| {
+                    let corner = |n: u32| body.nodes_m[n as usize][a];
+                    nodes.iter().map(|&n| corner(n)).sum::<f64>() / 3.0
+                });
+                let height = if b == 0 { 4e-3 } else { -4e-3 };
+                body.nodes_m
+                    .push([0, 1, 2].map(|a| centroid[a] + height * n[a]));
+                let apex = body.nodes_m.len() as u32 - 1;
+                let mut tet = [nodes[0], nodes[1], nodes[2], apex];
+                if volume(&body.nodes_m, &tet) < 0.0 {
+                    tet.swap(0, 1);
+                }
+                body.tets.extend(tet);
+            }
+        }
+    }
+    let observed = bodies[0].nodes_m.len() as u32 - 1;
+    let mut names = [("blade", 1000), ("jaw", 5000)].into_iter();
+    let [blade, jaw] = bodies.map(|Corners { mut nodes_m, tets }| {
+        let (name, first_tag) = names.next().unwrap();
+        let tets = match order {
+            ElementOrder::Linear => tets,
+            ElementOrder::Quadratic => with_edge_nodes(&mut nodes_m, &tets),
+        };
+        let count = tets.len() / order.nodes_per_tet();
+        Body {
+            name: name.to_owned(),
+            material,
+            rotates: true,
+            fixed_interface_modes: 2,
+            order,
+            mesh_nodes: (0..nodes_m.len() as u32).collect(),
+            node_tags: (0..nodes_m.len() as u64)
+                .map(|n| first_tag + 3 * n)
+                .collect(),
+            tet_tags: (0..count as u64).map(|e| first_tag + 7 * e).collect(),
+            dofs: DofMap {
+                nodes: vec![NodeMotion::Fixed; nodes_m.len()],
+                interior_nodes: 5,
+                flank_nodes: pairs.len(),
+                probe_nodes: 1,
+            },
+            nodes_m,
+            tets,
+        }
+    });
+    Model {
+        bodies: [blade, jaw],
+        rotation: None,
+        pairs,
+        flank_triangles: triangles,
+        contact_names: vec!["left".into(), "right, \"skewed\"".into()],
+        excitations: vec![],
+        observations: vec![
+            Observation {
+                name: "tip".into(),
+                terms: vec![
+                    (0, observed, [0.0, 0.6, 0.8]),
+                    (0, observed - 1, [0.5, 0.0, 0.0]),
+                ],
+            },
+            Observation {
+                name: "rim".into(),
+                terms: vec![(1, 0, [1.0, 0.0, 0.0])],
+            },
+        ],
+        largest_mismatch_m: 0.0,
+    }
+}
+
+fn volume(nodes: &[[f64; 3]], tet: &[u32]) -> f64 {
+    let p = |i: usize| nodes[tet[i] as usize];
+    let edge = |i: usize| [0, 1, 2].map(|a| p(i)[a] - p(0)[a]);
+    let (a, b, c) = (edge(1), edge(2), edge(3));
+    a[0] * (b[1] * c[2] - b[2] * c[1])
+        + a[1] * (b[2] * c[0] - b[0] * c[2])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+/// Ten-node tetrahedra in Gmsh's order: edges 01, 12, 02, 03, 23, 13.
+fn with_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<u32> {
+    let mut middles: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    let mut tets = Vec::new();
+    for tet in corners.chunks_exact(4) {
+        tets.extend(tet);
+        for (i, j) in [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)] {
+            let (a, b) = (tet[i].min(tet[j]), tet[i].max(tet[j]));
+            let middle = *middles.entry((a, b)).or_insert_with(|| {
+                let (p, q) = (nodes[a as usize], nodes[b as usize]);
+                nodes.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
+                nodes.len() as u32 - 1
+            });
+            tets.push(middle);
+        }
+    }
+    tets
+}
+
+/// Pressure falling from the middle of the flanks; the first pair (with clearance) open.
+fn static_state(model: &Model) -> StaticState {
+    let (mut x, mut lambda, mut status) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, pair) in model.pairs.iter().enumerate() {
+        let open = i == 0;
+        let force = pair.area_m2 * 2e7 * (1.3 - (pair.position_m[0] / 35.3e-3 - 0.5).abs());
+        x.extend([
+            if open { 1e-7 } else { -pair.gap_m },
+            1e-6 * (i as f64).sin(),
+            1.2e-5,
+        ]);
+        lambda.extend(if open {
+            [0.0; 3]
+        } else {
+            [-force, 0.1 * force, 0.25 * force]
+        });
+        status.push(match (open, i % 3) {
+            (true, _) => PairStatus::Open,
+            (false, 1) => PairStatus::Stuck,
+            _ => PairStatus::Slipping,
+        });
+    }
+    StaticState {
+        outcome: Outcome::Converged,
+        x,
+        lambda,
+        status,
+        newton_iterations: 7,
+        residual: 1e-12,
+    }
+}
+
+/// A resonance at 377 Hz cut by friction; points 3 and 17 did not converge.
+fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
+    let (points, f0) = (31, 377.0);
+    let frequency = |i: usize| f0 * (0.97 + 0.06 * i as f64 / (points - 1) as f64);
+    let shape: Vec<Vec<f64>> = model
+        .observations
+        .iter()
+        .map(|o| observed(o, motion))
+        .collect();
+    let amplitude = |c: &[f64]| {
+        let at = |wt: f64| -> f64 {
+            (1..=HARMONICS)
+                .map(|k| {
+                    let a = k as f64 * wt;
+                    c[2 * k - 1] * a.cos() + c[2 * k] * a.sin()
+                })
+                .sum()
+        };
+        (0..4096)
+            .map(|s| at(TAU * s as f64 / 4096.0).abs())
+            .fold(0.0, f64::max)
+    };
+    // Scale of the motion: 1 at the top, where `motion` is the motion.
+    let gain = |f: f64, damping: f64| {
+        let r = f / f0;
+        2.0 * 0.004 / ((1.0 - r * r).powi(2) + (2.0 * damping * r).powi(2)).sqrt()
+    };
+    let orbits = (0..points).map(|i| {
+        let (f, g) = (frequency(i), gain(frequency(i), 0.004));
+        let outcome = match i {
+            3 => Outcome::IterationLimit,
+            17 => Outcome::NotFinite,
+            _ => Outcome::Converged,
+        };
+        let bad = if i == 17 { f64::NAN } else { 1.0 };
+        let cycles: Vec<PairCycle> = model
+            .pairs
+            .iter()
+            .enumerate()
+            .map(|(p, pair)| {
+                let mean = pair.area_m2 * 1e7 * (1.0 + 0.2 * (p as f64).cos());
+                let swing = mean * g * (0.4 + 0.7 * (p % 4) as f64 / 3.0);
+                let slid = 1e-6 * g * (p % 4) as f64;
+                PairCycle {
+                    slips: slid > 1e-7,
+                    opens: swing > mean,
+                    slid_m: slid,
+                    open_fraction: if swing > mean { 0.1 } else { 0.0 },
+                    compression_mean_n: mean,
+                    compression_min_n: (mean - swing).max(0.0),
+                    compression_max_n: mean + swing,
+                    friction_power_w: 0.3 * mean * slid * f,
+                }
+            })
+            .collect();
+        let friction_power_w: f64 = cycles.iter().map(|c| c.friction_power_w).sum();
+        let observed: Vec<Vec<f64>> = shape
+            .iter()
+            .map(|s| s.iter().map(|c| c * g * bad).collect())
+            .collect();
+        Orbit {
+            frequency_hz: f,
+            outcome,
+            harmonics: HARMONICS,
+            x: vec![],
+            lambda: vec![],
+            modal: vec![],
+            cycles,
+            observed_amplitude_m: observed.iter().map(|c| amplitude(c) * bad).collect(),
+            observed,
+            friction_power_w: friction_power_w * bad,
+            viscous_power_w: 0.01 * g * g,
+            input_power_w: friction_power_w + 0.01 * g * g,
+            newton_iterations: 5 + i % 3,
+            krylov_iterations: 40,
+            residual: 1e-9 * bad,
+        }
+    });
+    let stuck = (0..points).map(|i| StuckPoint {
+        frequency_hz: frequency(i),
+        observed_amplitude_m: shape
+            .iter()
+            .map(|s| amplitude(s) * gain(frequency(i), 0.001))
+            .collect(),
+    });
+    Response {
+        stuck: stuck.collect(),
+        orbits: orbits.collect(),
+        slip_threshold_m: 1e-7,
+    }
+}
+
+/// Fourier coefficients of an observation, from those of the nodes.
+fn observed(observation: &Observation, motion: &[Vec<NodalField>; 2]) -> Vec<f64> {
+    let value = |c: usize| {
+        let term = |&(body, node, direction): &(usize, u32, [f64; 3])| -> f64 {
+            (0..3)
+                .map(|a| direction[a] * motion[body][c][node as usize][a])
+                .sum()
+        };
+        observation.terms.iter().map(term).sum()
+    };
+    (0..2 * HARMONICS + 1).map(value).collect()
+}
+
+fn summary(run: &Run) -> Summary {
+    Summary {
+        version: "0.0.0".into(),
+        scene: SceneSummary {
+            name: "made up".into(),
+            file: "made_up.toml".into(),
+        },
+        mesh: manifest::mesh_summary(&run.model, "made up".into(), None, false),
+        pairs: run.model.pairs.len(),
+        stages: vec![StageSummary {
+            name: "none".into(),
+            seconds: f64::NAN,
+            peak_memory_mib: None,
+        }],
+        static_state: Some(manifest::static_summary(&run.model, &run.static_state)),
+        response: Some(manifest::response_summary(&run.model, &run.response)),
+        observations: manifest::observation_summaries(&run.model),
+    }
+}
+
+/// All files of a run, in a fresh folder.
+fn write_all(name: &str, run: &Run) -> PathBuf {
+    let out = folder(name);
+    let (model, response) = (&run.model, &run.response);
+    csv::write_response(&out.join("response.csv"), model, response).unwrap();
+    csv::write_static(&out.join("static.csv"), model, &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), model, response).unwrap();
+    vtu::write_static(&out.join("static.vtu"), model, static_fields(run)).unwrap();
+    flank::write_flank_static(&out.join("flank_static.vtu"), model, &run.static_state).unwrap();
+    flank::write_flank_series(&out, model, response).unwrap();
+    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response).unwrap();
+    let top = peak(response, 0).unwrap();
+    // `motion` belongs to a gain of 1: scale it to the orbit at the peak.
+    let gain = response.orbits[top.index].observed[0][1]
+        / observed(&model.observations[0], &run.motion)[1];
+    let motion = scaled(&run.motion, gain);
+    let fields = [motion[0].as_slice(), motion[1].as_slice()];
+    vtu::write_motion(&out, "peak", model, fields, top.frequency_hz, FRAMES).unwrap();
+    manifest::write_summary(&out.join("summary.json"), &summary(run)).unwrap();
+    let curves = [
+        plots::stuck_curve("all pairs stuck", response, 0),
+        plots::response_curve("H = 3", response, 0),
+    ];
+    let plot = |file: &str, scale| {
+        plots::write_response_plot(&out.join(file), "Tip", "tip amplitude", &curves, scale)
+            .unwrap();
+    };
+    plot("response.svg", AmplitudeScale::Linear);
+    plot("response_log.svg", AmplitudeScale::Logarithmic);
+    plots::write_separation_map(&out.join("separation.svg"), model, response).unwrap();
+    plots::write_dissipation_map(&out.join("dissipation.svg"), model, response).unwrap();
+    plots::write_static_pressure_map(&out.join("pressure.svg"), model, &run.static_state).unwrap();
+    out
+}
+
+fn static_fields(run: &Run) -> [vtu::StaticBodyFields<'_>; 2] {
+    [0, 1].map(|b| vtu::StaticBodyFields {
+        displacement_m: &run.static_displacement[b],
+        stress_pa: &run.stress[b],
+        von_mises_pa: &run.von_mises[b],
+    })
+}
+
+fn scaled(motion: &[Vec<NodalField>; 2], gain: f64) -> [Vec<NodalField>; 2] {
+    let mut motion = motion.clone();
+    motion
+        .iter_mut()
+        .flatten()
+        .flatten()
+        .flatten()
+        .for_each(|u| *u *= gain);
+    motion
+}
+
+fn folder(name: &str) -> PathBuf {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join("export_files")
+        .join(name);
+    let _ = fs::remove_dir_all(&out);
+    fs::create_dir_all(&out).unwrap();
+    out
+}
+
+/// The grid of a .vtu, by vtkio's reader.
+fn read(path: &Path) -> UnstructuredGridPiece {
+    let vtk = Vtk::import(path).unwrap();
+    let DataSet::UnstructuredGrid { mut pieces, .. } = vtk.data else {
+        panic!("not a grid")
+    };
+    match pieces.remove(0) {
+        Piece::Inline(piece) => *piece,
+        other => panic!("not inline: {other:?}"),
+    }
+}
+
+fn values(attributes: &[Attribute], name: &str) -> Vec<f64> {
+    let found = attributes.iter().find(|a| a.name() == name);
+    match found {
+        Some(Attribute::DataArray(array)) => array.data.cast_into::<f64>().unwrap(),
+        _ => panic!("no array {name}"),
+    }
+}
+
+fn table(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let text = fs::read_to_string(path).unwrap();
+    let mut lines = text.lines().map(cells);
+    let header = lines.next().unwrap();
+    lines
+        .map(|row| {
+            assert_eq!(row.len(), header.len(), "{row:?}");
+            header.iter().cloned().zip(row).collect()
+        })
+        .collect()
+}
+
+fn cells(line: &str) -> Vec<String> {
+    let (mut cells, mut quoted) = (vec![String::new()], false);
+    for c in line.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ',' if !quoted => cells.push(String::new()),
+            c => cells.last_mut().unwrap().push(c),
+        }
+    }
+    cells
+}
+
+#[test]
+fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = folder("unconverged");
+    let path = out.join("response.csv");
+    csv::write_response(&path, &run.model, &run.response).unwrap();
+    let header = fs::read_to_string(&path)
+        .unwrap()
+        .lines()
+        .next()
+        .unwrap()
+        .to_owned();
+    assert!(
+        header.starts_with(
+            "frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
+        ),
+        "{header}"
+    );
+    let rows = table(&path);
+    assert_eq!(rows.len(), 31);
+    let emptied = |k: &str| {
+        let kept = [
+            "newton_iterations",
+            "krylov_iterations",
+            "frequency_hz",
+            "outcome",
+            "residual",
+        ];
+        !kept.contains(&k) && !k.contains("_linear_")
+    };
+    for (i, row) in rows.iter().enumerate() {
+        let converged = row["outcome"] == "converged";
+        assert_eq!(converged, i != 3 && i != 17);
+        for (name, cell) in row.iter().filter(|(k, _)| emptied(k)) {
+            assert_eq!(cell.is_empty(), !converged, "row {i}, {name}: '{cell}'");
+        }
+        let linear: f64 = row["tip_linear_amplitude_m"].parse().unwrap();
+        assert_eq!(linear, run.response.stuck[i].observed_amplitude_m[0]);
+        assert!(!row["newton_iterations"].is_empty());
+    }
+    assert_eq!(rows[3]["outcome"], "iteration_limit");
+    assert_eq!(rows[3]["residual"].parse::<f64>().unwrap(), 1e-9);
+    assert_eq!(
+        rows[17]["residual"], "",
+        "a residual that is not finite is no number"
+    );
+    let orbit = &run.response.orbits[10];
+    let (a, p) = (
+        &rows[10]["tip_h2_amplitude_m"],
+        &rows[10]["tip_h2_phase_rad"],
+    );
+    let (a, p): (f64, f64) = (a.parse().unwrap(), p.parse().unwrap());
+    assert!((a * p.cos() - orbit.observed[0][3]).abs() < 1e-20);
+    assert!((a * p.sin() - orbit.observed[0][4]).abs() < 1e-20);
+}
+
+#[test]
+fn tables_per_pair_hold_the_exact_numbers() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = folder("pairs");
+    csv::write_static(&out.join("static.csv"), &run.model, &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &run.model, &run.response).unwrap();
+    let rows = table(&out.join("static.csv"));
+    assert_eq!(rows.len(), 72);
+    assert_eq!(rows[0]["status"], "open");
+    assert_eq!(rows[0]["gap_m"].parse::<f64>().unwrap(), 1e-7 + 2e-6);
+    assert_eq!(
+        rows[40]["contact"], "right, skewed",
+        "quotes and commas survive"
+    );
+    let (pair, state) = (&run.model.pairs[7], &run.static_state);
+    assert_eq!(
+        rows[7]["blade_node"],
+        run.model.bodies[0].node_tags[pair.nodes[0] as usize].to_string()
+    );
+    assert_eq!(
+        rows[7]["pressure_pa"].parse::<f64>().unwrap(),
+        -state.lambda[21] / pair.area_m2
+    );
+    let sums = sweep_fields(&run.response, &run.model.pairs);
+    let top = peak(&run.response, 0).unwrap();
+    for (i, row) in table(&out.join("contact.csv")).iter().enumerate() {
+        let cycle = &run.response.orbits[top.index].cycles[i];
+        assert_eq!(row["peak_slid_m"].parse::<f64>().unwrap(), cycle.slid_m);
+        assert_eq!(
+            row["friction_power_sum_w"].parse::<f64>().unwrap(),
+            sums.friction_power_sum_w[i]
+        );
+        assert_eq!(
+            row["opens_at_any_frequency"],
+            (sums.opening_points[i] > 0).to_string()
+        );
+    }
+}
+
+#[test]
+fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
+    let mut run = run(ElementOrder::Linear, 2, 2);
+    run.static_state.outcome = Outcome::Stagnated;
+    run.response
+        .orbits
+        .iter_mut()
+        .for_each(|o| o.outcome = Outcome::Stagnated);
+    let out = folder("nothing_converged");
+    csv::write_static(&out.join("static.csv"), &run.model, &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &run.model, &run.response).unwrap();
+    flank::write_flank_static(&out.join("flank_static.vtu"), &run.model, &run.static_state)
+        .unwrap();
+    let count = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
+    assert_eq!((count.written, count.left_out), (0, 31));
+    for row in table(&out.join("static.csv")) {
+        assert_eq!(
+            (row["status"].as_str(), row["pressure_pa"].as_str()),
+            ("stagnated", "")
+        );
+    }
+    for row in table(&out.join("contact.csv")) {
+        assert_eq!(
+            (
+                row["friction_power_sum_w"].as_str(),
+                row["peak_status"].as_str()
+            ),
+            ("", "")
+        );
+    }
+    let grid = read(&out.join("flank_static.vtu"));
+    assert!(grid.data.point.iter().all(|a| a.name() != "pressure_pa"));
+    manifest::write_summary(&out.join("summary.json"), &summary(&run)).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert!(json["response"]["peak_amplitude_m"].is_null());
+    assert!(json["static"]["slipping_pairs"].is_null());
+    assert!(json["stages"][0]["seconds"].is_null(), "NaN becomes null");
+    assert_eq!(
+        json["response"]["unconverged"].as_array().unwrap().len(),
+        31
+    );
+}
+
+#[test]
+fn grids_read_back_bit_for_bit() {
+    for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
+        let run = run(order, 2, 2);
+        let out = folder(&format!("grids_{order:?}"));
+        vtu::write_static(&out.join("static.vtu"), &run.model, static_fields(&run)).unwrap();
+        let grid = read(&out.join("static.vtu"));
+        let bodies = &run.model.bodies;
+        let nodes: Vec<f64> = bodies
+            .iter()
+            .flat_map(|b| b.nodes_m.as_flattened().to_vec())
+            .collect();
+        assert_eq!(grid.points.clone().into_vec::<f64>().unwrap(), nodes);
+        assert_eq!(
+            grid.cells.num_cells(),
+            bodies[0].tet_count() + bodies[1].tet_count()
+        );
+        let displacement = run.static_displacement.concat();
+        assert_eq!(
+            values(&grid.data.point, "displacement_m"),
+            displacement.as_flattened()
+        );
+        assert_eq!(
+            values(&grid.data.cell, "stress_pa"),
+            run.stress.concat().as_flattened()
+        );
+        assert_eq!(
+            values(&grid.data.point, "von_mises_pa"),
+            run.von_mises.concat()
+        );
+    }
+}
+
+#[test]
+fn flank_files_are_the_converged_points_and_old_ones_go() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = folder("series");
+    let old = out.join("flank/flank_0003.vtu");
+    let kept = out.join("flank/flank_notes.vtu");
+    fs::create_dir_all(out.join("flank")).unwrap();
+    fs::write(&old, "of an earlier run").unwrap();
+    fs::write(&kept, "of the user").unwrap();
+    let count = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
+    assert_eq!((count.written, count.left_out), (29, 2));
+    assert!(
+        !old.exists(),
+        "a point that did not converge has no file, not even an old one"
+    );
+    assert!(kept.exists());
+    let pvd = fs::read_to_string(out.join("flank.pvd")).unwrap();
+    assert_eq!(pvd.matches("<DataSet ").count(), 29);
+    assert!(pvd.contains("29 points converged, 2 did not"));
+    let grid = read(&out.join("flank/flank_0010.vtu"));
+    let orbit = &run.response.orbits[10];
+    let dissipation = values(&grid.data.point, "dissipation_w_m2");
+    let area = values(&grid.data.point, "area_m2");
+    let power: f64 = dissipation.iter().zip(&area).map(|(d, a)| d * a).sum();
+    assert!((power - orbit.friction_power_w).abs() < 1e-12 * power);
+    assert!(!out.join("flank/flank_0010.vtu.part").exists());
+}
+
+#[test]
+fn errors_name_the_file_the_field_and_the_remedy() {
+    let run = run(ElementOrder::Linear, 2, 2);
+    let out = folder("errors");
+    let mut fields = static_fields(&run);
+    fields[1].von_mises_pa = &fields[1].von_mises_pa[1..];
+    let error = vtu::write_static(&out.join("static.vtu"), &run.model, fields).unwrap_err();
+    assert!(
+        matches!(&error, ExportError::FieldLength { found, expected, .. } if found + 1 == *expected)
+    );
+    let text = error.to_string();
+    assert!(
+        text.contains("static.vtu") && text.contains("von Mises stress of body jaw"),
+        "{text}"
+    );
+    assert!(!out.join("static.vtu").exists());
+
+    let mut fields = static_fields(&run);
+    let mut sick = run.static_displacement[0].clone();
+    sick[3][1] = f64::INFINITY;
+    fields[0].displacement_m = &sick;
+    let error = vtu::write_static(&out.join("static.vtu"), &run.model, fields).unwrap_err();
+    assert!(
+        matches!(&error, ExportError::NotFinite { index: 3, .. }),
+        "{error}"
+    );
+
+    fs::write(out.join("blocked"), "a file where a folder should be").unwrap();
+    let path = out.join("blocked/response.csv");
+    let error = csv::write_response(&path, &run.model, &run.response)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        error.contains("blocked") && error.contains("--out"),
+        "{error}"
+    );
+
+    let error = plots::write_flank_map(&out.join("map.svg"), &run.model, "x", "Pa", &[1.0]);
+    assert!(error.unwrap_err().to_string().contains("map.svg"));
+}
+
+#[test]
+fn figures_show_every_pair_and_every_lost_point() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = write_all("figures", &run);
+    let svg = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    for file in ["pressure.svg", "dissipation.svg", "separation.svg"] {
+        assert_eq!(
+            svg(file).matches("<polygon").count(),
+            72,
+            "{file}: one patch per pair"
+        );
+    }
+    let separated = sweep_fields(&run.response, &run.model.pairs)
+        .opening_points
+        .iter()
+        .filter(|n| **n > 0)
+        .count();
+    assert!(separated > 0 && separated < 72);
+    assert!(svg("separation.svg").contains(&format!("\n{separated} pairs\n")));
+    assert!(svg("response.svg").contains("H = 3: 2 points did not converge"));
+    // Three stretches of the curve (before 3, between 3 and 17, after 17) and its legend (3 pieces).
+    let mut gapless = run.response.clone();
+    gapless
+        .orbits
+        .iter_mut()
+        .for_each(|o| o.outcome = Outcome::Converged);
+    gapless.orbits[17].observed_amplitude_m = gapless.orbits[16].observed_amplitude_m.clone();
+    let draw = |response: &Response| {
+        let curves = [plots::response_curve("H = 3", response, 0)];
+        let path = out.join("one.svg");
+        plots::write_response_plot(&path, "", "tip", &curves, AmplitudeScale::Linear).unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        text.matches("stroke=\"#0072B2\"").count()
+    };
+    // Two crosses on the axis and one in the legend add two lines each; two gaps add two lines.
+    assert_eq!(draw(&run.response), draw(&gapless) + 2 + 6);
+}
+
+#[test]
+fn vtk_reads_every_file_back_with_the_right_numbers() {
+    let Some(python) = python_with_vtk() else {
+        return;
+    };
+    for (order, nu, nv) in [
+        (ElementOrder::Linear, 2, 2),
+        (ElementOrder::Quadratic, 2, 2),
+        (ElementOrder::Quadratic, 4, 9),
+    ] {
+        let out = write_all(&format!("vtk_{order:?}_{nu}x{nv}"), &run(order, nu, nv));
+        let (ok, text) = check_output(&python, &out);
+        assert!(ok, "{text}");
+        println!("{text}");
+    }
+}
+
+#[test]
+fn the_vtk_check_notices_what_is_wrong() {
+    let Some(python) = python_with_vtk() else {
+        return;
+    };
+    let run = run(ElementOrder::Quadratic, 2, 2);
+    let must_fail = |name: &str, spoil: &dyn Fn(&Path), word: &str| {
+        let out = write_all(&format!("spoiled_{name}"), &run);
+        spoil(&out);
+        let (ok, text) = check_output(&python, &out);
+        assert!(!ok && text.contains(word), "{name}: {text}");
+    };
+    let replace = |file: PathBuf, from: &str, to: &str| {
+        let text = fs::read_to_string(&file).unwrap();
+        assert!(text.contains(from), "{from} is not in {}", file.display());
+        fs::write(file, text.replacen(from, to, 1)).unwrap();
+    };
+    must_fail(
+        "missing",
+        &|o| fs::remove_file(o.join("flank/flank_0005.vtu")).unwrap(),
+        "flank_0005",
+    );
+    must_fail(
+        "stray",
+        &|o| {
+            fs::copy(
+                o.join("flank/flank_0005.vtu"),
+                o.join("flank/flank_0003.vtu"),
+            )
+            .unwrap();
+        },
+        "flank_0003",
+    );
+    must_fail(
+        "swapped",
+        &|o| {
+            let (a, b) = (
+                o.join("flank/flank_0005.vtu"),
+                o.join("flank/flank_0015.vtu"),
+            );
+            fs::copy(a, b).unwrap();
+        },
+        "friction_power_w",
+    );
+    must_fail(
+        "outcome",
+        &|o| replace(o.join("response.csv"), "iteration_limit", "converged"),
+        "empty",
+    );
+    must_fail(
+        "truncated",
+        &|o| {
+            let bytes = fs::read(o.join("static.vtu")).unwrap();
+            fs::write(o.join("static.vtu"), &bytes[..bytes.len() / 2]).unwrap();
+        },
+        "VTK's reader says",
+    );
+    must_fail(
+        "slip",
+        &|o| {
+            let mut moved = run.static_displacement.clone();
+            moved[0][run.model.pairs[1].nodes[0] as usize][2] += 1e-6;
+            let mut fields = static_fields(&run);
+            fields[0].displacement_m = &moved[0];
+            vtu::write_static(&o.join("static.vtu"), &run.model, fields).unwrap();
+        },
+        "slip_m",
+    );
+    must_fail(
+        "edge_nodes",
+        &|o| {
+            let mut model = run.model.clone();
+            model.bodies[1]
+                .tets
+                .chunks_exact_mut(10)
+                .for_each(|t| t.swap(8, 9));
+            vtu::write_static(&o.join("static.vtu"), &model, static_fields(&run)).unwrap();
+        },
+        "middle",
+    );
+    must_fail(
+        "inverted",
+        &|o| {
+            let mut model = run.model.clone();
+            let tet = &mut model.bodies[0].tets[..10];
+            (tet[0], tet[1]) = (tet[1], tet[0]);
+            (tet[5], tet[6]) = (tet[6], tet[5]);
+            (tet[7], tet[9]) = (tet[9], tet[7]);
+            vtu::write_static(&o.join("static.vtu"), &model, static_fields(&run)).unwrap();
+        },
+        "volume",
+    );
+    must_fail(
+        "motion",
+        &|o| {
+            let fields = [run.motion[0].as_slice(), run.motion[1].as_slice()];
+            let top = peak(&run.response, 0).unwrap();
+            let slow = 0.5 * top.frequency_hz;
+            vtu::write_motion(o, "peak", &run.model, fields, slow, FRAMES).unwrap();
+        },
+        "peak",
+    );
+    must_fail(
+        "half_motion",
+        &|o| {
+            let half = scaled(&run.motion, 0.5);
+            let fields = [half[0].as_slice(), half[1].as_slice()];
+            let top = peak(&run.response, 0).unwrap();
+            vtu::write_motion(o, "peak", &run.model, fields, top.frequency_hz, FRAMES).unwrap();
+        },
+        "tip_h1",
+    );
+}
+
+/// Interpreter that can import vtk and numpy.
+fn python_with_vtk() -> Option<String> {
+    let python = std::env::var("DOVETAIL_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let found = Command::new(&python)
+        .args(["-c", "import vtk, numpy"])
+        .output();
+    if found.is_ok_and(|o| o.status.success()) {
+        return Some(python);
+    }
+    let required = std::env::var("DOVETAIL_REQUIRE_VTK").is_ok_and(|v| v == "1");
+    assert!(
+        !required,
+        "{python} cannot import vtk and numpy: pip install vtk"
+    );
+    eprintln!("skipped: {python} cannot import vtk and numpy (pip install vtk)");
+    None
+}
+
+fn check_output(python: &str, out: &Path) -> (bool, String) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/check_output.py");
+    let done = Command::new(python).arg(script).arg(out).output().unwrap();
+    let text = [done.stdout, done.stderr]
+        .map(|b| String::from_utf8_lossy(&b).into_owned())
+        .concat();
+    (done.status.success(), text)
+}
