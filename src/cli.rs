@@ -116,7 +116,11 @@ fn run(cli: &Cli) -> Result<(), Error> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&scene.name));
-    stage(&scene, &Options { out }, &Progress::new(cli.quiet))
+    let options = Options {
+        out,
+        scene_file: file.to_path_buf(),
+    };
+    stage(&scene, &options, &Progress::new(cli.quiet))
 }
 
 type Stage = fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>;

@@ -5,6 +5,15 @@ use std::path::PathBuf;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::dlft::Outcome;
+use crate::export::ExportError;
+use crate::fem::FemError;
+use crate::mesh::MeshError;
+use crate::mesh::gmsh::GmshError;
+use crate::mesh::quality::QualityError;
+use crate::model::ModelError;
+use crate::reduction::ReductionError;
+use crate::reduction::damping::DampingError;
 use crate::scene::SceneError;
 
 /// Exit code of a run that did what it was asked.
@@ -22,6 +31,46 @@ pub enum Error {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
+
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+
+    /// gmsh made no mesh.
+    #[error("meshing failed")]
+    Gmsh(#[from] GmshError),
+
+    #[error("the mesh cannot be used")]
+    Quality(#[from] QualityError),
+
+    #[error(transparent)]
+    Model(#[from] ModelError),
+
+    #[error(transparent)]
+    Fem(#[from] FemError),
+
+    #[error(transparent)]
+    Reduction(#[from] ReductionError),
+
+    #[error(transparent)]
+    Damping(#[from] DampingError),
+
+    #[error(transparent)]
+    Export(#[from] ExportError),
+
+    /// Nothing vibrates about a static state that was not found.
+    #[error(
+        "the static state under rotation was not found: {} after {iterations} Newton iterations, residual {residual:.1e} of the load",
+        outcome.word()
+    )]
+    #[diagnostic(help(
+        "take more steps (static.load_steps), a friction coefficient below 1, or look at static.csv and \
+         flank_static.vtu: pairs that all slide, or all open, hold nothing"
+    ))]
+    StaticState {
+        outcome: Outcome,
+        iterations: usize,
+        residual: f64,
+    },
 
     /// Reading or writing a file.
     #[error("{action} {} failed", path.display())]
@@ -60,8 +109,18 @@ impl Error {
     /// The exit code of the program: see the constants of this module.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_) => EXIT_BAD_INPUT,
-            Self::Io { .. } | Self::Threads { .. } => EXIT_FAILED,
+            Self::Scene(_)
+            | Self::Mesh(_)
+            | Self::Quality(_)
+            | Self::Model(_)
+            | Self::Damping(_) => EXIT_BAD_INPUT,
+            Self::Io { .. }
+            | Self::Threads { .. }
+            | Self::Gmsh(_)
+            | Self::Fem(_)
+            | Self::Reduction(_)
+            | Self::Export(_)
+            | Self::StaticState { .. } => EXIT_FAILED,
             Self::NotConverged { .. } => EXIT_NOT_CONVERGED,
         }
     }

@@ -104,6 +104,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
         ("response", "times_first_stuck_mode") => "times_first_stuck_mode = [0.98, 1.02]",
         ("response", "points") => "points = 200",
         ("response", "harmonics") => "harmonics = 3",
+        ("response", "compare_harmonics") => "compare_harmonics = 1",
         ("response", "samples") => "samples = 128",
         ("response", "eps") => "eps = \"pair\"",
         ("response", "eps_scale") => "eps_scale = 1.0",

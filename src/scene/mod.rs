@@ -226,6 +226,8 @@ pub struct ResponseSpec {
     /// Number of frequencies, evenly spaced.
     pub points: usize,
     pub harmonics: usize,
+    /// A second response with this many harmonics, drawn beside the first.
+    pub compare_harmonics: Option<usize>,
     /// Samples of a period in the alternating frequency-time step.
     pub samples: usize,
     pub eps: EpsChoice,

@@ -118,6 +118,7 @@ pub struct RawResponse {
     pub times_first_stuck_mode: Located<Numbers<2>>,
     pub points: Located<Count>,
     pub harmonics: Located<Count>,
+    pub compare_harmonics: Located<Count>,
     pub samples: Located<Count>,
     pub eps: Located<String>,
     pub eps_scale: Located<Number>,

@@ -19,6 +19,16 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
     let range = frequency_range(checker, &at, raw, points);
     let harmonics = checker.count(&at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3);
+    let compare = raw.compare_harmonics.as_ref().map(|_| {
+        let most = harmonics.unwrap_or(MOST_HARMONICS);
+        checker.count(
+            &at,
+            "compare_harmonics",
+            &raw.compare_harmonics,
+            1..=most,
+            1,
+        )
+    });
     let samples = checker.count(&at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
     if let (Some(harmonics), Some(samples)) = (harmonics, samples)
         && samples <= 2 * harmonics + 1
@@ -87,6 +97,10 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         range: range?,
         points: points?,
         harmonics: harmonics?,
+        compare_harmonics: match compare {
+            None => None,
+            Some(compare) => Some(compare?),
+        },
         samples: samples?,
         eps: eps?,
         eps_scale: eps_scale?,
