@@ -19,8 +19,8 @@ use crate::numerics::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Modes computed beyond those asked for, to find a gap for the Sturm count.
-const SPARE: usize = 3;
+/// Modes computed beyond those asked for, to find a gap for the Sturm count; more at each new try.
+const SPARE: usize = 2;
 /// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
 const RESIDUAL: f64 = 1e-8;
 /// Two eigenvalues closer than this, relatively, have no room for a shift between them.
@@ -29,7 +29,7 @@ const TRIES: usize = 3;
 
 /// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
 pub(super) fn smallest_size(count: usize) -> usize {
-    2 * basis(count + SPARE)
+    3 * basis(count + SPARE)
 }
 
 fn basis(wanted: usize) -> usize {
@@ -48,12 +48,12 @@ pub(super) fn lowest_modes(
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
-    let wanted = count + SPARE;
     let mut outcome = Err(EigenError::Arpack {
         routine: "dsaupd",
         info: 0,
     });
     for attempt in 0..TRIES {
+        let wanted = (count + (SPARE << attempt)).min(n - 2);
         let vectors = (basis(wanted) << attempt).min(n - 1);
         outcome = lanczos(mass, factor, wanted, vectors, attempt)
             .and_then(|modes| complete(stiffness, mass, count, modes, factor));

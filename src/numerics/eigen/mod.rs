@@ -120,3 +120,24 @@ fn fix_signs(vectors: &mut Mat<f64>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_large_entry_decides_the_sign() {
+        let columns = [
+            [0.1, -0.6, 1.0],
+            [-0.1, 0.6, -1.0],
+            [-0.4, 1.0, -1.0],
+            [0.0; 3],
+        ];
+        let mut vectors = Mat::from_fn(3, 4, |i, j| columns[j][i]);
+        fix_signs(&mut vectors);
+        assert_eq!(vectors.col_as_slice(0), [-0.1, 0.6, -1.0]);
+        assert_eq!(vectors.col_as_slice(1), [-0.1, 0.6, -1.0]);
+        assert_eq!(vectors.col_as_slice(2), [-0.4, 1.0, -1.0]);
+        assert_eq!(vectors.col_as_slice(3), [0.0; 3]);
+    }
+}
