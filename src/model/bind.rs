@@ -46,12 +46,12 @@ pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
         let parts = [&blade.part(&on_blade), &jaw.part(&on_jaw)];
         let tolerance = scene.mesh.pairing_tolerance;
         let mut found = contact(mesh, spec, c, groups, parts, tolerance)?;
-        for b in 0..2 {
+        for (b, draft) in bodies.iter_mut().enumerate() {
             for pair in &mut found.pairs {
-                pair.nodes[b] = bodies[b].local[pair.nodes[b] as usize];
+                pair.nodes[b] = draft.local[pair.nodes[b] as usize];
             }
             let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
-            bodies[b].add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
+            draft.add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
         }
         let before = model_pairs.len() as u32;
         flank_triangles.extend(found.triangles.iter().map(|t| t.map(|i| i + before)));

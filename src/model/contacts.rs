@@ -190,8 +190,8 @@ fn frame(n: Vector, along: Vector) -> [Vector; 3] {
 fn order_along(pairs: &[ContactPair], along: Vector) -> Vec<usize> {
     let mut mean = [0.0; 3];
     for pair in pairs {
-        for k in 0..3 {
-            mean[k] += pair.frame[0][k];
+        for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
+            *sum += n;
         }
     }
     let axes = frame(unit(mean).unwrap_or([0.0, 0.0, 1.0]), along);

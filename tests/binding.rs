@@ -1,0 +1,518 @@
+//! Real meshes bound to scenes: pairs, frames, areas, degrees of freedom, and what is said when they do not fit.
+
+mod shared_scenes;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dovetail::mesh::{self, ElementOrder, Mesh, quality};
+use dovetail::model::{Model, ModelError, NodeMotion, bind};
+use dovetail::scene::Scene;
+use shared_scenes::*;
+
+// --------------------------------------------------------------------------- binding a scene
+
+/// What holds for the default dovetail at any flank mesh.
+fn check_dovetail(model: &Model, nu: usize, nv: usize) {
+    let per_flank = nu * nv;
+    assert_eq!(model.pairs.len(), 2 * per_flank);
+    assert_eq!(model.contact_names, ["left", "right"]);
+    let (skew, half) = (25f64.to_radians(), 0.5f64.sqrt());
+    let slot = [skew.cos(), skew.sin(), 0.0];
+    for (i, pair) in model.pairs.iter().enumerate() {
+        assert_eq!(pair.contact, i / per_flank);
+        let [n, t1, t2] = pair.frame;
+        // 45 degrees from the radial direction, from the jaw down into the blade.
+        let sign = if pair.contact == 0 { 1.0 } else { -1.0 };
+        let out = [-skew.sin() * sign, skew.cos() * sign, 0.0];
+        assert_vector(n, [-half * out[0], -half * out[1], -half], 1e-9);
+        assert_vector(t1, slot, 1e-9);
+        assert_vector(t2, cross(n, t1), 1e-14);
+        for b in 0..2 {
+            let body = &model.bodies[b];
+            assert!(distance(body.nodes_m[pair.nodes[b] as usize], pair.position_m) < 1e-12);
+            let free = (body.dofs.interior_nodes + i) as u32;
+            assert_eq!(
+                body.dofs.nodes[pair.nodes[b] as usize],
+                NodeMotion::Free(free)
+            );
+        }
+    }
+    // Each flank is a parallelogram: length 32 / cos 25 along the slot, 4.5 across.
+    let expected = 4.5e-3 * 32e-3 / skew.cos();
+    for c in 0..2 {
+        let areas = model
+            .pairs
+            .iter()
+            .filter(|p| p.contact == c)
+            .map(|p| p.area_m2);
+        assert!((areas.sum::<f64>() / expected - 1.0).abs() < 1e-9);
+    }
+    assert_eq!(model.flank_triangles.len(), 4 * (nu - 1) * (nv - 1));
+    let mut area = 0.0;
+    for t in &model.flank_triangles {
+        let [a, b, c] = t.map(|i| &model.pairs[i as usize]);
+        assert!(a.contact == b.contact && b.contact == c.contact);
+        let normal = cross(
+            sub(b.position_m, a.position_m),
+            sub(c.position_m, a.position_m),
+        );
+        assert!(
+            dot(normal, a.frame[0]) > 0.0,
+            "a triangle is turned away from the blade"
+        );
+        area += 0.5 * dot(normal, a.frame[0]);
+    }
+    assert!((area / (2.0 * expected) - 1.0).abs() < 1e-9);
+    assert!(
+        model.largest_mismatch_m < 1e-15,
+        "{}",
+        model.largest_mismatch_m
+    );
+    for body in &model.bodies {
+        let d = &body.dofs;
+        assert_eq!(d.flank_nodes, 2 * per_flank);
+        let free: BTreeSet<u32> = d
+            .nodes
+            .iter()
+            .filter_map(|m| {
+                if let NodeMotion::Free(i) = m {
+                    Some(*i)
+                } else {
+                    None
+                }
+            })
+            .collect();
+        assert_eq!(free, (0..d.free_nodes() as u32).collect());
+        let mut tied = 0;
+        for (n, motion) in d.nodes.iter().enumerate() {
+            let NodeMotion::Tied([a, b]) = motion else {
+                continue;
+            };
+            tied += 1;
+            let (a, b) = (body.nodes_m[*a as usize], body.nodes_m[*b as usize]);
+            assert_vector(
+                body.nodes_m[n],
+                [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])),
+                1e-12,
+            );
+            let kept = d
+                .weights(n)
+                .filter(|&(i, w)| i >= d.interior_nodes && w == 0.5);
+            assert_eq!(kept.count(), 2);
+        }
+        // Edges of a grid with one diagonal per cell.
+        let edges = (nu - 1) * nv + nu * (nv - 1) + (nu - 1) * (nv - 1);
+        let quadratic = body.order == ElementOrder::Quadratic;
+        assert_eq!(tied, if quadratic { 2 * edges } else { 0 });
+    }
+}
+
+#[test]
+fn the_dovetail_has_72_pairs_at_45_degrees() {
+    for name in ["dovetail.msh", "dovetail_order1.msh"] {
+        let model = bind(&dovetail_scene(), &ready(name)).unwrap();
+        check_dovetail(&model, 4, 9);
+        let [blade, jaw] = &model.bodies;
+        assert!(blade.rotates && !jaw.rotates);
+        assert_eq!((blade.dofs.probe_nodes, jaw.dofs.probe_nodes), (1, 0));
+        assert!(blade.dofs.nodes.iter().all(|m| *m != NodeMotion::Fixed));
+        let fixed = jaw
+            .dofs
+            .nodes
+            .iter()
+            .zip(&jaw.nodes_m)
+            .filter(|(m, _)| **m == NodeMotion::Fixed);
+        for (_, x) in fixed.clone() {
+            let t = x[1] * 25f64.to_radians().cos() - x[0] * 25f64.to_radians().sin();
+            assert!((t.abs() - 22e-3).abs() < 1e-9 || (x[2] - (0.4325 - 13.2e-3)).abs() < 1e-9);
+        }
+        assert!(fixed.count() > 100);
+        // One node is forced and watched: top of the leading edge.
+        assert_eq!(
+            (model.excitations.len(), model.observations[0].terms.len()),
+            (1, 1)
+        );
+        assert_eq!(model.excitations[0].vector_n, [0.0, 6.0, 0.0]);
+        assert_eq!(model.observations[0].terms[0].2, [0.0, 0.6, 0.8]);
+        let (body, node) = (model.excitations[0].body, model.excitations[0].node);
+        assert_eq!(body, 0);
+        assert!((blade.nodes_m[node as usize][2] - 0.54).abs() < 1e-12);
+        let last = blade.dofs.free_nodes() as u32 - 1;
+        assert_eq!(blade.dofs.nodes[node as usize], NodeMotion::Free(last));
+    }
+}
+
+/// The same mesh with nodes and elements in another order and facets turned over.
+fn renumbered(mesh: &Mesh) -> Mesh {
+    let shuffle = |n: usize| -> Vec<usize> {
+        let mut order: Vec<usize> = (0..n).collect();
+        let mut state = 88_172_645_463_325_252_u64;
+        for i in (1..n).rev() {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            order.swap(i, (state % (i as u64 + 1)) as usize);
+        }
+        order
+    };
+    let inverse = |order: &[usize]| -> Vec<u32> {
+        let mut new = vec![0; order.len()];
+        for (i, &old) in order.iter().enumerate() {
+            new[old] = i as u32;
+        }
+        new
+    };
+    let (nodes, tets, facets) = (
+        shuffle(mesh.nodes_m.len()),
+        shuffle(mesh.tet_count()),
+        shuffle(mesh.facet_tags.len()),
+    );
+    let (new_node, new_tet, new_facet) = (inverse(&nodes), inverse(&tets), inverse(&facets));
+    let mut groups = mesh.groups.clone();
+    for group in groups.values_mut() {
+        let new = if group.dimension == 3 {
+            &new_tet
+        } else {
+            &new_facet
+        };
+        for e in &mut group.elements {
+            *e = new[*e as usize];
+        }
+        for n in &mut group.nodes {
+            *n = new_node[*n as usize];
+        }
+        group.nodes.sort_unstable();
+    }
+    let turned = |f: usize| {
+        let mut n = mesh.facet(f).to_vec();
+        n.swap(1, 2);
+        if n.len() == 6 {
+            n.swap(3, 5);
+        }
+        n.into_iter().map(|n| new_node[n as usize])
+    };
+    Mesh {
+        order: mesh.order,
+        nodes_m: nodes.iter().map(|&i| mesh.nodes_m[i]).collect(),
+        node_tags: nodes.iter().map(|&i| mesh.node_tags[i]).collect(),
+        tets: tets
+            .iter()
+            .flat_map(|&e| mesh.tet(e).iter().map(|&n| new_node[n as usize]))
+            .collect(),
+        tet_tags: tets.iter().map(|&e| mesh.tet_tags[e]).collect(),
+        facets: facets.iter().flat_map(|&f| turned(f)).collect(),
+        facet_tags: facets.iter().map(|&f| mesh.facet_tags[f]).collect(),
+        groups,
+    }
+}
+
+#[test]
+fn numbering_and_facet_orientation_change_nothing() {
+    let mesh = ready("dovetail.msh");
+    let plain = bind(&dovetail_scene(), &mesh).unwrap();
+    let other = bind(&dovetail_scene(), &renumbered(&mesh)).unwrap();
+    check_dovetail(&other, 4, 9);
+    for (p, q) in plain.pairs.iter().zip(&other.pairs) {
+        for b in 0..2 {
+            let tag = |m: &Model, n: u32| m.bodies[b].node_tags[n as usize];
+            assert_eq!(tag(&plain, p.nodes[b]), tag(&other, q.nodes[b]));
+        }
+        for k in 0..3 {
+            assert_vector(p.frame[k], q.frame[k], 1e-12);
+        }
+        assert!((p.area_m2 / q.area_m2 - 1.0).abs() < 1e-12);
+    }
+    let sorted = |m: &Model| {
+        let mut t = m.flank_triangles.clone();
+        t.iter_mut().for_each(|t| t.sort_unstable());
+        t.sort_unstable();
+        t
+    };
+    assert_eq!(sorted(&plain), sorted(&other));
+}
+
+#[test]
+fn bodies_named_the_other_way_round_have_the_opposite_normals() {
+    let mesh = ready("dovetail_order1.msh");
+    let plain = bind(&dovetail_scene(), &mesh).unwrap();
+    let mut scene = dovetail_scene();
+    scene.bodies.reverse();
+    for c in &mut scene.contacts {
+        std::mem::swap(&mut c.first, &mut c.second);
+    }
+    let other = bind(&scene, &mesh).unwrap();
+    let by_place: BTreeMap<[i64; 3], _> = other
+        .pairs
+        .iter()
+        .map(|p| (p.position_m.map(|x| (x * 1e9).round() as i64), p))
+        .collect();
+    for p in &plain.pairs {
+        let q = by_place[&p.position_m.map(|x| (x * 1e9).round() as i64)];
+        assert_vector(q.frame[0], p.frame[0].map(|c| -c), 1e-12);
+        assert_vector(q.frame[1], p.frame[1], 1e-12);
+        assert!((p.area_m2 / q.area_m2 - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn flanks_that_do_not_match_are_an_error_with_places() {
+    let mut mesh = ready("dovetail_order1.msh");
+    let jaw = mesh.groups["jaw"].nodes.clone();
+    let shift = |mesh: &mut Mesh, by: f64| {
+        for &n in &jaw {
+            mesh.nodes_m[n as usize][0] += by;
+        }
+    };
+    shift(&mut mesh, 1e-3);
+    let error = bind(&dovetail_scene(), &mesh).unwrap_err();
+    let ModelError::Unmatched {
+        contact,
+        first_count,
+        second_count,
+        nearest,
+        ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    assert_eq!(
+        (contact.as_str(), *first_count, *second_count),
+        ("left", 36, 36)
+    );
+    // Node spacing across is 1.5 mm: the old partner, 1 mm away, is (nearly) the nearest.
+    assert!(
+        nearest
+            .iter()
+            .all(|u| u.distance_m > 0.5e-3 && u.distance_m < 1.1e-3)
+    );
+    assert!(error.to_string().contains("pairing_tolerance"));
+    // A shift within the tolerance is matched and reported.
+    shift(&mut mesh, -1e-3 + 1e-6);
+    let mut scene = dovetail_scene();
+    scene.mesh.pairing_tolerance = 1e-2;
+    let model = bind(&scene, &mesh).unwrap();
+    assert!((model.largest_mismatch_m - 1e-6).abs() < 1e-12);
+    assert_eq!(model.pairs.len(), 72);
+}
+
+#[test]
+fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
+    let mut scene = dovetail_scene();
+    scene.contacts[1].gap_m = 2e-6;
+    scene.contacts[1].friction = 0.0;
+    let model = bind(&scene, &ready("dovetail_order1.msh")).unwrap();
+    assert!(
+        model.pairs[..36]
+            .iter()
+            .all(|p| p.gap_m == 0.0 && p.friction == 0.3)
+    );
+    assert!(
+        model.pairs[36..]
+            .iter()
+            .all(|p| p.gap_m == 2e-6 && p.friction == 0.0)
+    );
+}
+
+#[test]
+fn no_rotation_no_rotating_body() {
+    let mut scene = dovetail_scene();
+    scene.rotation.as_mut().unwrap().speed_rad_s = 0.0;
+    let model = bind(&scene, &ready("dovetail_order1.msh")).unwrap();
+    assert!(model.rotation.is_none() && !model.bodies[0].rotates);
+}
+
+#[test]
+fn groups_of_several_nodes_share_the_force() {
+    let mut scene = blocks_scene();
+    scene.excitations[0].points = "rim".into();
+    scene.observations[0].points = "upper_bottom".into();
+    let model = bind(&scene, &ready("blocks_order2.msh")).unwrap();
+    assert_eq!(model.pairs.len(), 9);
+    let forces: Vec<f64> = model.excitations.iter().map(|f| f.vector_n[1]).collect();
+    assert_eq!(forces, [1.2; 5]);
+    // The flank as probe: 9 pair nodes and 16 tied ones, none of them a free node of its own.
+    let terms = &model.observations[0].terms;
+    assert_eq!(terms.len(), 25);
+    let d = &model.bodies[0].dofs;
+    assert_eq!((d.flank_nodes, d.probe_nodes), (9, 5));
+    let total: f64 = terms
+        .iter()
+        .flat_map(|(_, n, v)| d.weights(*n as usize).map(move |(_, w)| w * v[2]))
+        .sum();
+    assert!((total - 0.8).abs() < 1e-14, "{total}");
+}
+
+#[test]
+fn what_the_mesh_lacks_is_named_with_what_it_has() {
+    let mesh = ready("dovetail_order1.msh");
+    let error = |edit: &dyn Fn(&mut Scene)| {
+        let mut scene = dovetail_scene();
+        edit(&mut scene);
+        let error = bind(&scene, &mesh).unwrap_err();
+        println!("{error}");
+        error
+    };
+    let e = error(&|s| s.bodies[0].volume = "blad".into());
+    assert!(e.to_string().ends_with("volume groups it has: blade, jaw"));
+    let e = error(&|s| s.bodies[0].volume = "blade_tip".into());
+    assert!(matches!(
+        e,
+        ModelError::GroupDimension {
+            found: "surface",
+            ..
+        }
+    ));
+    let e = error(&|s| s.contacts[0].first = "flank".into());
+    assert!(
+        e.to_string()
+            .contains("blade_flank_left, blade_flank_right")
+    );
+    let e = error(&|s| s.excitations[0].points = "tip".into());
+    assert!(e.to_string().contains("excitation, jaw"));
+    let e = error(&|s| s.bodies[1].fixed = vec!["blade_tip".into()]);
+    assert!(matches!(e, ModelError::FixedElsewhere { .. }));
+    let e = error(&|s| s.bodies[1].volume = "blade".into());
+    assert!(matches!(e, ModelError::SharedNodes { .. }));
+    let e = error(&|s| s.bodies.truncate(1));
+    assert!(matches!(e, ModelError::BodyCount { found: 1 }));
+    let e = error(&|s| s.rotation.as_mut().unwrap().bodies = vec!["disc".into()]);
+    assert!(matches!(e, ModelError::UnknownBody { .. }));
+    let e = error(&|s| {
+        let c = &mut s.contacts[0];
+        std::mem::swap(&mut c.first, &mut c.second);
+    });
+    assert!(matches!(
+        e,
+        ModelError::FlankOffBody {
+            swapped: true,
+            count: 48,
+            ..
+        }
+    ));
+    let e = error(&|s| s.contacts[1] = contact("again", "blade_flank_left", "jaw_flank_left"));
+    assert!(matches!(e, ModelError::TwoContacts { count: 36, .. }));
+    let e = error(&|s| s.bodies[1].fixed.push("jaw_flank_left".into()));
+    assert!(matches!(e, ModelError::FlankFixed { count: 36, .. }));
+    let e = error(&|s| s.bodies[0].fixed = vec!["blade_tip".into()]);
+    assert!(matches!(e, ModelError::ProbeFixed { count: 1, .. }));
+    let e = error(&|s| s.contacts[0].second = "jaw_flank_right".into());
+    assert!(matches!(
+        e,
+        ModelError::Unmatched {
+            first_count: 36,
+            ..
+        }
+    ));
+    // A free surface that touches the flanks, as a contact of its own: 36 edge nodes twice.
+    let e = error(&|s| {
+        s.contacts[1] = contact("x", "blade_root_free", "jaw_free");
+        s.mesh.pairing_tolerance = 1e-6;
+    });
+    assert!(matches!(e, ModelError::Unmatched { .. }));
+}
+
+#[test]
+fn two_cubes_are_bound_with_areas_of_a_quarter_cell() {
+    for name in ["blocks_order1.msh", "blocks_order2.msh"] {
+        let model = bind(&blocks_scene(), &ready(name)).unwrap();
+        assert_eq!(model.pairs.len(), 9);
+        for pair in &model.pairs {
+            assert_vector(pair.frame[0], [0.0, 0.0, 1.0], 1e-14);
+        }
+        let total: f64 = model.pairs.iter().map(|p| p.area_m2).sum();
+        assert!((total - 1e-6).abs() < 1e-18);
+    }
+}
+
+// ------------------------------------------------------------------------------- with gmsh
+
+/// Meshes the script anew; `None`, and said so, where gmsh is not installed.
+fn meshed(name: &str, parameters: &[(&str, f64)]) -> Option<(Mesh, String)> {
+    let out = std::env::temp_dir().join(format!("dovetail-{name}-{}.msh", std::process::id()));
+    let parameters: Vec<_> = parameters
+        .iter()
+        .map(|(n, v)| (n.to_string(), *v))
+        .collect();
+    let script = root().join("geometry/dovetail.geo");
+    match mesh::generate(&script, &parameters, 120.0, &out) {
+        Ok(run) => {
+            let mesh = mesh::read(&out, MM).unwrap();
+            std::fs::remove_file(&out).unwrap();
+            println!(
+                "gmsh {}: {:.1} s, {:?}",
+                run.version,
+                run.seconds,
+                quality::check(&mesh).unwrap()
+            );
+            assert!(!run.version.is_empty());
+            Some((mesh, run.version))
+        }
+        Err(mesh::GmshError::Missing { .. }) => {
+            eprintln!("gmsh is not installed: the script is not meshed, this test checks nothing");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+#[test]
+fn the_script_meshes_into_what_the_ready_mesh_is() {
+    let Some((mesh, version)) = meshed("default", &[]) else {
+        return;
+    };
+    let ready = ready("dovetail.msh");
+    check_dovetail(&bind(&dovetail_scene(), &mesh).unwrap(), 4, 9);
+    assert_eq!(mesh.order, ready.order);
+    let groups = |m: &Mesh| m.groups.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(groups(&mesh), groups(&ready));
+    let volume = |m: &Mesh| quality::check(m).unwrap().volume_m3;
+    assert!((volume(&mesh) / volume(&ready) - 1.0).abs() < 1e-3);
+    if version == "4.8.4" {
+        assert!(
+            mesh == ready,
+            "meshes/dovetail.msh is not what geometry/dovetail.geo gives"
+        );
+    }
+}
+
+#[test]
+fn other_flank_meshes_and_gradings_match_too() {
+    for (name, nu, nv, more) in [
+        ("graded", 4, 9, vec![("bump", 0.3), ("order", 2.0)]),
+        ("strong", 5, 12, vec![("bump_u", 0.15), ("order", 1.0)]),
+        (
+            "fine",
+            8,
+            18,
+            vec![("order", 2.0), ("lc", 5.0), ("lc_root", 2.5)],
+        ),
+        ("coarse", 2, 4, vec![("order", 1.0), ("lc_air", 5.0)]),
+    ] {
+        let mut parameters = vec![("nu", nu as f64), ("nv", nv as f64)];
+        parameters.extend(more);
+        let Some((mesh, _)) = meshed(name, &parameters) else {
+            return;
+        };
+        check_dovetail(&bind(&dovetail_scene(), &mesh).unwrap(), nu, nv);
+    }
+}
+
+#[test]
+fn impossible_dimensions_are_explained_by_the_script() {
+    let out = std::env::temp_dir().join(format!("dovetail-none-{}.msh", std::process::id()));
+    let script = root().join("geometry/dovetail.geo");
+    for (name, value, told) in [
+        ("nu", 1.0, "at least 2 x 2"),
+        ("wf", 40.0, "do not fit"),
+        ("order", 3.0, "1 or 2"),
+    ] {
+        match mesh::generate(&script, &[(name.to_string(), value)], 60.0, &out) {
+            Err(mesh::GmshError::Missing { .. }) => {
+                eprintln!("gmsh is not installed: this test checks nothing");
+                return;
+            }
+            Err(error) => assert!(error.to_string().contains(told), "{error}"),
+            Ok(_) => panic!("{name} = {value} gave a mesh"),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The ready meshes and scenes on them, made in code, for the tests of meshes and binding.
+#![allow(dead_code)] // each test program uses its own part
+
+use std::path::{Path, PathBuf};
+
+use dovetail::mesh::{self, Mesh};
+use dovetail::scene::{
+    BodySpec, ContactSpec, DampingSpec, EpsChoice, ExcitationSpec, FrequencyRange, Material,
+    MeshKind, MeshSource, ObservationSpec, Prestress, ResponseSpec, RotationSpec, Scene, Solver,
+    StaticSpec,
+};
+
+pub const MM: f64 = 1e-3;
+
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+pub fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(root().join("meshes").join(name)).unwrap()
+}
+
+pub fn ready(name: &str) -> Mesh {
+    mesh::read(&root().join("meshes").join(name), MM).unwrap()
+}
+
+// ---------------------------------------------------------------------------------- scenes
+
+pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
+    BodySpec {
+        name: name.into(),
+        volume: name.into(),
+        material: Material {
+            young_pa: 113.8e9,
+            poisson: 0.34,
+            density_kg_m3: 4430.0,
+        },
+        fixed: fixed.iter().map(|s| s.to_string()).collect(),
+        fixed_interface_modes: 6,
+    }
+}
+
+pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
+    ContactSpec {
+        name: name.into(),
+        first: first.into(),
+        second: second.into(),
+        friction: 0.3,
+        gap_m: 0.0,
+    }
+}
+
+pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Scene {
+    Scene {
+        name: "test".into(),
+        mesh: MeshSource {
+            kind: MeshKind::File {
+                path: PathBuf::from("test.msh"),
+            },
+            metres_per_unit: MM,
+            pairing_tolerance: 1e-6,
+        },
+        rotation: Some(RotationSpec {
+            point_m: [0.0; 3],
+            axis: [1.0, 0.0, 0.0],
+            speed_rad_s: 523.6,
+            bodies: vec![bodies[0].name.clone()],
+            prestress: Prestress::HeldFlanks,
+        }),
+        bodies,
+        contacts,
+        damping: DampingSpec::Ratio {
+            ratio: 0.001,
+            stuck_mode: 1,
+        },
+        excitations: vec![ExcitationSpec {
+            points: probe.into(),
+            direction: [0.0, 1.0, 0.0],
+            force_n: 6.0,
+            harmonic: 1,
+            phase_rad: 0.0,
+        }],
+        observations: vec![ObservationSpec {
+            name: "tip".into(),
+            points: probe.into(),
+            direction: [0.0, 0.6, 0.8],
+        }],
+        static_state: StaticSpec { load_steps: 4 },
+        response: ResponseSpec {
+            range: FrequencyRange::OfFirstStuckMode { from: 0.9, to: 1.1 },
+            points: 3,
+            harmonics: 1,
+            samples: 32,
+            eps: EpsChoice::Pair,
+            eps_scale: 1.0,
+            tolerance: 1e-9,
+            max_newton_iterations: 20,
+            solver: Solver::NewtonKrylov,
+            stuck_modes: None,
+            slip_threshold_m: None,
+        },
+    }
+}
+
+pub fn dovetail_scene() -> Scene {
+    let sides = ["jaw_base", "jaw_side_left", "jaw_side_right"];
+    scene(
+        vec![body("blade", &[]), body("jaw", &sides)],
+        vec![
+            contact("left", "blade_flank_left", "jaw_flank_left"),
+            contact("right", "blade_flank_right", "jaw_flank_right"),
+        ],
+        "excitation",
+    )
+}
+
+pub fn blocks_scene() -> Scene {
+    let bodies = vec![body("upper", &[]), body("lower", &["base"])];
+    scene(
+        bodies,
+        vec![contact("c", "upper_bottom", "lower_top")],
+        "corner",
+    )
+}
+
+// ----------------------------------------------------------------------------- small vectors
+
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    dot(sub(a, b), sub(a, b)).sqrt()
+}
+
+pub fn assert_vector(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
+    assert!(
+        distance(found, expected) < tolerance,
+        "{found:?} is not {expected:?}"
+    );
+}
