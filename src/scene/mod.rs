@@ -181,9 +181,15 @@ pub struct ContactSpec {
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DampingSpec {
-    Rayleigh { stiffness_s: f64, mass_per_s: f64 },
+    Rayleigh {
+        stiffness_s: f64,
+        mass_per_s: f64,
+    },
     /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
-    Ratio { ratio: f64, stuck_mode: usize },
+    Ratio {
+        ratio: f64,
+        stuck_mode: usize,
+    },
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -240,9 +246,15 @@ pub struct ResponseSpec {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrequencyRange {
-    Hz { from_hz: f64, to_hz: f64 },
+    Hz {
+        from_hz: f64,
+        to_hz: f64,
+    },
     /// Multiples of the first stuck frequency.
-    OfFirstStuckMode { from: f64, to: f64 },
+    OfFirstStuckMode {
+        from: f64,
+        to: f64,
+    },
 }
 
 /// The free parameter of DLFT.
