@@ -7,7 +7,7 @@ use nalgebra_sparse::CscMatrix;
 
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
-use crate::dlft::{Orbit, Response, StaticState, march::Periods};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
@@ -57,9 +57,9 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     summary.static_state = Some(manifest::static_summary(&model, &state));
     write_modes(options, &model, &reduced, None)?;
     write_static_state(options, &model, &reduced, &state, progress)?;
-    if !state.outcome.is_converged() {
+    if let Err(error) = usable(&state) {
         finish(options, summary, progress)?;
-        return Err(not_found(&state));
+        return Err(error);
     }
     let response = respond(
         scene,
@@ -151,11 +151,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
     write_modes(options, &model, &reduced, None)?;
     write_static_state(options, &model, &reduced, &state, progress)?;
     finish(options, summary, progress)?;
-    if state.outcome.is_converged() {
-        Ok(())
-    } else {
-        Err(not_found(&state))
-    }
+    usable(&state)
 }
 
 /// Says that the scene is sound; nothing is computed or written.
@@ -314,12 +310,19 @@ fn statics(scene: &Scene, reduced: &ReducedModel, progress: &Progress) -> Static
     )
 }
 
-fn not_found(state: &StaticState) -> Error {
-    Error::StaticState {
-        outcome: state.outcome,
-        iterations: state.newton_iterations,
-        residual: state.residual,
+/// Whether there is a static state to vibrate about.
+fn usable(state: &StaticState) -> Result<(), Error> {
+    if !state.outcome.is_converged() {
+        return Err(Error::StaticState {
+            outcome: state.outcome,
+            iterations: state.newton_iterations,
+            residual: state.residual,
+        });
     }
+    if state.status.iter().all(|s| *s == PairStatus::Open) {
+        return Err(Error::NothingHolds);
+    }
+    Ok(())
 }
 
 fn frequencies_hz(scene: &Scene, reduced: &ReducedModel) -> Vec<f64> {
