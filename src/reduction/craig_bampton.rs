@@ -100,8 +100,8 @@ impl ReducedBody {
 /// Reduces a body to its flank and probe dofs and `body.fixed_interface_modes` modes.
 ///
 /// # Errors
-/// [`ReductionError::Interior`] where the interior is not held or unstable,
-/// [`ReductionError::Eigen`], [`ReductionError::Size`].
+/// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior is
+/// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Size`].
 pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, ReductionError> {
     let n = check_size(body, matrices)?;
     let split = 3 * body.dofs.interior_nodes;
