@@ -117,7 +117,8 @@ impl Error {
     /// The exit code of the program: see the constants of this module.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_)
+            Self::Gmsh(GmshError::Script { .. } | GmshError::UnknownParameter { .. })
+            | Self::Scene(_)
             | Self::Mesh(_)
             | Self::Quality(_)
             | Self::Model(_)
