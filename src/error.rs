@@ -72,6 +72,14 @@ pub enum Error {
         residual: f64,
     },
 
+    /// No pair carries a normal force in the static state: there is nothing to vibrate about.
+    #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
+    #[diagnostic(help(
+        "the centrifugal load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
+         that throws the blade outwards, and a first body that carries the load (rotation.bodies)"
+    ))]
+    NothingHolds,
+
     /// Reading or writing a file.
     #[error("{action} {} failed", path.display())]
     #[diagnostic(help(
@@ -109,7 +117,8 @@ impl Error {
     /// The exit code of the program: see the constants of this module.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Scene(_)
+            Self::Gmsh(GmshError::Script { .. } | GmshError::UnknownParameter { .. })
+            | Self::Scene(_)
             | Self::Mesh(_)
             | Self::Quality(_)
             | Self::Model(_)
@@ -120,7 +129,8 @@ impl Error {
             | Self::Fem(_)
             | Self::Reduction(_)
             | Self::Export(_)
-            | Self::StaticState { .. } => EXIT_FAILED,
+            | Self::StaticState { .. }
+            | Self::NothingHolds => EXIT_FAILED,
             Self::NotConverged { .. } => EXIT_NOT_CONVERGED,
         }
     }

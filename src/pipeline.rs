@@ -7,7 +7,7 @@ use nalgebra_sparse::CscMatrix;
 
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
-use crate::dlft::{Orbit, Response, StaticState, march::Periods};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
@@ -16,7 +16,8 @@ use crate::export::plots::{
 use crate::export::{csv, flank, manifest, vtu};
 use crate::fem::statics::SolveFailure;
 use crate::fem::{self, FemError, Structure, expand_to_nodes, stress};
-use crate::mesh::{Mesh, gmsh, msh, quality};
+use crate::mesh::gmsh::{self, GmshError};
+use crate::mesh::{Mesh, MeshError, msh, quality};
 use crate::model::{self, Model};
 use crate::numerics::factor::{Cholesky, FactorError};
 use crate::numerics::newton::NewtonOptions;
@@ -53,13 +54,13 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let reduced = reduce(scene, &model, &structure, progress)?;
     let damping = rayleigh(&scene.damping, &reduced.relative.omega2)?;
     let state = statics(scene, &reduced, progress);
-    let mut summary = summarise(options, &model, origin);
+    let mut summary = summarise(scene, options, &model, origin);
     summary.static_state = Some(manifest::static_summary(&model, &state));
     write_modes(options, &model, &reduced, None)?;
     write_static_state(options, &model, &reduced, &state, progress)?;
-    if !state.outcome.is_converged() {
+    if let Err(error) = usable(&state) {
         finish(options, summary, progress)?;
-        return Err(not_found(&state));
+        return Err(error);
     }
     let response = respond(
         scene,
@@ -85,16 +86,15 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     summary.response = Some(manifest::response_summary(&model, &response));
     finish(options, summary, progress)?;
     report(&model, &response, progress);
-    let unconverged = response
-        .orbits
-        .iter()
-        .filter(|o| !o.outcome.is_converged())
-        .count();
-    match unconverged {
+    let orbits = || {
+        let compared = compared.iter().flat_map(|(_, r)| &r.orbits);
+        response.orbits.iter().chain(compared)
+    };
+    match orbits().filter(|o| !o.outcome.is_converged()).count() {
         0 => Ok(()),
-        _ => Err(Error::NotConverged {
+        unconverged => Err(Error::NotConverged {
             unconverged,
-            points: response.orbits.len(),
+            points: orbits().count(),
         }),
     }
 }
@@ -106,7 +106,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
 pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
     let (mesh, origin) = make_mesh(scene, options, progress)?;
     let model = bind(scene, &mesh, progress)?;
-    finish(options, summarise(options, &model, origin), progress)
+    finish(options, summarise(scene, options, &model, origin), progress)
 }
 
 /// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
@@ -133,7 +133,7 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
             row.kind, row.body, row.mode, row.frequency_hz
         );
     }
-    finish(options, summarise(options, &model, origin), progress)
+    finish(options, summarise(scene, options, &model, origin), progress)
 }
 
 /// Up to the static state under rotation.
@@ -146,16 +146,12 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
     let structure = assemble(&model, progress)?;
     let reduced = reduce(scene, &model, &structure, progress)?;
     let state = statics(scene, &reduced, progress);
-    let mut summary = summarise(options, &model, origin);
+    let mut summary = summarise(scene, options, &model, origin);
     summary.static_state = Some(manifest::static_summary(&model, &state));
     write_modes(options, &model, &reduced, None)?;
     write_static_state(options, &model, &reduced, &state, progress)?;
     finish(options, summary, progress)?;
-    if state.outcome.is_converged() {
-        Ok(())
-    } else {
-        Err(not_found(&state))
-    }
+    usable(&state)
 }
 
 /// Says that the scene is sound; nothing is computed or written.
@@ -163,15 +159,20 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 /// # Errors
 /// A mesh or script that does not exist.
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
-    let file = match &scene.mesh.kind {
-        MeshKind::File { path } => path,
-        MeshKind::Geometry { script, .. } => script,
-    };
-    std::fs::metadata(file).map_err(|source| Error::Io {
-        action: "reading",
-        path: file.clone(),
-        source,
-    })?;
+    match &scene.mesh.kind {
+        MeshKind::File { path } => {
+            std::fs::metadata(path).map_err(|source| MeshError::Io {
+                path: path.clone(),
+                source,
+            })?;
+        }
+        MeshKind::Geometry { script, .. } => {
+            std::fs::metadata(script).map_err(|source| GmshError::Script {
+                path: script.clone(),
+                source,
+            })?;
+        }
+    }
     progress.note(&format!("scene \"{}\" is sound", scene.name));
     Ok(())
 }
@@ -214,7 +215,7 @@ fn make_mesh(
                         fallback: false,
                     }
                 }
-                Err(missing @ gmsh::GmshError::Missing { .. }) => {
+                Err(missing @ GmshError::Missing { .. }) => {
                     let Some(ready) = scene.mesh.kind.equivalent_fallback() else {
                         return Err(missing.into());
                     };
@@ -314,12 +315,19 @@ fn statics(scene: &Scene, reduced: &ReducedModel, progress: &Progress) -> Static
     )
 }
 
-fn not_found(state: &StaticState) -> Error {
-    Error::StaticState {
-        outcome: state.outcome,
-        iterations: state.newton_iterations,
-        residual: state.residual,
+/// Whether there is a static state to vibrate about.
+fn usable(state: &StaticState) -> Result<(), Error> {
+    if !state.outcome.is_converged() {
+        return Err(Error::StaticState {
+            outcome: state.outcome,
+            iterations: state.newton_iterations,
+            residual: state.residual,
+        });
     }
+    if state.status.iter().all(|s| *s == PairStatus::Open) {
+        return Err(Error::NothingHolds);
+    }
+    Ok(())
 }
 
 fn frequencies_hz(scene: &Scene, reduced: &ReducedModel) -> Vec<f64> {
@@ -455,6 +463,9 @@ fn write_response(
     let _stage = progress.stage("response files");
     let out = &options.out;
     csv::write_response(&out.join("response.csv"), model, response)?;
+    if let Some((h, other)) = compared {
+        csv::write_response(&out.join(format!("response_h{h}.csv")), model, other)?;
+    }
     csv::write_contact(&out.join("contact.csv"), model, response)?;
     flank::write_flank_series(out, model, response)?;
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
@@ -530,15 +541,11 @@ fn write_peak_motion(
     Ok(())
 }
 
-fn summarise(options: &Options, model: &Model, origin: Origin) -> manifest::Summary {
-    let name = options
-        .out
-        .file_name()
-        .map(|n| n.to_string_lossy().into_owned());
+fn summarise(scene: &Scene, options: &Options, model: &Model, origin: Origin) -> manifest::Summary {
     manifest::Summary {
         version: env!("CARGO_PKG_VERSION").to_string(),
         scene: manifest::SceneSummary {
-            name: name.unwrap_or_default(),
+            name: scene.name.clone(),
             file: options.scene_file.display().to_string(),
         },
         mesh: manifest::mesh_summary(

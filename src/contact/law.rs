@@ -21,7 +21,7 @@ pub fn unilateral_coulomb(predicted: [f64; 3], friction: f64) -> (Contact, [f64;
         return (Contact::Open, [0.0; 3]);
     }
     let limit = -friction * normal;
-    let tangential = t1.hypot(t2);
+    let tangential = length(t1, t2);
     if tangential < limit {
         (Contact::Stick, predicted)
     } else if tangential == 0.0 {
@@ -30,6 +30,12 @@ pub fn unilateral_coulomb(predicted: [f64; 3], friction: f64) -> (Contact, [f64;
         let scale = limit / tangential;
         (Contact::Slip, [normal, scale * t1, scale * t2])
     }
+}
+
+/// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a run.)
+#[inline]
+pub fn length(t1: f64, t2: f64) -> f64 {
+    (t1 * t1 + t2 * t2).sqrt()
 }
 
 /// Derivative of the slip force: `d lambda_T = -mu e d p_N + kappa (I - e e^T) d p_T`.
@@ -44,7 +50,7 @@ pub struct SlipTangent {
 #[inline]
 pub fn slip_tangent(predicted: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = predicted;
-    let tangential = t1.hypot(t2);
+    let tangential = length(t1, t2);
     if tangential == 0.0 {
         return SlipTangent {
             direction: [0.0; 2],

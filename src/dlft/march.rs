@@ -1,7 +1,7 @@
 //! One pair marched through its period: from the predicted to the contact forces, with the exact
 //! derivative including the history of slip.
 
-use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
+use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use crate::numerics::fourier::Fourier;
 
 /// Periods marched one after the other before the periodic state is solved for.
@@ -169,7 +169,7 @@ fn one_period(
             end.open_samples += 1;
             memory = Memory::Lost;
         } else {
-            end.slid_n += (next[0] - state[0]).hypot(next[1] - state[1]);
+            end.slid_n += length(next[0] - state[0], next[1] - state[1]);
             memory = memory.after_slip(predicted, input.friction);
         }
         *state = next;
@@ -332,7 +332,8 @@ impl Pass<'_> {
             let predicted = prediction(self.signals, samples, n, self.input.shift_n, self.state);
             let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
             if contact == Contact::Stick && self.touch_n > 0.0 {
-                let margin = -self.input.friction * predicted[0] - predicted[1].hypot(predicted[2]);
+                let margin =
+                    -self.input.friction * predicted[0] - length(predicted[1], predicted[2]);
                 if margin <= self.touch_n {
                     contact = Contact::Slip;
                 }

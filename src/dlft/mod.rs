@@ -7,7 +7,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     Converged,
-    /// No step decreased the residual any more.
+    /// No step, however small, made progress.
     Stagnated,
     /// The allowed Newton iterations were used up.
     IterationLimit,
@@ -78,7 +78,7 @@ pub struct Orbit {
     pub input_power_w: f64,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
-    /// |f| / |F|.
+    /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
 }
 

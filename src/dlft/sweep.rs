@@ -2,7 +2,8 @@
 //!
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
 //! two cores share the work, and the answer does not depend on how many there are. A frequency is
-//! started from its neighbour, then, failing that, from the static state, then by smaller steps.
+//! started from its neighbour, then, failing that, from the static state, then by smaller steps, then
+//! with a growing force.
 
 use super::balance::{Balance, Setting};
 use super::march::Periods;

@@ -2,9 +2,8 @@
 //! dense blocks on all threads, K + s M. Results do not depend on the number of threads.
 
 use faer::linalg::matmul::matmul;
-use faer::sparse::linalg::matmul::sparse_dense_matmul;
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
@@ -62,9 +61,28 @@ pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
             *k += s * m;
         }
         sum
+    } else if let Some(sum) = sum_within(k, s, m) {
+        sum
     } else {
         k + &(m * s)
     }
+}
+
+/// `k + s m` where `k` stores every entry of `m`.
+fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatrix<f64>> {
+    if (k.nrows(), k.ncols()) != (m.nrows(), m.ncols()) {
+        return None;
+    }
+    let mut sum = k.clone();
+    for (mut into, from) in sum.col_iter_mut().zip(m.col_iter()) {
+        let (rows, values) = into.rows_and_values_mut();
+        let mut at = 0;
+        for (row, v) in from.row_indices().iter().zip(from.values()) {
+            at += rows[at..].iter().position(|r| r == row)?;
+            values[at] += s * v;
+        }
+    }
+    Some(sum)
 }
 
 /// `a x` for a dense block of columns.
@@ -73,13 +91,41 @@ pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     if a.nrows() == 0 || a.ncols() == 0 || x.ncols() == 0 {
         return y;
     }
-    let a = view(a);
-    y.par_col_chunks_mut(WIDTH)
-        .zip(x.par_col_chunks(WIDTH))
-        .for_each(|(y, x)| {
-            sparse_dense_matmul(y, Accum::Replace, a, x, 1.0, Par::Seq);
-        });
+    y.par_col_chunks_mut(PANEL)
+        .zip(x.par_col_chunks(PANEL))
+        .for_each(|(y, x)| panel_times(a, x, y));
     y
+}
+
+/// Columns multiplied together: one row of the panel is a cache line.
+const PANEL: usize = 8;
+
+/// `y = a x` for at most [`PANEL`] columns, gathered row by row so that each entry of `a` meets
+/// consecutive numbers.
+fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
+    let width = x.ncols();
+    let mut sums = vec![[0.0; PANEL]; a.nrows()];
+    let mut row = [0.0; PANEL];
+    for (j, column) in a.col_iter().enumerate() {
+        for (c, r) in row.iter_mut().enumerate().take(width) {
+            *r = x[(j, c)];
+        }
+        for (&i, v) in column.row_indices().iter().zip(column.values()) {
+            for (s, r) in sums[i].iter_mut().zip(&row) {
+                *s += v * r;
+            }
+        }
+    }
+    for c in 0..width {
+        for (y, s) in y.as_mut().col_mut(c).iter_mut().zip(&sums) {
+            *y = s[c];
+        }
+    }
+}
+
+/// `a` without its entries that are exactly zero.
+pub fn lean(a: &CscMatrix<f64>) -> CscMatrix<f64> {
+    a.filter(|_, _, v| *v != 0.0)
 }
 
 /// `a x` for a symmetric `a` with both triangles stored, on the calling thread.

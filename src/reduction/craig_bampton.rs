@@ -20,7 +20,7 @@ use crate::fem::BodyMatrices;
 use crate::model::{Body, NodeMotion};
 use crate::numerics::eigen::{Modes, lowest_modes};
 use crate::numerics::factor::{Cholesky, FactorError};
-use crate::numerics::sparse::{product, submatrix, symmetrised, times};
+use crate::numerics::sparse::{lean, product, submatrix, symmetrised, times};
 
 /// Constraint modes solved for at a time.
 const BLOCK: usize = 256;
@@ -100,8 +100,8 @@ impl ReducedBody {
 /// Reduces a body to its flank and probe dofs and `body.fixed_interface_modes` modes.
 ///
 /// # Errors
-/// [`ReductionError::Interior`] where the interior is not held or unstable,
-/// [`ReductionError::Eigen`], [`ReductionError::Size`].
+/// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior is
+/// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Size`].
 pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, ReductionError> {
     let n = check_size(body, matrices)?;
     let split = 3 * body.dofs.interior_nodes;
@@ -115,20 +115,12 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
         )
     };
     let (k_ii, k_ib, k_bi) = blocks(&matrices.stiffness);
-    let (m_ii, m_ib, m_bi) = blocks(&matrices.mass);
+    // Consistent mass is a scalar times the identity per pair of nodes: two thirds of it are zeros.
+    let (m_ii, m_ib, m_bi) = blocks(&lean(&matrices.mass));
     let factor = Cholesky::factor(&k_ii).map_err(|e| interior_error(body, e, |dof| dof))?;
-    let modes =
-        lowest_modes(&k_ii, &m_ii, body.fixed_interface_modes, &factor).map_err(|source| {
-            ReductionError::Eigen {
-                body: body.name.clone(),
-                source,
-            }
-        })?;
-    drop(k_ii);
-
-    let (kept, coordinates) = (outer.len(), outer.len() + modes.count());
-    let mut stiffness = Mat::zeros(coordinates, coordinates);
-    let mut mass = Mat::zeros(coordinates, coordinates);
+    let kept = outer.len();
+    let mut condensed_stiffness = Mat::zeros(kept, kept);
+    let mut condensed_mass = Mat::zeros(kept, kept);
     for start in (0..kept).step_by(BLOCK) {
         let columns: Vec<usize> = (start..kept.min(start + BLOCK)).collect();
         let mut psi = Mat::zeros(split, columns.len());
@@ -146,22 +138,43 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
                 inertia[(i, j)] += v;
             }
         }
-        let coupled = product(inertia.transpose(), modes.vectors.as_ref());
         let mut followed = inertia;
         factor.solve_in_place(followed.as_mut());
         let width = columns.len();
         let stiffness_block = times(&k_bi, psi.as_ref());
         let mass_block = times(&m_bi, psi.as_ref()) - times(&k_bi, followed.as_ref());
-        stiffness
-            .submatrix_mut(0, start, kept, width)
+        condensed_stiffness
+            .subcols_mut(start, width)
             .copy_from(stiffness_block);
-        mass.submatrix_mut(0, start, kept, width)
+        condensed_mass
+            .subcols_mut(start, width)
             .copy_from(mass_block);
-        mass.submatrix_mut(start, kept, width, modes.count())
-            .copy_from(&coupled);
-        mass.submatrix_mut(kept, start, modes.count(), width)
-            .copy_from(coupled.transpose());
     }
+    // After the constraint modes: while one body iterates here, the other works there.
+    let modes =
+        lowest_modes(&k_ii, &m_ii, body.fixed_interface_modes, &factor).map_err(|source| {
+            ReductionError::Eigen {
+                body: body.name.clone(),
+                source,
+            }
+        })?;
+    drop(k_ii);
+    let coordinates = kept + modes.count();
+    let mut stiffness = Mat::zeros(coordinates, coordinates);
+    let mut mass = Mat::zeros(coordinates, coordinates);
+    stiffness
+        .submatrix_mut(0, 0, kept, kept)
+        .copy_from(&condensed_stiffness);
+    mass.submatrix_mut(0, 0, kept, kept)
+        .copy_from(&condensed_mass);
+    // (M_bi + Psi^T M_ii) Phi with Psi^T = -K_bi K_ii^-1.
+    let mut followed = times(&m_ii, modes.vectors.as_ref());
+    factor.solve_in_place(followed.as_mut());
+    let coupled = times(&m_bi, modes.vectors.as_ref()) - times(&k_bi, followed.as_ref());
+    mass.submatrix_mut(0, kept, kept, modes.count())
+        .copy_from(&coupled);
+    mass.submatrix_mut(kept, 0, modes.count(), kept)
+        .copy_from(coupled.transpose());
     for (sparse, reduced) in [
         (&matrices.stiffness, &mut stiffness),
         (&matrices.mass, &mut mass),

@@ -233,7 +233,8 @@ pub struct ResponseSpec {
     pub eps: EpsChoice,
     /// eps is multiplied by this (1 = the choice itself).
     pub eps_scale: f64,
-    /// Converged when |f(U)| is below this fraction of |F|.
+    /// Converged when the relative residual is below this: the larger of |f_0| / |F| and
+    /// |f_1..H| / |F_1..H|.
     pub tolerance: f64,
     pub max_newton_iterations: usize,
     pub solver: Solver,

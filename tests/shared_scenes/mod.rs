@@ -90,6 +90,7 @@ pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> 
             range: FrequencyRange::OfFirstStuckMode { from: 0.9, to: 1.1 },
             points: 3,
             harmonics: 1,
+            compare_harmonics: None,
             samples: 32,
             eps: EpsChoice::Pair,
             eps_scale: 1.0,
