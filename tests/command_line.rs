@@ -187,6 +187,25 @@ fn unconverged_frequencies_are_marked_and_have_exit_code_3() {
 }
 
 #[test]
+fn no_force_is_no_vibration() {
+    let folder = Folder::new("still");
+    let set = [SMALL, "response.points=2", "excitation.0.force_n=0"];
+    ended(dovetail("run", &folder, &set), 0);
+    // With linear elements some pairs are open in the static state already.
+    let statics = folder.table("static.csv");
+    let open = statics
+        .iter()
+        .filter(|row| field(row, "status") == "open")
+        .count();
+    for row in folder.table("response.csv") {
+        assert_eq!(number(&row, "tip_amplitude_m"), 0.0);
+        assert_eq!(number(&row, "tip_linear_amplitude_m"), 0.0);
+        assert_eq!(field(&row, "slipping_pairs"), "0");
+        assert_eq!(number(&row, "opening_pairs"), open as f64);
+    }
+}
+
+#[test]
 fn a_wrong_scene_or_mesh_has_exit_code_2_and_a_remedy() {
     let folder = Folder::new("wrong");
     for (command, set, says) in [
