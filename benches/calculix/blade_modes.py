@@ -16,11 +16,30 @@ import deck
 import msh
 
 
+FLANKS = ["blade_flank_left", "blade_flank_right"]
+
+
+def case(mesh, modes, speed_rpm, body="blade", held=FLANKS, units=1e-3):
+    """Lines of a deck: at speed 0 one frequency step, else a static step and a perturbation about it."""
+    points, groups = msh.read(mesh)
+    solid = msh.group(groups, body)
+    used = {n for _, e in solid for n in e}
+    fixed = {n for name in held for _, e in msh.group(groups, name) for n in e}
+    lines = deck.nodes({t: points[t] for t in used}, units)
+    lines += deck.solid(solid, "BLADE") + deck.node_set("FLANKS", fixed & used)
+    lines += deck.material(["BLADE"]) + ["*BOUNDARY", "FLANKS, 1, 3"]
+    frequency = ["*FREQUENCY, SOLVER=SPOOLES", str(modes), "*END STEP"]
+    if speed_rpm == 0.0:
+        return lines + ["*STEP"] + frequency
+    load = deck.centrifugal("BLADE", speed_rpm * math.pi / 30.0)
+    return lines + ["*STEP", "*STATIC", *load, "*END STEP", "*STEP, PERTURBATION"] + frequency
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("mesh", help="MSH 4.1, ASCII or binary")
     parser.add_argument("--body", default="blade", help="volume group")
-    parser.add_argument("--fixed", nargs="+", default=["blade_flank_left", "blade_flank_right"])
+    parser.add_argument("--fixed", nargs="+", default=FLANKS)
     parser.add_argument("--speed-rpm", type=float, default=5000.0)
     parser.add_argument("--modes", type=int, default=4)
     parser.add_argument("--units", type=float, default=1e-3, help="metres per mesh unit")
@@ -28,24 +47,10 @@ def main():
     parser.add_argument("--folder", help="keep the decks and results here")
     given = parser.parse_args()
 
-    points, groups = msh.read(given.mesh)
-    solid = msh.group(groups, given.body)
-    used = {n for _, e in solid for n in e}
-    fixed = {n for name in given.fixed for _, e in msh.group(groups, name) for n in e}
-    lines = deck.nodes({t: points[t] for t in used}, given.units)
-    lines += deck.solid(solid, "BLADE") + deck.node_set("FLANKS", fixed & used)
-    lines += deck.material(["BLADE"]) + ["*BOUNDARY", "FLANKS, 1, 3"]
-    omega = given.speed_rpm * math.pi / 30.0
-    frequency = ["*FREQUENCY, SOLVER=SPOOLES", str(given.modes), "*END STEP"]
-    prestress = ["*STEP", "*STATIC", *deck.centrifugal("BLADE", omega), "*END STEP"]
-    cases = {
-        "rest": lines + ["*STEP"] + frequency,
-        "spin": lines + prestress + ["*STEP, PERTURBATION"] + frequency,
-    }
     with tempfile.TemporaryDirectory() as temporary:
-        for name, case in cases.items():
-            dat = deck.run(case, given.folder or temporary, name, given.time_limit)
-            speed = 0.0 if name == "rest" else given.speed_rpm
+        for name, speed in {"rest": 0.0, "spin": given.speed_rpm}.items():
+            lines = case(given.mesh, given.modes, speed, given.body, given.fixed, given.units)
+            dat = deck.run(lines, given.folder or temporary, name, given.time_limit)
             values = ", ".join(f"{f:.2f}" for f in deck.frequencies_hz(dat))
             print(f"{speed:7.0f} rpm: {values} Hz", flush=True)
 

@@ -65,10 +65,14 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
     }
 }
 
-/// |F| and |F_1..H|, the second not below 1e-9 of the first (rounding of the static load).
+/// |F| and |F_1..H|, the second not below 1e-9 of the first (rounding of the static load); where nothing
+/// shakes, |F| twice.
 pub fn load_scale(balance: &Balance<'_>) -> [f64; 2] {
     let whole = norm(&balance.force);
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
+    if harmonic == 0.0 {
+        return [whole; 2];
+    }
     [whole, harmonic.max(1e-9 * whole)]
 }
 

@@ -1,0 +1,70 @@
+//! Blade alone, flanks held, on meshes/dovetail.msh: first frequencies at rest and spinning against
+//! CalculiX 2.20 (benches/calculix/blade_modes.py) and an assembly by numpy and scipy
+//! (benches/calculix/initial_displacement.py) on the same mesh.
+
+use std::path::Path;
+
+use dovetail::fem::{assemble_body, statics::SolveFailure};
+use dovetail::mesh::msh;
+use dovetail::model::bind;
+use dovetail::numerics::factor::Cholesky;
+use dovetail::reduction::craig_bampton::held_modes;
+use dovetail::scene::{self, MeshKind};
+
+/// Speed, CalculiX, scipy.
+const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
+    (
+        0.0,
+        [378.48, 1519.04, 1767.21, 3142.64],
+        [378.484288, 1519.008567, 1767.161453, 3142.671663],
+    ),
+    (
+        5000.0,
+        [452.83, 1571.94, 1806.72, 3158.51],
+        [452.689657, 1570.338375, 1808.392273, 3161.740053],
+    ),
+];
+
+#[test]
+fn first_blade_frequencies_are_those_of_other_programs() {
+    for (speed_rpm, calculix, scipy) in CASES {
+        let overrides = [
+            "mesh.file=../meshes/dovetail.msh".to_string(),
+            format!("rotation.speed_rpm={speed_rpm}"),
+        ];
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+        let scene = scene::load(&scene, &overrides).unwrap();
+        let MeshKind::File { path } = &scene.mesh.kind else {
+            panic!("the ready mesh was asked for");
+        };
+        let mesh = msh::read(path, scene.mesh.metres_per_unit).unwrap();
+        let model = bind(&scene, &mesh).unwrap();
+        let blade = &model.bodies[0];
+        let matrices = assemble_body(blade, model.rotation.as_ref(), &|k, f| {
+            let factor = Cholesky::factor(k)
+                .map_err(|error| SolveFailure::Factorisation(Box::new(error)))?;
+            let mut x = f.to_vec();
+            factor.solve_vector(&mut x);
+            Ok(x)
+        })
+        .unwrap();
+        let omega2 = held_modes(blade, &matrices, 4).unwrap().omega2;
+        let found: Vec<f64> = omega2
+            .iter()
+            .map(|w2| w2.sqrt() / std::f64::consts::TAU)
+            .collect();
+        println!("{speed_rpm} rpm: {found:.4?} Hz");
+        // CalculiX adds the initial-displacement stiffness, which is worth 0.1 % here.
+        let tolerance = if speed_rpm == 0.0 { 5e-5 } else { 5e-3 };
+        for (mode, hz) in found.iter().enumerate() {
+            let off = hz / calculix[mode] - 1.0;
+            assert!(
+                off.abs() < tolerance,
+                "{speed_rpm} rpm, mode {mode}: {off:e}"
+            );
+            // scipy: the same terms as here.
+            let off = hz / scipy[mode] - 1.0;
+            assert!(off.abs() < 1e-6, "{speed_rpm} rpm, mode {mode}: {off:e}");
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! The program itself, from a scene and a mesh file to exit codes and files.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Small and fast: linear elements (too stiff an airfoil, but every stage at work).
+const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
+
+/// What a run writes besides the frames of its two animations.
+const FILES: [&str; 16] = [
+    "contact.csv",
+    "flank.pvd",
+    "flank_dissipation.vtu",
+    "flank_static.vtu",
+    "modes.csv",
+    "peak.pvd",
+    "plots/fig3_tip.svg",
+    "plots/fig4_tip.svg",
+    "plots/fig5_separation.svg",
+    "plots/fig6_dissipation.svg",
+    "plots/static_pressure.svg",
+    "response.csv",
+    "response_h1.csv",
+    "static.csv",
+    "static.vtu",
+    "summary.json",
+];
+
+/// A folder for the results of one test, gone at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("dovetail-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        Self(path)
+    }
+    fn text(&self, file: &str) -> String {
+        let path = self.0.join(file);
+        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+    fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.text("summary.json")).unwrap()
+    }
+    /// Rows of a table as (column, field) lists.
+    fn table(&self, file: &str) -> Vec<Vec<(String, String)>> {
+        let text = self.text(file);
+        let mut lines = text.lines().map(|line| line.split(','));
+        let header: Vec<&str> = lines.next().unwrap().collect();
+        lines
+            .map(|fields| {
+                let pairs = header.iter().zip(fields);
+                pairs.map(|(h, f)| (h.to_string(), f.to_string())).collect()
+            })
+            .collect()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn field<'a>(row: &'a [(String, String)], column: &str) -> &'a str {
+    let found = row.iter().find(|(name, _)| name == column);
+    &found.unwrap_or_else(|| panic!("no column {column}")).1
+}
+
+fn number(row: &[(String, String)], column: &str) -> f64 {
+    field(row, column).parse().unwrap()
+}
+
+/// `dovetail COMMAND scenes/paper.toml --out FOLDER --set ...`.
+fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([command, "scenes/paper.toml", "--out"])
+        .arg(&out.0);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    program
+}
+
+fn ended(mut command: Command, code: i32) -> Output {
+    let output = command.output().expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
+    output
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn run_writes_every_file_and_the_same_response_for_any_number_of_threads() {
+    let set = [SMALL, "response.points=3"];
+    let folders = [1, 2].map(|threads| {
+        let folder = Folder::new(&format!("run-{threads}"));
+        let mut command = dovetail("run", &folder, &set);
+        command.args(["--threads", &threads.to_string()]);
+        let output = ended(command, 0);
+        assert!(output.stdout.is_empty());
+        assert!(
+            said(&output).contains("72 contact pairs"),
+            "{}",
+            said(&output)
+        );
+        folder
+    });
+    let [one, two] = &folders;
+    for file in [
+        "response.csv",
+        "response_h1.csv",
+        "contact.csv",
+        "static.csv",
+        "modes.csv",
+    ] {
+        assert_eq!(one.text(file), two.text(file), "{file}");
+    }
+    for file in FILES {
+        let length = std::fs::metadata(one.0.join(file)).map(|m| m.len());
+        assert!(length.is_ok_and(|l| l > 0), "{file}");
+    }
+    let frames = |folder: &str| std::fs::read_dir(one.0.join(folder)).unwrap().count();
+    assert_eq!((frames("flank"), frames("peak")), (3, 24));
+
+    let rows = one.table("response.csv");
+    assert_eq!(rows.len(), 3);
+    for row in &rows {
+        assert_eq!(field(row, "outcome"), "converged");
+        for column in [
+            "frequency_hz",
+            "tip_amplitude_m",
+            "tip_linear_amplitude_m",
+            "tip_h1_amplitude_m",
+            "tip_h3_phase_rad",
+            "friction_power_w",
+            "viscous_power_w",
+            "input_power_w",
+            "residual",
+        ] {
+            assert!(number(row, column).is_finite(), "{column}");
+        }
+        for column in ["newton_iterations", "krylov_iterations", "opening_pairs"] {
+            let _: usize = field(row, column).parse().unwrap();
+        }
+        assert!(number(row, "slipping_pairs") + number(row, "stuck_pairs") <= 72.0);
+    }
+    assert_eq!(one.table("static.csv").len(), 72);
+    assert_eq!(one.table("contact.csv").len(), 72);
+    let summary = one.json();
+    assert_eq!(summary["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(summary["scene"]["name"], "paper");
+    assert_eq!(summary["pairs"], 72);
+    assert_eq!(summary["response"]["converged_points"], 3);
+    assert!(summary["stages"].as_array().is_some_and(|s| s.len() >= 6));
+}
+
+#[test]
+fn unconverged_frequencies_are_marked_and_have_exit_code_3() {
+    let folder = Folder::new("unconverged");
+    let set = [
+        SMALL,
+        "response.points=3",
+        "response.max_newton_iterations=1",
+    ];
+    let output = ended(dovetail("run", &folder, &set), 3);
+    assert!(said(&output).contains("did not converge"));
+    let rows = folder.table("response.csv");
+    let (good, bad): (Vec<_>, Vec<_>) = rows
+        .iter()
+        .partition(|row| field(row, "outcome") == "converged");
+    assert!(!bad.is_empty());
+    for row in bad {
+        assert_eq!(field(row, "outcome"), "iteration_limit");
+        for column in ["tip_amplitude_m", "friction_power_w", "slipping_pairs"] {
+            assert_eq!(field(row, column), "", "{column}");
+        }
+        assert!(number(row, "tip_linear_amplitude_m") > 0.0);
+    }
+    let converged = &folder.json()["response"]["converged_points"];
+    assert_eq!(converged.as_u64().map(|n| n as usize), Some(good.len()));
+}
+
+#[test]
+fn no_force_is_no_vibration() {
+    let folder = Folder::new("still");
+    let set = [SMALL, "response.points=2", "excitation.0.force_n=0"];
+    ended(dovetail("run", &folder, &set), 0);
+    // With linear elements some pairs are open in the static state already.
+    let statics = folder.table("static.csv");
+    let open = statics
+        .iter()
+        .filter(|row| field(row, "status") == "open")
+        .count();
+    for row in folder.table("response.csv") {
+        assert_eq!(number(&row, "tip_amplitude_m"), 0.0);
+        assert_eq!(number(&row, "tip_linear_amplitude_m"), 0.0);
+        assert_eq!(field(&row, "slipping_pairs"), "0");
+        assert_eq!(number(&row, "opening_pairs"), open as f64);
+    }
+}
+
+#[test]
+fn a_wrong_scene_or_mesh_has_exit_code_2_and_a_remedy() {
+    let folder = Folder::new("wrong");
+    for (command, set, says) in [
+        ("run", "response.pionts=3", "points"),
+        ("check", "contact.left.friction=-1", "friction"),
+        ("mesh", "mesh.file=../meshes/none.msh", "none.msh"),
+        ("static", "body.0.volume=bald", "blade, jaw"),
+    ] {
+        let output = ended(dovetail(command, &folder, &[SMALL, set]), 2);
+        assert!(said(&output).contains(says), "{set}: {}", said(&output));
+    }
+}
+
+#[test]
+fn check_computes_and_writes_nothing() {
+    let folder = Folder::new("check");
+    let output = ended(dovetail("check", &folder, &[]), 0);
+    assert!(said(&output).contains("sound"));
+    assert!(!folder.0.exists());
+}
+
+#[test]
+fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
+    let folder = Folder::new("modes");
+    let output = ended(dovetail("modes", &folder, &[SMALL]), 0);
+    let listed = String::from_utf8(output.stdout).unwrap();
+    let rows = folder.table("modes.csv");
+    for (kind, body) in [
+        ("flanks_held", "blade"),
+        ("flanks_held", "jaw"),
+        ("fixed_interface", "blade"),
+        ("fixed_interface", "jaw"),
+        ("stuck", "assembly"),
+    ] {
+        let of_kind = |row: &&Vec<_>| field(row, "kind") == kind && field(row, "body") == body;
+        let frequencies: Vec<f64> = rows
+            .iter()
+            .filter(of_kind)
+            .map(|row| number(row, "frequency_hz"))
+            .collect();
+        assert!(frequencies.len() >= 6, "{kind} {body}");
+        assert!(
+            frequencies[0] > 0.0 && frequencies.is_sorted(),
+            "{kind} {body}"
+        );
+        assert!(listed.contains(&format!("{:.4} Hz", frequencies[0])));
+    }
+    assert!(!folder.0.join("response.csv").exists());
+}
+
+#[test]
+fn static_writes_the_state_and_no_response() {
+    let folder = Folder::new("static");
+    let mut command = dovetail("static", &folder, &[SMALL]);
+    command.arg("--quiet");
+    assert_eq!(said(&ended(command, 0)), "");
+    assert_eq!(folder.table("static.csv").len(), 72);
+    for file in [
+        "flank_static.vtu",
+        "static.vtu",
+        "plots/static_pressure.svg",
+    ] {
+        assert!(folder.0.join(file).exists(), "{file}");
+    }
+    assert!(!folder.0.join("response.csv").exists());
+    let summary = folder.json();
+    assert_eq!(summary["static"]["outcome"], "converged");
+    assert!(summary["response"].is_null());
+}
+
+/// The folder given as the whole PATH holds no gmsh.
+fn without_gmsh(mut command: Command) -> Command {
+    command.env("PATH", Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes"));
+    command
+}
+
+#[test]
+fn without_gmsh_the_ready_mesh_is_used_and_that_is_said() {
+    let folder = Folder::new("fallback");
+    let mut command = without_gmsh(dovetail("mesh", &folder, &[]));
+    command.arg("--quiet");
+    let output = ended(command, 0);
+    let said = said(&output);
+    assert!(
+        said.contains("gmsh is not installed") && said.contains("dovetail.msh"),
+        "{said}"
+    );
+    let mesh = &folder.json()["mesh"];
+    assert_eq!(mesh["fallback"], true);
+    assert!(mesh["gmsh"].is_null());
+    assert!(
+        mesh["source"]
+            .as_str()
+            .is_some_and(|s| s.ends_with("meshes/dovetail.msh"))
+    );
+}
+
+#[test]
+fn without_gmsh_other_parameters_are_an_error() {
+    let folder = Folder::new("no-fallback");
+    let command = without_gmsh(dovetail("mesh", &folder, &["mesh.parameters.nu=5"]));
+    let said = said(&ended(command, 1));
+    assert!(said.contains("gmsh"), "{said}");
+    assert!(!folder.0.join("summary.json").exists());
+}
