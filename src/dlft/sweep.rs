@@ -285,41 +285,6 @@ impl Run<'_> {
         end
     }
 
-    /// Lets the vibrating part of the load grow from nothing in 4, 8, 16, ... steps.
-    fn growing_force(
-        &self,
-        frequency_hz: f64,
-        preconditioner: &mut Preconditioner,
-        effort: &mut Effort,
-    ) -> Option<(Vec<f64>, NewtonEnd)> {
-        let mut balance = self.balance(frequency_hz);
-        let n = balance.unknowns_per_block();
-        let full = balance.force[n..].to_vec();
-        (2..=BISECTIONS + 1).find_map(|halvings| {
-            let steps = 1usize << halvings;
-            let mut u = self.cold();
-            let mut end = None;
-            for step in 1..=steps {
-                let fraction = step as f64 / steps as f64;
-                for (f, full) in balance.force[n..].iter_mut().zip(&full) {
-                    *f = fraction * full;
-                }
-                let solved = self.solve(
-                    &balance,
-                    &mut u,
-                    preconditioner,
-                    effort,
-                    self.first_method(),
-                );
-                if solved.status != NewtonStatus::Converged {
-                    return None;
-                }
-                end = Some(solved);
-            }
-            end.map(|end| (u, end))
-        })
-    }
-
     /// Walks from a solved frequency in 2, 4, 8, ... steps until one walk arrives.
     fn smaller_steps(
         &self,
@@ -329,25 +294,55 @@ impl Run<'_> {
         preconditioner: &mut Preconditioner,
         effort: &mut Effort,
     ) -> Option<(Vec<f64>, NewtonEnd)> {
-        (1..=BISECTIONS).find_map(|halvings| {
-            let steps = 1usize << halvings;
-            let mut u = start.to_vec();
-            let mut end = None;
-            for step in 1..=steps {
-                let hz = from_hz + (to_hz - from_hz) * step as f64 / steps as f64;
-                let solved = self.solve(
-                    &self.balance(hz),
-                    &mut u,
-                    preconditioner,
-                    effort,
-                    self.first_method(),
-                );
-                if solved.status != NewtonStatus::Converged {
-                    return None;
-                }
-                end = Some(solved);
+        let balance = |fraction: f64| self.balance(from_hz + (to_hz - from_hz) * fraction);
+        (1..=BISECTIONS)
+            .find_map(|halvings| self.walk(start, 1 << halvings, &balance, preconditioner, effort))
+    }
+
+    /// Lets the vibrating part of the load grow from nothing in 4, 8, 16, ... steps.
+    fn growing_force(
+        &self,
+        frequency_hz: f64,
+        preconditioner: &mut Preconditioner,
+        effort: &mut Effort,
+    ) -> Option<(Vec<f64>, NewtonEnd)> {
+        let start = self.cold();
+        let balance = |fraction: f64| {
+            let mut balance = self.balance(frequency_hz);
+            let n = balance.unknowns_per_block();
+            balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
+            balance
+        };
+        (2..=BISECTIONS + 1)
+            .find_map(|halvings| self.walk(&start, 1 << halvings, &balance, preconditioner, effort))
+    }
+
+    /// Solves the problems `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before;
+    /// `None` where one of them fails.
+    fn walk<'b>(
+        &'b self,
+        start: &[f64],
+        steps: u32,
+        at: &dyn Fn(f64) -> Balance<'b>,
+        preconditioner: &mut Preconditioner,
+        effort: &mut Effort,
+    ) -> Option<(Vec<f64>, NewtonEnd)> {
+        let mut u = start.to_vec();
+        let mut end = None;
+        for step in 1..=steps {
+            let balance = at(f64::from(step) / f64::from(steps));
+            let solved = self.solve(
+                &balance,
+                &mut u,
+                preconditioner,
+                effort,
+                self.first_method(),
+            );
+            if solved.status != NewtonStatus::Converged {
+                return None;
             }
-            end.map(|end| (u, end))
-        })
+            end = Some(solved);
+        }
+        end.map(|end| (u, end))
     }
 }

@@ -47,6 +47,16 @@ pub enum FemError {
         node_tag: u64,
         position_m: [f64; 3],
     },
+    #[error(
+        "body \"{body}\": under rotation node {node_tag} moves {displacement_m:.3} m, more than the body is \
+         large: linear elasticity means nothing there; check the unit of the speed, metres_per_unit \
+         and young_pa, or lower the speed"
+    )]
+    TooFar {
+        body: String,
+        node_tag: u64,
+        displacement_m: f64,
+    },
     #[error("body \"{body}\": the static state under rotation could not be solved")]
     Statics { body: String, source: SolveFailure },
 }
@@ -80,6 +90,14 @@ impl FemError {
             body: body.name.clone(),
             node_tag,
             position_m,
+        }
+    }
+
+    pub(super) fn too_far(body: &Body, free_node: usize, displacement_m: f64) -> Self {
+        Self::TooFar {
+            body: body.name.clone(),
+            node_tag: locate(body, free_node).0,
+            displacement_m,
         }
     }
 

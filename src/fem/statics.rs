@@ -25,7 +25,8 @@ pub type SolveSpd<'a> =
 /// held besides the fixed ones.
 ///
 /// # Errors
-/// [`FemError::LooselyHeld`] when a part of the body is held by nothing.
+/// [`FemError::LooselyHeld`] when a part of the body is held by nothing; [`FemError::TooFar`] when it
+/// moves farther than it is large.
 pub fn held_displacement(
     body: &Body,
     stiffness: &CscMatrix<f64>,
@@ -57,13 +58,20 @@ pub fn held_displacement(
     let after = free.split_off(held.start);
     free.resize(held.end, 0.0);
     free.extend(after);
-    // A singular matrix may pass a factorisation by rounding; its solution is then absurdly large.
     let size = extent_m(body);
-    match free.iter().position(|u| u.is_nan() || u.abs() > size) {
-        Some(dof) => Err(FemError::loosely_held(body, dof / 3)),
-        None => Ok(expand_to_nodes(&body.dofs, &free)),
+    let largest = free.iter().map(|u| u.abs()).enumerate();
+    match largest.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        // A singular matrix may pass a factorisation by rounding; its solution is then absurd.
+        Some((dof, u)) if u.is_nan() || u > ABSURD * size => {
+            Err(FemError::loosely_held(body, dof / 3))
+        }
+        Some((dof, u)) if u > size => Err(FemError::too_far(body, dof / 3, u)),
+        _ => Ok(expand_to_nodes(&body.dofs, &free)),
     }
 }
+
+/// Displacements of this many body sizes are rounding, not elasticity.
+const ABSURD: f64 = 1e6;
 
 /// Diagonal of the box around the body.
 fn extent_m(body: &Body) -> f64 {
