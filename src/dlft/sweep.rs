@@ -7,7 +7,9 @@
 
 use super::balance::{Balance, Setting};
 use super::march::Periods;
-use super::newton_krylov::{KrylovSystem, Preconditioner};
+use super::newton_krylov::{
+    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner,
+};
 use super::orbit::{orbit, stuck_point};
 use super::powell::powell;
 use super::{Orbit, Outcome, Response, StaticState};
@@ -20,6 +22,8 @@ use crate::scene::{EpsChoice, Solver};
 
 /// Smaller steps tried between a solved frequency and one that fails from both starts.
 const BISECTIONS: u32 = 4;
+/// Newton-GMRES that fails hands over to the dense dogleg up to this many unknowns.
+const MOST_DENSE_UNKNOWNS: usize = 4000;
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
 
@@ -132,6 +136,15 @@ struct Run<'a> {
     slip_threshold_m: f64,
 }
 
+/// One way to solve a frequency from a start.
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    /// Newton-GMRES with this relative residual of the linear solves.
+    Krylov(f64),
+    /// Powell's hybrid method.
+    Dogleg,
+}
+
 /// Work spent on one frequency, over all starts.
 #[derive(Default)]
 struct Effort {
@@ -165,18 +178,30 @@ impl Run<'_> {
     ) -> Orbit {
         let balance = self.balance(frequency_hz);
         let mut effort = Effort::default();
-        let mut u = match last {
-            Some((_, u)) => u.clone(),
-            None => self.cold(),
-        };
-        let mut end = self.solve(&balance, &mut u, preconditioner, &mut effort);
-        if end.status != NewtonStatus::Converged && last.is_some() {
-            let mut cold = self.cold();
-            let again = self.solve(&balance, &mut cold, preconditioner, &mut effort);
-            if again.status == NewtonStatus::Converged {
-                (u, end) = (cold, again);
+        // The neighbour and the static state, each by one method after the other.
+        let starts: Vec<Vec<f64>> = last
+            .iter()
+            .map(|(_, u)| u.clone())
+            .chain([self.cold()])
+            .collect();
+        let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
+        let methods = self.methods(balance.force.len());
+        for (method, start) in methods
+            .iter()
+            .flat_map(|m| starts.iter().map(move |s| (*m, s)))
+        {
+            let mut u = start.clone();
+            let end = self.solve(&balance, &mut u, preconditioner, &mut effort, method);
+            let converged = end.status == NewtonStatus::Converged;
+            let better = |(_, b): &(Vec<f64>, NewtonEnd)| converged || end.measure < b.measure;
+            if best.as_ref().is_none_or(better) {
+                best = Some((u, end));
+            }
+            if converged {
+                break;
             }
         }
+        let (mut u, mut end) = best.expect("there is always the static state to start from");
         if let (Some((from_hz, start)), false) = (&*last, end.status == NewtonStatus::Converged)
             && let Some((stepped, again)) =
                 self.smaller_steps(*from_hz, start, frequency_hz, preconditioner, &mut effort)
@@ -211,6 +236,22 @@ impl Run<'_> {
         orbit
     }
 
+    /// What is tried on `unknowns` unknowns: the solver asked for first.
+    fn methods(&self, unknowns: usize) -> Vec<Method> {
+        match self.settings.solver {
+            Solver::Powell => vec![Method::Dogleg],
+            Solver::NewtonKrylov => [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
+                .map(Method::Krylov)
+                .into_iter()
+                .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(Method::Dogleg))
+                .collect(),
+        }
+    }
+
+    fn first_method(&self) -> Method {
+        self.methods(usize::MAX)[0]
+    }
+
     fn balance(&self, frequency_hz: f64) -> Balance<'_> {
         Balance::new(&self.setting, std::f64::consts::TAU * frequency_hz)
     }
@@ -229,15 +270,16 @@ impl Run<'_> {
         u: &mut [f64],
         preconditioner: &mut Preconditioner,
         effort: &mut Effort,
+        method: Method,
     ) -> NewtonEnd {
-        let end = match self.settings.solver {
-            Solver::NewtonKrylov => {
-                let mut system = KrylovSystem::new(balance, preconditioner);
+        let end = match method {
+            Method::Krylov(tolerance) => {
+                let mut system = KrylovSystem::new(balance, preconditioner, tolerance);
                 let end = newton(&mut system, u, self.settings.newton);
                 effort.krylov += system.krylov_iterations;
                 end
             }
-            Solver::Powell => powell(balance, u, self.settings.newton),
+            Method::Dogleg => powell(balance, u, self.settings.newton),
         };
         effort.newton += end.iterations;
         end
@@ -262,7 +304,13 @@ impl Run<'_> {
                 for (f, full) in balance.force[n..].iter_mut().zip(&full) {
                     *f = fraction * full;
                 }
-                let solved = self.solve(&balance, &mut u, preconditioner, effort);
+                let solved = self.solve(
+                    &balance,
+                    &mut u,
+                    preconditioner,
+                    effort,
+                    self.first_method(),
+                );
                 if solved.status != NewtonStatus::Converged {
                     return None;
                 }
@@ -287,7 +335,13 @@ impl Run<'_> {
             let mut end = None;
             for step in 1..=steps {
                 let hz = from_hz + (to_hz - from_hz) * step as f64 / steps as f64;
-                let solved = self.solve(&self.balance(hz), &mut u, preconditioner, effort);
+                let solved = self.solve(
+                    &self.balance(hz),
+                    &mut u,
+                    preconditioner,
+                    effort,
+                    self.first_method(),
+                );
                 if solved.status != NewtonStatus::Converged {
                     return None;
                 }

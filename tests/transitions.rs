@@ -1,0 +1,93 @@
+//! Robust where pairs stick, slip and lift off: frequency steps wider than the resonance, warm and cold
+//! starts, four forces and four choices of harmonics and samples, on the 72-pair reference model. Every
+//! point converges.
+
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::numerics::newton::NewtonOptions;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{PairLaw, superelement};
+use dovetail::scene::{EpsChoice, Solver};
+use std::path::Path;
+
+const NEWTON: NewtonOptions = NewtonOptions {
+    tolerance: 1e-9,
+    max_iterations: 60,
+};
+const RATIOS: [f64; 6] = [0.985, 0.995, 0.998, 0.9995, 1.0005, 1.003];
+
+/// Solves the six frequencies one after the other (warm) and each alone (cold) for every force and
+/// returns (cases, failures, Newton iterations).
+fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let (mut count, mut failures, mut iterations) = (0, 0, 0);
+    for force_n in [0.1, 1.0, 1.5, 3.0] {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let model = superelement::read(&folder, law, force_n).unwrap().relative;
+        let first = model.omega2[0].sqrt();
+        let damping = Rayleigh {
+            stiffness_s: 0.002 / first,
+            mass_per_s: 0.0,
+        };
+        let eps = eps_of(&model, EpsChoice::Pair, 1.0);
+        let state = static_state(&model, &eps, 10, NEWTON);
+        let frequencies = RATIOS.map(|r| r * first / std::f64::consts::TAU);
+        // The upper half of a sweep starts from its end: six frequencies beyond keep these in order.
+        let warm: Vec<f64> = frequencies
+            .into_iter()
+            .chain([1.5 * frequencies[5]; 6])
+            .collect();
+        let cold = frequencies.map(|f| vec![f]);
+        for frequencies_hz in cold.into_iter().chain([warm]) {
+            let settings = SweepSettings {
+                frequencies_hz,
+                harmonics,
+                samples,
+                newton: NEWTON,
+                periods: Periods::UntilPeriodic,
+                solver: Solver::NewtonKrylov,
+                slip_threshold_m: None,
+            };
+            let response = sweep(&model, damping, &eps, &state, &settings, &|_| ());
+            for orbit in response.orbits.iter().take(RATIOS.len()) {
+                count += 1;
+                iterations += orbit.newton_iterations;
+                if !orbit.outcome.is_converged() {
+                    failures += 1;
+                    println!(
+                        "{force_n} N, {} Hz: {:?}",
+                        orbit.frequency_hz, orbit.outcome
+                    );
+                }
+            }
+        }
+    }
+    println!(
+        "H {harmonics}, N {samples}: {count} cases, {failures} failures, {iterations} iterations"
+    );
+    (count, failures, iterations)
+}
+
+#[test]
+fn one_harmonic_many_samples() {
+    assert_eq!(cases(1, 1024).1, 0);
+}
+
+#[test]
+fn three_harmonics_few_samples() {
+    assert_eq!(cases(3, 128).1, 0);
+}
+
+#[test]
+fn three_harmonics_many_samples() {
+    assert_eq!(cases(3, 1024).1, 0);
+}
+
+#[test]
+fn seven_harmonics() {
+    assert_eq!(cases(7, 256).1, 0);
+}
