@@ -311,3 +311,38 @@ fn without_gmsh_other_parameters_are_an_error() {
     assert!(said.contains("gmsh"), "{said}");
     assert!(!folder.0.join("summary.json").exists());
 }
+
+/// Every scene of the repository, with linear elements, one harmonic and two frequencies.
+#[test]
+fn every_scene_is_sound_and_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = std::fs::read_dir(root.join("scenes")).unwrap();
+    let mut scenes: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
+    scenes.sort();
+    assert!(scenes.len() >= 2);
+    let gmsh = Command::new("gmsh").arg("-version").output().is_ok();
+    for scene in scenes {
+        let folder = Folder::new("scenes");
+        let dovetail = |command: &str, set: &[&str]| {
+            let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+            program.arg(command).arg(&scene).arg("--out").arg(&folder.0);
+            for set in set {
+                program.args(["--set", set]);
+            }
+            ended(program, 0)
+        };
+        dovetail("check", &[]);
+        if !gmsh {
+            eprintln!("gmsh is not installed: {} is only checked", scene.display());
+            continue;
+        }
+        let coarse = [
+            "mesh.parameters.order=1",
+            "response.harmonics=1",
+            "response.points=2",
+        ];
+        dovetail("run", &coarse);
+        assert_eq!(folder.json()["mesh"]["order"], 1);
+        assert_eq!(folder.table("response.csv").len(), 2);
+    }
+}
