@@ -73,6 +73,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let compared = scene
         .response
         .compare_harmonics
+        .filter(|h| *h != scene.response.harmonics)
         .map(|h| (h, respond(scene, &reduced, damping, &state, h, progress)));
     write_response(
         options,
