@@ -1,0 +1,205 @@
+//! Seconds of each part of a run: `cargo bench`, or `cargo bench -- dlft` for those whose name holds
+//! that word. The finite elements are those of scenes/paper.toml on the ready mesh; the contact is a
+//! reduced dovetail of 72 pairs (tests/data/dovetail72). docs/performance.md holds the figures.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Duration;
+
+use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
+use dovetail::contact::dynamic_stiffness::ContactSystem;
+use dovetail::dlft::balance::{Balance, Setting};
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
+use dovetail::dlft::powell::powell;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::eps_of;
+use dovetail::fem::statics::SolveFailure;
+use dovetail::fem::{self, Structure};
+use dovetail::mesh;
+use dovetail::model::{self, Model};
+use dovetail::numerics::eigen::lowest_modes;
+use dovetail::numerics::factor::Cholesky;
+use dovetail::numerics::fourier::Fourier;
+use dovetail::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
+use dovetail::numerics::sparse::{lean, submatrix};
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{PairLaw, RelativeModel, reduce, superelement};
+use dovetail::scene::{self, EpsChoice, MeshKind};
+use nalgebra_sparse::CscMatrix;
+
+const HARMONICS: usize = 3;
+const SAMPLES: usize = 128;
+/// N, of the excitation; the flanks slip in part and lift off here and there.
+const FORCE_N: f64 = 1.5;
+/// Relative to the first stuck mode: near the peak of the response, where both solvers find the same
+/// motion from the static state.
+const FREQUENCY_RATIO: f64 = 0.9975;
+const NEWTON: NewtonOptions = NewtonOptions {
+    tolerance: 1e-8,
+    max_iterations: 200,
+};
+const STATIC_NEWTON: NewtonOptions = NewtonOptions {
+    tolerance: 1e-10,
+    max_iterations: 100,
+};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The paper's scene on the ready mesh, with more `--set` arguments.
+fn bound(more: &[&str]) -> Model {
+    let mut overrides = vec!["mesh.file=../meshes/dovetail.msh".to_owned()];
+    overrides.extend(more.iter().map(|s| (*s).to_owned()));
+    let scene = scene::load(&root().join("scenes/paper.toml"), &overrides).unwrap();
+    let MeshKind::File { path } = &scene.mesh.kind else {
+        unreachable!("mesh.file displaces the geometry");
+    };
+    let mesh = mesh::read(path, scene.mesh.metres_per_unit).unwrap();
+    model::bind(&scene, &mesh).unwrap()
+}
+
+fn assembled(model: &Model) -> Structure {
+    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
+        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
+        let mut x = f.to_vec();
+        factor.solve_vector(&mut x);
+        Ok(x)
+    };
+    fem::assemble(model, &solve).unwrap()
+}
+
+/// From the bound mesh to the matrices that the contact solver sees.
+fn structure(c: &mut Criterion) {
+    let mut group = c.benchmark_group("structure");
+    group
+        .sample_size(10)
+        .sampling_mode(SamplingMode::Flat)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(1));
+
+    let plain = bound(&["rotation.prestress=none"]);
+    group.bench_function("assembly", |b| b.iter(|| assembled(black_box(&plain))));
+    let model = bound(&[]);
+    group.bench_function("assembly_with_prestress", |b| {
+        b.iter(|| assembled(black_box(&model)))
+    });
+
+    let structure = assembled(&model);
+    let (blade, matrices) = (&model.bodies[0], &structure.bodies[0]);
+    let interior: Vec<usize> = (0..3 * blade.dofs.interior_nodes).collect();
+    let stiffness = submatrix(&matrices.stiffness, &interior, &interior);
+    let mass = submatrix(&lean(&matrices.mass), &interior, &interior);
+    group.bench_function("cholesky_blade_interior", |b| {
+        b.iter(|| Cholesky::factor(black_box(&stiffness)).unwrap())
+    });
+    let factor = Cholesky::factor(&stiffness).unwrap();
+    group.bench_function("six_modes_blade_interior", |b| {
+        b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap())
+    });
+    group.bench_function("reduction", |b| {
+        b.iter(|| reduce(black_box(&model), &structure, None).unwrap())
+    });
+    group.finish();
+}
+
+fn reduced_dovetail() -> RelativeModel {
+    let law = PairLaw {
+        friction: 0.3,
+        gap_m: 0.0,
+    };
+    let folder = root().join("tests/data/dovetail72");
+    superelement::read(&folder, law, FORCE_N).unwrap().relative
+}
+
+/// Newton-GMRES from `start`, with no preconditioner left over from another frequency.
+fn newton_krylov(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
+    let mut u = start.to_vec();
+    let mut preconditioner = Preconditioner::default();
+    let mut system = KrylovSystem::new(balance, &mut preconditioner, KRYLOV_TOLERANCE);
+    let end = newton(&mut system, &mut u, NEWTON);
+    (u, end)
+}
+
+/// Powell's hybrid method from `start`.
+fn dogleg(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
+    let mut u = start.to_vec();
+    let end = powell(balance, &mut u, NEWTON);
+    (u, end)
+}
+
+/// Static state and one frequency of the reduced dovetail, and what a Newton iteration is made of.
+fn dlft(c: &mut Criterion) {
+    let mut group = c.benchmark_group("dlft");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_secs(2));
+
+    let model = reduced_dovetail();
+    let eps = eps_of(&model, EpsChoice::Pair, 1.0);
+    group.bench_function("static_state", |b| {
+        b.iter(|| static_state(black_box(&model), &eps, 10, STATIC_NEWTON))
+    });
+
+    let statics = static_state(&model, &eps, 10, STATIC_NEWTON);
+    assert!(statics.outcome.is_converged());
+    let first = model.omega2[0].sqrt();
+    let omega = FREQUENCY_RATIO * first;
+    let damping = Rayleigh {
+        stiffness_s: 2.0 * 0.001 / first,
+        mass_per_s: 0.0,
+    };
+    let system = ContactSystem::new(&model, damping, HARMONICS as f64 * omega);
+    let fourier = Fourier::new(HARMONICS, SAMPLES);
+    let setting = Setting {
+        system: &system,
+        fourier: &fourier,
+        eps: &eps,
+        x_static: &statics.x,
+        periods: Periods::UntilPeriodic,
+    };
+    group.bench_function("condense_one_frequency", |b| {
+        b.iter(|| Balance::new(&setting, black_box(omega)))
+    });
+
+    let balance = Balance::new(&setting, omega);
+    let mut still = vec![0.0; balance.force.len()];
+    still[..statics.x.len()].copy_from_slice(&statics.x);
+    // Both find the same motion, or the ratio of their times means nothing.
+    let (motion, krylov) = newton_krylov(&balance, &still);
+    let (same, hybrid) = dogleg(&balance, &still);
+    for end in [krylov, hybrid] {
+        assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
+    }
+    let largest = motion.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    let apart = motion.iter().zip(&same);
+    let apart = apart.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    assert!(apart < 1e-6 * largest, "{apart:e} m of {largest:e} m");
+    println!(
+        "one frequency: {} iterations of Newton-GMRES, {} of Powell's method; {} of {} pairs active",
+        krylov.iterations,
+        hybrid.iterations,
+        balance.linearise(&motion).active.len(),
+        model.pairs.len()
+    );
+
+    group.bench_function("evaluation", |b| {
+        b.iter(|| balance.evaluate(black_box(&motion)))
+    });
+    group.bench_function("linearisation", |b| {
+        b.iter(|| balance.linearise(black_box(&motion)))
+    });
+    group.sampling_mode(SamplingMode::Flat);
+    group.bench_function("one_frequency_newton_krylov", |b| {
+        b.iter(|| newton_krylov(&balance, black_box(&still)))
+    });
+    group.bench_function("one_frequency_powell", |b| {
+        b.iter(|| dogleg(&balance, black_box(&still)))
+    });
+    group.finish();
+}
+
+criterion_group!(kernels, structure, dlft);
+criterion_main!(kernels);
