@@ -105,6 +105,9 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Static(file) => (pipeline::static_state, &file.scene),
         Command::Check(file) => (pipeline::check, &file.scene),
     };
+    // Dense factorisations split among threads round differently: each runs on one, and the work is shared
+    // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
+    faer::set_global_parallelism(faer::Par::Seq);
     let scene = scene::load(file, &cli.overrides)?;
     if let Some(threads) = cli.threads.map(usize::from) {
         rayon::ThreadPoolBuilder::new()

@@ -49,14 +49,13 @@ impl<'a> ContactSystem<'a> {
                     column.iter_mut().for_each(|v| *v *= scale);
                 }
                 let mut sum = Mat::zeros(n, n);
-                let par = faer::get_global_parallelism();
                 matmul(
                     &mut sum,
                     Accum::Replace,
                     &scaled,
                     high.transpose(),
                     1.0,
-                    par,
+                    Par::Seq,
                 );
                 series.push(sum);
             }
