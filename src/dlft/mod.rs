@@ -11,9 +11,6 @@ pub enum Outcome {
     Stagnated,
     /// The allowed Newton iterations were used up.
     IterationLimit,
-    /// The balance holds, but the mean position of some pair has slid far away from the static state:
-    /// where nearly all pairs slip in each period nothing holds the blade along its slot.
-    SlidAway,
     /// The marched contact forces did not become periodic.
     NotPeriodic,
     /// A number that is not finite came up.
@@ -27,7 +24,6 @@ impl Outcome {
             Self::Converged => "converged",
             Self::Stagnated => "stagnated",
             Self::IterationLimit => "iteration_limit",
-            Self::SlidAway => "slid_away",
             Self::NotPeriodic => "not_periodic",
             Self::NotFinite => "not_finite",
         }

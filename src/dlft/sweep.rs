@@ -24,9 +24,6 @@ use crate::scene::{EpsChoice, Solver};
 const BISECTIONS: u32 = 4;
 /// Newton-GMRES that fails hands over to the dense dogleg up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 4000;
-/// A mean position farther from the static one than this many times the largest static displacement
-/// is no vibration about the static state any more.
-const SLID_AWAY: f64 = 100.0;
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
 
@@ -195,7 +192,7 @@ impl Run<'_> {
         {
             let mut u = start.clone();
             let end = self.solve(&balance, &mut u, preconditioner, &mut effort, method);
-            let converged = end.status == NewtonStatus::Converged && !self.slid_away(&u);
+            let converged = end.status == NewtonStatus::Converged;
             let better = |(_, b): &(Vec<f64>, NewtonEnd)| converged || end.measure < b.measure;
             if best.as_ref().is_none_or(better) {
                 best = Some((u, end));
@@ -205,16 +202,13 @@ impl Run<'_> {
             }
         }
         let (mut u, mut end) = best.expect("there is always the static state to start from");
-        let arrived = |u: &[f64], end: &NewtonEnd| {
-            end.status == NewtonStatus::Converged && !self.slid_away(u)
-        };
-        if let (Some((from_hz, start)), false) = (&*last, arrived(&u, &end))
+        if let (Some((from_hz, start)), false) = (&*last, end.status == NewtonStatus::Converged)
             && let Some((stepped, again)) =
                 self.smaller_steps(*from_hz, start, frequency_hz, preconditioner, &mut effort)
         {
             (u, end) = (stepped, again);
         }
-        if !arrived(&u, &end)
+        if end.status != NewtonStatus::Converged
             && let Some((grown, again)) =
                 self.growing_force(frequency_hz, preconditioner, &mut effort)
         {
@@ -222,9 +216,6 @@ impl Run<'_> {
         }
         let evaluation = balance.evaluate(&u);
         let mut outcome = Outcome::from(end.status);
-        if outcome.is_converged() && self.slid_away(&u) {
-            outcome = Outcome::SlidAway;
-        }
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
         }
@@ -263,15 +254,6 @@ impl Run<'_> {
 
     fn balance(&self, frequency_hz: f64) -> Balance<'_> {
         Balance::new(&self.setting, std::f64::consts::TAU * frequency_hz)
-    }
-
-    /// Whether the mean position has left the neighbourhood of the static state.
-    fn slid_away(&self, u: &[f64]) -> bool {
-        let x_static = self.setting.x_static;
-        let largest = x_static.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let mean = &u[..x_static.len()];
-        let far = |(x, s): (&f64, &f64)| (x - s).abs() > SLID_AWAY * largest;
-        largest > 0.0 && mean.iter().zip(x_static).any(far)
     }
 
     /// The static state, no vibration.
@@ -356,7 +338,7 @@ impl Run<'_> {
                 effort,
                 self.first_method(),
             );
-            if solved.status != NewtonStatus::Converged || self.slid_away(&u) {
+            if solved.status != NewtonStatus::Converged {
                 return None;
             }
             end = Some(solved);
