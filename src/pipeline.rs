@@ -22,9 +22,9 @@ use crate::model::{self, Model};
 use crate::numerics::factor::{Cholesky, FactorError};
 use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
-use crate::reduction::craig_bampton::{condense, held_modes};
+use crate::reduction::craig_bampton::held_modes;
 use crate::reduction::damping::{Rayleigh, rayleigh};
-use crate::reduction::{ReducedModel, relative};
+use crate::reduction::{self, ReducedModel};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
 use crate::scene::{FrequencyRange, MeshKind, Scene};
@@ -287,10 +287,7 @@ fn reduce(
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
     let _stage = progress.stage("reduction");
-    let [blade, jaw] = &model.bodies;
-    let [of_blade, of_jaw] = &structure.bodies;
-    let (first, second) = rayon::join(|| condense(blade, of_blade), || condense(jaw, of_jaw));
-    let reduced = relative::relative(model, [first?, second?], scene.response.stuck_modes)?;
+    let reduced = reduction::reduce(model, structure, scene.response.stuck_modes)?;
     if let Some(omega2) = reduced.relative.omega2.first() {
         progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
     }
