@@ -150,3 +150,70 @@ fn orthonormalise(block: &mut Mat<f64>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded, and
+    /// `ground` N/m on the first tangential of pair 0.
+    fn chain(pairs: usize, ground: f64) -> Mat<f64> {
+        let mut k = Mat::zeros(3 * pairs, 3 * pairs);
+        for p in 0..pairs {
+            k[(3 * p, 3 * p)] += 1.0;
+            if p > 0 {
+                for c in 0..3 {
+                    let (i, j) = (3 * p - 3 + c, 3 * p + c);
+                    k[(i, i)] += 1.0;
+                    k[(j, j)] += 1.0;
+                    k[(i, j)] -= 1.0;
+                    k[(j, i)] -= 1.0;
+                }
+            }
+        }
+        k[(1, 1)] += ground;
+        k
+    }
+
+    #[test]
+    fn finds_the_translations_that_nothing_holds() {
+        let eps = vec![1.0; 12];
+        let retention = Retention::new(&chain(4, 0.0), &eps);
+        assert_eq!(retention.motions.len(), 2);
+        // The spring opposes a common slide with its own stiffness, and nothing else.
+        let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();
+        let mut force = vec![0.0; 12];
+        retention.add_to(&slide, &mut force);
+        for (f, s) in force.iter().zip(&slide) {
+            assert!((f - s).abs() < 1e-9, "{force:?}");
+        }
+        assert!((retention.force_n(&slide, &[0.0; 12]) - 4.0).abs() < 1e-9);
+        let stretch: Vec<f64> = (0..12).map(|i| (i as f64 - 5.5) * slide[i]).collect();
+        let centred = stretch.iter().sum::<f64>() / 4.0;
+        let stretch: Vec<f64> = stretch
+            .iter()
+            .zip(&slide)
+            .map(|(v, s)| v - centred * s)
+            .collect();
+        assert!(retention.force_n(&stretch, &[0.0; 12]) < 1e-9);
+    }
+
+    #[test]
+    fn a_held_motion_needs_no_retention() {
+        let retention = Retention::new(&chain(4, 1.0), &[1.0; 12]);
+        assert_eq!(retention.motions.len(), 1);
+        let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();
+        assert!(retention.force_n(&slide, &[0.0; 12]) < 1e-6);
+    }
+
+    #[test]
+    fn only_a_slide_far_beyond_the_vibration_has_left() {
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        let slide: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 1)).collect();
+        let anchor = [0.0; 12];
+        assert!(retention.has_left(&slide, &anchor, 1.0));
+        assert!(!retention.has_left(&slide, &anchor, 10.0));
+        let press: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 0)).collect();
+        assert!(!retention.has_left(&press, &anchor, 1.0));
+    }
+}
