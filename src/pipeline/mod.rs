@@ -1,11 +1,13 @@
 //! The sequence of stages: what the program does, in the order in which it does it.
 
+mod campbell;
 mod files;
 mod meshed;
 mod solve;
 
 use std::path::PathBuf;
 
+pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES, Meshed};
 use crate::dlft::Response;
 use crate::error::Error;
