@@ -100,6 +100,13 @@ pub enum Error {
     ))]
     NothingHolds,
 
+    /// Frequencies over the speed were asked of a scene that does not rotate.
+    #[error("frequencies over the speed were asked for, and the scene has no axis of rotation")]
+    #[diagnostic(help(
+        "give the scene a section [rotation] with an axis and any speed_rpm; --rpm takes the place of the speed"
+    ))]
+    NoRotation,
+
     /// Reading or writing a file.
     #[error("{action} {} failed", path.display())]
     #[diagnostic(help(
@@ -145,7 +152,8 @@ impl Error {
             | Self::Superelement(_)
             | Self::NoMesh { .. }
             | Self::NoStuckMode
-            | Self::Damping(_) => EXIT_BAD_INPUT,
+            | Self::Damping(_)
+            | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Io { .. }
             | Self::Threads { .. }
             | Self::Gmsh(_)

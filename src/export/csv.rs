@@ -25,6 +25,20 @@ pub struct ModeRow {
     pub frequency_hz: f64,
 }
 
+/// One row of modes_campbell.csv.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CampbellRow {
+    pub speed_rpm: f64,
+    /// `flanks_held` or `stuck`, as in [`ModeRow`].
+    pub kind: String,
+    /// Name of the body, `assembly` for both.
+    pub body: String,
+    /// 1 = lowest.
+    pub mode: usize,
+    /// `None` where the structure does not stand the speed.
+    pub frequency_hz: Option<f64>,
+}
+
 /// response.csv: one row per frequency. Amplitudes are the largest departure from the mean in the
 /// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
 /// the stuck assembly's. A point that did not converge keeps its outcome, iterations, residual and
@@ -254,6 +268,22 @@ pub fn write_modes(path: &Path, rows: &[ModeRow]) -> Result<(), ExportError> {
         table.text(&row.body);
         table.integer(Some(row.mode));
         table.number("frequency_hz", Some(row.frequency_hz))?;
+        table.end_row();
+    }
+    table.write()
+}
+
+/// modes_campbell.csv: speed_rpm, kind, body, mode, frequency_hz.
+pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    table.header(&["speed_rpm", "kind", "body", "mode", "frequency_hz"]);
+    table.end_row();
+    for row in rows {
+        table.number("speed_rpm", Some(row.speed_rpm))?;
+        table.text(&row.kind);
+        table.text(&row.body);
+        table.integer(Some(row.mode));
+        table.number("frequency_hz", row.frequency_hz)?;
         table.end_row();
     }
     table.write()

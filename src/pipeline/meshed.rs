@@ -200,7 +200,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
     Ok(model)
 }
 
-fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
+pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
     let _stage = progress.stage("finite elements");
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         let factor = Cholesky::factor(k).map_err(|error| match error {

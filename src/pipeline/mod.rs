@@ -1,5 +1,6 @@
 //! The sequence of stages: what the program does, in the order in which it does it.
 
+mod campbell;
 mod files;
 mod meshed;
 mod prepared;
@@ -7,6 +8,7 @@ mod solve;
 
 use std::path::PathBuf;
 
+pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
 use crate::dlft::Response;
