@@ -119,7 +119,7 @@ fn a_stuck_joint_is_the_linear_oscillator_whatever_the_step() {
             let off = re.hypot(im) / exact - 1.0;
             assert!(settled.steady && off.abs() < 1e-8, "{steps} steps: {off:e}");
             let work = settled.cycle.work;
-            assert_eq!((work.friction_j, work.impact_j), (0.0, 0.0));
+            assert!(work.friction_j.abs() + work.impact_j.abs() < 1e-8 * work.input_j);
             assert!((work.viscous_j / work.input_j - 1.0).abs() < 1e-7);
         }
     }

@@ -1,13 +1,14 @@
 //! Contact forces of one time step: for every pair, with u the relative velocity at the end of the
-//! step and `allowed` >= 0 the speed at which its gap may still close,
+//! step and `offset` what is added to it before the law is asked (N: the speed at which the gap may still
+//! close; T: the share of the velocity at the start of the step),
 //!
 //! ```text
-//! u = free - D lambda
-//! u_N + allowed >= 0,  lambda_N <= 0,  lambda_N (u_N + allowed) = 0
-//! |lambda_T| <= -mu lambda_N;  sliding: lambda_T = -mu lambda_N u_T / |u_T|
+//! u = free - D lambda,  y = u + offset
+//! y_N >= 0,  lambda_N <= 0,  lambda_N y_N = 0
+//! |lambda_T| <= -mu lambda_N;  sliding: lambda_T = -mu lambda_N y_T / |y_T|
 //! ```
 //!
-//! as the zero of `lambda - P(lambda + r (u + allowed))`, P the projection on lambda_N <= 0 and then on
+//! as the zero of `lambda - P(lambda + r y)`, P the projection on lambda_N <= 0 and then on
 //! the disc of radius -mu lambda_N (Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991)
 //! 353-375), by Newton's method with a Jacobian kept as long as it serves; where that fails, by
 //! Gauss-Seidel from pair to pair.
@@ -59,11 +60,11 @@ impl ContactProblem {
     }
 
     /// Finds lambda, N, starting from the value it has, and the velocities `u`, m/s, that go with it.
-    /// `free`: u without contact forces, m/s, 3 per pair; `allowed`: closing speed, m/s, one per pair.
+    /// `free`: u without contact forces; `offset`: see above; both m/s, 3 per pair.
     pub fn solve(
         &mut self,
         free: &[f64],
-        allowed: &[f64],
+        offset: &[f64],
         lambda: &mut [f64],
         u: &mut [f64],
     ) -> Solved {
@@ -74,7 +75,7 @@ impl ContactProblem {
         let mut fresh = false;
         for _ in 0..NEWTON_ITERATIONS {
             self.velocity(free, lambda, u);
-            let size = self.residual(allowed, lambda, u, &mut argument, &mut residual);
+            let size = self.residual(offset, lambda, u, &mut argument, &mut residual);
             if size <= TOLERANCE {
                 return Solved::Yes;
             }
@@ -96,7 +97,7 @@ impl ContactProblem {
             }
         }
         self.jacobian = None;
-        self.gauss_seidel(free, allowed, lambda, u)
+        self.gauss_seidel(free, offset, lambda, u)
     }
 
     /// u = free - D lambda.
@@ -113,11 +114,11 @@ impl ContactProblem {
         );
     }
 
-    /// lambda - P(lambda + r (u + allowed)) and the point that is projected; returns the largest entry
+    /// lambda - P(lambda + r (u + offset)) and the point that is projected; returns the largest entry
     /// over the largest force.
     fn residual(
         &self,
-        allowed: &[f64],
+        offset: &[f64],
         lambda: &[f64],
         u: &[f64],
         argument: &mut [f64],
@@ -126,7 +127,7 @@ impl ContactProblem {
         let (mut worst, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
         for (pair, &mu) in self.friction.iter().enumerate() {
             let at = 3 * pair;
-            let speed = [u[at] + allowed[pair], u[at + 1], u[at + 2]];
+            let speed = [0, 1, 2].map(|c| u[at + c] + offset[at + c]);
             for c in 0..3 {
                 argument[at + c] = lambda[at + c] + self.scale[at + c] * speed[c];
             }
@@ -175,7 +176,7 @@ impl ContactProblem {
     fn gauss_seidel(
         &self,
         free: &[f64],
-        allowed: &[f64],
+        offset: &[f64],
         lambda: &mut [f64],
         u: &mut [f64],
     ) -> Solved {
@@ -189,7 +190,7 @@ impl ContactProblem {
         for sweep in 0..SWEEPS {
             for (pair, &mu) in self.friction.iter().enumerate() {
                 let at = 3 * pair;
-                let speed = [u[at] + allowed[pair], u[at + 1], u[at + 2]];
+                let speed = [0, 1, 2].map(|c| u[at + c] + offset[at + c]);
                 // Half of r: the 3 x 3 blocks of D are not diagonal.
                 let target =
                     [0, 1, 2].map(|c| lambda[at + c] + 0.5 * self.scale[at + c] * speed[c]);
@@ -206,7 +207,7 @@ impl ContactProblem {
             }
             if sweep % 10 == 9 {
                 self.velocity(free, lambda, u);
-                left = self.residual(allowed, lambda, u, &mut argument, &mut residual);
+                left = self.residual(offset, lambda, u, &mut argument, &mut residual);
                 if left <= TOLERANCE {
                     return Solved::Yes;
                 }
@@ -264,10 +265,11 @@ mod tests {
         ContactProblem::new(d, vec![mu; pairs])
     }
 
-    fn hold(problem: &ContactProblem, allowed: &[f64], lambda: &[f64], u: &[f64]) {
+    fn hold(problem: &ContactProblem, offset: &[f64], lambda: &[f64], u: &[f64]) {
         let largest = lambda.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
         for (pair, (l, u)) in lambda.chunks(3).zip(u.chunks(3)).enumerate() {
-            let gap = u[0] + allowed[pair];
+            let u = [0, 1, 2].map(|c| u[c] + offset[3 * pair + c]);
+            let gap = u[0];
             assert!(l[0] <= 0.0 && gap > -1e-7 && (l[0] * gap).abs() < 1e-7 * largest);
             let (mu, sliding) = (problem.friction[pair], u[1].hypot(u[2]));
             assert!(l[1].hypot(l[2]) <= -mu * l[0] + 1e-7 * largest);
@@ -288,16 +290,16 @@ mod tests {
             let free: Vec<f64> = (0..n)
                 .map(|i| (i as f64 * 2.3 + case as f64).cos() * 3.0)
                 .collect();
-            let allowed: Vec<f64> = (0..6).map(|i| 0.2 * (i % 3) as f64).collect();
+            let offset: Vec<f64> = (0..n).map(|i| 0.2 * (i % 4) as f64).collect();
             let (mut a, mut u) = (vec![0.0; n], vec![0.0; n]);
-            assert_eq!(problem.solve(&free, &allowed, &mut a, &mut u), Solved::Yes);
-            hold(&problem, &allowed, &a, &u);
+            assert_eq!(problem.solve(&free, &offset, &mut a, &mut u), Solved::Yes);
+            hold(&problem, &offset, &a, &u);
             let mut b = vec![0.0; n];
             assert_eq!(
-                problem.gauss_seidel(&free, &allowed, &mut b, &mut u),
+                problem.gauss_seidel(&free, &offset, &mut b, &mut u),
                 Solved::Yes
             );
-            hold(&problem, &allowed, &b, &u);
+            hold(&problem, &offset, &b, &u);
             for (a, b) in a.iter().zip(&b) {
                 assert!((a - b).abs() < 1e-6, "{a} {b}");
             }

@@ -200,6 +200,7 @@ pub(super) fn summarise(
         stages: Vec::new(),
         static_state: None,
         response: None,
+        verification: None,
         observations: manifest::observation_summaries(model),
     }
 }

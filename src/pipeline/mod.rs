@@ -3,6 +3,7 @@
 mod files;
 mod meshed;
 mod solve;
+pub mod verify;
 
 use std::path::PathBuf;
 

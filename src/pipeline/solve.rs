@@ -39,7 +39,8 @@ pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
     Ok(())
 }
 
-fn frequencies_hz(scene: &Scene, relative: &RelativeModel) -> Vec<f64> {
+/// `points` frequencies over the scene's range.
+pub(super) fn frequencies_hz(scene: &Scene, relative: &RelativeModel, points: usize) -> Vec<f64> {
     let (from, to) = match scene.response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
         FrequencyRange::OfFirstStuckMode { from, to } => {
@@ -47,7 +48,6 @@ fn frequencies_hz(scene: &Scene, relative: &RelativeModel) -> Vec<f64> {
             (from * first, to * first)
         }
     };
-    let points = scene.response.points;
     let last = points.saturating_sub(1).max(1) as f64;
     (0..points)
         .map(|i| from + (to - from) * i as f64 / last)
@@ -62,9 +62,30 @@ pub(super) fn respond(
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
+    let frequencies_hz = frequencies_hz(scene, relative, scene.response.points);
+    respond_at(
+        scene,
+        relative,
+        damping,
+        state,
+        harmonics,
+        frequencies_hz,
+        progress,
+    )
+}
+
+/// [`respond`] at other frequencies, ascending.
+pub(super) fn respond_at(
+    scene: &Scene,
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    state: &StaticState,
+    harmonics: usize,
+    frequencies_hz: Vec<f64>,
+    progress: &Progress,
+) -> Response {
     let plural = if harmonics == 1 { "" } else { "s" };
     let _stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
-    let frequencies_hz = frequencies_hz(scene, relative);
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz,
