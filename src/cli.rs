@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::{EXIT_OK, Error};
+use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
@@ -65,6 +66,8 @@ enum Command {
     Modes(Modes),
     /// Up to the static state under rotation
     Static(SceneFile),
+    /// Compare the response with a time integration at a few frequencies
+    Verify(VerifyArguments),
     /// Only check the scene file; nothing is computed or written
     Check(SceneFile),
 }
@@ -84,6 +87,76 @@ struct Modes {
     /// Frequencies at N speeds in place of the scene's: a table and a Campbell diagram
     #[arg(long, value_name = "FROM:TO:N")]
     rpm: Option<SpeedRange>,
+}
+
+#[derive(Debug, Args)]
+struct VerifyArguments {
+    #[command(flatten)]
+    file: SceneFile,
+
+    /// Frequencies, Hz; repeated or with commas [default: the peak and its two flanks]
+    #[arg(long, value_name = "HZ", value_delimiter = ',', value_parser = positive)]
+    at: Vec<f64>,
+
+    /// Time steps per period
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = at_least_16)]
+    steps: usize,
+
+    /// Integrate exactly so many periods, steady or not [default: until steady]
+    #[arg(long, value_name = "N", value_parser = at_least_1)]
+    periods: Option<usize>,
+
+    /// Give up after so many periods
+    #[arg(long, value_name = "N", default_value_t = 1500, value_parser = at_least_1)]
+    most_periods: usize,
+
+    /// What may be left of the transient, of the amplitude
+    #[arg(long, value_name = "FRACTION", default_value_t = 2e-4, value_parser = positive)]
+    steady: f64,
+
+    /// Start from the static state, not from the motion of harmonic balance
+    #[arg(long)]
+    from_rest: bool,
+
+    /// Largest difference that passes, of the integrated value
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.02, value_parser = positive)]
+    tolerance: f64,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
+        _ => Err("a number above 0 is expected".to_owned()),
+    }
+}
+
+fn at_least_1(text: &str) -> Result<usize, String> {
+    whole(text, 1)
+}
+
+fn at_least_16(text: &str) -> Result<usize, String> {
+    whole(text, crate::integration::step::LEAST_STEPS)
+}
+
+fn whole(text: &str, least: usize) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(v) if v >= least => Ok(v),
+        _ => Err(format!("a whole number of at least {least} is expected")),
+    }
+}
+
+impl VerifyArguments {
+    fn asked(&self) -> Verification {
+        Verification {
+            frequencies_hz: self.at.clone(),
+            steps_per_period: self.steps,
+            periods: self.periods,
+            most_periods: self.most_periods,
+            steady: self.steady,
+            from_rest: self.from_rest,
+            tolerance: self.tolerance,
+        }
+    }
 }
 
 /// Runs the program on the process's arguments. Exit codes: see [`crate::error`].
@@ -121,6 +194,13 @@ fn run(cli: &Cli) -> Result<(), Error> {
                 pipeline::campbell(scene, speeds, options, progress)
             };
             (Box::new(campbell), &file.scene)
+        }
+        Command::Verify(arguments) => {
+            let asked = arguments.asked();
+            let verifying = move |scene: &_, options: &_, progress: &_| {
+                verify(scene, options, &asked, progress)
+            };
+            (Box::new(verifying), &arguments.file.scene)
         }
         Command::Static(file) => (Box::new(pipeline::static_state), &file.scene),
         Command::Check(file) => (Box::new(pipeline::check), &file.scene),

@@ -8,6 +8,7 @@ use thiserror::Error;
 use crate::dlft::Outcome;
 use crate::export::ExportError;
 use crate::fem::FemError;
+use crate::integration::IntegrationError;
 use crate::mesh::MeshError;
 use crate::mesh::gmsh::GmshError;
 use crate::mesh::quality::QualityError;
@@ -74,6 +75,9 @@ pub enum Error {
     NoStuckMode,
 
     #[error(transparent)]
+    Integration(#[from] IntegrationError),
+
+    #[error(transparent)]
     Export(#[from] ExportError),
 
     /// Nothing vibrates about a static state that was not found.
@@ -127,6 +131,35 @@ pub enum Error {
         source: rayon::ThreadPoolBuildError,
     },
 
+    /// The time integration did not reach its steady state.
+    #[error(
+        "{frequency_hz} Hz: not steady after {periods} periods, an estimated {left:.1e} of the transient is left"
+    )]
+    #[diagnostic(help(
+        "allow more periods (--most-periods), accept more of the transient (--steady), or add damping; verify.csv \
+         holds the last period. A motion whose transient does not decay may have no steady state of the period of \
+         the excitation"
+    ))]
+    NotSteady {
+        frequency_hz: f64,
+        periods: usize,
+        left: f64,
+    },
+
+    /// Harmonic balance and time integration disagree.
+    #[error(
+        "harmonic balance and time integration differ by {percent:.2} % at {frequency_hz} Hz, more than {tolerance_percent} %"
+    )]
+    #[diagnostic(help(
+        "take more harmonics (--set response.harmonics=7) and more steps per period (--steps), see which moves, or \
+         allow more (--tolerance); near a peak several motions may exist, and each method may have found another"
+    ))]
+    Disagreement {
+        frequency_hz: f64,
+        percent: f64,
+        tolerance_percent: f64,
+    },
+
     /// The run is complete, its files are written, but not every frequency has a solution.
     #[error("{unconverged} of {points} frequencies did not converge")]
     #[diagnostic(
@@ -160,6 +193,9 @@ impl Error {
             | Self::Fem(_)
             | Self::Reduction(_)
             | Self::Export(_)
+            | Self::Integration(_)
+            | Self::NotSteady { .. }
+            | Self::Disagreement { .. }
             | Self::StaticState { .. }
             | Self::NothingHolds => EXIT_FAILED,
             Self::NotConverged { .. } => EXIT_NOT_CONVERGED,

@@ -5,7 +5,7 @@
 //! [`scene`] text -> `Scene`; [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs;
 //! [`fem`] stiffness, mass, rotation; [`reduction`] Craig-Bampton and relative coordinates;
 //! [`contact`] dynamic stiffness and laws; [`dlft`] static state and harmonic balance;
-//! [`results`] physical fields; [`export`] files. [`pipeline`] alone knows the sequence.
+//! [`integration`] the same motion in time, to check it; [`results`] physical fields; [`export`] files. [`pipeline`] alone knows the sequence.
 
 pub mod cli;
 pub mod contact;
@@ -13,6 +13,7 @@ pub mod dlft;
 pub mod error;
 pub mod export;
 pub mod fem;
+pub mod integration;
 pub mod mesh;
 pub mod model;
 pub mod numerics;

@@ -33,6 +33,7 @@ fn names(run: &Run) -> Vec<&str> {
 
 fn summary(run: &Run) -> Summary {
     Summary {
+        verification: None,
         version: "0.0.0".into(),
         scene: SceneSummary {
             name: "made up".into(),

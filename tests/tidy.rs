@@ -4,13 +4,14 @@
 use std::path::{Path, PathBuf};
 
 /// Each stage may import itself and what stands before it (and `numerics`).
-const STAGES: [&str; 8] = [
+const STAGES: [&str; 9] = [
     "scene",
     "model",
     "fem",
     "reduction",
     "contact",
     "dlft",
+    "integration",
     "results",
     "export",
 ];

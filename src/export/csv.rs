@@ -1,4 +1,4 @@
-//! Tables: response.csv, static.csv, contact.csv, modes.csv.
+//! Tables: response.csv, static.csv, contact.csv, modes.csv, verify.csv.
 //!
 //! Numbers are the shortest text that reads back as the same f64. A cell without a value (a point
 //! that did not converge, a harmonic not computed) is empty.
@@ -8,6 +8,7 @@ use std::path::Path;
 use super::flank::check_pairs;
 use super::{ExportError, write_file};
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use crate::integration::compare::Comparison;
 use crate::results::pairs::PairTable;
 use crate::results::quantities::{
     cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
@@ -298,6 +299,51 @@ fn static_word(status: PairStatus) -> &'static str {
 }
 
 /// Rows of comma-separated cells (RFC 4180, with line feeds).
+/// verify.csv: two rows per frequency, `balance` and `integration`, the differences on the second.
+pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(), ExportError> {
+    const DIFFERENCES: [&str; 4] = [
+        "amplitude_difference",
+        "h1_amplitude_difference",
+        "contact_work_difference",
+        "input_work_difference",
+    ];
+    let mut table = Table::new(path);
+    table.header(&["frequency_hz", "method", "harmonics", "periods", "steady"]);
+    table.header(&["transient_left", "amplitude_m", "h1_amplitude_m"]);
+    table.header(&["contact_work_j", "damping_work_j", "input_work_j"]);
+    table.header(&["slipping_pairs", "opening_pairs"]);
+    table.header(&DIFFERENCES);
+    table.end_row();
+    for c in comparisons {
+        for (method, f) in [("balance", &c.balance), ("integration", &c.integration)] {
+            let integrated = method == "integration";
+            table.number("frequency_hz", Some(c.frequency_hz))?;
+            table.text(method);
+            table.integer((!integrated).then_some(c.harmonics));
+            table.integer(integrated.then_some(c.periods));
+            table.text(match (integrated, c.steady) {
+                (false, _) => "",
+                (true, true) => "yes",
+                (true, false) => "no",
+            });
+            let left = (integrated && c.left.is_finite()).then_some(c.left);
+            table.number("transient_left", left)?;
+            table.number("amplitude_m", f.amplitude_m)?;
+            table.number("h1_amplitude_m", f.first_harmonic_m)?;
+            table.number("contact_work_j", Some(f.contact_work_j))?;
+            table.number("damping_work_j", Some(f.viscous_work_j))?;
+            table.number("input_work_j", Some(f.input_work_j))?;
+            table.integer(Some(f.slipping_pairs));
+            table.integer(Some(f.opening_pairs));
+            for (name, difference) in DIFFERENCES.iter().zip(c.differences()) {
+                table.number(name, difference.filter(|_| integrated))?;
+            }
+            table.end_row();
+        }
+    }
+    table.write()
+}
+
 struct Table<'a> {
     path: &'a Path,
     text: String,

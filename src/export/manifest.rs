@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::{ExportError, write_file};
 use crate::dlft::{PairStatus, Response, StaticState};
+use crate::integration::compare::{Comparison, Figures};
 use crate::mesh::ElementOrder;
 use crate::model::Model;
 use crate::results::pairs::PairTable;
@@ -32,6 +33,9 @@ pub struct Summary {
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
     pub response: Option<ResponseSummary>,
+    /// Of `dovetail verify` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verification: Option<VerificationSummary>,
     pub observations: Vec<ObservationSummary>,
 }
 
@@ -132,6 +136,45 @@ pub struct UnconvergedPoint {
     pub frequency_hz: f64,
     pub outcome: &'static str,
     pub residual: Option<f64>,
+}
+
+/// Harmonic balance against time integration.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VerificationSummary {
+    pub steps_per_period: usize,
+    /// Largest relative difference that passes.
+    pub tolerance: f64,
+    pub worst_difference: Option<f64>,
+    pub points: Vec<VerifiedPoint>,
+}
+
+/// Differences are harmonic balance less integration, over integration (works: over the input work).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VerifiedPoint {
+    pub frequency_hz: f64,
+    pub harmonics: usize,
+    pub periods: usize,
+    pub steady: bool,
+    /// Estimated rest of the transient, relative to the amplitude.
+    pub transient_left: Option<f64>,
+    pub balance: VerifiedFigures,
+    pub integration: VerifiedFigures,
+    pub amplitude_difference: Option<f64>,
+    pub first_harmonic_difference: Option<f64>,
+    pub contact_work_difference: Option<f64>,
+    pub input_work_difference: Option<f64>,
+}
+
+/// One period by one method.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct VerifiedFigures {
+    pub amplitude_m: Option<f64>,
+    pub first_harmonic_m: Option<f64>,
+    pub contact_work_j: Option<f64>,
+    pub damping_work_j: Option<f64>,
+    pub input_work_j: Option<f64>,
+    pub slipping_pairs: usize,
+    pub opening_pairs: usize,
 }
 
 /// An observed displacement: sum over `terms` of `direction . u(node)`.
@@ -299,6 +342,49 @@ pub fn probe_summaries(names: &[&str]) -> Vec<ObservationSummary> {
         terms: Vec::new(),
     };
     names.iter().map(summary).collect()
+}
+
+/// The comparisons of `dovetail verify`.
+pub fn verification_summary(
+    comparisons: &[Comparison],
+    steps_per_period: usize,
+    tolerance: f64,
+) -> VerificationSummary {
+    let figures = |f: &Figures| VerifiedFigures {
+        amplitude_m: f.amplitude_m.and_then(finite),
+        first_harmonic_m: f.first_harmonic_m.and_then(finite),
+        contact_work_j: finite(f.contact_work_j),
+        damping_work_j: finite(f.viscous_work_j),
+        input_work_j: finite(f.input_work_j),
+        slipping_pairs: f.slipping_pairs,
+        opening_pairs: f.opening_pairs,
+    };
+    let point = |c: &Comparison| {
+        let [amplitude, first, contact, input] = c.differences().map(|d| d.and_then(finite));
+        VerifiedPoint {
+            frequency_hz: c.frequency_hz,
+            harmonics: c.harmonics,
+            periods: c.periods,
+            steady: c.steady,
+            transient_left: finite(c.left),
+            balance: figures(&c.balance),
+            integration: figures(&c.integration),
+            amplitude_difference: amplitude,
+            first_harmonic_difference: first,
+            contact_work_difference: contact,
+            input_work_difference: input,
+        }
+    };
+    VerificationSummary {
+        steps_per_period,
+        tolerance,
+        worst_difference: comparisons
+            .iter()
+            .map(Comparison::worst)
+            .reduce(f64::max)
+            .and_then(finite),
+        points: comparisons.iter().map(point).collect(),
+    }
 }
 
 /// Writes summary.json.

@@ -226,6 +226,7 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
         stages: Vec::new(),
         static_state: None,
         response: None,
+        verification: None,
         observations: Vec::new(),
     }
 }

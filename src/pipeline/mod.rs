@@ -5,6 +5,7 @@ mod files;
 mod meshed;
 mod prepared;
 mod solve;
+pub mod verify;
 
 use std::path::PathBuf;
 

@@ -17,7 +17,7 @@ pub(super) struct Prepared {
 
 enum Origin {
     Mesh(Box<Meshed>),
-    Folder(RelativeModel),
+    Folder(Box<RelativeModel>),
 }
 
 impl Prepared {
@@ -43,7 +43,7 @@ impl Prepared {
                 };
                 Self {
                     pairs,
-                    origin: Origin::Folder(relative),
+                    origin: Origin::Folder(Box::new(relative)),
                 }
             }
         };

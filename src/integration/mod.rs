@@ -1,0 +1,45 @@
+//! Time integration of the reduced model, to check harmonic balance: no Fourier series, no eps, no
+//! predicted forces; rigid unilateral contact and Coulomb friction at the end of each time step.
+//!
+//! Equations, with damping C = a K + b M on all coordinates (X, q) and the signs of
+//! [`crate::contact`]:
+//!
+//! ```text
+//! K X + C X' + M X'' + p (q'' + b q') + lambda = F(t)
+//! q'' + (a w^2 + b) q' + w^2 q + p^T (X'' + b X')  = fm(t)
+//! ```
+//!
+//! [`step`] is Moreau's time stepping (J. J. Moreau, *Unilateral contact and dry friction in finite
+//! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with the
+//! trapezoidal rule; [`impulse`] solves for the contact forces of a step; [`steady`] goes on to the
+//! steady state and measures a period; [`compare`] puts that beside the orbit of harmonic balance. Only
+//! the last knows of DLFT.
+
+pub mod compare;
+pub mod impulse;
+pub mod steady;
+pub mod step;
+
+/// Why a motion could not be integrated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum IntegrationError {
+    #[error("{frequency_hz} Hz: a frequency must be above 0 and finite to be integrated in time")]
+    Frequency { frequency_hz: f64 },
+    #[error("{steps} steps per period: at least {least} are needed, 500 to 2000 are usual")]
+    Steps { steps: usize, least: usize },
+    #[error(
+        "the effective mass of a time step at {frequency_hz} Hz is singular: a pair has neither mass nor stiffness"
+    )]
+    Singular { frequency_hz: f64 },
+    #[error(
+        "{frequency_hz} Hz: the contact forces of step {step} of period {period} were not found (residual {residual:.1e} of the largest force); take more steps per period"
+    )]
+    ContactNotSolved {
+        frequency_hz: f64,
+        period: usize,
+        step: usize,
+        residual: f64,
+    },
+    #[error("{frequency_hz} Hz: the motion grew without bound in period {period}")]
+    NotFinite { frequency_hz: f64, period: usize },
+}

@@ -1,0 +1,235 @@
+//! Period after period to the steady state, and what is measured over a period.
+
+use super::IntegrationError;
+use super::step::{State, Stepper, Work};
+use std::f64::consts::TAU;
+
+/// Periods in a row whose estimate must be below the tolerance.
+const IN_A_ROW: usize = 3;
+
+/// An observed displacement over one period, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ObservedCycle {
+    pub mean_m: f64,
+    /// Largest departure from the mean.
+    pub amplitude_m: f64,
+    /// Cosine and sine part of harmonic 1.
+    pub first_harmonic_m: [f64; 2],
+}
+
+/// One period of the motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    pub observed: Vec<ObservedCycle>,
+    pub work: Work,
+    /// Distance slid in the period, per pair, m.
+    pub slid_m: Vec<f64>,
+    /// Fraction of the period without contact force, per pair.
+    pub open_fraction: Vec<f64>,
+}
+
+/// Where to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Until {
+    pub most_periods: usize,
+    /// Stop before, where what is left of the transient of every observed point is estimated at less
+    /// than this fraction of its amplitude. 0: all periods.
+    pub tolerance: f64,
+}
+
+/// The last period integrated.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settled {
+    pub cycle: Cycle,
+    pub periods: usize,
+    /// Estimate of what is left of the transient, relative to the amplitude; infinite where there is no
+    /// estimate (less than three periods, or a transient that grows).
+    pub left: f64,
+    /// `left` was below the tolerance three times in a row.
+    pub steady: bool,
+}
+
+/// Integrates from `state` (left at the end of the last period) until steady.
+///
+/// What is left of a transient that decays geometrically, z_k = z + A r^k, follows from the changes of
+/// harmonic 1 (complex) from period to period: r = dz_k / dz_(k-1), left = |dz_k r / (1 - r)|.
+///
+/// # Errors
+/// Contact forces not found, a motion that is not finite.
+pub fn integrate(
+    stepper: &mut Stepper<'_>,
+    state: &mut State,
+    until: Until,
+) -> Result<Settled, IntegrationError> {
+    stepper.prepare(state);
+    let mut history: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut in_a_row = 0;
+    let mut period = 0;
+    loop {
+        period += 1;
+        let cycle = one_period(stepper, state, period)?;
+        history.push(cycle.observed.iter().map(|o| o.first_harmonic_m).collect());
+        let left = remaining(&history);
+        in_a_row = if left < until.tolerance {
+            in_a_row + 1
+        } else {
+            0
+        };
+        let steady = in_a_row >= IN_A_ROW;
+        if steady || period >= until.most_periods {
+            return Ok(Settled {
+                cycle,
+                periods: period,
+                left,
+                steady,
+            });
+        }
+    }
+}
+
+/// Estimate of what is left of the transient, of the worst observed point.
+fn remaining(history: &[Vec<[f64; 2]>]) -> f64 {
+    let [.., z0, z1, z2] = history else {
+        return f64::INFINITY;
+    };
+    let mut worst = 0.0_f64;
+    for ((z0, z1), z2) in z0.iter().zip(z1).zip(z2) {
+        let before = [z1[0] - z0[0], z1[1] - z0[1]];
+        let last = [z2[0] - z1[0], z2[1] - z1[1]];
+        let (square, size) = (
+            before[0] * before[0] + before[1] * before[1],
+            z2[0].hypot(z2[1]),
+        );
+        let moved = last[0].hypot(last[1]);
+        if moved <= f64::EPSILON * size {
+            continue;
+        }
+        if square == 0.0 || moved * moved >= square {
+            return f64::INFINITY;
+        }
+        // r = last / before as complex numbers
+        let r = [
+            (last[0] * before[0] + last[1] * before[1]) / square,
+            (last[1] * before[0] - last[0] * before[1]) / square,
+        ];
+        let left = moved * r[0].hypot(r[1]) / (1.0 - r[0]).hypot(r[1]);
+        worst = worst.max(left / size);
+    }
+    worst
+}
+
+fn one_period(
+    stepper: &mut Stepper<'_>,
+    state: &mut State,
+    period: usize,
+) -> Result<Cycle, IntegrationError> {
+    let (model, steps) = (stepper.model(), stepper.steps());
+    let frequency_hz = stepper.frequency_hz();
+    let pairs = model.pairs.len();
+    let mut signals = vec![Vec::with_capacity(steps); model.observations.len()];
+    let mut work = Work::default();
+    let mut slid_m = vec![0.0; pairs];
+    let mut open = vec![0_usize; pairs];
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    for step in 0..steps {
+        for (signal, probe) in signals.iter_mut().zip(&model.observations) {
+            signal.push(dot(&probe.on_x, &state.x) + dot(&probe.on_modes, &state.q));
+        }
+        let before = state.x.clone();
+        let done = stepper.advance(state, step).map_err(|residual| {
+            IntegrationError::ContactNotSolved {
+                frequency_hz,
+                period,
+                step,
+                residual,
+            }
+        })?;
+        work.input_j += done.input_j;
+        work.friction_j += done.friction_j;
+        work.impact_j += done.impact_j;
+        work.viscous_j += done.viscous_j;
+        for pair in 0..pairs {
+            if state.lambda[3 * pair] == 0.0 {
+                open[pair] += 1;
+            } else {
+                let moved = |c: usize| state.x[3 * pair + c] - before[3 * pair + c];
+                slid_m[pair] += moved(1).hypot(moved(2));
+            }
+        }
+    }
+    if !state.is_finite() {
+        return Err(IntegrationError::NotFinite {
+            frequency_hz,
+            period,
+        });
+    }
+    Ok(Cycle {
+        observed: signals.iter().map(|s| observe(s)).collect(),
+        work,
+        slid_m,
+        open_fraction: open.iter().map(|o| *o as f64 / steps as f64).collect(),
+    })
+}
+
+fn observe(signal: &[f64]) -> ObservedCycle {
+    let steps = signal.len();
+    let mean_m = signal.iter().sum::<f64>() / steps as f64;
+    let mut first = [0.0; 2];
+    for (i, u) in signal.iter().enumerate() {
+        let (s, c) = (TAU * i as f64 / steps as f64).sin_cos();
+        first[0] += 2.0 / steps as f64 * c * u;
+        first[1] += 2.0 / steps as f64 * s * u;
+    }
+    let departure = |i: usize| signal[i % steps] - mean_m;
+    let at = (0..steps)
+        .max_by(|i, j| departure(*i).abs().total_cmp(&departure(*j).abs()))
+        .unwrap_or(0);
+    // Extremum of the parabola through the largest sample and its neighbours.
+    let (l, m, r) = (departure(at + steps - 1), departure(at), departure(at + 1));
+    let curvature = l - 2.0 * m + r;
+    let lift = if curvature == 0.0 {
+        0.0
+    } else {
+        (r - l) * (r - l) / (8.0 * curvature)
+    };
+    ObservedCycle {
+        mean_m,
+        amplitude_m: (m - lift).abs(),
+        first_harmonic_m: first,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_period_of_samples_is_measured() {
+        let signal: Vec<f64> = (0..100)
+            .map(|i| {
+                let t = TAU * (f64::from(i) + 0.3) / 100.0;
+                5.0 + 2.0 * t.cos() + 0.1 * (3.0 * t).cos()
+            })
+            .collect();
+        let cycle = observe(&signal);
+        assert!((cycle.mean_m - 5.0).abs() < 1e-12);
+        assert!((cycle.amplitude_m - 2.1).abs() < 1e-5, "{cycle:?}");
+        let [c, s] = cycle.first_harmonic_m;
+        assert!((c.hypot(s) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_left_of_a_decaying_transient_is_estimated() {
+        // z_k = z + A (r e^(i phi))^k
+        let (r, phi): (f64, f64) = (0.98, 0.05);
+        let z = |k: i32| {
+            let (size, angle) = (0.1 * r.powi(k), phi * f64::from(k));
+            vec![[1.0 + size * angle.cos(), 0.5 + size * angle.sin()]]
+        };
+        let history: Vec<_> = (0..50).map(z).collect();
+        let last = &history[49][0];
+        let true_left = (last[0] - 1.0).hypot(last[1] - 0.5) / last[0].hypot(last[1]);
+        assert!((remaining(&history) / true_left - 1.0).abs() < 1e-9);
+        assert_eq!(remaining(&history[..2]), f64::INFINITY);
+    }
+}

@@ -1,0 +1,339 @@
+//! One time step: Moreau's scheme with the trapezoidal rule.
+//!
+//! With X+ = X + h (V + V+)/2 and the equations of motion at the mean of both ends of the step, the mean
+//! velocity Vm = (V + V+)/2 follows from (q eliminated; s = 2/h, c = s + b, all diagonal in the modes)
+//!
+//! ```text
+//! d = c + (a + h/2) w^2
+//! S Vm = F + s (M V + p q') - K X - c p (fm + s (q' + p^T V) - w^2 q) / d - lambda
+//! S = c M + (a + h/2) K - c^2 p p^T / d
+//! q'm = (fm + s (q' + p^T V) - w^2 q - c p^T Vm) / d
+//! ```
+//!
+//! S is constant. lambda is the mean contact force of the step. It obeys the contact law together with
+//! velocities near the end of the step:
+//!
+//! * N: V+ >= -gap / h, or V+ >= 0 where there is no gap: a gap closes within a step and not faster, no
+//!   impact rebounds. What a landing pair penetrates within its step is taken back at once.
+//! * T: (V+ + k V) / (1 + k), k = 2/3. With k = 0 friction would lag by half a step, which turns its
+//!   phase; with k = 1 a pair that stops would go on to and fro for ever; so the lag is a tenth of a
+//!   step, and what is left of the velocity of a pair that stops falls by k at every step.
+//!
+//! The trapezoidal rule dissipates nothing of its own: but for what landing pairs penetrate,
+//! input = damping + contact work, step by step.
+//!
+//! **Fitted step.** With h = (2/w) tan(w t_step / 2) in the place of t_step, differing by (w t_step)^2/12,
+//! the rule is exact for motion at the frequency w of the excitation: a resonance is not shifted by the
+//! step, however light its damping.
+
+use super::IntegrationError;
+use super::impulse::{ContactProblem, Solved};
+use crate::reduction::damping::Rayleigh;
+use crate::reduction::{HarmonicLoad, Load, RelativeModel};
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::Solve;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use std::f64::consts::TAU;
+
+/// k: share of the tangential velocity at the start of a step, that at its end counting 1.
+const START_SHARE: f64 = 2.0 / 3.0;
+/// Fewest steps of a period.
+pub const LEAST_STEPS: usize = 16;
+
+/// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the last
+/// step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// X, m.
+    pub x: Vec<f64>,
+    /// X', m/s.
+    pub v: Vec<f64>,
+    /// Amplitudes of the stuck modes.
+    pub q: Vec<f64>,
+    pub q_rate: Vec<f64>,
+    /// Mean contact force of the step that led here, N.
+    pub lambda: Vec<f64>,
+}
+
+impl State {
+    /// At rest at `x` under `lambda`, the stuck modes deflected by the static load.
+    pub fn at_rest(model: &RelativeModel, x: &[f64], lambda: &[f64]) -> Self {
+        let on_modes = model.static_load.on_modes.iter();
+        Self {
+            x: x.to_vec(),
+            v: vec![0.0; x.len()],
+            q: on_modes.zip(&model.omega2).map(|(f, w2)| f / w2).collect(),
+            q_rate: vec![0.0; model.omega2.len()],
+            lambda: lambda.to_vec(),
+        }
+    }
+
+    pub fn is_finite(&self) -> bool {
+        [&self.x, &self.v, &self.q, &self.q_rate]
+            .iter()
+            .all(|part| part.iter().all(|v| v.is_finite()))
+    }
+}
+
+/// Work done in one step, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Work {
+    /// By the excitation.
+    pub input_j: f64,
+    /// Spent by tangential contact forces.
+    pub friction_j: f64,
+    /// Spent by normal contact forces: impacts.
+    pub impact_j: f64,
+    /// Spent by the Rayleigh damping.
+    pub viscous_j: f64,
+}
+
+/// What is constant from step to step, and working space.
+pub struct Stepper<'a> {
+    model: &'a RelativeModel,
+    damping: Rayleigh,
+    steps: usize,
+    omega_rad_s: f64,
+    /// Fitted step, s.
+    h: f64,
+    /// S^-1.
+    inverse: Mat<f64>,
+    /// p^T.
+    coupling_t: Mat<f64>,
+    /// d, per mode.
+    modal: Vec<f64>,
+    contact: ContactProblem,
+    /// K X, M V and p^T V of the present state.
+    kx: Vec<f64>,
+    mv: Vec<f64>,
+    pv: Vec<f64>,
+}
+
+impl<'a> Stepper<'a> {
+    /// `steps` steps per period of `frequency_hz`.
+    ///
+    /// # Errors
+    /// A frequency that is not above 0, too few steps, or a singular step matrix.
+    pub fn new(
+        model: &'a RelativeModel,
+        damping: Rayleigh,
+        frequency_hz: f64,
+        steps: usize,
+    ) -> Result<Self, IntegrationError> {
+        if !(frequency_hz > 0.0 && frequency_hz.is_finite()) {
+            return Err(IntegrationError::Frequency { frequency_hz });
+        }
+        if steps < LEAST_STEPS {
+            return Err(IntegrationError::Steps {
+                steps,
+                least: LEAST_STEPS,
+            });
+        }
+        let omega_rad_s = TAU * frequency_hz;
+        let h = 2.0 / omega_rad_s * (std::f64::consts::PI / steps as f64).tan();
+        let c = 2.0 / h + damping.mass_per_s;
+        let half = damping.stiffness_s + 0.5 * h;
+        let modal: Vec<f64> = model.omega2.iter().map(|w2| c + half * w2).collect();
+        let n = model.stiffness.nrows();
+        let mut matrix = Mat::from_fn(n, n, |i, j| {
+            c * model.mass[(i, j)] + half * model.stiffness[(i, j)]
+        });
+        let scaled = Mat::from_fn(n, modal.len(), |i, m| {
+            c * c * model.coupling[(i, m)] / modal[m]
+        });
+        matmul(
+            &mut matrix,
+            Accum::Add,
+            &scaled,
+            model.coupling.transpose(),
+            -1.0,
+            Par::Seq,
+        );
+        let inverse = matrix
+            .partial_piv_lu()
+            .solve(Mat::<f64>::identity(n, n).as_ref());
+        let inverse = Mat::from_fn(n, n, |i, j| 0.5 * (inverse[(i, j)] + inverse[(j, i)]));
+        let positive = (0..n).all(|i| inverse[(i, i)] > 0.0 && inverse[(i, i)].is_finite());
+        if !positive {
+            return Err(IntegrationError::Singular { frequency_hz });
+        }
+        let friction = model.pairs.iter().map(|p| p.friction).collect();
+        // V+ = 2 Vm - V.
+        let delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
+        Ok(Self {
+            model,
+            damping,
+            steps,
+            omega_rad_s,
+            h,
+            inverse,
+            coupling_t: model.coupling.transpose().to_owned(),
+            contact: ContactProblem::new(delassus, friction),
+            kx: vec![0.0; n],
+            mv: vec![0.0; n],
+            pv: vec![0.0; modal.len()],
+            modal,
+        })
+    }
+
+    pub fn model(&self) -> &'a RelativeModel {
+        self.model
+    }
+
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    pub fn frequency_hz(&self) -> f64 {
+        self.omega_rad_s / TAU
+    }
+
+    /// Must be called where a state did not come from [`Stepper::advance`].
+    pub fn prepare(&mut self, state: &State) {
+        apply(&self.model.stiffness, &state.x, &mut self.kx);
+        apply(&self.model.mass, &state.v, &mut self.mv);
+        apply(&self.coupling_t, &state.v, &mut self.pv);
+    }
+
+    /// Load at the phase of step `step`, without the static part.
+    fn vibrating_load(&self, step: usize) -> Load {
+        let mut load = Load {
+            on_x: vec![0.0; self.kx.len()],
+            on_modes: vec![0.0; self.modal.len()],
+        };
+        for HarmonicLoad {
+            harmonic,
+            cosine,
+            sine,
+        } in &self.model.excitations
+        {
+            let turn = (harmonic * step) % self.steps;
+            let (s, c) = (TAU * turn as f64 / self.steps as f64).sin_cos();
+            let mut add = |part: &Load, factor: f64| {
+                for (sum, f) in load.on_x.iter_mut().zip(&part.on_x) {
+                    *sum += factor * f;
+                }
+                for (sum, f) in load.on_modes.iter_mut().zip(&part.on_modes) {
+                    *sum += factor * f;
+                }
+            };
+            add(cosine, c);
+            add(sine, s);
+        }
+        load
+    }
+
+    /// Takes `state` from step `step` of a period to the next.
+    ///
+    /// # Errors
+    /// The residual of the contact forces, where they were not found.
+    pub fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
+        let model = self.model;
+        let (h, s) = (self.h, 2.0 / self.h);
+        let (a, b) = (self.damping.stiffness_s, self.damping.mass_per_s);
+        let c = s + b;
+        let n = state.x.len();
+        let (before, after) = (self.vibrating_load(step), self.vibrating_load(step + 1));
+        let mean = |x: &[f64], y: &[f64]| -> Vec<f64> {
+            x.iter().zip(y).map(|(x, y)| 0.5 * (x + y)).collect()
+        };
+        let force = mean(&before.on_x, &after.on_x);
+        let modal_force = mean(&before.on_modes, &after.on_modes);
+
+        let known: Vec<f64> = (0..self.modal.len())
+            .map(|m| {
+                model.static_load.on_modes[m] + modal_force[m] + s * (state.q_rate[m] + self.pv[m])
+                    - model.omega2[m] * state.q[m]
+            })
+            .collect();
+        let on_modes: Vec<f64> = (0..self.modal.len())
+            .map(|m| s * state.q_rate[m] - c * known[m] / self.modal[m])
+            .collect();
+        let mut right: Vec<f64> = (0..n)
+            .map(|i| model.static_load.on_x[i] + force[i] + s * self.mv[i] - self.kx[i])
+            .collect();
+        add(&model.coupling, &on_modes, &mut right);
+        let mut free = vec![0.0; n];
+        apply(&self.inverse, &right, &mut free);
+        for (f, v) in free.iter_mut().zip(&state.v) {
+            *f = 2.0 * *f - v;
+        }
+        let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
+        for (pair, law) in model.pairs.iter().enumerate() {
+            offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
+        }
+        let mut v = vec![0.0; n];
+        match self
+            .contact
+            .solve(&free, &offset, &mut state.lambda, &mut v)
+        {
+            Solved::Yes => {}
+            Solved::No { residual } => return Err(residual),
+        }
+        let v_mean = mean(&state.v, &v);
+        let mut pv = vec![0.0; self.modal.len()];
+        apply(&self.coupling_t, &v, &mut pv);
+        let pv_mean = mean(&self.pv, &pv);
+        let rate_mean: Vec<f64> = (0..self.modal.len())
+            .map(|m| (known[m] - c * pv_mean[m]) / self.modal[m])
+            .collect();
+
+        let old_kx = self.kx.clone();
+        let old_mv = self.mv.clone();
+        for (x, v) in state.x.iter_mut().zip(&v_mean) {
+            *x += h * v;
+        }
+        for (pair, law) in model.pairs.iter().enumerate() {
+            state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
+        }
+        state.v = v;
+        for ((q, rate), mean) in state.q.iter_mut().zip(&mut state.q_rate).zip(&rate_mean) {
+            *q += h * mean;
+            *rate = 2.0 * mean - *rate;
+        }
+        self.pv = pv;
+        apply(&model.stiffness, &state.x, &mut self.kx);
+        apply(&model.mass, &state.v, &mut self.mv);
+
+        let mut work = Work::default();
+        for i in 0..n {
+            let moved = h * v_mean[i];
+            work.input_j += force[i] * moved;
+            let spent = state.lambda[i] * moved;
+            if i % 3 == 0 {
+                work.impact_j += spent;
+            } else {
+                work.friction_j += spent;
+            }
+            work.viscous_j += a * (self.kx[i] - old_kx[i]) * v_mean[i]
+                + b * 0.5 * (self.mv[i] + old_mv[i]) * moved;
+        }
+        for m in 0..self.modal.len() {
+            let moved = h * rate_mean[m];
+            work.input_j += modal_force[m] * moved;
+            work.viscous_j += (a * model.omega2[m] * rate_mean[m]
+                + b * (rate_mean[m] + 2.0 * pv_mean[m]))
+                * moved;
+        }
+        Ok(work)
+    }
+}
+
+/// y = A x.
+fn apply(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+    y.fill(0.0);
+    add(a, x, y);
+}
+
+/// y += A x.
+fn add(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+    let rows = y.len();
+    matmul(
+        MatMut::from_column_major_slice_mut(y, rows, 1),
+        Accum::Add,
+        a,
+        MatRef::from_column_major_slice(x, x.len(), 1),
+        1.0,
+        Par::Seq,
+    );
+}

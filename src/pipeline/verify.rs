@@ -1,0 +1,223 @@
+//! `dovetail verify`: harmonic balance against time integration at a few frequencies.
+
+use super::prepared::Prepared;
+use super::{Options, files, solve};
+use crate::dlft::{Orbit, Response, StaticState};
+use crate::error::Error;
+use crate::export::{csv, manifest};
+use crate::integration::compare::{Comparison, Start, compare};
+use crate::integration::steady::Until;
+use crate::progress::Progress;
+use crate::reduction::RelativeModel;
+use crate::reduction::damping::{Rayleigh, rayleigh};
+use crate::results::quantities::peak;
+use crate::scene::Scene;
+
+/// Most frequencies of the response in which the peak is looked for.
+const MOST_POINTS: usize = 81;
+/// A flank of the peak is the first frequency beside it below this fraction of its amplitude.
+const FLANK: f64 = 0.75;
+
+/// What is integrated, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verification {
+    /// Empty: the peak of a response over the scene's range, and its two flanks.
+    pub frequencies_hz: Vec<f64>,
+    pub steps_per_period: usize,
+    /// Exactly so many periods; `None`: until steady, at most `most_periods`.
+    pub periods: Option<usize>,
+    pub most_periods: usize,
+    /// What may be left of the transient, relative.
+    pub steady: f64,
+    /// Start from the static state instead of the motion of harmonic balance.
+    pub from_rest: bool,
+    /// Largest relative difference that passes.
+    pub tolerance: f64,
+}
+
+/// Integrates the reduced model in time at each frequency and compares.
+///
+/// # Errors
+/// Those of the static state and the reduction; [`Error::NotConverged`] where harmonic balance has no
+/// motion to compare; [`Error::NotSteady`] and [`Error::Disagreement`], after all is written.
+pub fn verify(
+    scene: &Scene,
+    options: &Options,
+    asked: &Verification,
+    progress: &Progress,
+) -> Result<(), Error> {
+    let subject = Prepared::of(scene, options, progress)?;
+    let relative = subject.relative();
+    let damping = rayleigh(&scene.damping, &relative.omega2)?;
+    let state = solve::statics(scene, relative, progress);
+    solve::usable(&state)?;
+    let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress)?;
+    let failed = chosen
+        .iter()
+        .filter(|i| !response.orbits[**i].outcome.is_converged());
+    if let (unconverged @ 1.., points) = (failed.count(), chosen.len()) {
+        return Err(Error::NotConverged {
+            unconverged,
+            points,
+        });
+    }
+    let comparisons = {
+        let _stage = progress.stage("time integration");
+        let bar = progress.bar(chosen.len(), "frequencies");
+        let until = Until {
+            most_periods: asked.periods.unwrap_or(asked.most_periods),
+            tolerance: if asked.periods.is_some() {
+                0.0
+            } else {
+                asked.steady
+            },
+        };
+        let one = |i: &usize| {
+            let start = match asked.from_rest {
+                true => Start::Rest(&state),
+                false => Start::Orbit,
+            };
+            let done = compare(
+                relative,
+                damping,
+                &response.orbits[*i],
+                start,
+                asked.steps_per_period,
+                until,
+                response.slip_threshold_m,
+            );
+            bar.step();
+            done
+        };
+        use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+        chosen
+            .par_iter()
+            .map(one)
+            .collect::<Result<Vec<Comparison>, _>>()?
+    };
+    csv::write_verification(&options.out.join("verify.csv"), &comparisons)?;
+    let mut summary = files::summarise(scene, options, &subject);
+    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    summary.verification = Some(manifest::verification_summary(
+        &comparisons,
+        asked.steps_per_period,
+        asked.tolerance,
+    ));
+    files::finish(options, summary, progress)?;
+    for comparison in &comparisons {
+        print(comparison);
+    }
+    judge(&comparisons, asked)
+}
+
+/// A response, and the positions in it of the orbits to compare.
+fn orbits(
+    scene: &Scene,
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    state: &StaticState,
+    asked: &Verification,
+    progress: &Progress,
+) -> Result<(Response, Vec<usize>), Error> {
+    let mut frequencies_hz = asked.frequencies_hz.clone();
+    frequencies_hz.sort_by(f64::total_cmp);
+    frequencies_hz.dedup();
+    let given = !frequencies_hz.is_empty();
+    if !given {
+        let mut spec = scene.response.clone();
+        spec.points = spec.points.min(MOST_POINTS);
+        frequencies_hz = solve::frequencies_hz(&spec, relative)?;
+    }
+    let harmonics = scene.response.harmonics;
+    let response = solve::respond(
+        &scene.response,
+        relative,
+        damping,
+        state,
+        &frequencies_hz,
+        harmonics,
+        progress,
+    );
+    let chosen = if given {
+        (0..response.orbits.len()).collect()
+    } else {
+        peak_and_flanks(&response)
+    };
+    Ok((response, chosen))
+}
+
+/// Peak, and the first converged frequency on each side below [`FLANK`] of it; all where nothing is
+/// observed or converged.
+fn peak_and_flanks(response: &Response) -> Vec<usize> {
+    let Some(top) = peak(response, 0) else {
+        return (0..response.orbits.len()).collect();
+    };
+    let below = |i: &usize| {
+        let orbit: &Orbit = &response.orbits[*i];
+        orbit.outcome.is_converged() && orbit.observed_amplitude_m[0] < FLANK * top.amplitude_m
+    };
+    let left = (0..top.index).rev().find(below);
+    let right = (top.index + 1..response.orbits.len()).find(below);
+    left.into_iter().chain([top.index]).chain(right).collect()
+}
+
+fn print(comparison: &Comparison) {
+    let (b, i) = (&comparison.balance, &comparison.integration);
+    let steady = match comparison.steady {
+        true => "steady",
+        false => "not steady",
+    };
+    println!(
+        "{:.4} Hz, {} harmonics; {} periods, {steady}, {:.1e} of the transient left",
+        comparison.frequency_hz, comparison.harmonics, comparison.periods, comparison.left
+    );
+    println!(
+        "    {:<28} {:>14} {:>14} {:>11}",
+        "", "balance", "integration", "difference"
+    );
+    let [amplitude, first, contact, input] = comparison.differences();
+    let line = |name: &str, b: f64, i: f64, difference: Option<f64>| {
+        let percent = difference.map_or(String::new(), |d| format!("{:+.4} %", 100.0 * d));
+        println!("    {name:<28} {b:>14.6e} {i:>14.6e} {percent:>11}");
+    };
+    if let (Some(b), Some(i)) = (b.amplitude_m, i.amplitude_m) {
+        line("amplitude, m", b, i, amplitude);
+    }
+    if let (Some(b), Some(i)) = (b.first_harmonic_m, i.first_harmonic_m) {
+        line("harmonic 1, m", b, i, first);
+    }
+    line(
+        "contact work, J",
+        b.contact_work_j,
+        i.contact_work_j,
+        contact,
+    );
+    line("damping work, J", b.viscous_work_j, i.viscous_work_j, None);
+    line("input work, J", b.input_work_j, i.input_work_j, input);
+    let count = |name: &str, b: usize, i: usize| println!("    {name:<28} {b:>14} {i:>14}");
+    count("pairs that slip", b.slipping_pairs, i.slipping_pairs);
+    count("pairs that open", b.opening_pairs, i.opening_pairs);
+}
+
+fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> {
+    if asked.periods.is_none()
+        && let Some(moving) = comparisons.iter().find(|c| !c.steady)
+    {
+        return Err(Error::NotSteady {
+            frequency_hz: moving.frequency_hz,
+            periods: moving.periods,
+            left: moving.left,
+        });
+    }
+    let worst = comparisons
+        .iter()
+        .max_by(|a, b| a.worst().total_cmp(&b.worst()));
+    match worst {
+        Some(worst) if worst.worst() > asked.tolerance => Err(Error::Disagreement {
+            frequency_hz: worst.frequency_hz,
+            percent: 100.0 * worst.worst(),
+            tolerance_percent: 100.0 * asked.tolerance,
+        }),
+        _ => Ok(()),
+    }
+}

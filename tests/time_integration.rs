@@ -1,0 +1,338 @@
+//! The time integration against closed forms, and harmonic balance against the time integration.
+
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::{Response, StaticState};
+use dovetail::integration::compare::{Comparison, Start, compare};
+use dovetail::integration::steady::{Settled, Until, integrate};
+use dovetail::integration::step::{State, Stepper};
+use dovetail::numerics::newton::NewtonOptions;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
+use dovetail::scene::{EpsChoice, Solver};
+use faer::Mat;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+const UNDAMPED: Rayleigh = Rayleigh {
+    stiffness_s: 0.0,
+    mass_per_s: 0.0,
+};
+
+/// One pair with diagonal K and M and at most one mode, pressed together by `press_n`; the vibrating
+/// load acts along `axis` and on the mode, and the displacement along `axis` (and of the mode) is seen.
+struct OnePair {
+    stiffness: [f64; 3],
+    mass: [f64; 3],
+    friction: f64,
+    press_n: f64,
+    axis: usize,
+    /// Along `axis`: share of the load and of the displacement.
+    share: f64,
+    /// Coupling along `axis`, squared frequency.
+    mode: Option<(f64, f64)>,
+    force_n: f64,
+}
+
+impl OnePair {
+    fn model(&self) -> RelativeModel {
+        let modes = usize::from(self.mode.is_some());
+        let (p, w2) = self.mode.unwrap_or_default();
+        let along = |value: f64| {
+            let mut v = vec![0.0; 3];
+            v[self.axis] = value;
+            v
+        };
+        let load = |force: f64| Load {
+            on_x: along(force * self.share),
+            on_modes: vec![force; modes],
+        };
+        RelativeModel {
+            stiffness: Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 }),
+            mass: Mat::from_fn(3, 3, |i, j| if i == j { self.mass[i] } else { 0.0 }),
+            coupling: Mat::from_fn(3, modes, |i, _| along(p)[i]),
+            omega2: vec![w2; modes],
+            static_load: Load {
+                on_x: vec![-self.press_n, 0.0, 0.0],
+                on_modes: vec![0.0; modes],
+            },
+            excitations: vec![HarmonicLoad {
+                harmonic: 1,
+                cosine: load(self.force_n),
+                sine: load(0.0),
+            }],
+            observations: vec![Probe {
+                name: "u".to_owned(),
+                on_x: along(self.share),
+                on_modes: vec![1.0; modes],
+            }],
+            pairs: vec![PairLaw {
+                friction: self.friction,
+                gap_m: 0.0,
+            }],
+        }
+    }
+}
+
+fn settle(
+    model: &RelativeModel,
+    damping: Rayleigh,
+    omega_rad_s: f64,
+    steps: usize,
+    most_periods: usize,
+) -> Settled {
+    let mut stepper = Stepper::new(model, damping, omega_rad_s / TAU, steps).unwrap();
+    let n = model.stiffness.nrows();
+    let mut state = State::at_rest(model, &vec![0.0; n], &vec![0.0; n]);
+    let until = Until {
+        most_periods,
+        tolerance: 1e-9,
+    };
+    integrate(&mut stepper, &mut state, until).unwrap()
+}
+
+/// Stuck, one mode of frequency 1 remains: P / |1 - b^2 + i b c|, at any step size.
+#[test]
+fn a_stuck_joint_is_the_linear_oscillator_whatever_the_step() {
+    let b: f64 = 1.02;
+    let model = OnePair {
+        stiffness: [1.0; 3],
+        mass: [1.0; 3],
+        friction: 0.5,
+        press_n: 1e3,
+        axis: 1,
+        share: 0.0,
+        mode: Some((0.3, 1.0)),
+        force_n: 1.0,
+    }
+    .model();
+    for (a, c) in [(0.05, 0.0), (0.0, 0.05), (0.02, 0.03)] {
+        let damping = Rayleigh {
+            stiffness_s: a,
+            mass_per_s: c,
+        };
+        let exact = 1.0 / (1.0 - b * b).hypot(b * (a + c));
+        for steps in [20, 200] {
+            let settled = settle(&model, damping, b, steps, 400);
+            let [re, im] = settled.cycle.observed[0].first_harmonic_m;
+            let off = re.hypot(im) / exact - 1.0;
+            assert!(settled.steady && off.abs() < 1e-8, "{steps} steps: {off:e}");
+            let work = settled.cycle.work;
+            assert!(work.friction_j.abs() + work.impact_j.abs() < 1e-8 * work.input_j);
+            assert!((work.viscous_j / work.input_j - 1.0).abs() < 1e-7);
+        }
+    }
+}
+
+/// Den Hartog (1931): rigid Coulomb friction, motion without stops.
+#[test]
+fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
+    for (b, friction_n, expected) in [
+        (0.7, 0.2, 1.927775),
+        (0.7, 0.4, 1.825167),
+        (0.7, 0.6, 1.639948),
+        (1.25, 0.2, 1.708218),
+        (1.25, 0.4, 1.480050),
+        (1.25, 0.6, 0.988996),
+        (1.5, 0.2, 0.765942),
+        (1.5, 0.4, 0.653197),
+        (1.5, 0.6, 0.400000),
+    ] {
+        let model = OnePair {
+            stiffness: [1.0; 3],
+            mass: [1.0; 3],
+            friction: 0.5,
+            press_n: 2.0 * friction_n,
+            axis: 1,
+            share: 1.0,
+            mode: None,
+            force_n: 1.0,
+        }
+        .model();
+        let coarse = settle(&model, UNDAMPED, b, 500, 600);
+        let fine = settle(&model, UNDAMPED, b, 2000, 600);
+        let off = |s: &Settled| s.cycle.observed[0].amplitude_m / expected - 1.0;
+        println!(
+            "b {b} F {friction_n}: {:+.1e} at 500, {:+.1e} at 2000 steps, {} periods",
+            off(&coarse),
+            off(&fine),
+            fine.periods
+        );
+        assert!(off(&fine).abs() < 2e-4, "b {b} F {friction_n}");
+        let work = fine.cycle.work.friction_j / (4.0 * friction_n * expected) - 1.0;
+        assert!(work.abs() < 1e-3, "b {b} F {friction_n}: work {work:e}");
+    }
+}
+
+/// Spring and slider in series beside a damped oscillator; all harmonics.
+#[test]
+fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
+    let (k, kd, fc) = (1.0, 0.5, 0.2);
+    let share = kd / (k + kd);
+    let model = OnePair {
+        stiffness: [1.0, kd - kd * share, 1.0],
+        mass: [1.0, share * share, 1.0],
+        friction: 0.5,
+        press_n: fc / 0.5,
+        axis: 1,
+        share,
+        mode: Some((share, k + kd)),
+        force_n: 0.25,
+    }
+    .model();
+    // M is the oscillator's mass alone, so b M is its dashpot.
+    let damping = Rayleigh {
+        stiffness_s: 0.0,
+        mass_per_s: 0.02,
+    };
+    let settled = settle(&model, damping, 1.05, 1000, 500);
+    let (amplitude, work) = (
+        settled.cycle.observed[0].amplitude_m,
+        settled.cycle.work.friction_j,
+    );
+    println!(
+        "A = {amplitude:.6}, W = {work:.6}, {} periods",
+        settled.periods
+    );
+    assert!((amplitude / 1.946123 - 1.0).abs() < 5e-6);
+    assert!((work / 1.236895 - 1.0).abs() < 2e-5);
+}
+
+/// A mass pressed on a rigid floor with N and shaken with P cos(w t), P > N: it leaves when the load
+/// does, flies freely and lands without rebound.
+#[test]
+fn a_pair_lifts_off_flies_and_lands() {
+    let (press, p, w): (f64, f64, f64) = (1.0, 1.2, 1.0);
+    let leaves = -(press / p).acos() / w;
+    let place = |t: f64| {
+        let s = t - leaves;
+        p / (w * w) * ((w * leaves).cos() - (w * t).cos())
+            - p / w * (w * leaves).sin() * s
+            - 0.5 * press * s * s
+    };
+    // Landing and top, by bisection and by search.
+    let (mut low, mut high) = (leaves + 0.5, leaves + 6.0);
+    assert!(place(low) > 0.0 && place(high) < 0.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if place(middle) > 0.0 {
+            low = middle
+        } else {
+            high = middle
+        }
+    }
+    let flight = low - leaves;
+    let top = (0..100_000)
+        .map(|i| place(leaves + flight * f64::from(i) / 1e5))
+        .fold(0.0, f64::max);
+    let model = OnePair {
+        stiffness: [0.0, 1.0, 1.0],
+        mass: [1.0; 3],
+        friction: 0.5,
+        press_n: press,
+        axis: 0,
+        share: 1.0,
+        mode: None,
+        force_n: p,
+    }
+    .model();
+    let mut last = f64::INFINITY;
+    for steps in [500, 2000, 8000] {
+        let settled = settle(&model, UNDAMPED, w, steps, 3);
+        let seen = settled.cycle.observed[0];
+        // Zero on the floor: largest departure from the mean is top - mean.
+        let height = seen.mean_m + seen.amplitude_m;
+        let open = settled.cycle.open_fraction[0] * TAU / w;
+        println!(
+            "{steps}: height {:+.1e}, flight {:+.1e}",
+            height / top - 1.0,
+            open / flight - 1.0
+        );
+        let off = (height / top - 1.0).abs();
+        assert!(off < 4.0 / steps as f64 && off < last, "{steps} steps");
+        assert!((open - flight).abs() < 3.0 * TAU / steps as f64);
+        last = off;
+        let work = settled.cycle.work;
+        assert!(
+            (work.input_j - work.impact_j).abs() < 1e-9 * work.input_j,
+            "all input is lost in the impact: {work:?}"
+        );
+    }
+    assert!(flight < TAU, "{}", PI);
+}
+
+const SETTLE: NewtonOptions = NewtonOptions {
+    tolerance: 1e-10,
+    max_iterations: 60,
+};
+
+fn dovetail72() -> RelativeModel {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let law = PairLaw {
+        friction: 0.3,
+        gap_m: 0.0,
+    };
+    superelement::read(&folder, law, 1.0).unwrap().relative
+}
+
+fn damping_of(model: &RelativeModel) -> Rayleigh {
+    Rayleigh {
+        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        mass_per_s: 0.0,
+    }
+}
+
+fn balanced(
+    model: &RelativeModel,
+    harmonics: usize,
+    frequencies_hz: Vec<f64>,
+) -> (StaticState, Response) {
+    let eps = eps_of(model, EpsChoice::Pair, 1.0);
+    let state = static_state(model, &eps, 10, SETTLE);
+    let settings = SweepSettings {
+        frequencies_hz,
+        harmonics,
+        samples: 256,
+        newton: SETTLE,
+        periods: Periods::UntilPeriodic,
+        solver: Solver::NewtonKrylov,
+        slip_threshold_m: None,
+    };
+    let response = sweep(model, damping_of(model), &eps, &state, &settings, &|_| ());
+    (state, response)
+}
+
+fn against(
+    model: &RelativeModel,
+    harmonics: usize,
+    hz: f64,
+    steps: usize,
+    until: Until,
+) -> Comparison {
+    let (_, response) = balanced(model, harmonics, vec![hz]);
+    assert!(response.orbits[0].outcome.is_converged());
+    compare(
+        model,
+        damping_of(model),
+        &response.orbits[0],
+        Start::Orbit,
+        steps,
+        until,
+        response.slip_threshold_m,
+    )
+    .unwrap()
+}
+
+/// A few periods from the motion of harmonic balance: it stays where it is.
+#[test]
+fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
+    let model = dovetail72();
+    let until = Until {
+        most_periods: 6,
+        tolerance: 0.0,
+    };
+    let c = against(&model, 7, 699.5, 300, until);
+    println!("{c:#?}\n{:?}", c.differences());
+    assert!(c.worst() < 0.02, "{:?}", c.differences());
+}
