@@ -37,6 +37,7 @@ fn summary(run: &Run) -> Summary {
         }],
         static_state: Some(manifest::static_summary(&run.model, &run.static_state)),
         response: Some(manifest::response_summary(&run.model, &run.response)),
+        verification: None,
         observations: manifest::observation_summaries(&run.model),
     }
 }
