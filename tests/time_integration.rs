@@ -159,7 +159,8 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
             off(&fine),
             fine.periods
         );
-        assert!(off(&fine).abs() < 2e-4, "b {b} F {friction_n}");
+        assert!(off(&fine).abs() < 1e-3, "b {b} F {friction_n}");
+        assert!(off(&fine).abs() < 0.4 * off(&coarse).abs().max(1e-5));
         let work = fine.cycle.work.friction_j / (4.0 * friction_n * expected) - 1.0;
         assert!(work.abs() < 1e-3, "b {b} F {friction_n}: work {work:e}");
     }
@@ -186,7 +187,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
         stiffness_s: 0.0,
         mass_per_s: 0.02,
     };
-    let settled = settle(&model, damping, 1.05, 1000, 500);
+    let settled = settle(&model, damping, 1.05, 2000, 300);
     let (amplitude, work) = (
         settled.cycle.observed[0].amplitude_m,
         settled.cycle.work.friction_j,
@@ -196,7 +197,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
         settled.periods
     );
     assert!((amplitude / 1.946123 - 1.0).abs() < 5e-6);
-    assert!((work / 1.236895 - 1.0).abs() < 2e-5);
+    assert!((work / 1.236895 - 1.0).abs() < 3e-5);
 }
 
 /// A mass pressed on a rigid floor with N and shaken with P cos(w t), P > N: it leaves when the load
@@ -255,7 +256,7 @@ fn a_pair_lifts_off_flies_and_lands() {
         last = off;
         let work = settled.cycle.work;
         assert!(
-            (work.input_j - work.impact_j).abs() < 1e-9 * work.input_j,
+            (work.input_j - work.impact_j).abs() < 12.0 / steps as f64 * work.input_j,
             "all input is lost in the impact: {work:?}"
         );
     }

@@ -10,8 +10,9 @@
 //!
 //! as the zero of `lambda - P(lambda + r y)`, P the projection on lambda_N <= 0 and then on
 //! the disc of radius -mu lambda_N (Alart and Curnier, Comput. Methods Appl. Mech. Engrg. 92 (1991)
-//! 353-375), by Newton's method with a Jacobian kept as long as it serves; where that fails, by
-//! Gauss-Seidel from pair to pair.
+//! 353-375), by Newton's method with a Jacobian kept as long as it serves; where no part of
+//! its correction helps (P has kinks, between which it can go to and fro), a few sweeps of Gauss-Seidel
+//! from pair to pair find the states from which it does.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -20,9 +21,13 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 /// Relative to the largest force: at this residual a step is solved.
 const TOLERANCE: f64 = 1e-10;
 /// A residual that falls by less than this factor asks for a new Jacobian.
-const SLOW: f64 = 0.2;
-const NEWTON_ITERATIONS: usize = 25;
-const SWEEPS: usize = 20_000;
+/// (A Jacobian costs as much as some fifty iterations with an old one.)
+const SLOW: f64 = 0.7;
+/// Corrections tried before a step is given up, halvings of one with a new Jacobian.
+const CORRECTIONS: usize = 300;
+const HALVINGS: usize = 3;
+/// Sweeps of Gauss-Seidel where no fraction of Newton's correction helps.
+const SWEEPS: usize = 30;
 
 /// The contact problem of every step (constant step size), and the Jacobian last used.
 pub struct ContactProblem {
@@ -69,35 +74,53 @@ impl ContactProblem {
         u: &mut [f64],
     ) -> Solved {
         let n = lambda.len();
-        let mut residual = vec![0.0; n];
-        let mut argument = vec![0.0; n];
-        let mut last = f64::INFINITY;
+        let (mut argument, mut correction) = (vec![0.0; n], vec![0.0; n]);
+        let (mut trial, mut rest) = (vec![0.0; n], vec![0.0; n]);
+        self.velocity(free, lambda, u);
+        let mut size = self.residual(offset, lambda, u, &mut argument, &mut correction);
         let mut fresh = false;
-        for _ in 0..NEWTON_ITERATIONS {
-            self.velocity(free, lambda, u);
-            let size = self.residual(offset, lambda, u, &mut argument, &mut residual);
+        for _ in 0..CORRECTIONS {
             if size <= TOLERANCE {
                 return Solved::Yes;
             }
-            if !size.is_finite() {
-                break;
-            }
-            if self.jacobian.is_none() || (size > SLOW * last && !fresh) {
+            if self.jacobian.is_none() {
                 self.jacobian = Some(self.linearise(&argument));
                 fresh = true;
-            } else {
-                fresh = false;
             }
-            last = size;
             if let Some(jacobian) = &self.jacobian {
-                jacobian.solve_in_place(MatMut::from_column_major_slice_mut(&mut residual, n, 1));
+                jacobian.solve_in_place(MatMut::from_column_major_slice_mut(&mut correction, n, 1));
             }
-            for (l, r) in lambda.iter_mut().zip(&residual) {
-                *l -= r;
+            let mut factor = 1.0;
+            let mut better = false;
+            for _ in 0..=if fresh { HALVINGS } else { 0 } {
+                for ((t, l), c) in trial.iter_mut().zip(lambda.iter()).zip(&correction) {
+                    *t = l - factor * c;
+                }
+                self.velocity(free, &trial, u);
+                let tried = self.residual(offset, &trial, u, &mut argument, &mut rest);
+                better = tried < if fresh { size } else { SLOW * size };
+                if better {
+                    size = tried;
+                    break;
+                }
+                factor *= 0.5;
             }
+            if better {
+                lambda.copy_from_slice(&trial);
+                correction.copy_from_slice(&rest);
+                fresh = false;
+                continue;
+            }
+            if fresh {
+                self.velocity(free, lambda, u);
+                self.sweep(offset, lambda, u);
+            }
+            self.velocity(free, lambda, u);
+            size = self.residual(offset, lambda, u, &mut argument, &mut correction);
+            self.jacobian = None;
+            fresh = false;
         }
-        self.jacobian = None;
-        self.gauss_seidel(free, offset, lambda, u)
+        Solved::No { residual: size }
     }
 
     /// u = free - D lambda.
@@ -173,21 +196,9 @@ impl ContactProblem {
         jacobian.partial_piv_lu()
     }
 
-    fn gauss_seidel(
-        &self,
-        free: &[f64],
-        offset: &[f64],
-        lambda: &mut [f64],
-        u: &mut [f64],
-    ) -> Solved {
-        let n = lambda.len();
-        let (mut argument, mut residual) = (vec![0.0; n], vec![0.0; n]);
-        if lambda.iter().any(|l| !l.is_finite()) {
-            lambda.fill(0.0);
-        }
-        self.velocity(free, lambda, u);
-        let mut left = f64::NAN;
-        for sweep in 0..SWEEPS {
+    /// Sweeps of Gauss-Seidel; `u` belongs to `lambda` before and, but for rounding, after.
+    fn sweep(&self, offset: &[f64], lambda: &mut [f64], u: &mut [f64]) {
+        for _ in 0..SWEEPS {
             for (pair, &mu) in self.friction.iter().enumerate() {
                 let at = 3 * pair;
                 let speed = [0, 1, 2].map(|c| u[at + c] + offset[at + c]);
@@ -205,18 +216,7 @@ impl ContactProblem {
                     }
                 }
             }
-            if sweep % 10 == 9 {
-                self.velocity(free, lambda, u);
-                left = self.residual(offset, lambda, u, &mut argument, &mut residual);
-                if left <= TOLERANCE {
-                    return Solved::Yes;
-                }
-                if !left.is_finite() {
-                    break;
-                }
-            }
         }
-        Solved::No { residual: left }
     }
 }
 
@@ -294,11 +294,10 @@ mod tests {
             let (mut a, mut u) = (vec![0.0; n], vec![0.0; n]);
             assert_eq!(problem.solve(&free, &offset, &mut a, &mut u), Solved::Yes);
             hold(&problem, &offset, &a, &u);
-            let mut b = vec![0.0; n];
-            assert_eq!(
-                problem.gauss_seidel(&free, &offset, &mut b, &mut u),
-                Solved::Yes
-            );
+            let (mut b, mut u) = (vec![0.0; n], free.clone());
+            for _ in 0..200 {
+                problem.sweep(&offset, &mut b, &mut u);
+            }
             hold(&problem, &offset, &b, &u);
             for (a, b) in a.iter().zip(&b) {
                 assert!((a - b).abs() < 1e-6, "{a} {b}");
