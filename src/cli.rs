@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::{EXIT_OK, Error};
 use crate::pipeline::verify::{Verification, verify};
-use crate::pipeline::{self, Options};
+use crate::pipeline::{self, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
 
@@ -62,8 +62,8 @@ enum Command {
     Run(SceneFile),
     /// Only mesh the geometry and pair the flanks
     Mesh(SceneFile),
-    /// Up to the modes of the stuck assembly
-    Modes(SceneFile),
+    /// Up to the modes of the stuck assembly; with --rpm over the speed (Campbell)
+    Modes(Modes),
     /// Up to the static state under rotation
     Static(SceneFile),
     /// Compare the response with a time integration at a few frequencies
@@ -77,6 +77,16 @@ struct SceneFile {
     /// The scene: a TOML file that describes one run
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct Modes {
+    #[command(flatten)]
+    file: SceneFile,
+
+    /// Frequencies at N speeds in place of the scene's: a table and a Campbell diagram
+    #[arg(long, value_name = "FROM:TO:N")]
+    rpm: Option<SpeedRange>,
 }
 
 #[derive(Debug, Args)]
@@ -171,19 +181,29 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Error> {
-    let verifying = |scene: &scene::Scene, options: &Options, progress: &Progress| {
-        let Command::Verify(arguments) = &cli.command else {
-            return Ok(());
-        };
-        verify(scene, options, &arguments.asked(), progress)
-    };
-    let (stage, file): (Stage<'_>, &Path) = match &cli.command {
-        Command::Run(file) => (&pipeline::run, &file.scene),
-        Command::Mesh(file) => (&pipeline::mesh, &file.scene),
-        Command::Modes(file) => (&pipeline::modes, &file.scene),
-        Command::Static(file) => (&pipeline::static_state, &file.scene),
-        Command::Verify(arguments) => (&verifying, &arguments.file.scene),
-        Command::Check(file) => (&pipeline::check, &file.scene),
+    let (stage, file): (Stage, &Path) = match &cli.command {
+        Command::Run(file) => (Box::new(pipeline::run), &file.scene),
+        Command::Mesh(file) => (Box::new(pipeline::mesh), &file.scene),
+        Command::Modes(Modes { file, rpm: None }) => (Box::new(pipeline::modes), &file.scene),
+        Command::Modes(Modes {
+            file,
+            rpm: Some(speeds),
+        }) => {
+            let speeds = *speeds;
+            let campbell = move |scene: &_, options: &_, progress: &_| {
+                pipeline::campbell(scene, speeds, options, progress)
+            };
+            (Box::new(campbell), &file.scene)
+        }
+        Command::Verify(arguments) => {
+            let asked = arguments.asked();
+            let verifying = move |scene: &_, options: &_, progress: &_| {
+                verify(scene, options, &asked, progress)
+            };
+            (Box::new(verifying), &arguments.file.scene)
+        }
+        Command::Static(file) => (Box::new(pipeline::static_state), &file.scene),
+        Command::Check(file) => (Box::new(pipeline::check), &file.scene),
     };
     // Dense factorisations split among threads round differently: each runs on one, and the work is shared
     // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
@@ -206,7 +226,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     stage(&scene, &options, &Progress::new(cli.quiet))
 }
 
-type Stage<'a> = &'a dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>;
+type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;
 
 /// Prints an error to stderr: with colour and lines on a terminal, plain text elsewhere.
 fn report(error: Error) {
@@ -271,6 +291,8 @@ mod tests {
             ("dovetail run a.toml --threads 0", 2),
             ("dovetail verify a.toml --at 0", 2),
             ("dovetail verify a.toml --steps 3", 2),
+            ("dovetail modes a.toml --rpm 5000", 2),
+            ("dovetail run a.toml --rpm 0:5000:3", 2),
             ("dovetail", 2),
             ("dovetail --help", 0),
             ("dovetail static --help", 0),

@@ -1,6 +1,7 @@
 //! `dovetail verify`: harmonic balance against time integration at a few frequencies.
 
-use super::{Options, files, reduced, solve};
+use super::prepared::Prepared;
+use super::{Options, files, solve};
 use crate::dlft::{Orbit, Response, StaticState};
 use crate::error::Error;
 use crate::export::{csv, manifest};
@@ -45,12 +46,12 @@ pub fn verify(
     asked: &Verification,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let meshed = reduced(scene, options, progress)?;
-    let relative = &meshed.reduced.relative;
+    let subject = Prepared::of(scene, options, progress)?;
+    let relative = subject.relative();
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
-    let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress);
+    let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress)?;
     let failed = chosen
         .iter()
         .filter(|i| !response.orbits[**i].outcome.is_converged());
@@ -95,8 +96,8 @@ pub fn verify(
             .collect::<Result<Vec<Comparison>, _>>()?
     };
     csv::write_verification(&options.out.join("verify.csv"), &comparisons)?;
-    let mut summary = files::summarise(scene, options, &meshed.model, meshed.summary());
-    summary.static_state = Some(manifest::static_summary(&meshed.model, &state));
+    let mut summary = files::summarise(scene, options, &subject);
+    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
     summary.verification = Some(manifest::verification_summary(
         &comparisons,
         asked.steps_per_period,
@@ -117,23 +118,24 @@ fn orbits(
     state: &StaticState,
     asked: &Verification,
     progress: &Progress,
-) -> (Response, Vec<usize>) {
+) -> Result<(Response, Vec<usize>), Error> {
     let mut frequencies_hz = asked.frequencies_hz.clone();
     frequencies_hz.sort_by(f64::total_cmp);
     frequencies_hz.dedup();
     let given = !frequencies_hz.is_empty();
     if !given {
-        let points = scene.response.points.min(MOST_POINTS);
-        frequencies_hz = solve::frequencies_hz(scene, relative, points);
+        let mut spec = scene.response.clone();
+        spec.points = spec.points.min(MOST_POINTS);
+        frequencies_hz = solve::frequencies_hz(&spec, relative)?;
     }
     let harmonics = scene.response.harmonics;
-    let response = solve::respond_at(
-        scene,
+    let response = solve::respond(
+        &scene.response,
         relative,
         damping,
         state,
+        &frequencies_hz,
         harmonics,
-        frequencies_hz,
         progress,
     );
     let chosen = if given {
@@ -141,7 +143,7 @@ fn orbits(
     } else {
         peak_and_flanks(&response)
     };
-    (response, chosen)
+    Ok((response, chosen))
 }
 
 /// Peak, and the first converged frequency on each side below [`FLANK`] of it; all where nothing is

@@ -3,10 +3,12 @@
 //!
 //! Colours are Okabe and Ito's set and viridis: both read the same to colour-blind eyes.
 
+mod campbell;
 mod colour;
 mod curves;
 mod flanks;
 
+pub use campbell::{CampbellFamily, write_campbell};
 pub use curves::{AmplitudeScale, Curve, response_curve, stuck_curve, write_response_plot};
 pub use flanks::{
     write_dissipation_map, write_flank_flags, write_flank_map, write_separation_map,

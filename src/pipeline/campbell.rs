@@ -1,0 +1,333 @@
+//! Frequencies over the speed: the table and the diagram of `dovetail modes --rpm`.
+
+use super::meshed::{Bound, HELD_MODES, assemble};
+use super::{Options, files, hertz};
+use crate::error::Error;
+use crate::export::csv::{self, CampbellRow};
+use crate::export::manifest;
+use crate::export::plots::{CampbellFamily, write_campbell};
+use crate::fem::{BodyMatrices, Structure};
+use crate::model::{Body, Model};
+use crate::numerics::sparse::sum;
+use crate::progress::Progress;
+use crate::reduction::craig_bampton::{condense, held_modes};
+use crate::reduction::relative::relative;
+use crate::reduction::{ReducedBody, ReductionError};
+use crate::scene::{Scene, Subject};
+
+/// Most speeds of one table.
+const MOST_SPEEDS: usize = 10_000;
+
+/// Speeds of a Campbell table: `points` of them, evenly spaced, ends included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedRange {
+    from_rpm: f64,
+    to_rpm: f64,
+    points: usize,
+}
+
+/// Why a text is no [`SpeedRange`].
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum SpeedRangeError {
+    #[error("`{0}` is not FROM:TO:N, such as 0:8000:9")]
+    Form(String),
+    #[error("speeds must be from 0 to below 1e7 rpm and ascend, not {from} to {to}")]
+    Speeds { from: f64, to: f64 },
+    #[error(
+        "the number of speeds must be from 2 to {MOST_SPEEDS} (1 where both ends are equal), not {0}"
+    )]
+    Points(usize),
+}
+
+impl std::str::FromStr for SpeedRange {
+    type Err = SpeedRangeError;
+
+    fn from_str(text: &str) -> Result<Self, SpeedRangeError> {
+        let form = || SpeedRangeError::Form(text.to_string());
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let [from, to, points] = parts[..] else {
+            return Err(form());
+        };
+        let speed = |s: &str| s.parse::<f64>().ok().filter(|v| v.is_finite());
+        let (from, to) = (speed(from).ok_or_else(form)?, speed(to).ok_or_else(form)?);
+        let points: usize = points.parse().map_err(|_| form())?;
+        if !(0.0 <= from && from <= to && to < 1e7) {
+            return Err(SpeedRangeError::Speeds { from, to });
+        }
+        if points > MOST_SPEEDS || points < if from == to { 1 } else { 2 } {
+            return Err(SpeedRangeError::Points(points));
+        }
+        Ok(Self {
+            from_rpm: from,
+            to_rpm: to,
+            points,
+        })
+    }
+}
+
+impl SpeedRange {
+    /// The speeds, rpm, ascending.
+    pub fn values_rpm(&self) -> Vec<f64> {
+        let last = (self.points - 1).max(1) as f64;
+        let step = (self.to_rpm - self.from_rpm) / last;
+        (0..self.points)
+            .map(|i| match i + 1 {
+                n if n == self.points && n > 1 => self.to_rpm,
+                _ => self.from_rpm + step * i as f64,
+            })
+            .collect()
+    }
+}
+
+/// Modes at each speed: of the first body with its flanks held (full model), and of the stuck assembly.
+/// Mesh, pairs, stiffness and mass are made once: under rotation the stiffness is a parabola of the
+/// speed, so that two assemblies, at rest and at the highest speed, give it at any.
+///
+/// A speed that the structure does not stand has no frequencies, and a warning says why.
+///
+/// # Errors
+/// [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
+pub fn campbell(
+    scene: &Scene,
+    speeds: SpeedRange,
+    options: &Options,
+    progress: &Progress,
+) -> Result<(), Error> {
+    let Subject::Assembly(assembly) = &scene.subject else {
+        return Err(Error::NoMesh {
+            scene: scene.name.clone(),
+        });
+    };
+    let mut fastest = assembly.clone();
+    let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
+    rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
+    let bound = Bound::of(&fastest, options, progress)?;
+    let model = &bound.model;
+    let spun = Spun::of(model, progress)?;
+    let mut all = Vec::new();
+    {
+        let _stage = progress.stage("modes at each speed");
+        let bar = progress.bar(speeds.points, "speeds");
+        for rpm in speeds.values_rpm() {
+            let share = match speeds.to_rpm {
+                0.0 => 0.0,
+                to => (rpm / to).powi(2),
+            };
+            let modes = match spun.modes(model, share, scene.response.stuck_modes) {
+                Ok(modes) => Some(modes),
+                // At the lowest speed it is the scene that is at fault, not the speed.
+                Err(
+                    error @ (ReductionError::InteriorUnstable { .. }
+                    | ReductionError::NotHeld { .. }),
+                ) if rpm > speeds.from_rpm => {
+                    progress.warning(&format!("no modes at {rpm} rpm: {error}"));
+                    None
+                }
+                Err(error) => return Err(error.into()),
+            };
+            all.push((rpm, modes));
+            bar.step();
+        }
+    }
+    let families = families(&model.bodies[0], &all);
+    let rows: Vec<CampbellRow> = families.iter().flat_map(Family::rows).collect();
+    csv::write_campbell(&options.out.join("modes_campbell.csv"), &rows)?;
+    let curves: Vec<CampbellFamily> = families.iter().map(Family::curves).collect();
+    write_campbell(
+        &options.out.join("plots/campbell.svg"),
+        &scene.name,
+        &curves,
+    )?;
+    families.iter().for_each(Family::print);
+    let mut summary = files::empty_summary(scene, options);
+    summary.pairs = model.pairs.len();
+    summary.observations = manifest::observation_summaries(model);
+    summary.mesh = Some(bound.summary());
+    files::finish(options, summary, progress)
+}
+
+/// Frequencies (Hz) at one speed: flanks held, stuck.
+type ModesAtSpeed = [Vec<f64>; 2];
+
+/// Both bodies at rest, and what the highest speed adds.
+struct Spun {
+    at_rest: Structure,
+    fastest: Structure,
+    /// Reduced once and for all: bodies that do not rotate.
+    still: [Option<ReducedBody>; 2],
+}
+
+impl Spun {
+    fn of(model: &Model, progress: &Progress) -> Result<Self, Error> {
+        let at_rest = Model {
+            rotation: None,
+            ..model.clone()
+        };
+        let at_rest = assemble(&at_rest, progress)?;
+        let fastest = assemble(model, progress)?;
+        let mut still = [None, None];
+        for (b, body) in model.bodies.iter().enumerate().filter(|(_, b)| !b.rotates) {
+            still[b] = Some(condense(body, &at_rest.bodies[b])?);
+        }
+        Ok(Self {
+            at_rest,
+            fastest,
+            still,
+        })
+    }
+
+    /// Matrices of a body at `share` of the square of the highest speed.
+    fn body(&self, b: usize, share: f64) -> BodyMatrices {
+        let (rest, fast) = (&self.at_rest.bodies[b], &self.fastest.bodies[b]);
+        // (1 - share) K_rest + share K_fast: exact at both ends.
+        let mut stiffness = rest.stiffness.clone();
+        stiffness
+            .values_mut()
+            .iter_mut()
+            .for_each(|k| *k *= 1.0 - share);
+        BodyMatrices {
+            stiffness: sum(&stiffness, share, &fast.stiffness),
+            mass: rest.mass.clone(),
+            load_n: fast.load_n.iter().map(|f| share * f).collect(),
+            total_mass_kg: rest.total_mass_kg,
+        }
+    }
+
+    fn modes(
+        &self,
+        model: &Model,
+        share: f64,
+        stuck_modes: Option<usize>,
+    ) -> Result<ModesAtSpeed, ReductionError> {
+        let matrices = [0, 1].map(|b| self.body(b, share));
+        let condensed = |b: usize| match &self.still[b] {
+            Some(reduced) => Ok(reduced.clone()),
+            None => condense(&model.bodies[b], &matrices[b]),
+        };
+        let held = held_modes(&model.bodies[0], &matrices[0], HELD_MODES)?.omega2;
+        let (first, second) = rayon::join(|| condensed(0), || condensed(1));
+        let stuck = relative(model, [first?, second?], stuck_modes)?
+            .relative
+            .omega2;
+        Ok([held, stuck].map(|omega2| {
+            omega2
+                .iter()
+                .take(HELD_MODES)
+                .map(|w2| hertz(*w2))
+                .collect()
+        }))
+    }
+}
+
+/// One kind of modes over the speeds.
+struct Family {
+    kind: &'static str,
+    body: String,
+    /// Speed (rpm), frequencies (Hz); `None` where the structure does not stand the speed.
+    speeds: Vec<(f64, Option<Vec<f64>>)>,
+}
+
+fn families(blade: &Body, all: &[(f64, Option<ModesAtSpeed>)]) -> [Family; 2] {
+    let kinds = [
+        ("flanks_held", blade.name.clone()),
+        ("stuck", "assembly".to_string()),
+    ];
+    let mut which = 0..;
+    kinds.map(|(kind, body)| {
+        let i = which.next().unwrap_or(0);
+        let of_speed = |(rpm, modes): &(f64, Option<ModesAtSpeed>)| {
+            (*rpm, modes.as_ref().map(|modes| modes[i].clone()))
+        };
+        Family {
+            kind,
+            body,
+            speeds: all.iter().map(of_speed).collect(),
+        }
+    })
+}
+
+impl Family {
+    fn modes(&self) -> usize {
+        let counts = self.speeds.iter().flat_map(|(_, f)| f).map(Vec::len);
+        counts.max().unwrap_or(0)
+    }
+
+    fn rows(&self) -> Vec<CampbellRow> {
+        let row = |speed_rpm: f64, frequencies: &Option<Vec<f64>>, mode: usize| CampbellRow {
+            speed_rpm,
+            kind: self.kind.to_string(),
+            body: self.body.clone(),
+            mode: mode + 1,
+            frequency_hz: frequencies.as_ref().and_then(|f| f.get(mode).copied()),
+        };
+        let of_speed = |(rpm, f): &(f64, Option<Vec<f64>>)| -> Vec<CampbellRow> {
+            (0..self.modes()).map(|mode| row(*rpm, f, mode)).collect()
+        };
+        self.speeds.iter().flat_map(of_speed).collect()
+    }
+
+    fn curves(&self) -> CampbellFamily {
+        let mode = |mode: usize| {
+            let point = |(rpm, f): &(f64, Option<Vec<f64>>)| Some((*rpm, *f.as_ref()?.get(mode)?));
+            self.speeds.iter().filter_map(point).collect()
+        };
+        CampbellFamily {
+            label: self.title(),
+            modes: (0..self.modes()).map(mode).collect(),
+            dashed: self.kind == "stuck",
+        }
+    }
+
+    fn title(&self) -> String {
+        format!("{}, {}", self.body, self.kind.replace('_', " "))
+    }
+
+    /// One line per speed.
+    fn print(&self) {
+        println!("{}: frequencies in Hz", self.title());
+        let heads = (1..=self.modes()).map(|mode| format!("{mode:>12}"));
+        println!("{:>10}{}", "speed_rpm", heads.collect::<String>());
+        for (rpm, frequencies) in &self.speeds {
+            let cells: String = match frequencies {
+                Some(f) => f.iter().map(|f| format!("{f:>12.4}")).collect(),
+                None => format!("{:>12}", "-").repeat(self.modes()),
+            };
+            println!("{rpm:>10.1}{cells}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_read_and_include_their_ends() {
+        let speeds = |text: &str| text.parse::<SpeedRange>().map(|s| s.values_rpm());
+        assert_eq!(speeds("0:8000:5").unwrap(), [0.0, 2e3, 4e3, 6e3, 8e3]);
+        assert_eq!(speeds(" 1e3 : 2e3 : 2 ").unwrap(), [1e3, 2e3]);
+        assert_eq!(speeds("5000:5000:1").unwrap(), [5e3]);
+        assert_eq!(speeds("0:0:1").unwrap(), [0.0]);
+        assert_eq!(*speeds("0:1e6:7").unwrap().last().unwrap(), 1e6);
+    }
+
+    #[test]
+    fn what_is_no_range_says_what_is() {
+        for (text, says) in [
+            ("5000", "FROM:TO:N"),
+            ("0:5000", "FROM:TO:N"),
+            ("0:fast:3", "FROM:TO:N"),
+            ("0:inf:3", "FROM:TO:N"),
+            ("0:5000:2.5", "FROM:TO:N"),
+            ("-1:5000:3", "ascend"),
+            ("5000:0:3", "ascend"),
+            ("0:1e7:3", "1e7"),
+            ("0:5000:1", "2 to"),
+            ("0:5000:0", "2 to"),
+            ("0:5000:10001", "2 to"),
+        ] {
+            let message = text.parse::<SpeedRange>().unwrap_err().to_string();
+            assert!(message.contains(says), "{text}: {message}");
+        }
+    }
+}

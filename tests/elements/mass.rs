@@ -1,0 +1,149 @@
+//! Mass, and the load of rotation.
+
+use dovetail::fem::{assemble_body, tet10};
+use dovetail::mesh::ElementOrder;
+use dovetail::mesh::block::block;
+use dovetail::model::NodeMotion;
+use dovetail::scene::Prestress;
+
+use crate::algebra::*;
+use crate::bodies::*;
+
+#[test]
+fn single_element_mass_is_the_tabulated_one() {
+    let corners = [
+        [0.01, 0.0, 0.0],
+        [0.04, 0.01, 0.0],
+        [0.02, 0.05, 0.01],
+        [0.0, 0.02, 0.06],
+    ];
+    let edge = |a: usize, k: usize| [0, 1, 2].map(|d| corners[a][d] - corners[k][d]);
+    let volume = dot(&cross(edge(1, 0), edge(2, 0)), &edge(3, 0)) / 6.0;
+    // Tet4: (1 + delta) / 20. Tet10, over 420: corners 6 and 1, corner to middle -4 if on its edge,
+    // else -6, middles 32, 16 if their edges meet, 8 if opposite.
+    let ends = |n: usize| if n < 4 { [n, n] } else { tet10::EDGES[n - 4] };
+    let tabulated = |order: ElementOrder, a: usize, b: usize| {
+        let meet = ends(a).iter().any(|v| ends(b).contains(v));
+        match (order, a < 4, b < 4) {
+            (ElementOrder::Linear, ..) if a == b => 42.0,
+            (ElementOrder::Linear, ..) => 21.0,
+            (_, true, true) if a == b => 6.0,
+            (_, true, true) => 1.0,
+            (_, false, false) if a == b => 32.0,
+            (_, false, false) if meet => 16.0,
+            (_, false, false) => 8.0,
+            _ if meet => -4.0,
+            _ => -6.0,
+        }
+    };
+    for order in ORDERS {
+        let mut mesh = block(order, [1, 1, 1], [1.0; 3]);
+        let nodes = order.nodes_per_tet();
+        mesh.tets = (0..nodes as u32).collect();
+        mesh.tet_tags.truncate(1);
+        mesh.nodes_m = corners.to_vec();
+        let middle = |e: [usize; 2]| [0, 1, 2].map(|d| 0.5 * (corners[e[0]][d] + corners[e[1]][d]));
+        mesh.nodes_m.extend(tet10::EDGES.map(middle));
+        mesh.nodes_m.truncate(nodes);
+        mesh.node_tags = (1..=nodes as u64).collect();
+        let all = matrices(&free_body(&mesh));
+        assert!((all.total_mass_kg / (volume * STEEL.density_kg_m3) - 1.0).abs() < 1e-14);
+        for a in 0..nodes {
+            for b in 0..nodes {
+                let m = all
+                    .mass
+                    .get_entry(3 * a + 1, 3 * b + 1)
+                    .unwrap()
+                    .into_value();
+                let expected = tabulated(order, a, b) / 420.0;
+                assert!((m / all.total_mass_kg - expected).abs() < 1e-15, "{a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn total_mass_and_rigid_motion_mass_agree() {
+    for mesh in meshes() {
+        for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "x_max")] {
+            let all = matrices(&body);
+            for direction in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+                let u = field(&body, |_| direction);
+                let mass = dot(&u, &times(&all.mass, &u));
+                assert!((mass / all.total_mass_kg - 1.0).abs() < 1e-12);
+            }
+            assert!(all.load_n.iter().all(|f| *f == 0.0), "no rotation, no load");
+        }
+    }
+    let straight = matrices(&free_body(&distorted(
+        ElementOrder::Quadratic,
+        [3, 3, 2],
+        SIZE,
+    )));
+    assert!((straight.total_mass_kg / (7850.0 * 0.03 * 0.02 * 0.015) - 1.0).abs() < 1e-13);
+}
+
+#[test]
+fn curved_mesh_has_the_volume_of_the_arc() {
+    // Ring sector: radii 0.05 to 0.07, 0.6 rad, height 0.015; the shear along z keeps volumes.
+    let exact = 0.5 * (0.07_f64.powi(2) - 0.05_f64.powi(2)) * 0.6 * 0.015 * 7850.0;
+    let quadratic = matrices(&free_body(&bent(ElementOrder::Quadratic))).total_mass_kg;
+    assert!(
+        (quadratic / exact - 1.0).abs() < 1e-4,
+        "{quadratic} {exact}"
+    );
+    let linear = matrices(&free_body(&bent(ElementOrder::Linear))).total_mass_kg;
+    assert!((linear / exact - 1.0).abs() > 1e-3);
+}
+
+#[test]
+fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
+    for order in ORDERS {
+        let mesh = distorted(order, [3, 2, 2], SIZE);
+        for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "z_min")] {
+            let rotation = rotation(Prestress::None);
+            let all = assemble_body(&body, Some(&rotation), &never).unwrap();
+            assert!(
+                all.stiffness == matrices(&body).stiffness,
+                "a load and nothing else"
+            );
+            let d = [0, 1, 2].map(|k| 0.5 * SIZE[k] - rotation.point_m[k]);
+            let a = rotation.axis;
+            let factor = SPIN * SPIN * all.total_mass_kg;
+            let exact = [0, 1, 2].map(|k| factor * (d[k] - dot(&a, &d) * a[k]));
+            for (k, exact_k) in exact.iter().enumerate() {
+                let sum: f64 = all.load_n.iter().skip(k).step_by(3).sum();
+                assert!(
+                    (sum - exact_k).abs() < 1e-11 * largest(&exact),
+                    "{sum} {exact:?}"
+                );
+            }
+            // About the axis a centrifugal force has no moment.
+            let arm = field(&body, |p| {
+                cross(a, [0, 1, 2].map(|k| p[k] - rotation.point_m[k]))
+            });
+            assert!(dot(&arm, &all.load_n).abs() < 1e-11 * largest(&exact) * largest(&arm));
+        }
+    }
+}
+
+#[test]
+fn nodes_that_do_not_move_still_load_their_neighbours() {
+    let mesh = block(ElementOrder::Quadratic, [2, 2, 2], [0.02; 3]);
+    let rotation = rotation(Prestress::None);
+    let free = assemble_body(&free_body(&mesh), Some(&rotation), &never).unwrap();
+    let mut numbers = 0..;
+    let nodes = mesh.nodes_m.iter().map(|p| match p[0] {
+        0.0 => NodeMotion::Fixed,
+        _ => NodeMotion::Free(numbers.next().unwrap()),
+    });
+    let body = body_of(&mesh, STEEL, nodes.collect(), 0);
+    let held = assemble_body(&body, Some(&rotation), &never).unwrap();
+    for (n, motion) in body.dofs.nodes.iter().enumerate() {
+        if let NodeMotion::Free(free_node) = motion {
+            let at = 3 * *free_node as usize;
+            assert_eq!(held.load_n[at..at + 3], free.load_n[3 * n..3 * n + 3]);
+        }
+    }
+    assert_eq!(held.total_mass_kg, free.total_mass_kg);
+}

@@ -1,0 +1,178 @@
+//! Stiffness: rigid motions, patch tests, uniform stress.
+
+use dovetail::fem::assemble_body;
+use dovetail::fem::expand_to_nodes;
+use dovetail::fem::stress::{nodal_stress, stress, von_mises};
+use dovetail::mesh::block::{block, map_nodes};
+use dovetail::scene::Prestress;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+use crate::algebra::*;
+use crate::bodies::*;
+
+#[test]
+fn a_body_has_exactly_six_rigid_motions() {
+    for mesh in meshes() {
+        let body = free_body(&mesh);
+        let k = matrices(&body).stiffness;
+        let strained = largest(&times(&k, &field(&body, |p| apply(GRADIENT, p)))) / 1e-3;
+        for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            assert!(
+                largest(&times(&k, &field(&body, |_| axis.map(|a| 0.02 * a)))) < 1e-12 * strained
+            );
+            assert!(largest(&times(&k, &field(&body, |p| cross(axis, p)))) < 1e-12 * strained);
+        }
+    }
+    for order in ORDERS {
+        let body = free_body(&distorted(order, [1, 2, 1], [0.03, 0.04, 0.05]));
+        let k = matrices(&body).stiffness;
+        let values = dense(&k, k.ncols())
+            .self_adjoint_eigenvalues(Side::Lower)
+            .unwrap();
+        let top = values[values.len() - 1];
+        assert!(
+            values[..6].iter().all(|v| v.abs() < 1e-13 * top),
+            "{:?}",
+            &values[..8]
+        );
+        assert!(values[6] > 1e-4 * top, "{:?}", &values[..8]);
+    }
+}
+
+#[test]
+fn patch_test_on_distorted_and_curved_meshes() {
+    for order in ORDERS {
+        let mut curved = block(order, [3, 3, 3], SIZE);
+        // Mid-edge nodes move with the field, so inner edges become curves; the three components
+        // differ, else the determinants stay of low degree and too coarse a rule goes unseen.
+        map_nodes(&mut curved, |p| {
+            let wave = |k: usize, n: f64| (n * std::f64::consts::PI * p[k] / SIZE[k]).sin();
+            let bubbles = [
+                wave(0, 1.0) * wave(1, 1.0) * wave(2, 1.0),
+                wave(0, 2.0) * wave(1, 1.0) * wave(2, 1.0),
+                wave(0, 1.0) * wave(1, 1.0) * wave(2, 2.0),
+            ];
+            [0, 1, 2].map(|k| p[k] + 0.9e-3 * bubbles[k])
+        });
+        for mesh in [distorted(order, [3, 3, 3], SIZE), curved] {
+            let body = free_body(&mesh);
+            let k = matrices(&body).stiffness;
+            let exact = field(&body, |p| apply(GRADIENT, p));
+            let at_boundary = |n: usize| {
+                let at = |x: f64, size: f64| x.abs() < 1e-12 || (x - size).abs() < 1e-12;
+                (0..3).any(|d| at(mesh.nodes_m[n][d], SIZE[d]))
+            };
+            let inner: Vec<usize> = (0..exact.len())
+                .filter(|dof| !at_boundary(dof / 3))
+                .collect();
+            assert!(inner.len() >= 24);
+            let mut given = exact.clone();
+            inner.iter().for_each(|&dof| given[dof] = 0.0);
+            let force = times(&k, &given);
+            let full = dense(&k, k.ncols());
+            let part = Mat::from_fn(inner.len(), inner.len(), |i, j| full[(inner[i], inner[j])]);
+            let load = Mat::from_fn(inner.len(), 1, |i, _| -force[inner[i]]);
+            let u = part.llt(Side::Lower).unwrap().solve(load);
+            for (i, &dof) in inner.iter().enumerate() {
+                assert!((u[(i, 0)] - exact[dof]).abs() < 1e-12 * largest(&exact));
+            }
+        }
+    }
+}
+
+#[test]
+fn stress_of_a_linear_field_is_hookes_everywhere() {
+    let expected = hooke(GRADIENT, STEEL);
+    for mesh in meshes() {
+        let body = free_body(&mesh);
+        let u: Vec<[f64; 3]> = mesh.nodes_m.iter().map(|p| apply(GRADIENT, *p)).collect();
+        let (per_element, per_node) = (stress(&body, &u), nodal_stress(&body, &u));
+        assert_eq!(
+            (per_element.len(), per_node.len()),
+            (mesh.tet_count(), mesh.nodes_m.len())
+        );
+        for s in per_element.iter().chain(&per_node) {
+            assert!((0..6).all(|k| (s[k] - expected[k]).abs() < 1e-11 * largest(&expected)));
+        }
+    }
+    assert!((von_mises([3.0, 0.0, 0.0, 0.0, 0.0, 0.0]) - 3.0).abs() < 1e-15);
+    assert!((von_mises([1.0, 1.0, 1.0, 0.0, 2.0, 0.0]) - 12.0_f64.sqrt()).abs() < 1e-15);
+}
+
+#[test]
+fn strain_energy_of_a_linear_field_is_exact_with_ties_too() {
+    let (s, h) = (hooke(GRADIENT, STEEL), GRADIENT);
+    let density = s[0] * h[0][0]
+        + s[1] * h[1][1]
+        + s[2] * h[2][2]
+        + s[3] * (h[0][1] + h[1][0])
+        + s[4] * (h[1][2] + h[2][1])
+        + s[5] * (h[0][2] + h[2][0]);
+    let exact = density * SIZE[0] * SIZE[1] * SIZE[2];
+    for order in ORDERS {
+        let mesh = distorted(order, [3, 2, 2], SIZE);
+        for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "x_min")] {
+            let u = field(&body, |p| apply(GRADIENT, p));
+            let energy = dot(&u, &times(&matrices(&body).stiffness, &u));
+            assert!((energy / exact - 1.0).abs() < 1e-12, "{energy} {exact}");
+            // Tied nodes follow the linear field.
+            for (value, p) in expand_to_nodes(&body.dofs, &u).iter().zip(&mesh.nodes_m) {
+                let exact = apply(GRADIENT, *p);
+                assert!((0..3).all(|k| (value[k] - exact[k]).abs() < 1e-18));
+            }
+        }
+    }
+}
+
+#[test]
+fn matrices_are_symmetric_to_the_last_bit() {
+    for mesh in meshes() {
+        let body = body_with_flank(&mesh, STEEL, "y_max");
+        let rotation = rotation(Prestress::HeldFlanks);
+        let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
+        for a in [&all.stiffness, &all.mass] {
+            for (i, j, v) in a.triplet_iter() {
+                assert_eq!(a.get_entry(j, i).unwrap().into_value(), *v);
+            }
+        }
+        assert_eq!(all.stiffness.pattern(), all.mass.pattern());
+    }
+}
+
+#[test]
+fn stiffness_and_mass_turn_with_the_body() {
+    // K of the turned body is Q K Q^T, M the same; with ties and curved edges.
+    let q = [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]];
+    for mesh in meshes() {
+        let mut turned = mesh.clone();
+        map_nodes(&mut turned, |p| apply(q, p));
+        let [here, there] = [&mesh, &turned].map(|m| matrices(&body_with_flank(m, STEEL, "x_min")));
+        let top = here
+            .stiffness
+            .values()
+            .iter()
+            .fold(0.0f64, |t, v| t.max(v.abs()));
+        let heaviest = here
+            .mass
+            .values()
+            .iter()
+            .fold(0.0f64, |t, v| t.max(v.abs()));
+        let x: Vec<f64> = (0..here.load_n.len())
+            .map(|i| (1.0 + 2.7 * i as f64).sin())
+            .collect();
+        let turn = |x: &[f64]| -> Vec<f64> {
+            x.chunks_exact(3)
+                .flat_map(|v| apply(q, [v[0], v[1], v[2]]))
+                .collect()
+        };
+        for (a, b, scale) in [
+            (&here.stiffness, &there.stiffness, top),
+            (&here.mass, &there.mass, heaviest),
+        ] {
+            let (expected, found) = (turn(&times(a, &x)), times(b, &turn(&x)));
+            let off: Vec<f64> = expected.iter().zip(&found).map(|(a, b)| a - b).collect();
+            assert!(largest(&off) < 1e-12 * scale, "{:e}", largest(&off) / scale);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! A blade in its jaw as a scene, run by the program itself.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use dovetail::mesh::Mesh;
+
+use crate::NEWTON;
+use crate::meshes::write;
+
+#[derive(Clone)]
+pub struct Joint {
+    pub mesh: Mesh,
+    pub metres_per_unit: f64,
+    pub young_pa: f64,
+    pub speed_rpm: f64,
+    pub axis: [f64; 3],
+    pub prestress: &'static str,
+    /// Of force and observation.
+    pub direction: [f64; 3],
+    pub force_n: f64,
+    pub jaw_first: bool,
+    pub threads: Option<&'static str>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    pub response_csv: String,
+    pub points: Vec<Point>,
+    /// Per contact.
+    pub static_normal_n: Vec<f64>,
+    pub largest_slip_m: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    pub stuck_amplitude_m: f64,
+    pub friction_power_w: f64,
+    pub input_power_w: f64,
+    pub slipping_pairs: usize,
+    pub opening_pairs: usize,
+}
+
+impl Joint {
+    pub fn new(mesh: Mesh) -> Self {
+        Self {
+            mesh,
+            metres_per_unit: 1e-3,
+            young_pa: 113.8e9,
+            speed_rpm: 5000.0,
+            axis: [1.0, 0.0, 0.0],
+            prestress: "held_flanks",
+            direction: [0.0, 1.0, 0.0],
+            force_n: 2.0,
+            jaw_first: false,
+            threads: None,
+        }
+    }
+
+    fn scene(&self) -> String {
+        let Self {
+            metres_per_unit,
+            young_pa,
+            speed_rpm,
+            axis,
+            prestress,
+            direction,
+            force_n,
+            ..
+        } = self;
+        let body = |name: &str, fixed: &str| {
+            format!(
+                "[[body]]\nname = \"{name}\"\nvolume = \"{name}\"\nyoung_pa = {young_pa:?}\npoisson = 0.34\n\
+                 density_kg_m3 = 4430\nfixed = [{fixed}]\nfixed_interface_modes = 5\n"
+            )
+        };
+        let (blade, jaw) = (body("blade", ""), body("jaw", "\"jaw_base\""));
+        let (bodies, [first, second]) = if self.jaw_first {
+            (jaw + &blade, ["jaw", "blade"])
+        } else {
+            (blade + &jaw, ["blade", "jaw"])
+        };
+        let contact = |side: &str| {
+            format!(
+                "[[contact]]\nname = \"{side}\"\nfirst = \"{first}_flank_{side}\"\n\
+                 second = \"{second}_flank_{side}\"\nfriction = 0.3\n"
+            )
+        };
+        format!(
+            "name = \"joint\"\n\
+             [mesh]\nfile = \"joint.msh\"\nmetres_per_unit = {metres_per_unit:?}\n\
+             {bodies}\
+             [rotation]\naxis = {axis:?}\nspeed_rpm = {speed_rpm:?}\nprestress = \"{prestress}\"\n\
+             {}{}\
+             [damping]\nratio = 0.001\n\
+             [[excitation]]\npoints = \"excitation\"\ndirection = {direction:?}\nforce_n = {force_n:?}\n\
+             [[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\ndirection = {direction:?}\n\
+             [response]\ntimes_first_stuck_mode = [0.99, 1.01]\npoints = 3\nharmonics = 2\n\
+             tolerance = {NEWTON:e}\n",
+            contact("left"),
+            contact("right"),
+        )
+    }
+
+    /// `name`: of a folder of its own, gone at the end.
+    pub fn run(&self, name: &str) -> Run {
+        let folder = Folder::new(name);
+        std::fs::write(folder.0.join("joint.msh"), write(&self.mesh)).unwrap();
+        let scene = folder.0.join("joint.toml");
+        std::fs::write(&scene, self.scene()).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .arg("run")
+            .arg(&scene)
+            .arg("--quiet")
+            .arg("--out")
+            .arg(&folder.0);
+        if let Some(threads) = self.threads {
+            program.args(["--threads", threads]);
+        }
+        let output = program.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        read(&folder.0)
+    }
+}
+
+fn read(folder: &Path) -> Run {
+    let response_csv = std::fs::read_to_string(folder.join("response.csv")).unwrap();
+    let mut lines = response_csv
+        .lines()
+        .map(|l| l.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let points = lines
+        .map(|row| {
+            let cell = |column: &str| row[header.iter().position(|h| *h == column).unwrap()];
+            let number = |column: &str| cell(column).parse::<f64>().unwrap();
+            let count = |column: &str| cell(column).parse::<usize>().unwrap();
+            assert_eq!(cell("outcome"), "converged");
+            Point {
+                frequency_hz: number("frequency_hz"),
+                amplitude_m: number("tip_amplitude_m"),
+                stuck_amplitude_m: number("tip_linear_amplitude_m"),
+                friction_power_w: number("friction_power_w"),
+                input_power_w: number("input_power_w"),
+                slipping_pairs: count("slipping_pairs"),
+                opening_pairs: count("opening_pairs"),
+            }
+        })
+        .collect();
+    let summary = std::fs::read(folder.join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let state = &summary["static"];
+    let contacts = state["contacts"].as_array().unwrap();
+    Run {
+        points,
+        static_normal_n: contacts
+            .iter()
+            .map(|c| c["normal_force_n"].as_f64().unwrap())
+            .collect(),
+        largest_slip_m: state["largest_slip_m"].as_f64().unwrap(),
+        response_csv,
+    }
+}
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let name = format!("dovetail-law-{name}-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
