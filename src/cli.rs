@@ -99,7 +99,7 @@ struct VerifyArguments {
     at: Vec<f64>,
 
     /// Time steps per period
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = at_least_16)]
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = at_least_16)]
     steps: usize,
 
     /// Integrate exactly so many periods, steady or not [default: until steady]
@@ -272,11 +272,25 @@ mod tests {
     }
 
     #[test]
+    fn frequencies_are_repeated_or_listed() {
+        let line = "dovetail verify a.toml --at 450.1,451 --at 452 --periods 5 --from-rest";
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        let Command::Verify(arguments) = cli.command else {
+            panic!("not verify");
+        };
+        let asked = arguments.asked();
+        assert_eq!(asked.frequencies_hz, [450.1, 451.0, 452.0]);
+        assert_eq!((asked.periods, asked.from_rest), (Some(5), true));
+    }
+
+    #[test]
     fn a_wrong_command_line_has_exit_code_2_and_help_0() {
         for (line, code) in [
             ("dovetail fly a.toml", 2),
             ("dovetail run", 2),
             ("dovetail run a.toml --threads 0", 2),
+            ("dovetail verify a.toml --at 0", 2),
+            ("dovetail verify a.toml --steps 3", 2),
             ("dovetail modes a.toml --rpm 5000", 2),
             ("dovetail run a.toml --rpm 0:5000:3", 2),
             ("dovetail", 2),

@@ -133,7 +133,7 @@ pub enum Error {
 
     /// The time integration did not reach its steady state.
     #[error(
-        "{frequency_hz} Hz: not steady after {periods} periods, an estimated {left:.1e} of the transient is left"
+        "{frequency_hz:.4} Hz: not steady after {periods} periods, an estimated {left:.1e} of the transient is left"
     )]
     #[diagnostic(help(
         "allow more periods (--most-periods), accept more of the transient (--steady), or add damping; verify.csv \
@@ -148,7 +148,7 @@ pub enum Error {
 
     /// Harmonic balance and time integration disagree.
     #[error(
-        "harmonic balance and time integration differ by {percent:.2} % at {frequency_hz} Hz, more than {tolerance_percent} %"
+        "harmonic balance and time integration differ by {percent:.2} % at {frequency_hz:.4} Hz, more than {tolerance_percent} %"
     )]
     #[diagnostic(help(
         "take more harmonics (--set response.harmonics=7) and more steps per period (--steps), see which moves, or \

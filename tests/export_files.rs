@@ -164,7 +164,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("unconverged");
     let path = out.join("response.csv");
-    csv::write_response(&path, &names(run), &run.response).unwrap();
+    csv::write_response(&path, &names(&run), &run.response).unwrap();
     let header = fs::read_to_string(&path)
         .unwrap()
         .lines()
@@ -219,8 +219,8 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
 fn tables_per_pair_hold_the_exact_numbers() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("pairs");
-    csv::write_static(&out.join("static.csv"), &pairs(run), &run.static_state).unwrap();
-    csv::write_contact(&out.join("contact.csv"), &pairs(run), &run.response).unwrap();
+    csv::write_static(&out.join("static.csv"), &pairs(&run), &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &pairs(&run), &run.response).unwrap();
     let rows = table(&out.join("static.csv"));
     assert_eq!(rows.len(), 72);
     assert_eq!(rows[0]["status"], "open");
@@ -263,8 +263,8 @@ fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
         .iter_mut()
         .for_each(|o| o.outcome = Outcome::Stagnated);
     let out = folder("nothing_converged");
-    csv::write_static(&out.join("static.csv"), &pairs(run), &run.static_state).unwrap();
-    csv::write_contact(&out.join("contact.csv"), &pairs(run), &run.response).unwrap();
+    csv::write_static(&out.join("static.csv"), &pairs(&run), &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &pairs(&run), &run.response).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), &run.model, &run.static_state)
         .unwrap();
     let count = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
@@ -388,7 +388,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
 
     fs::write(out.join("blocked"), "a file where a folder should be").unwrap();
     let path = out.join("blocked/response.csv");
-    let error = csv::write_response(&path, &names(run), &run.response)
+    let error = csv::write_response(&path, &names(&run), &run.response)
         .unwrap_err()
         .to_string();
     assert!(

@@ -12,7 +12,7 @@ use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
 use dovetail::scene::{EpsChoice, Solver};
 use faer::Mat;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::Path;
 
 const UNDAMPED: Rayleigh = Rayleigh {
@@ -150,8 +150,8 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
             force_n: 1.0,
         }
         .model();
-        let coarse = settle(&model, UNDAMPED, b, 500, 600);
-        let fine = settle(&model, UNDAMPED, b, 2000, 600);
+        let coarse = settle(&model, UNDAMPED, b, 500, 400);
+        let fine = settle(&model, UNDAMPED, b, 2000, 400);
         let off = |s: &Settled| s.cycle.observed[0].amplitude_m / expected - 1.0;
         println!(
             "b {b} F {friction_n}: {:+.1e} at 500, {:+.1e} at 2000 steps, {} periods",
@@ -159,10 +159,10 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
             off(&fine),
             fine.periods
         );
-        assert!(off(&fine).abs() < 1e-3, "b {b} F {friction_n}");
-        assert!(off(&fine).abs() < 0.4 * off(&coarse).abs().max(1e-5));
+        assert!(off(&coarse).abs() < 3e-3, "b {b} F {friction_n}");
+        assert!(off(&fine).abs() < 8e-4, "b {b} F {friction_n}");
         let work = fine.cycle.work.friction_j / (4.0 * friction_n * expected) - 1.0;
-        assert!(work.abs() < 1e-3, "b {b} F {friction_n}: work {work:e}");
+        assert!(work.abs() < 2e-3, "b {b} F {friction_n}: work {work:e}");
     }
 }
 
@@ -260,7 +260,6 @@ fn a_pair_lifts_off_flies_and_lands() {
             "all input is lost in the impact: {work:?}"
         );
     }
-    assert!(flight < TAU, "{}", PI);
 }
 
 const SETTLE: NewtonOptions = NewtonOptions {
@@ -336,4 +335,26 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     let c = against(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
     assert!(c.worst() < 0.02, "{:?}", c.differences());
+}
+
+/// Near the peak, where all pairs slip: integrated until steady, which takes minutes.
+#[test]
+#[ignore = "slow: make verify"]
+fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
+    let model = dovetail72();
+    let until = Until {
+        most_periods: 600,
+        tolerance: 1e-4,
+    };
+    let integrated = against(&model, 7, 699.5, 500, until);
+    println!("{integrated:#?}");
+    assert!(integrated.steady);
+    let theirs = integrated.integration.first_harmonic_m.unwrap();
+    let off = [1, 3, 7].map(|harmonics| {
+        let (_, response) = balanced(&model, harmonics, vec![699.5]);
+        let c = &response.orbits[0].observed[0];
+        (c[1].hypot(c[2]) / theirs - 1.0).abs()
+    });
+    println!("H = 1, 3, 7: off by {off:?}");
+    assert!(off[1] < off[0] && off[2] < 2e-3, "{off:?}");
 }

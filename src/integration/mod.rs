@@ -28,11 +28,11 @@ pub enum IntegrationError {
     #[error("{steps} steps per period: at least {least} are needed, 500 to 2000 are usual")]
     Steps { steps: usize, least: usize },
     #[error(
-        "the effective mass of a time step at {frequency_hz} Hz is singular: a pair has neither mass nor stiffness"
+        "the effective mass of a time step at {frequency_hz:.4} Hz is singular: a pair has neither mass nor stiffness"
     )]
     Singular { frequency_hz: f64 },
     #[error(
-        "{frequency_hz} Hz: the contact forces of step {step} of period {period} were not found (residual {residual:.1e} of the largest force); take more steps per period"
+        "{frequency_hz:.4} Hz: the contact forces of step {step} of period {period} were not found (residual {residual:.1e} of the largest force); take more steps per period"
     )]
     ContactNotSolved {
         frequency_hz: f64,
@@ -40,6 +40,6 @@ pub enum IntegrationError {
         step: usize,
         residual: f64,
     },
-    #[error("{frequency_hz} Hz: the motion grew without bound in period {period}")]
+    #[error("{frequency_hz:.4} Hz: the motion grew without bound in period {period}")]
     NotFinite { frequency_hz: f64, period: usize },
 }
