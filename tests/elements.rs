@@ -47,6 +47,8 @@ fn body_of(mesh: &Mesh, material: Material, nodes: Vec<NodeMotion>, flank_nodes:
         node_tags: mesh.node_tags.clone(),
         tets: mesh.tets.clone(),
         tet_tags: mesh.tet_tags.clone(),
+        held_dofs: Vec::new(),
+        loads: Vec::new(),
         dofs: DofMap {
             nodes,
             interior_nodes: free - flank_nodes,

@@ -36,6 +36,7 @@ pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
             density_kg_m3: 4430.0,
         },
         fixed: fixed.iter().map(|s| s.to_string()).collect(),
+        fixed_along: Default::default(),
         fixed_interface_modes: 6,
     }
 }
@@ -47,6 +48,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         second: second.into(),
         friction: 0.3,
         gap_m: 0.0,
+        crown: None,
     }
 }
 
@@ -69,6 +71,7 @@ pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> 
         }),
         bodies,
         contacts,
+        loads: Vec::new(),
         damping: DampingSpec::Ratio {
             ratio: 0.001,
             stuck_mode: 1,

@@ -6,6 +6,7 @@
 mod bodies;
 mod contacts;
 mod fields;
+mod loads;
 mod mesh;
 mod probes;
 mod response;
@@ -61,6 +62,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         .as_ref()
         .map(|r| bodies::rotation(checker, &body_names, r));
     let contacts = contacts::contacts(checker, &raw.contact);
+    let loads = loads::loads(checker, &raw.load);
     let response = raw
         .response
         .as_ref()
@@ -94,6 +96,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             Some(rotation) => Some(rotation?),
         },
         contacts: contacts?,
+        loads: loads?,
         damping: damping??,
         excitations: excitations?,
         observations: observations?,
