@@ -53,11 +53,12 @@ fn bound(more: &[&str]) -> Model {
     let mut overrides = vec!["mesh.file=../meshes/dovetail.msh".to_owned()];
     overrides.extend(more.iter().map(|s| (*s).to_owned()));
     let scene = scene::load(&root().join("scenes/paper.toml"), &overrides).unwrap();
-    let MeshKind::File { path } = &scene.mesh.kind else {
+    let assembly = scene.assembly().unwrap();
+    let MeshKind::File { path } = &assembly.mesh.kind else {
         unreachable!("mesh.file displaces the geometry");
     };
-    let mesh = mesh::read(path, scene.mesh.metres_per_unit).unwrap();
-    model::bind(&scene, &mesh).unwrap()
+    let mesh = mesh::read(path, assembly.mesh.metres_per_unit).unwrap();
+    model::bind(assembly, &mesh).unwrap()
 }
 
 fn assembled(model: &Model) -> Structure {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail::mesh::{self, ElementOrder, Mesh, quality};
 use dovetail::model::{Model, ModelError, NodeMotion, bind};
-use dovetail::scene::Scene;
+use dovetail::scene::Assembly;
 use shared_scenes::*;
 
 // --------------------------------------------------------------------------- binding a scene
@@ -110,7 +110,7 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
 #[test]
 fn the_dovetail_has_72_pairs_at_45_degrees() {
     for name in ["dovetail.msh", "dovetail_order1.msh"] {
-        let model = bind(&dovetail_scene(), &ready(name)).unwrap();
+        let model = bind(&dovetail_assembly(), &ready(name)).unwrap();
         check_dovetail(&model, 4, 9);
         let [blade, jaw] = &model.bodies;
         assert!(blade.rotates && !jaw.rotates);
@@ -209,8 +209,8 @@ fn renumbered(mesh: &Mesh) -> Mesh {
 #[test]
 fn numbering_and_facet_orientation_change_nothing() {
     let mesh = ready("dovetail.msh");
-    let plain = bind(&dovetail_scene(), &mesh).unwrap();
-    let other = bind(&dovetail_scene(), &renumbered(&mesh)).unwrap();
+    let plain = bind(&dovetail_assembly(), &mesh).unwrap();
+    let other = bind(&dovetail_assembly(), &renumbered(&mesh)).unwrap();
     check_dovetail(&other, 4, 9);
     for (p, q) in plain.pairs.iter().zip(&other.pairs) {
         for b in 0..2 {
@@ -234,13 +234,13 @@ fn numbering_and_facet_orientation_change_nothing() {
 #[test]
 fn bodies_named_the_other_way_round_have_the_opposite_normals() {
     let mesh = ready("dovetail_order1.msh");
-    let plain = bind(&dovetail_scene(), &mesh).unwrap();
-    let mut scene = dovetail_scene();
-    scene.bodies.reverse();
-    for c in &mut scene.contacts {
+    let plain = bind(&dovetail_assembly(), &mesh).unwrap();
+    let mut assembly = dovetail_assembly();
+    assembly.bodies.reverse();
+    for c in &mut assembly.contacts {
         std::mem::swap(&mut c.first, &mut c.second);
     }
-    let other = bind(&scene, &mesh).unwrap();
+    let other = bind(&assembly, &mesh).unwrap();
     let by_place: BTreeMap<[i64; 3], _> = other
         .pairs
         .iter()
@@ -264,7 +264,7 @@ fn flanks_that_do_not_match_are_an_error_with_places() {
         }
     };
     shift(&mut mesh, 1e-3);
-    let error = bind(&dovetail_scene(), &mesh).unwrap_err();
+    let error = bind(&dovetail_assembly(), &mesh).unwrap_err();
     let ModelError::Unmatched {
         contact,
         first_count,
@@ -288,19 +288,19 @@ fn flanks_that_do_not_match_are_an_error_with_places() {
     assert!(error.to_string().contains("pairing_tolerance"));
     // A shift within the tolerance is matched and reported.
     shift(&mut mesh, -1e-3 + 1e-6);
-    let mut scene = dovetail_scene();
-    scene.mesh.pairing_tolerance = 1e-2;
-    let model = bind(&scene, &mesh).unwrap();
+    let mut assembly = dovetail_assembly();
+    assembly.mesh.pairing_tolerance = 1e-2;
+    let model = bind(&assembly, &mesh).unwrap();
     assert!((model.largest_mismatch_m - 1e-6).abs() < 1e-12);
     assert_eq!(model.pairs.len(), 72);
 }
 
 #[test]
 fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
-    let mut scene = dovetail_scene();
-    scene.contacts[1].gap_m = 2e-6;
-    scene.contacts[1].friction = 0.0;
-    let model = bind(&scene, &ready("dovetail_order1.msh")).unwrap();
+    let mut assembly = dovetail_assembly();
+    assembly.contacts[1].gap_m = 2e-6;
+    assembly.contacts[1].friction = 0.0;
+    let model = bind(&assembly, &ready("dovetail_order1.msh")).unwrap();
     assert!(
         model.pairs[..36]
             .iter()
@@ -315,18 +315,18 @@ fn a_clearance_and_a_friction_of_their_own_for_each_contact() {
 
 #[test]
 fn no_rotation_no_rotating_body() {
-    let mut scene = dovetail_scene();
-    scene.rotation.as_mut().unwrap().speed_rad_s = 0.0;
-    let model = bind(&scene, &ready("dovetail_order1.msh")).unwrap();
+    let mut assembly = dovetail_assembly();
+    assembly.rotation.as_mut().unwrap().speed_rad_s = 0.0;
+    let model = bind(&assembly, &ready("dovetail_order1.msh")).unwrap();
     assert!(model.rotation.is_none() && !model.bodies[0].rotates);
 }
 
 #[test]
 fn groups_of_several_nodes_share_the_force() {
-    let mut scene = blocks_scene();
-    scene.excitations[0].points = "rim".into();
-    scene.observations[0].points = "upper_bottom".into();
-    let model = bind(&scene, &ready("blocks_order2.msh")).unwrap();
+    let mut assembly = blocks_assembly();
+    assembly.excitations[0].points = "rim".into();
+    assembly.observations[0].points = "upper_bottom".into();
+    let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!(model.pairs.len(), 9);
     let forces: Vec<f64> = model.excitations.iter().map(|f| f.vector_n[1]).collect();
     assert_eq!(forces, [1.2; 5]);
@@ -345,10 +345,10 @@ fn groups_of_several_nodes_share_the_force() {
 #[test]
 fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let mesh = ready("dovetail_order1.msh");
-    let error = |edit: &dyn Fn(&mut Scene)| {
-        let mut scene = dovetail_scene();
-        edit(&mut scene);
-        let error = bind(&scene, &mesh).unwrap_err();
+    let error = |edit: &dyn Fn(&mut Assembly)| {
+        let mut assembly = dovetail_assembly();
+        edit(&mut assembly);
+        let error = bind(&assembly, &mesh).unwrap_err();
         println!("{error}");
         error
     };
@@ -414,7 +414,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
 #[test]
 fn two_cubes_are_bound_with_areas_of_a_quarter_cell() {
     for name in ["blocks_order1.msh", "blocks_order2.msh"] {
-        let model = bind(&blocks_scene(), &ready(name)).unwrap();
+        let model = bind(&blocks_assembly(), &ready(name)).unwrap();
         assert_eq!(model.pairs.len(), 9);
         for pair in &model.pairs {
             assert_vector(pair.frame[0], [0.0, 0.0, 1.0], 1e-14);
@@ -461,7 +461,7 @@ fn the_script_meshes_into_what_the_ready_mesh_is() {
         return;
     };
     let ready = ready("dovetail.msh");
-    check_dovetail(&bind(&dovetail_scene(), &mesh).unwrap(), 4, 9);
+    check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), 4, 9);
     assert_eq!(mesh.order, ready.order);
     let groups = |m: &Mesh| m.groups.keys().cloned().collect::<Vec<_>>();
     assert_eq!(groups(&mesh), groups(&ready));
@@ -493,7 +493,7 @@ fn other_flank_meshes_and_gradings_match_too() {
         let Some((mesh, _)) = meshed(name, &parameters) else {
             return;
         };
-        check_dovetail(&bind(&dovetail_scene(), &mesh).unwrap(), nu, nv);
+        check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), nu, nv);
     }
 }
 

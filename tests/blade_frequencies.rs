@@ -34,11 +34,12 @@ fn first_blade_frequencies_are_those_of_other_programs() {
         ];
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
         let scene = scene::load(&scene, &overrides).unwrap();
-        let MeshKind::File { path } = &scene.mesh.kind else {
+        let assembly = scene.assembly().unwrap();
+        let MeshKind::File { path } = &assembly.mesh.kind else {
             panic!("the ready mesh was asked for");
         };
-        let mesh = msh::read(path, scene.mesh.metres_per_unit).unwrap();
-        let model = bind(&scene, &mesh).unwrap();
+        let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
+        let model = bind(assembly, &mesh).unwrap();
         let blade = &model.bodies[0];
         let matrices = assemble_body(blade, model.rotation.as_ref(), &|k, f| {
             let factor = Cholesky::factor(k)

@@ -382,7 +382,7 @@ fn survives(bytes: Vec<u8>) -> bool {
     match mesh::parse(bytes, MM) {
         Ok(mesh) => {
             let _ = quality::check(&mesh);
-            if let Ok(model) = bind(&blocks_scene(), &mesh) {
+            if let Ok(model) = bind(&blocks_assembly(), &mesh) {
                 assert!(model.pairs.iter().all(|p| p.area_m2.is_finite()));
             }
             true

@@ -47,11 +47,12 @@ fn joint() -> &'static Joint {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
         let overrides = ["mesh.file=../meshes/dovetail.msh".to_string()];
         let scene = scene::load(&scene, &overrides).unwrap();
-        let MeshKind::File { path } = &scene.mesh.kind else {
+        let assembly = scene.assembly().unwrap();
+        let MeshKind::File { path } = &assembly.mesh.kind else {
             panic!("the ready mesh was asked for");
         };
-        let mesh = msh::read(path, scene.mesh.metres_per_unit).unwrap();
-        let model = bind(&scene, &mesh).unwrap();
+        let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
+        let model = bind(assembly, &mesh).unwrap();
         let structure = assemble(&model, &|k, f| {
             let factor = Cholesky::factor(k)
                 .map_err(|error| SolveFailure::Factorisation(Box::new(error)))?;
@@ -90,7 +91,7 @@ fn eps(scene: &Scene, model: &RelativeModel) -> Vec<f64> {
 /// The reduced model with another force than the scene's (loads are linear in it).
 fn with_force(force_n: f64) -> RelativeModel {
     let joint = joint();
-    let ratio = force_n / joint.scene.excitations[0].force_n;
+    let ratio = force_n / joint.scene.assembly().unwrap().excitations[0].force_n;
     let mut model = joint.reduced.relative.clone();
     for excitation in &mut model.excitations {
         for load in [&mut excitation.cosine, &mut excitation.sine] {

@@ -29,19 +29,20 @@ fn survives(text: &str, overrides: &[String]) {
     };
     let response = &scene.response;
     assert!(response.samples > 2 * response.harmonics + 1 && response.points > 0);
+    let assembly = scene.assembly().unwrap();
     assert!(
-        scene
+        assembly
             .excitations
             .iter()
             .all(|e| (1..=response.harmonics).contains(&e.harmonic))
     );
-    assert!(scene.bodies.len() == 2 && !scene.contacts.is_empty());
-    let excited = scene.excitations.iter().map(|e| e.direction);
-    for direction in excited.chain(scene.observations.iter().map(|o| o.direction)) {
+    assert!(assembly.bodies.len() == 2 && !assembly.contacts.is_empty());
+    let excited = assembly.excitations.iter().map(|e| e.direction);
+    for direction in excited.chain(assembly.observations.iter().map(|o| o.direction)) {
         let length2: f64 = direction.iter().map(|c| c * c).sum();
         assert!((length2 - 1.0).abs() < 1e-12, "{direction:?}");
     }
-    for material in scene.bodies.iter().map(|b| b.material) {
+    for material in assembly.bodies.iter().map(|b| b.material) {
         assert!(material.young_pa > 0.0 && material.young_pa.is_finite());
         assert!(material.density_kg_m3 > 0.0 && material.density_kg_m3.is_finite());
         assert!(material.poisson > -1.0 && material.poisson < 0.5);

@@ -709,14 +709,15 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     let scene = scene::load(Path::new("scenes/paper.toml"), &[]).unwrap();
     assert_eq!(scene, parse(PAPER, &[]).unwrap());
     assert_eq!(scene.name, "paper");
-    let rotation = scene.rotation.as_ref().unwrap();
+    let assembly = scene.assembly().unwrap();
+    let rotation = assembly.rotation.as_ref().unwrap();
     assert!((rotation.speed_rad_s - 523.598_775_598_298_8).abs() < 1e-9);
     assert_eq!(
         (rotation.axis, rotation.point_m),
         ([1.0, 0.0, 0.0], [0.0; 3])
     );
     assert_eq!(rotation.bodies, ["blade", "jaw"]);
-    assert_eq!(scene.contacts.len(), 2);
+    assert_eq!(assembly.contacts.len(), 2);
     assert_eq!(
         scene.damping,
         scene::DampingSpec::Ratio {
@@ -731,7 +732,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(
-        scene.mesh.kind.equivalent_fallback(),
+        assembly.mesh.kind.equivalent_fallback(),
         Some(fallback.as_path())
     );
 }

@@ -45,19 +45,20 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
     ])
     .unwrap();
     assert_eq!(scene.response.points, 21);
-    assert_eq!(scene.contacts[0].friction, 0.1);
-    assert_eq!(scene.contacts[1].friction, 0.3);
+    let assembly = scene.assembly().unwrap();
+    assert_eq!(assembly.contacts[0].friction, 0.1);
+    assert_eq!(assembly.contacts[1].friction, 0.3);
     assert_eq!(
-        (scene.contacts[0].gap_m, scene.contacts[1].gap_m),
+        (assembly.contacts[0].gap_m, assembly.contacts[1].gap_m),
         (0.0, 1e-6)
     );
-    assert!(scene.bodies.iter().all(|b| b.material.poisson == 0.3));
+    assert!(assembly.bodies.iter().all(|b| b.material.poisson == 0.3));
     assert_eq!(scene.response.solver, scene::Solver::Powell);
-    assert_eq!(scene.observations[0].name, "top");
-    let [x, y, z] = scene.excitations[0].direction;
+    assert_eq!(assembly.observations[0].name, "top");
+    let [x, y, z] = assembly.excitations[0].direction;
     assert!(x == 0.0 && (y - 0.5f64.sqrt()).abs() < 1e-15 && (z - 0.5f64.sqrt()).abs() < 1e-15);
     assert_eq!(scene.static_state.load_steps, 3);
-    let scene::MeshKind::Geometry { parameters, .. } = &scene.mesh.kind else {
+    let scene::MeshKind::Geometry { parameters, .. } = &assembly.mesh.kind else {
         panic!()
     };
     let value = |name: &str| parameters.iter().find(|p| p.0 == name).map(|p| p.1);
@@ -66,7 +67,7 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
         (Some(8.0), Some(9.0), Some(2.5))
     );
     assert_eq!(
-        scene.mesh.kind.equivalent_fallback(),
+        assembly.mesh.kind.equivalent_fallback(),
         None,
         "the ready mesh is another one"
     );
@@ -87,11 +88,16 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
     assert_eq!(scene.damping, rayleigh);
     let scene = parse(&["mesh.file=../meshes/x.msh"]).unwrap();
     let path = Path::new("scenes").join("../meshes/x.msh");
-    assert_eq!(scene.mesh.kind, scene::MeshKind::File { path });
+    let assembly = scene.assembly().unwrap();
+    assert_eq!(assembly.mesh.kind, scene::MeshKind::File { path });
     // What excludes nothing displaces nothing.
     let scene = parse(&["response.slip_threshold_m=1e-9", "mesh.metres_per_unit=1"]).unwrap();
     assert_eq!(scene.response.slip_threshold_m, Some(1e-9));
-    assert!(matches!(scene.mesh.kind, scene::MeshKind::Geometry { .. }));
+    let assembly = scene.assembly().unwrap();
+    assert!(matches!(
+        assembly.mesh.kind,
+        scene::MeshKind::Geometry { .. }
+    ));
     // Two arguments that exclude each other are the caller's contradiction.
     let both = [
         "response.frequency_hz=[1, 2]",
@@ -112,9 +118,10 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
 #[test]
 fn an_empty_value_removes() {
     let scene = parse(&["rotation=", "contact.right="]).unwrap();
-    assert_eq!(scene.rotation, None);
+    let assembly = scene.assembly().unwrap();
+    assert_eq!(assembly.rotation, None);
     assert_eq!(
-        scene
+        assembly
             .contacts
             .iter()
             .map(|c| c.name.as_str())

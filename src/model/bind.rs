@@ -9,7 +9,7 @@ use super::{
     StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
-use crate::scene::{BodySpec, Scene};
+use crate::scene::{Assembly, BodySpec};
 
 const NONE: u32 = u32::MAX;
 
@@ -17,18 +17,18 @@ const NONE: u32 = u32::MAX;
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
-pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
-    let [first, second] = &scene.bodies[..] else {
-        let found = scene.bodies.len();
+pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
+    let [first, second] = &assembly.bodies[..] else {
+        let found = assembly.bodies.len();
         return Err(ModelError::BodyCount { found });
     };
-    let rotation = scene.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
+    let rotation = assembly.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
     for name in rotation.iter().flat_map(|r| &r.bodies) {
-        if !scene.bodies.iter().any(|b| b.name == *name) {
+        if !assembly.bodies.iter().any(|b| b.name == *name) {
             return Err(ModelError::UnknownBody {
                 used_by: "rotation".to_string(),
                 name: name.clone(),
-                available: scene.bodies.iter().map(|b| b.name.clone()).collect(),
+                available: assembly.bodies.iter().map(|b| b.name.clone()).collect(),
             });
         }
     }
@@ -38,18 +38,18 @@ pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
         draft.fix(spec, mesh)?;
     }
 
-    let contact_names: Vec<String> = scene.contacts.iter().map(|c| c.name.clone()).collect();
+    let contact_names: Vec<String> = assembly.contacts.iter().map(|c| c.name.clone()).collect();
     let mut model_pairs = Vec::new();
     let mut flank_triangles = Vec::new();
     let mut largest_mismatch_m = 0.0f64;
-    for (c, spec) in scene.contacts.iter().enumerate() {
+    for (c, spec) in assembly.contacts.iter().enumerate() {
         let used_by = format!("contact `{}`", spec.name);
         let group = |name| find_group(mesh, name, Some(2), &used_by);
         let groups = [group(&spec.first)?, group(&spec.second)?];
         let [blade, jaw] = &bodies;
         let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
         let parts = [&blade.part(&on_blade), &jaw.part(&on_jaw)];
-        let tolerance = scene.mesh.pairing_tolerance;
+        let tolerance = assembly.mesh.pairing_tolerance;
         let mut found = contact(mesh, spec, c, groups, parts, tolerance)?;
         for (b, draft) in bodies.iter_mut().enumerate() {
             for pair in &mut found.pairs {
@@ -72,7 +72,7 @@ pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
     }
 
     let mut excitations = Vec::new();
-    for (i, spec) in scene.excitations.iter().enumerate() {
+    for (i, spec) in assembly.excitations.iter().enumerate() {
         let nodes = probe(
             mesh,
             &mut bodies,
@@ -89,7 +89,7 @@ pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
         }));
     }
     let mut observations = Vec::new();
-    for spec in &scene.observations {
+    for spec in &assembly.observations {
         let nodes = probe(
             mesh,
             &mut bodies,
@@ -104,7 +104,7 @@ pub fn bind(scene: &Scene, mesh: &Mesh) -> Result<Model, ModelError> {
         });
     }
 
-    for (number, spec) in scene.loads.iter().enumerate() {
+    for (number, spec) in assembly.loads.iter().enumerate() {
         for (body, load) in static_load(mesh, &bodies, spec, number)? {
             bodies[body].loads.push(load);
         }

@@ -60,6 +60,31 @@ pub fn parse(
 pub struct Scene {
     /// Name of the run: the default output folder is `output/<name>`.
     pub name: String,
+    pub subject: Subject,
+    pub damping: DampingSpec,
+    pub static_state: StaticSpec,
+    pub response: ResponseSpec,
+}
+
+impl Scene {
+    /// The mesh and all that refers to it, where the scene is about one.
+    pub fn assembly(&self) -> Option<&Assembly> {
+        match &self.subject {
+            Subject::Assembly(assembly) => Some(assembly),
+        }
+    }
+}
+
+/// What vibrates.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Subject {
+    /// Bodies of a mesh.
+    Assembly(Box<Assembly>),
+}
+
+/// Bodies of a mesh, how they are held, driven and watched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assembly {
     pub mesh: MeshSource,
     /// First the body that vibrates (blade), then the one that holds it (jaw).
     pub bodies: Vec<BodySpec>,
@@ -68,11 +93,8 @@ pub struct Scene {
     pub contacts: Vec<ContactSpec>,
     /// Steady loads besides the rotation's.
     pub loads: Vec<LoadSpec>,
-    pub damping: DampingSpec,
     pub excitations: Vec<ExcitationSpec>,
     pub observations: Vec<ObservationSpec>,
-    pub static_state: StaticSpec,
-    pub response: ResponseSpec,
 }
 
 /// Where the mesh comes from. Paths are absolute or relative to the working directory

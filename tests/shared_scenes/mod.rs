@@ -1,13 +1,12 @@
-//! The ready meshes and scenes on them, made in code, for the tests of meshes and binding.
+//! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 #![allow(dead_code)] // each test program uses its own part
 
 use std::path::{Path, PathBuf};
 
 use dovetail::mesh::{self, Mesh};
 use dovetail::scene::{
-    BodySpec, ContactSpec, DampingSpec, EpsChoice, ExcitationSpec, FrequencyRange, Material,
-    MeshKind, MeshSource, ObservationSpec, Prestress, ResponseSpec, RotationSpec, Scene, Solver,
-    StaticSpec,
+    Assembly, BodySpec, ContactSpec, ExcitationSpec, Material, MeshKind, MeshSource,
+    ObservationSpec, Prestress, RotationSpec,
 };
 
 pub const MM: f64 = 1e-3;
@@ -24,7 +23,7 @@ pub fn ready(name: &str) -> Mesh {
     mesh::read(&root().join("meshes").join(name), MM).unwrap()
 }
 
-// ---------------------------------------------------------------------------------- scenes
+// ---------------------------------------------------------------------------------- assemblies
 
 pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
     BodySpec {
@@ -52,9 +51,8 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
     }
 }
 
-pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Scene {
-    Scene {
-        name: "test".into(),
+pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {
+    Assembly {
         mesh: MeshSource {
             kind: MeshKind::File {
                 path: PathBuf::from("test.msh"),
@@ -72,10 +70,6 @@ pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> 
         bodies,
         contacts,
         loads: Vec::new(),
-        damping: DampingSpec::Ratio {
-            ratio: 0.001,
-            stuck_mode: 1,
-        },
         excitations: vec![ExcitationSpec {
             points: probe.into(),
             direction: [0.0, 1.0, 0.0],
@@ -88,27 +82,12 @@ pub fn scene(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> 
             points: probe.into(),
             direction: [0.0, 0.6, 0.8],
         }],
-        static_state: StaticSpec { load_steps: 4 },
-        response: ResponseSpec {
-            range: FrequencyRange::OfFirstStuckMode { from: 0.9, to: 1.1 },
-            points: 3,
-            harmonics: 1,
-            compare_harmonics: None,
-            samples: 32,
-            eps: EpsChoice::Pair,
-            eps_scale: 1.0,
-            tolerance: 1e-9,
-            max_newton_iterations: 20,
-            solver: Solver::NewtonKrylov,
-            stuck_modes: None,
-            slip_threshold_m: None,
-        },
     }
 }
 
-pub fn dovetail_scene() -> Scene {
+pub fn dovetail_assembly() -> Assembly {
     let sides = ["jaw_base", "jaw_side_left", "jaw_side_right"];
-    scene(
+    assembly(
         vec![body("blade", &[]), body("jaw", &sides)],
         vec![
             contact("left", "blade_flank_left", "jaw_flank_left"),
@@ -118,9 +97,9 @@ pub fn dovetail_scene() -> Scene {
     )
 }
 
-pub fn blocks_scene() -> Scene {
+pub fn blocks_assembly() -> Assembly {
     let bodies = vec![body("upper", &[]), body("lower", &["base"])];
-    scene(
+    assembly(
         bodies,
         vec![contact("c", "upper_bottom", "lower_top")],
         "corner",

@@ -19,7 +19,7 @@ use super::error::{Fault, Problem};
 use super::keys::{self, Shape};
 use super::raw::RawScene;
 use super::source::Source;
-use super::{Scene, StaticSpec};
+use super::{Assembly, Scene, StaticSpec, Subject};
 
 /// The checked scene, or every problem in the order of the text.
 pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
@@ -87,19 +87,24 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             )
         }
     };
+    let assembly = || {
+        Some(Assembly {
+            mesh: mesh??,
+            bodies: bodies?,
+            rotation: match rotation {
+                None => None,
+                Some(rotation) => Some(rotation?),
+            },
+            contacts: contacts?,
+            loads: loads?,
+            excitations: excitations?,
+            observations: observations?,
+        })
+    };
     Some(Scene {
         name: name?,
-        mesh: mesh??,
-        bodies: bodies?,
-        rotation: match rotation {
-            None => None,
-            Some(rotation) => Some(rotation?),
-        },
-        contacts: contacts?,
-        loads: loads?,
+        subject: Subject::Assembly(Box::new(assembly()?)),
         damping: damping??,
-        excitations: excitations?,
-        observations: observations?,
         static_state: StaticSpec {
             load_steps: load_steps?,
         },

@@ -1,0 +1,244 @@
+//! What a run writes, and the figures it tells on the terminal.
+
+use std::path::Path;
+
+use faer::Mat;
+
+use super::meshed::Meshed;
+use super::{Options, hertz};
+use crate::dlft::{Orbit, Response, StaticState};
+use crate::error::Error;
+use crate::export::plots::{
+    AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
+    write_separation_map, write_static_pressure_map,
+};
+use crate::export::{csv, flank, manifest, vtu};
+use crate::fem::{expand_to_nodes, stress};
+use crate::model::Model;
+use crate::progress::Progress;
+use crate::reduction::ReducedModel;
+use crate::results::quantities::{pair_counts, peak};
+use crate::results::recovery::NodalField;
+use crate::scene::Scene;
+
+/// Frames of the animation of the peak.
+const FRAMES: usize = 24;
+
+/// modes.csv; `held` are squared frequencies per body with the flanks held.
+pub(super) fn write_modes(
+    options: &Options,
+    meshed: &Meshed,
+    held: Option<&[Vec<f64>]>,
+) -> Result<Vec<csv::ModeRow>, Error> {
+    let Meshed { model, reduced, .. } = meshed;
+    let mut rows = Vec::new();
+    let mut add = |kind: &str, body: &str, omega2: &[f64]| {
+        for (i, w2) in omega2.iter().enumerate() {
+            rows.push(csv::ModeRow {
+                kind: kind.to_string(),
+                body: body.to_string(),
+                mode: i + 1,
+                frequency_hz: hertz(*w2),
+            });
+        }
+    };
+    for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
+        add("flanks_held", &body.name, omega2);
+    }
+    for (body, of_body) in model.bodies.iter().zip(&reduced.bodies) {
+        add("fixed_interface", &body.name, &of_body.omega2);
+    }
+    add("stuck", "assembly", &reduced.relative.omega2);
+    csv::write_modes(&options.out.join("modes.csv"), &rows)?;
+    Ok(rows)
+}
+
+pub(super) fn write_static_state(
+    options: &Options,
+    meshed: &Meshed,
+    state: &StaticState,
+    progress: &Progress,
+) -> Result<(), Error> {
+    let Meshed { model, reduced, .. } = meshed;
+    let _stage = progress.stage("static files");
+    let out = &options.out;
+    csv::write_static(&out.join("static.csv"), model, state)?;
+    write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
+    if !state.outcome.is_converged() {
+        return Ok(());
+    }
+    flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
+    let free = reduced.full_static(&state.x);
+    let fields: Vec<_> = model
+        .bodies
+        .iter()
+        .zip(&free)
+        .map(|(body, free)| {
+            let displacement = expand_to_nodes(&body.dofs, free);
+            let at_elements = stress::stress(body, &displacement);
+            let von_mises: Vec<f64> = stress::nodal_stress(body, &displacement)
+                .into_iter()
+                .map(stress::von_mises)
+                .collect();
+            (displacement, at_elements, von_mises)
+        })
+        .collect();
+    let [first, second] =
+        [&fields[0], &fields[1]].map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
+            displacement_m: displacement,
+            stress_pa: stress,
+            von_mises_pa: von_mises,
+        });
+    vtu::write_static(&out.join("static.vtu"), model, [first, second])?;
+    Ok(())
+}
+
+pub(super) fn write_response(
+    options: &Options,
+    scene: &Scene,
+    meshed: &Meshed,
+    response: &Response,
+    compared: Option<&(usize, Response)>,
+    progress: &Progress,
+) -> Result<(), Error> {
+    let Meshed { model, reduced, .. } = meshed;
+    let _stage = progress.stage("response files");
+    let out = &options.out;
+    csv::write_response(&out.join("response.csv"), model, response)?;
+    if let Some((h, other)) = compared {
+        csv::write_response(&out.join(format!("response_h{h}.csv")), model, other)?;
+    }
+    csv::write_contact(&out.join("contact.csv"), model, response)?;
+    flank::write_flank_series(out, model, response)?;
+    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
+    write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
+    write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
+    if let Some(peak) = peak(response, 0) {
+        write_peak_motion(out, model, reduced, &response.orbits[peak.index])?;
+    }
+    let label = |h: usize| format!("H = {h}");
+    for (i, observation) in model.observations.iter().enumerate() {
+        let quantity = format!("amplitude of {}", observation.name);
+        let stuck = stuck_curve("linear (stuck)", response, i);
+        let own = response_curve(&label(response_harmonics(response)), response, i);
+        let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
+        if let Some((h, other)) = compared {
+            let other = response_curve(&label(*h), other, i);
+            plots[0].1.insert(1, other.clone());
+            plots.push(("fig3", vec![stuck, other]));
+        }
+        for (figure, curves) in plots {
+            let path = out.join(format!("plots/{figure}_{}.svg", observation.name));
+            let scale = AmplitudeScale::Linear;
+            write_response_plot(&path, &scene.name, &quantity, &curves, scale)?;
+        }
+    }
+    Ok(())
+}
+
+fn response_harmonics(response: &Response) -> usize {
+    response
+        .orbits
+        .iter()
+        .map(|o| o.harmonics)
+        .max()
+        .unwrap_or(0)
+}
+
+/// Both bodies over one period of an orbit.
+fn write_peak_motion(
+    out: &Path,
+    model: &Model,
+    reduced: &ReducedModel,
+    orbit: &Orbit,
+) -> Result<(), Error> {
+    let blocks = 2 * orbit.harmonics + 1;
+    let columns = |v: &[f64]| {
+        let rows = v.len() / blocks;
+        Mat::from_fn(rows, blocks, |i, j| v[j * rows + i])
+    };
+    let motion = reduced.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
+    // The mean: what the static load does to the interior is not in the modes.
+    let n = orbit.x.len() / blocks;
+    let mean = reduced.full_static(&orbit.x[..n]);
+    let fields: Vec<Vec<NodalField>> = model
+        .bodies
+        .iter()
+        .zip(motion.iter().zip(&mean))
+        .map(|(body, (motion, mean))| {
+            let harmonic = (1..blocks).map(|j| expand_to_nodes(&body.dofs, motion.col_as_slice(j)));
+            std::iter::once(expand_to_nodes(&body.dofs, mean))
+                .chain(harmonic)
+                .collect()
+        })
+        .collect();
+    vtu::write_motion(
+        out,
+        "peak",
+        model,
+        [&fields[0], &fields[1]],
+        orbit.frequency_hz,
+        FRAMES,
+    )?;
+    Ok(())
+}
+
+pub(super) fn summarise(
+    scene: &Scene,
+    options: &Options,
+    model: &Model,
+    mesh: manifest::MeshSummary,
+) -> manifest::Summary {
+    manifest::Summary {
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        scene: manifest::SceneSummary {
+            name: scene.name.clone(),
+            file: options.scene_file.display().to_string(),
+        },
+        mesh,
+        pairs: model.pairs.len(),
+        stages: Vec::new(),
+        static_state: None,
+        response: None,
+        observations: manifest::observation_summaries(model),
+    }
+}
+
+/// Writes summary.json with the times of the stages.
+pub(super) fn finish(
+    options: &Options,
+    mut summary: manifest::Summary,
+    progress: &Progress,
+) -> Result<(), Error> {
+    summary.stages = progress
+        .records()
+        .into_iter()
+        .map(|record| manifest::StageSummary {
+            name: record.name,
+            seconds: record.seconds,
+            peak_memory_mib: record.peak_rss_mib,
+        })
+        .collect();
+    manifest::write_summary(&options.out.join("summary.json"), &summary)?;
+    progress.note(&format!("results in {}", options.out.display()));
+    Ok(())
+}
+
+/// The figures a reader asks for first, on the terminal.
+pub(super) fn report(model: &Model, response: &Response, progress: &Progress) {
+    for (i, observation) in model.observations.iter().enumerate() {
+        let Some(peak) = peak(response, i) else {
+            continue;
+        };
+        let counts = pair_counts(&response.orbits[peak.index]);
+        progress.note(&format!(
+            "{}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
+            observation.name,
+            peak.amplitude_m,
+            peak.frequency_hz,
+            counts.slipping,
+            counts.opening,
+            counts.stuck
+        ));
+    }
+}

@@ -1,0 +1,84 @@
+//! From a reduced model to its static state and its response.
+
+use super::hertz;
+use crate::dlft::static_state::static_state as solve_static;
+use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
+use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
+use crate::error::Error;
+use crate::numerics::newton::NewtonOptions;
+use crate::progress::Progress;
+use crate::reduction::RelativeModel;
+use crate::reduction::damping::Rayleigh;
+use crate::scene::{FrequencyRange, Scene};
+
+/// Newton iterations allowed for one step of the static load.
+const STATIC_ITERATIONS: usize = 100;
+
+pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
+    let _stage = progress.stage("static state");
+    let eps = eps_of(relative, scene.response.eps, scene.response.eps_scale);
+    let options = NewtonOptions {
+        tolerance: scene.response.tolerance.min(1e-10),
+        max_iterations: STATIC_ITERATIONS,
+    };
+    solve_static(relative, &eps, scene.static_state.load_steps, options)
+}
+
+/// Whether there is a static state to vibrate about.
+pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
+    if !state.outcome.is_converged() {
+        return Err(Error::StaticState {
+            outcome: state.outcome,
+            iterations: state.newton_iterations,
+            residual: state.residual,
+        });
+    }
+    if state.status.iter().all(|s| *s == PairStatus::Open) {
+        return Err(Error::NothingHolds);
+    }
+    Ok(())
+}
+
+fn frequencies_hz(scene: &Scene, relative: &RelativeModel) -> Vec<f64> {
+    let (from, to) = match scene.response.range {
+        FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
+        FrequencyRange::OfFirstStuckMode { from, to } => {
+            let first = relative.omega2.first().map_or(0.0, |w2| hertz(*w2));
+            (from * first, to * first)
+        }
+    };
+    let points = scene.response.points;
+    let last = points.saturating_sub(1).max(1) as f64;
+    (0..points)
+        .map(|i| from + (to - from) * i as f64 / last)
+        .collect()
+}
+
+pub(super) fn respond(
+    scene: &Scene,
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    state: &StaticState,
+    harmonics: usize,
+    progress: &Progress,
+) -> Response {
+    let plural = if harmonics == 1 { "" } else { "s" };
+    let _stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
+    let frequencies_hz = frequencies_hz(scene, relative);
+    let bar = progress.bar(frequencies_hz.len(), "frequencies");
+    let settings = SweepSettings {
+        frequencies_hz,
+        harmonics,
+        samples: scene.response.samples,
+        newton: NewtonOptions {
+            tolerance: scene.response.tolerance,
+            max_iterations: scene.response.max_newton_iterations,
+        },
+        periods: Periods::UntilPeriodic,
+        solver: scene.response.solver,
+        slip_threshold_m: scene.response.slip_threshold_m,
+    };
+    let eps = eps_of(relative, scene.response.eps, scene.response.eps_scale);
+    let step = |_: &Orbit| bar.step();
+    sweep(relative, damping, &eps, state, &settings, &step)
+}
