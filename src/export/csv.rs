@@ -168,6 +168,27 @@ pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(
     table.write()
 }
 
+/// static_observed.csv: the observed displacements in the static state, from those of all nodes of each body.
+pub fn write_static_observations(
+    path: &Path,
+    model: &Model,
+    displacements_m: [&[[f64; 3]]; 2],
+) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    table.header(&["name", "displacement_m"]);
+    table.end_row();
+    for observation in &model.observations {
+        let terms = observation.terms.iter().map(|&(body, node, direction)| {
+            let u = displacements_m[body][node as usize];
+            (0..3).map(|k| direction[k] * u[k]).sum::<f64>()
+        });
+        table.text(&observation.name);
+        table.number("displacement_m", Some(terms.sum()))?;
+        table.end_row();
+    }
+    table.write()
+}
+
 /// contact.csv: one row per pair, at the peak of the first observation (columns `peak_...`, empty
 /// where nothing converged) and over all converged frequencies.
 pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
