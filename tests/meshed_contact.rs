@@ -351,3 +351,72 @@ fn cattaneo_mindlin_stick_radius_and_work() {
         assert!((work - 1.0).abs() < of_work, "{n} {q}: {work}");
     }
 }
+
+// ---------------------------------------------------------------------- what the new keys refuse
+
+/// What `dovetail static scenes/verification/patch.toml` says with these settings, on one line; it must fail.
+fn refusal(index: usize, set: &[&str]) -> String {
+    let out = format!("dovetail-meshed-refusal-{index}-{}", std::process::id());
+    let out = Run(std::env::temp_dir().join(out));
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([
+            "static",
+            "scenes/verification/patch.toml",
+            "--quiet",
+            "--out",
+        ])
+        .arg(&out.0)
+        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"]);
+    for argument in set {
+        program.args(["--set", argument]);
+    }
+    let output = program.output().unwrap();
+    assert!(!output.status.success(), "{set:?} is no error");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    // The frame of the message breaks lines with a bar.
+    words.join(" ").replace(" │ ", " ")
+}
+
+#[test]
+fn loads_supports_and_crowns_that_make_no_sense_are_named() {
+    let cases: [(&[&str], &str); 10] = [
+        (
+            &["load.0.on=nowhere"],
+            "load 1: the mesh has no group `nowhere`",
+        ),
+        (&["load.0.on=lower_rail"], "acts on a surface group"),
+        (&["load.0.on=upper"], "acts on a surface group"),
+        (
+            &["load.0.on=lower_base", "body.lower.fixed=[\"lower_base\"]"],
+            "are fixed",
+        ),
+        (&["load.0.force_n=1"], "exclude each other"),
+        (
+            &["load.0.pressure_pa="],
+            "neither `load.0.force_n` nor `load.0.pressure_pa` is given",
+        ),
+        (
+            &["body.lower.fixed_x=[\"lower_flank\"]"],
+            "body `lower`, fixed_x: 30 nodes",
+        ),
+        (
+            &["contact.flank.crown_axis=[1, 0, 0]"],
+            "is given without `contact.flank.crown_radius_m`",
+        ),
+        (
+            &[
+                "contact.flank.crown_axis=[0, 0, 1]",
+                "contact.flank.crown_radius_m=2",
+            ],
+            "stands across the flank",
+        ),
+        (&["load.0.pressure_pa=-50e6"], "or all open, hold nothing"),
+    ];
+    for (index, (set, expected)) in cases.into_iter().enumerate() {
+        let said = refusal(index, set);
+        assert!(said.contains(expected), "{set:?}: {said}");
+    }
+}

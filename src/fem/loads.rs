@@ -255,8 +255,7 @@ mod tests {
         }
     }
 
-    /// The projected area of a curved facet is that of its rim, whatever the bulge inside an edge does not change:
-    /// int n dA over a facet equals half the loop integral of x cross dx.
+    /// int n dA over a facet is half the integral of x cross dx along its rim, however it bulges.
     #[test]
     fn pressure_on_a_curved_facet_has_the_resultant_of_its_rim() {
         let [a, b, c] = triangle();
