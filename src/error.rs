@@ -98,9 +98,9 @@ pub enum Error {
     /// No pair carries a normal force in the static state: there is nothing to vibrate about.
     #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
     #[diagnostic(help(
-        "the centrifugal load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
-         that throws the blade outwards, and a first body that carries the load (rotation.bodies); the \
-         f_static.mtx of a reduced model must be negative on N"
+        "a steady load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
+         that throws the blade outwards, and a first body that carries the load (rotation.bodies), or \
+         add a [[load]] towards the second body; the f_static.mtx of a reduced model must be negative on N"
     ))]
     NothingHolds,
 

@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
 
 /// What a run writes besides the frames of its two animations.
-const FILES: [&str; 16] = [
+const FILES: [&str; 17] = [
     "contact.csv",
     "flank.pvd",
     "flank_dissipation.vtu",
@@ -22,6 +22,7 @@ const FILES: [&str; 16] = [
     "response.csv",
     "response_h1.csv",
     "static.csv",
+    "static_observed.csv",
     "static.vtu",
     "summary.json",
 ];

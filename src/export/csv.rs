@@ -1,4 +1,4 @@
-//! Tables: response.csv, static.csv, contact.csv, modes.csv, verify.csv.
+//! Tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv, verify.csv.
 //!
 //! Numbers are the shortest text that reads back as the same f64. A cell without a value (a point
 //! that did not converge, a harmonic not computed) is empty.
@@ -9,6 +9,7 @@ use super::flank::check_pairs;
 use super::{ExportError, write_file};
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
 use crate::integration::compare::Comparison;
+use crate::model::Model;
 use crate::results::pairs::PairTable;
 use crate::results::quantities::{
     cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
@@ -185,6 +186,27 @@ pub fn write_static(
         } else {
             state.outcome.word()
         });
+        table.end_row();
+    }
+    table.write()
+}
+
+/// static_observed.csv: the observed displacements in the static state, from those of all nodes of each body.
+pub fn write_static_observations(
+    path: &Path,
+    model: &Model,
+    displacements_m: [&[[f64; 3]]; 2],
+) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    table.header(&["name", "displacement_m"]);
+    table.end_row();
+    for observation in &model.observations {
+        let terms = observation.terms.iter().map(|&(body, node, direction)| {
+            let u = displacements_m[body][node as usize];
+            (0..3).map(|k| direction[k] * u[k]).sum::<f64>()
+        });
+        table.text(&observation.name);
+        table.number("displacement_m", Some(terms.sum()))?;
         table.end_row();
     }
     table.write()

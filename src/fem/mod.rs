@@ -3,6 +3,7 @@
 pub mod assembly;
 pub mod elasticity;
 pub mod elements;
+pub mod loads;
 pub mod quadrature;
 pub mod spin;
 pub mod statics;
@@ -39,7 +40,7 @@ pub struct BodyMatrices {
     pub stiffness: CscMatrix<f64>,
     /// M, kg.
     pub mass: CscMatrix<f64>,
-    /// Centrifugal load, N (zeros where the body does not rotate).
+    /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
     pub load_n: Vec<f64>,
     /// Mass of the body, kg.
     pub total_mass_kg: f64,
@@ -92,23 +93,36 @@ fn assemble_order<const N: usize>(
     }
     let mut k = sum_elements::<N, 9>(body, &pattern, |e, out| elements.stiffness(e, out));
     let m = sum_elements::<N, 1>(body, &pattern, |e, out| elements.mass(e, out));
-    let mut stiffness = symmetric_matrix(&pattern, &k);
+    let on_free_dofs = |k: &_| {
+        let mut matrix = symmetric_matrix(&pattern, k);
+        loads::uncouple(&mut matrix, &body.held_dofs);
+        matrix
+    };
+    let mut stiffness = on_free_dofs(&k);
     let mut load_n = vec![0.0; stiffness.ncols()];
     if let Some(rotation) = rotation {
         load_n = spin::centrifugal_load(body, &elements, rotation);
+    }
+    loads::add_static_loads(body, &mut load_n);
+    for &dof in &body.held_dofs {
+        load_n[dof as usize] = 0.0;
+    }
+    if let Some(rotation) = rotation {
         match rotation.prestress {
             Prestress::None => {}
             Prestress::HeldFlanks => {
                 let u0 = statics::held_displacement(body, &stiffness, &load_n, solve)?;
                 let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
                 spin::add_prestress(&mut k, &g, &m, rotation);
-                stiffness = symmetric_matrix(&pattern, &k);
+                stiffness = on_free_dofs(&k);
             }
         }
     }
+    let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
+    loads::uncouple(&mut mass, &body.held_dofs);
     Ok(BodyMatrices {
         stiffness,
-        mass: symmetric_matrix_of_scalars(&pattern, &m),
+        mass,
         load_n,
         total_mass_kg: elements.volume_m3() * body.material.density_kg_m3,
     })

@@ -1,8 +1,13 @@
 //! The binding itself: groups looked up, bodies numbered, contacts and probes tied to nodes.
 
 use super::contacts::{Part, contact};
+use super::crown::add_crown;
 use super::dofs::{Roles, number};
-use super::{Body, Model, ModelError, Observation, PointForce, Rotation};
+use super::loads::static_load;
+use super::{
+    Body, ContactPair, DofMap, Model, ModelError, NodeMotion, Observation, PointForce, Rotation,
+    StaticLoad,
+};
 use crate::mesh::{Group, Mesh};
 use crate::scene::{Assembly, BodySpec};
 
@@ -53,6 +58,13 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
             draft.add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
         }
+        if let Some(crown) = &spec.crown {
+            add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
+                contact: spec.name.clone(),
+                axis: crown.axis.unwrap_or_default(),
+            })?;
+        }
+        check_held_flanks(&bodies, &found.pairs, &spec.name, mesh)?;
         let before = model_pairs.len() as u32;
         flank_triangles.extend(found.triangles.iter().map(|t| t.map(|i| i + before)));
         model_pairs.append(&mut found.pairs);
@@ -71,7 +83,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         excitations.extend(nodes.into_iter().map(|(body, node)| PointForce {
             body,
             node,
-            vector_n: spec.direction.map(|d| d * share),
+            vector_n: bodies[body].movable(node, spec.direction.map(|d| d * share)),
             harmonic: spec.harmonic,
             phase_rad: spec.phase_rad,
         }));
@@ -90,6 +102,12 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             name: spec.name.clone(),
             terms: nodes.into_iter().map(term).collect(),
         });
+    }
+
+    for (number, spec) in assembly.loads.iter().enumerate() {
+        for (body, load) in static_load(mesh, &bodies, spec, number)? {
+            bodies[body].loads.push(load);
+        }
     }
 
     let [blade, jaw] = bodies;
@@ -114,7 +132,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     })
 }
 
-fn kind(dimension: u8) -> &'static str {
+pub(super) fn kind(dimension: u8) -> &'static str {
     match dimension {
         0 => "point",
         1 => "curve",
@@ -124,7 +142,7 @@ fn kind(dimension: u8) -> &'static str {
 }
 
 /// A group by name, of the wanted dimension (`None`: any) and not empty.
-fn find_group<'a>(
+pub(super) fn find_group<'a>(
     mesh: &'a Mesh,
     name: &str,
     wanted: Option<u8>,
@@ -201,7 +219,10 @@ fn probe(
 }
 
 /// How many, and the tags of the first few.
-fn first_tags<'a>(mesh: &Mesh, nodes: impl Iterator<Item = &'a u32>) -> (usize, Vec<u64>) {
+pub(super) fn first_tags<'a>(
+    mesh: &Mesh,
+    nodes: impl Iterator<Item = &'a u32>,
+) -> (usize, Vec<u64>) {
     let tags: Vec<u64> = nodes.map(|&n| mesh.node_tags[n as usize]).collect();
     (tags.len(), tags.into_iter().take(5).collect())
 }
@@ -219,8 +240,45 @@ fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
     }
 }
 
+/// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
+/// Contact forces then never act on a support.
+fn check_held_flanks(
+    bodies: &[Draft; 2],
+    pairs: &[ContactPair],
+    contact: &str,
+    mesh: &Mesh,
+) -> Result<(), ModelError> {
+    for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
+        let held = |p: &ContactPair| [0, 1].map(|b| bodies[b].held[p.nodes[b] as usize][axis]);
+        let is_wrong = |p: &ContactPair| match held(p) {
+            [false, false] => false,
+            [true, true] => p.frame[0][axis].abs() > ALONG_FLANK,
+            _ => true,
+        };
+        let wrong: Vec<&ContactPair> = pairs.iter().filter(|p| is_wrong(p)).collect();
+        if let Some(first) = wrong.first() {
+            let body = usize::from(!held(first)[0]);
+            let nodes: Vec<u32> = wrong
+                .iter()
+                .map(|p| bodies[body].nodes[p.nodes[body] as usize])
+                .collect();
+            return Err(ModelError::FlankHeld {
+                body: bodies[body].name.clone(),
+                key,
+                contact: contact.to_string(),
+                count: wrong.len(),
+                tags: first_tags(mesh, nodes.iter()).1,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Sine of the largest angle between a held direction and the flank.
+const ALONG_FLANK: f64 = 1e-6;
+
 /// A body on its way into the model.
-struct Draft {
+pub(super) struct Draft {
     name: String,
     /// Elements of the mesh.
     tets: Vec<u32>,
@@ -229,6 +287,9 @@ struct Draft {
     /// Mesh node -> local node, or `NONE`.
     local: Vec<u32>,
     roles: Roles,
+    /// Per local node: held along x, y, z.
+    held: Vec<[bool; 3]>,
+    loads: Vec<StaticLoad>,
     /// Which contact each local node belongs to.
     contact_of: Vec<Option<usize>>,
 }
@@ -252,15 +313,29 @@ impl Draft {
                 tied: Vec::new(),
                 probes: Vec::new(),
             },
+            held: vec![[false; 3]; group.nodes.len()],
+            loads: Vec::new(),
             contact_of: vec![None; group.nodes.len()],
         })
     }
 
-    fn has(&self, mesh_node: u32) -> bool {
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) fn tets(&self) -> &[u32] {
+        &self.tets
+    }
+
+    pub(super) fn local(&self, mesh_node: u32) -> u32 {
+        self.local[mesh_node as usize]
+    }
+
+    pub(super) fn has(&self, mesh_node: u32) -> bool {
         self.local[mesh_node as usize] != NONE
     }
 
-    fn is_fixed(&self, mesh_node: u32) -> bool {
+    pub(super) fn is_fixed(&self, mesh_node: u32) -> bool {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }
 
@@ -273,22 +348,57 @@ impl Draft {
     }
 
     fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
-        let used_by = format!("body `{}`, fixed", spec.name);
+        let used_by = |key| format!("body `{}`, {key}", spec.name);
         for name in &spec.fixed {
-            let group = find_group(mesh, name, None, &used_by)?;
-            let own = group.nodes.iter().map(|&n| self.local[n as usize]);
-            let own: Vec<u32> = own.filter(|&n| n != NONE).collect();
-            if own.is_empty() {
-                return Err(ModelError::FixedElsewhere {
-                    body: spec.name.clone(),
-                    group: name.clone(),
-                });
-            }
-            for n in own {
+            for n in self.own_nodes(name, mesh, &used_by("fixed"))? {
                 self.roles.fixed[n as usize] = true;
             }
         }
+        for (axis, groups) in spec.fixed_along.iter().enumerate() {
+            let key = ["fixed_x", "fixed_y", "fixed_z"][axis];
+            for name in groups {
+                for n in self.own_nodes(name, mesh, &used_by(key))? {
+                    self.held[n as usize][axis] = true;
+                }
+            }
+        }
         Ok(())
+    }
+
+    /// The body's nodes (local) in a group, at least one.
+    fn own_nodes(&self, name: &str, mesh: &Mesh, used_by: &str) -> Result<Vec<u32>, ModelError> {
+        let group = find_group(mesh, name, None, used_by)?;
+        let own = group.nodes.iter().map(|&n| self.local[n as usize]);
+        let own: Vec<u32> = own.filter(|&n| n != NONE).collect();
+        if own.is_empty() {
+            return Err(ModelError::FixedElsewhere {
+                body: self.name.clone(),
+                group: name.to_string(),
+            });
+        }
+        Ok(own)
+    }
+
+    /// What of a vector at a (local) node is not taken by a support.
+    fn movable(&self, node: u32, mut vector: [f64; 3]) -> [f64; 3] {
+        for (v, held) in vector.iter_mut().zip(self.held[node as usize]) {
+            if held {
+                *v = 0.0;
+            }
+        }
+        vector
+    }
+
+    /// Free dofs that are held, ascending. Tied nodes follow their corners.
+    fn held_dofs(&self, dofs: &DofMap) -> Vec<u32> {
+        let mut held = Vec::new();
+        for (motion, axes) in dofs.nodes.iter().zip(&self.held) {
+            if let NodeMotion::Free(n) = motion {
+                held.extend((0..3).filter(|&k| axes[k as usize]).map(|k| 3 * n + k));
+            }
+        }
+        held.sort_unstable();
+        held
     }
 
     /// Adds the flank nodes (local, in the order of the pairs) and mid-edge nodes (mesh) of contact
@@ -342,6 +452,7 @@ impl Draft {
         if dofs.free_nodes() == 0 {
             return Err(ModelError::NothingFree { body: self.name });
         }
+        let held_dofs = self.held_dofs(&dofs);
         let of_tets = self.tets.iter().flat_map(|&e| mesh.tet(e as usize));
         let mesh_node = |&n: &u32| n as usize;
         Ok(Body {
@@ -367,6 +478,8 @@ impl Draft {
                 .map(|&e| mesh.tet_tags[e as usize])
                 .collect(),
             mesh_nodes: self.nodes,
+            held_dofs,
+            loads: self.loads,
             dofs,
         })
     }

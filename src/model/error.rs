@@ -147,6 +147,42 @@ pub enum ModelError {
         count: usize,
         tags: Vec<u64>,
     },
+    #[error(
+        "body `{body}`, {key}: {count} nodes (first tags {}) are on the flank of contact `{contact}`: flank nodes may be held only along the flank, and in both bodies alike, as on a plane of symmetry that cuts the contact",
+        list(tags)
+    )]
+    FlankHeld {
+        body: String,
+        key: &'static str,
+        contact: String,
+        count: usize,
+        tags: Vec<u64>,
+    },
+    #[error(
+        "contact `{contact}`: crown_axis [{}, {}, {}] stands across the flank; give a direction that runs along it, or leave it out for a spherical crown",
+        axis[0], axis[1], axis[2]
+    )]
+    CrownAcross { contact: String, axis: [f64; 3] },
+    #[error("{used_by}: group `{group}` is a {found}; it acts on {wanted}")]
+    LoadDimension {
+        used_by: String,
+        group: String,
+        found: &'static str,
+        wanted: &'static str,
+    },
+    #[error(
+        "{used_by}: surface `{group}` belongs to both bodies: give each body a surface group and a load of its own"
+    )]
+    LoadOnBoth { used_by: String, group: String },
+    #[error(
+        "{used_by}: facet {tag} of `{group}` is not on the surface of body `{body}`, or lies between two of its tetrahedra: a surface load acts on the outer surface"
+    )]
+    LoadInside {
+        used_by: String,
+        group: String,
+        tag: u64,
+        body: String,
+    },
     #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
     NothingFree { body: String },
 }

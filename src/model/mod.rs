@@ -8,9 +8,11 @@ use crate::scene::{Material, Prestress};
 
 mod bind;
 mod contacts;
+mod crown;
 mod dofs;
 mod error;
 mod flank;
+mod loads;
 pub mod pairing;
 mod vector;
 
@@ -52,6 +54,32 @@ pub struct Body {
     pub tets: Vec<u32>,
     pub tet_tags: Vec<u64>,
     pub dofs: DofMap,
+    /// Free degrees of freedom that do not move, ascending: nodes on planes of symmetry. They keep their
+    /// numbers and are uncoupled in the matrices.
+    pub held_dofs: Vec<u32>,
+    /// Steady loads besides the rotation's.
+    pub loads: Vec<StaticLoad>,
+}
+
+/// A steady load on one body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StaticLoad {
+    /// On one (local) node.
+    Point { node: u32, vector_n: [f64; 3] },
+    /// Spread uniformly over part of the surface.
+    Surface {
+        /// `order.nodes_per_facet()` local nodes per facet, counter-clockwise seen from outside.
+        facets: Vec<u32>,
+        traction: Traction,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Traction {
+    /// The same vector everywhere; its integral, N.
+    Total([f64; 3]),
+    /// Along the inward normal, Pa.
+    Pressure(f64),
 }
 
 impl Body {
@@ -135,7 +163,7 @@ pub struct ContactPair {
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,
-    /// Initial clearance, m.
+    /// Initial clearance, m, that of a crowned flank included.
     pub gap_m: f64,
     pub friction: f64,
 }

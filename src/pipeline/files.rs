@@ -87,6 +87,8 @@ pub(super) fn write_static_state(
             (displacement, at_elements, von_mises)
         })
         .collect();
+    let displacements = [&fields[0].0[..], &fields[1].0[..]];
+    csv::write_static_observations(&out.join("static_observed.csv"), model, displacements)?;
     let [first, second] =
         [&fields[0], &fields[1]].map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
             displacement_m: displacement,

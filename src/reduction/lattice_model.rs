@@ -149,6 +149,8 @@ fn body(
         node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
         tets: Vec::new(),
         tet_tags: Vec::new(),
+        held_dofs: Vec::new(),
+        loads: Vec::new(),
         dofs: DofMap {
             nodes,
             interior_nodes: interior.len(),

@@ -12,12 +12,13 @@ pub enum Shape {
 }
 
 /// The tables at the top of the file, in the order they are usually written.
-pub const SECTIONS: [(&str, Shape); 10] = [
+pub const SECTIONS: [(&str, Shape); 11] = [
     ("reduced_model", Shape::Table),
     ("mesh", Shape::Table),
     ("body", Shape::List),
     ("rotation", Shape::Table),
     ("contact", Shape::List),
+    ("load", Shape::List),
     ("damping", Shape::Table),
     ("excitation", Shape::List),
     ("observe", Shape::List),
@@ -35,6 +36,7 @@ pub fn of_section(section: &str) -> &'static [&'static str] {
         "body" => fields::<raw::RawBody>(),
         "rotation" => fields::<raw::RawRotation>(),
         "contact" => fields::<raw::RawContact>(),
+        "load" => fields::<raw::RawLoad>(),
         "damping" => fields::<raw::RawDamping>(),
         "excitation" => fields::<raw::RawExcitation>(),
         "observe" => fields::<raw::RawObserve>(),
@@ -58,6 +60,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
             "[[contact]]\nname = \"left\"\nfirst = \"blade_flank_left\"\n\
              second = \"jaw_flank_left\"\nfriction = 0.3"
         }
+        ("", "load") => "[[load]]\non = \"top\"\npressure_pa = 1e6",
         ("", "damping") => "[damping]\nratio = 0.001",
         ("", "excitation") => {
             "[[excitation]]\npoints = \"excitation\"\ndirection = [0, 1, 0]\nforce_n = 2.0"
@@ -85,6 +88,9 @@ pub fn example(section: &str, key: &str) -> &'static str {
         ("body", "poisson") => "poisson = 0.34",
         ("body", "density_kg_m3") => "density_kg_m3 = 4430",
         ("body", "fixed") => "fixed = [\"jaw_base\"]",
+        ("body", "fixed_x") => "fixed_x = [\"plane_x\"]  # a plane of symmetry",
+        ("body", "fixed_y") => "fixed_y = [\"plane_y\"]  # a plane of symmetry",
+        ("body", "fixed_z") => "fixed_z = [\"plane_z\"]  # a plane of symmetry",
         ("body", "fixed_interface_modes") => "fixed_interface_modes = 6",
         ("rotation", "axis") => "axis = [1, 0, 0]",
         ("rotation", "point_m") => "point_m = [0, 0, 0]",
@@ -96,6 +102,13 @@ pub fn example(section: &str, key: &str) -> &'static str {
         ("contact", "second") => "second = \"jaw_flank_left\"  # a physical surface of the jaw",
         ("contact", "friction") => "friction = 0.3",
         ("contact", "gap_m") => "gap_m = 0.0",
+        ("contact", "crown_radius_m") => "crown_radius_m = 2.0",
+        ("contact", "crown_axis") => "crown_axis = [1, 0, 0]  # a cylinder along x",
+        ("contact", "crown_centre_m") => "crown_centre_m = [0, 0, 0.45]",
+        ("load", "on") => "on = \"top\"  # a physical surface or point of the mesh",
+        ("load", "force_n") => "force_n = 100.0",
+        ("load", "direction") => "direction = [0, 0, -1]",
+        ("load", "pressure_pa") => "pressure_pa = 1e6",
         ("damping", "ratio") => "ratio = 0.001",
         ("damping", "stuck_mode") => "stuck_mode = 1",
         ("damping", "stiffness_s") => "stiffness_s = 1e-6",

@@ -106,6 +106,8 @@ pub struct Assembly {
     /// `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
     pub contacts: Vec<ContactSpec>,
+    /// Steady loads besides the rotation's.
+    pub loads: Vec<LoadSpec>,
     pub excitations: Vec<ExcitationSpec>,
     pub observations: Vec<ObservationSpec>,
 }
@@ -167,6 +169,8 @@ pub struct BodySpec {
     pub material: Material,
     /// Groups (of any dimension) whose nodes do not move.
     pub fixed: Vec<String>,
+    /// Groups whose nodes do not move along x, y, z (planes of symmetry, rollers).
+    pub fixed_along: [Vec<String>; 3],
     /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
     pub fixed_interface_modes: usize,
 }
@@ -213,6 +217,36 @@ pub struct ContactSpec {
     pub friction: f64,
     /// Initial clearance along the normal, m (0: the flanks touch).
     pub gap_m: f64,
+    /// Clearance that grows away from a point or line of the flank.
+    pub crown: Option<CrownSpec>,
+}
+
+/// A crowned flank: to the clearance is added d^2 / (2 radius_m), d the distance in the flank's tangent plane
+/// from the centre, or from the line through it along `axis`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrownSpec {
+    /// Radius of curvature, m; where both flanks are crowned, R1 R2 / (R1 + R2).
+    pub radius_m: f64,
+    /// Unit length; `None`: the same curvature in all directions.
+    pub axis: Option<[f64; 3]>,
+    /// `None`: the centroid of the flank's area.
+    pub centre_m: Option<[f64; 3]>,
+}
+
+/// A steady load, applied with that of the rotation in the load steps of the static state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadSpec {
+    /// Point group (shared equally by its nodes) or surface group (spread uniformly over its area).
+    pub on: String,
+    pub load: LoadKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LoadKind {
+    /// The whole force, N.
+    Force { vector_n: [f64; 3] },
+    /// Along the inward normal of a surface, Pa.
+    Pressure { pressure_pa: f64 },
 }
 
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.

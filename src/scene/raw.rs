@@ -24,6 +24,8 @@ pub struct RawScene {
     pub rotation: Located<RawRotation>,
     #[serde(default)]
     pub contact: Vec<Spanned<RawContact>>,
+    #[serde(default)]
+    pub load: Vec<Spanned<RawLoad>>,
     pub damping: Located<RawDamping>,
     #[serde(default)]
     pub excitation: Vec<Spanned<RawExcitation>>,
@@ -65,6 +67,9 @@ pub struct RawBody {
     pub poisson: Located<Number>,
     pub density_kg_m3: Located<Number>,
     pub fixed: Located<Vec<Spanned<String>>>,
+    pub fixed_x: Located<Vec<Spanned<String>>>,
+    pub fixed_y: Located<Vec<Spanned<String>>>,
+    pub fixed_z: Located<Vec<Spanned<String>>>,
     pub fixed_interface_modes: Located<Count>,
 }
 
@@ -86,6 +91,18 @@ pub struct RawContact {
     pub second: Located<String>,
     pub friction: Located<Number>,
     pub gap_m: Located<Number>,
+    pub crown_radius_m: Located<Number>,
+    pub crown_axis: Located<Numbers<3>>,
+    pub crown_centre_m: Located<Numbers<3>>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawLoad {
+    pub on: Located<String>,
+    pub force_n: Located<Number>,
+    pub direction: Located<Numbers<3>>,
+    pub pressure_pa: Located<Number>,
 }
 
 #[derive(Debug, serde::Deserialize)]

@@ -41,6 +41,8 @@ pub fn body_of(
         node_tags: mesh.node_tags.clone(),
         tets: mesh.tets.clone(),
         tet_tags: mesh.tet_tags.clone(),
+        held_dofs: Vec::new(),
+        loads: Vec::new(),
         dofs: DofMap {
             nodes,
             interior_nodes: free - flank_nodes,

@@ -173,6 +173,8 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 .map(|n| first_tag + 3 * n)
                 .collect(),
             tet_tags: (0..count as u64).map(|e| first_tag + 7 * e).collect(),
+            held_dofs: Vec::new(),
+            loads: Vec::new(),
             dofs: DofMap {
                 nodes: vec![NodeMotion::Fixed; nodes_m.len()],
                 interior_nodes: 5,

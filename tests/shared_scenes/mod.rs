@@ -35,6 +35,7 @@ pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
             density_kg_m3: 4430.0,
         },
         fixed: fixed.iter().map(|s| s.to_string()).collect(),
+        fixed_along: Default::default(),
         fixed_interface_modes: 6,
     }
 }
@@ -46,6 +47,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         second: second.into(),
         friction: 0.3,
         gap_m: 0.0,
+        crown: None,
     }
 }
 
@@ -67,6 +69,7 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
         }),
         bodies,
         contacts,
+        loads: Vec::new(),
         excitations: vec![ExcitationSpec {
             points: probe.into(),
             direction: [0.0, 1.0, 0.0],

@@ -84,18 +84,12 @@ fn body(checker: &mut Checker, index: usize, raw: &Spanned<RawBody>) -> Option<B
         0..=10_000,
         6,
     );
-    let fixed = raw
-        .fixed
-        .as_ref()
-        .map_or(&[][..], |f| f.get_ref().as_slice());
-    for group in fixed.iter().filter(|g| g.get_ref().trim().is_empty()) {
-        checker.fault(
-            group.span(),
-            Fault::EmptyText {
-                path: at.key("fixed"),
-            },
-        );
-    }
+    let fixed = groups(checker, &at, "fixed", &raw.fixed);
+    let fixed_along = [
+        groups(checker, &at, "fixed_x", &raw.fixed_x),
+        groups(checker, &at, "fixed_y", &raw.fixed_y),
+        groups(checker, &at, "fixed_z", &raw.fixed_z),
+    ];
     Some(BodySpec {
         name: name?,
         volume: volume?,
@@ -104,9 +98,25 @@ fn body(checker: &mut Checker, index: usize, raw: &Spanned<RawBody>) -> Option<B
             poisson: poisson?,
             density_kg_m3: density?,
         },
-        fixed: fixed.iter().map(|g| g.get_ref().clone()).collect(),
+        fixed,
+        fixed_along,
         fixed_interface_modes: modes?,
     })
+}
+
+/// Names of groups, none of them empty.
+fn groups(
+    checker: &mut Checker,
+    at: &Table,
+    key: &str,
+    list: &Located<Vec<Spanned<String>>>,
+) -> Vec<String> {
+    let groups = list.as_ref().map_or(&[][..], |f| f.get_ref().as_slice());
+    for group in groups.iter().filter(|g| g.get_ref().trim().is_empty()) {
+        let path = at.key(key);
+        checker.fault(group.span(), Fault::EmptyText { path });
+    }
+    groups.iter().map(|g| g.get_ref().clone()).collect()
 }
 
 pub fn rotation(

@@ -6,7 +6,7 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
-use crate::scene::{ContactSpec, DampingSpec, ResponseSpec};
+use crate::scene::{ContactSpec, CrownSpec, DampingSpec, ResponseSpec};
 
 pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
     let (mut specs, mut names, mut groups) = (Vec::new(), Vec::new(), Vec::new());
@@ -34,6 +34,7 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
         let second = checker.text(&at, "second", &raw.second);
         let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
         let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
+        let crown = crown(checker, &at, raw);
         specs.push((|| {
             Some(ContactSpec {
                 name: name?,
@@ -41,12 +42,50 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
                 second: second?,
                 friction: friction?,
                 gap_m: gap_m?,
+                crown: crown?,
             })
         })());
     }
     checker.distinct(&names);
     checker.distinct(&groups);
     specs.into_iter().collect()
+}
+
+/// The crown of a flank, `Some(None)` where it has none.
+fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<CrownSpec>> {
+    if raw.crown_radius_m.is_none() {
+        let others = [
+            ("crown_axis", raw.crown_axis.as_ref().map(Spanned::span)),
+            (
+                "crown_centre_m",
+                raw.crown_centre_m.as_ref().map(Spanned::span),
+            ),
+        ];
+        for (key, span) in others {
+            if let Some(span) = span {
+                let remedy = "say how strongly the flank is crowned, or leave both out";
+                checker.lacks(at, key, "crown_radius_m", span, remedy);
+                return None;
+            }
+        }
+        return Some(None);
+    }
+    let radius = checker.number(
+        at,
+        "crown_radius_m",
+        &raw.crown_radius_m,
+        Limits::POSITIVE,
+        None,
+    );
+    let axis = match &raw.crown_axis {
+        None => Some(None),
+        given => checker.direction(at, "crown_axis", given).map(Some),
+    };
+    Some(Some(CrownSpec {
+        radius_m: radius?,
+        axis: axis?,
+        centre_m: raw.crown_centre_m.as_ref().map(|c| c.get_ref().0),
+    }))
 }
 
 pub fn damping(

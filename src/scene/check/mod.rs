@@ -6,6 +6,7 @@
 mod bodies;
 mod contacts;
 mod fields;
+mod loads;
 mod mesh;
 mod probes;
 mod reduced_model;
@@ -109,6 +110,7 @@ fn assembly(
         .as_ref()
         .map(|r| bodies::rotation(checker, &body_names, r));
     let contacts = contacts::contacts(checker, &raw.contact);
+    let loads = loads::loads(checker, &raw.load);
     let excitations = probes::excitations(checker, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
     Some(Assembly {
@@ -119,6 +121,7 @@ fn assembly(
             Some(rotation) => Some(rotation?),
         },
         contacts: contacts?,
+        loads: loads?,
         excitations: excitations?,
         observations: observations?,
     })
