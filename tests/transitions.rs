@@ -1,6 +1,6 @@
 //! Robust where pairs stick, slip and lift off: frequency steps wider than the resonance, warm and cold
 //! starts, four forces and four choices of harmonics and samples, on the 72-pair reference model. Every
-//! point converges.
+//! point converges, its mean near the static state.
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::static_state::static_state;
@@ -21,7 +21,7 @@ const RATIOS: [f64; 6] = [0.985, 0.995, 0.998, 0.9995, 1.0005, 1.003];
 /// returns (cases, failures, Newton iterations).
 fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
-    let (mut count, mut failures, mut iterations) = (0, 0, 0);
+    let (mut count, mut failures, mut iterations, mut held) = (0, 0, 0, 0);
     for force_n in [0.1, 1.0, 1.5, 3.0] {
         let law = PairLaw {
             friction: 0.3,
@@ -56,6 +56,14 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
             for orbit in response.orbits.iter().take(RATIOS.len()) {
                 count += 1;
                 iterations += orbit.newton_iterations;
+                let apart = |(x, s): (&f64, &f64)| (x - s).abs();
+                let strayed_m = orbit.x.iter().zip(&state.x).map(apart).fold(0.0, f64::max);
+                assert!(
+                    strayed_m < 1e-3,
+                    "{force_n} N, {} Hz: the mean is {strayed_m} m from the static state",
+                    orbit.frequency_hz
+                );
+                held += usize::from(orbit.retention_n > 0.0);
                 if !orbit.outcome.is_converged() {
                     failures += 1;
                     println!(
@@ -67,7 +75,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         }
     }
     println!(
-        "H {harmonics}, N {samples}: {count} cases, {failures} failures, {iterations} iterations"
+        "H {harmonics}, N {samples}: {count} cases, {failures} failures, {iterations} iterations, {held} held"
     );
     (count, failures, iterations)
 }

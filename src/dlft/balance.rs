@@ -5,6 +5,7 @@
 //! once, and only the other ("active") pairs enter the linear solve.
 
 use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
+use super::retention::Retention;
 use crate::contact::dynamic_stiffness::{ContactSystem, DynamicStiffness};
 use crate::numerics::fourier::Fourier;
 use crate::reduction::PairLaw;
@@ -29,6 +30,8 @@ pub struct Balance<'a> {
     pub stiffness: Vec<DynamicStiffness>,
     /// F, (2H+1) n.
     pub force: Vec<f64>,
+    /// Holds the mean at the static state along what is free but for friction.
+    retention: Option<&'a Retention>,
 }
 
 /// What the pairs did at one U.
@@ -81,7 +84,36 @@ impl<'a> Balance<'a> {
             setting,
             stiffness,
             force,
+            retention: None,
         }
+    }
+
+    /// The same balance with the mean held by `retention`, anchored at the static state.
+    pub fn held_by(mut self, retention: &'a Retention) -> Self {
+        let n = self.unknowns_per_block();
+        retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        self.retention = Some(retention);
+        self
+    }
+
+    /// K, and the retention if there is one, on the unknowns `columns` of the mean.
+    pub fn mean_stiffness(&self, columns: &[usize]) -> Mat<f64> {
+        let mut matrix = submatrix(&self.setting.system.model.stiffness, columns);
+        if let Some(retention) = self.retention {
+            retention.add_to_matrix(columns, &mut matrix);
+        }
+        matrix
+    }
+
+    pub fn is_held(&self) -> bool {
+        self.retention.is_some()
+    }
+
+    /// Force in the retention at U, N; zero without one.
+    pub fn retention_n(&self, u: &[f64]) -> f64 {
+        let n = self.unknowns_per_block();
+        self.retention
+            .map_or(0.0, |r| r.force_n(&u[..n], self.setting.x_static))
     }
 
     pub fn unknowns_per_block(&self) -> usize {
@@ -110,6 +142,9 @@ impl<'a> Balance<'a> {
         let n = self.unknowns_per_block();
         let (y0, y_rest) = y.split_at_mut(n);
         apply_real(&self.setting.system.model.stiffness, &v[..n], y0);
+        if let Some(retention) = self.retention {
+            retention.add_to(&v[..n], y0);
+        }
         for ((lambda, v), y) in self
             .stiffness
             .iter()
@@ -219,6 +254,20 @@ pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
                 .for_each(|(y, a)| *y += a * xj);
         }
     }
+}
+
+/// Rows and columns `columns` of a square matrix.
+pub fn submatrix(matrix: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
+    if columns.len() == matrix.ncols() {
+        return matrix.clone();
+    }
+    let mut out = Mat::zeros(columns.len(), columns.len());
+    for (j, &source) in columns.iter().enumerate() {
+        let from = matrix.col_as_slice(source);
+        let to = out.col_as_slice_mut(j);
+        to.iter_mut().zip(columns).for_each(|(t, &i)| *t = from[i]);
+    }
+    out
 }
 
 /// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.

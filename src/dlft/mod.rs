@@ -80,6 +80,9 @@ pub struct Orbit {
     pub krylov_iterations: usize,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
+    /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
+    /// then held at the static state ([`retention`]). Zero elsewhere.
+    pub retention_n: f64,
 }
 
 /// One pair over one period.
@@ -122,7 +125,9 @@ pub mod balance;
 pub mod march;
 pub mod newton_krylov;
 pub mod orbit;
+mod point;
 pub mod powell;
+pub mod retention;
 pub mod static_state;
 pub mod sweep;
 

@@ -1,7 +1,7 @@
 //! Newton-GMRES for the harmonic balance: matrix-free Jacobian on the active pairs, preconditioned by
 //! one dense block per harmonic with the derivative of each pair averaged on that harmonic.
 
-use super::balance::{Balance, Jacobian, apply_real};
+use super::balance::{Balance, Jacobian, apply_real, submatrix};
 use crate::contact::dynamic_stiffness::DynamicStiffness;
 use crate::numerics::gmres::{gmres, norm};
 use crate::numerics::newton::NonlinearSystem;
@@ -36,6 +36,8 @@ pub struct KrylovSystem<'a, 'b> {
     scale: [f64; 2],
     linear: Option<Linearised>,
     krylov_tolerance: f64,
+    /// Whether the mean of U lies where it is not looked for.
+    has_left: &'b dyn Fn(&[f64]) -> bool,
     pub krylov_iterations: usize,
 }
 
@@ -53,6 +55,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
         balance: &'b Balance<'a>,
         preconditioner: &'b mut Preconditioner,
         krylov_tolerance: f64,
+        has_left: &'b dyn Fn(&[f64]) -> bool,
     ) -> Self {
         Self {
             scale: load_scale(balance),
@@ -60,6 +63,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
             preconditioner,
             linear: None,
             krylov_tolerance,
+            has_left,
             krylov_iterations: 0,
         }
     }
@@ -68,8 +72,8 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
 /// |F| and |F_1..H|, the second not below 1e-9 of the first (rounding of the static load); where nothing
 /// shakes, |F| twice.
 pub fn load_scale(balance: &Balance<'_>) -> [f64; 2] {
-    let whole = norm(&balance.force);
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
+    let whole = norm(&balance.setting.system.model.static_load.on_x).hypot(harmonic);
     if harmonic == 0.0 {
         return [whole; 2];
     }
@@ -107,7 +111,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
             .collect();
         let linear = Linearised {
-            mean: submatrix(&self.balance.setting.system.model.stiffness, &columns),
+            mean: self.balance.mean_stiffness(&columns),
             harmonics: self
                 .balance
                 .stiffness
@@ -178,6 +182,10 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         }
         // A direction that is not exact still serves: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
+    }
+
+    fn is_astray(&self, x: &[f64]) -> bool {
+        (self.has_left)(x)
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
@@ -344,19 +352,6 @@ impl Preconditioner {
             put_back(&|i| -local[i].im, sine);
         }
     }
-}
-
-fn submatrix(matrix: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
-    if columns.len() == matrix.ncols() {
-        return matrix.clone();
-    }
-    let mut out = Mat::zeros(columns.len(), columns.len());
-    for (j, &source) in columns.iter().enumerate() {
-        let from = matrix.col_as_slice(source);
-        let to = out.col_as_slice_mut(j);
-        to.iter_mut().zip(columns).for_each(|(t, &i)| *t = from[i]);
-    }
-    out
 }
 
 /// Entries of the active pairs, block by block.

@@ -46,6 +46,7 @@ pub fn orbit(
         newton_iterations: 0,
         krylov_iterations: 0,
         residual: 0.0,
+        retention_n: balance.retention_n(u),
     }
 }
 

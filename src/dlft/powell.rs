@@ -41,7 +41,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         let jacobian = balance.linearise(x);
         let mut out = Mat::<f64>::zeros(x.len(), x.len());
         // Lambda - eps.
-        let stiffness = &balance.setting.system.model.stiffness;
+        let stiffness = balance.mean_stiffness(&(0..n).collect::<Vec<_>>());
         for j in 0..n {
             out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
             for (k, lambda) in balance.stiffness.iter().enumerate() {

@@ -1,29 +1,20 @@
 //! Frequency response: the static state, then one harmonic balance per frequency.
 //!
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
-//! two cores share the work, and the answer does not depend on how many there are. A frequency is
-//! started from its neighbour, then, failing that, from the static state, then by smaller steps, then
-//! with a growing force.
+//! two cores share the work, and the answer does not depend on how many there are.
 
-use super::balance::{Balance, Setting};
+use super::balance::Setting;
 use super::march::Periods;
-use super::newton_krylov::{
-    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner,
-};
 use super::orbit::{orbit, stuck_point};
-use super::powell::powell;
+use super::point::{Frequencies, Neighbour, Solved, Work};
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::numerics::fourier::Fourier;
-use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
+use crate::numerics::newton::NewtonOptions;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use crate::scene::{EpsChoice, Solver};
 
-/// Smaller steps tried between a solved frequency and one that fails from both starts.
-const BISECTIONS: u32 = 4;
-/// Newton-GMRES that fails hands over to the dense dogleg up to this many unknowns.
-const MOST_DENSE_UNKNOWNS: usize = 4000;
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
 
@@ -100,15 +91,15 @@ pub fn sweep(
     let slip_threshold_m = settings
         .slip_threshold_m
         .unwrap_or(SLIP_THRESHOLD * largest_slip);
+    let setting = Setting {
+        system: &system,
+        fourier: &fourier,
+        eps,
+        x_static: &static_state.x,
+        periods: settings.periods,
+    };
     let run = Run {
-        setting: Setting {
-            system: &system,
-            fourier: &fourier,
-            eps,
-            x_static: &static_state.x,
-            periods: settings.periods,
-        },
-        settings,
+        frequencies: Frequencies::new(setting, settings.newton, settings.solver),
         slip_threshold_m,
     };
     let middle = settings.frequencies_hz.len().div_ceil(2);
@@ -131,25 +122,8 @@ pub fn sweep(
 }
 
 struct Run<'a> {
-    setting: Setting<'a>,
-    settings: &'a SweepSettings,
+    frequencies: Frequencies<'a>,
     slip_threshold_m: f64,
-}
-
-/// One way to solve a frequency from a start.
-#[derive(Debug, Clone, Copy)]
-enum Method {
-    /// Newton-GMRES with this relative residual of the linear solves.
-    Krylov(f64),
-    /// Powell's hybrid method.
-    Dogleg,
-}
-
-/// Work spent on one frequency, over all starts.
-#[derive(Default)]
-struct Effort {
-    newton: usize,
-    krylov: usize,
 }
 
 impl Run<'_> {
@@ -158,191 +132,37 @@ impl Run<'_> {
         frequencies_hz: impl Iterator<Item = f64>,
         progress: &(dyn Fn(&Orbit) + Sync),
     ) -> Vec<Orbit> {
-        let mut preconditioner = Preconditioner::default();
-        // Last converged frequency and its solution.
-        let mut last: Option<(f64, Vec<f64>)> = None;
+        let mut work = Work::default();
+        let mut last: Option<Neighbour> = None;
         frequencies_hz
             .map(|frequency_hz| {
-                let orbit = self.point(frequency_hz, &mut last, &mut preconditioner);
+                let orbit = self.point(frequency_hz, &mut last, &mut work);
                 progress(&orbit);
                 orbit
             })
             .collect()
     }
 
-    fn point(
-        &self,
-        frequency_hz: f64,
-        last: &mut Option<(f64, Vec<f64>)>,
-        preconditioner: &mut Preconditioner,
-    ) -> Orbit {
-        let balance = self.balance(frequency_hz);
-        let mut effort = Effort::default();
-        // The neighbour and the static state, each by one method after the other.
-        let starts: Vec<Vec<f64>> = last
-            .iter()
-            .map(|(_, u)| u.clone())
-            .chain([self.cold()])
-            .collect();
-        let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-        let methods = self.methods(balance.force.len());
-        for (method, start) in methods
-            .iter()
-            .flat_map(|m| starts.iter().map(move |s| (*m, s)))
-        {
-            let mut u = start.clone();
-            let end = self.solve(&balance, &mut u, preconditioner, &mut effort, method);
-            let converged = end.status == NewtonStatus::Converged;
-            let better = |(_, b): &(Vec<f64>, NewtonEnd)| converged || end.measure < b.measure;
-            if best.as_ref().is_none_or(better) {
-                best = Some((u, end));
-            }
-            if converged {
-                break;
-            }
-        }
-        let (mut u, mut end) = best.expect("there is always the static state to start from");
-        if let (Some((from_hz, start)), false) = (&*last, end.status == NewtonStatus::Converged)
-            && let Some((stepped, again)) =
-                self.smaller_steps(*from_hz, start, frequency_hz, preconditioner, &mut effort)
-        {
-            (u, end) = (stepped, again);
-        }
-        if end.status != NewtonStatus::Converged
-            && let Some((grown, again)) =
-                self.growing_force(frequency_hz, preconditioner, &mut effort)
-        {
-            (u, end) = (grown, again);
-        }
+    fn point(&self, frequency_hz: f64, last: &mut Option<Neighbour>, work: &mut Work) -> Orbit {
+        work.start_counting();
+        let Solved { balance, u, end } = self.frequencies.solve(frequency_hz, last.as_ref(), work);
         let evaluation = balance.evaluate(&u);
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
         }
-        let mut orbit = orbit(
-            &balance,
-            &u,
-            &evaluation,
-            frequency_hz,
-            outcome,
-            self.slip_threshold_m,
-        );
+        let threshold = self.slip_threshold_m;
+        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome, threshold);
         orbit.residual = end.measure;
-        orbit.newton_iterations = effort.newton;
-        orbit.krylov_iterations = effort.krylov;
+        orbit.newton_iterations = work.newton_iterations;
+        orbit.krylov_iterations = work.krylov_iterations;
         if orbit.outcome.is_converged() {
-            *last = Some((frequency_hz, u));
+            *last = Some(Neighbour {
+                frequency_hz,
+                u,
+                held: balance.is_held(),
+            });
         }
         orbit
-    }
-
-    /// What is tried on `unknowns` unknowns: the solver asked for first.
-    fn methods(&self, unknowns: usize) -> Vec<Method> {
-        match self.settings.solver {
-            Solver::Powell => vec![Method::Dogleg],
-            Solver::NewtonKrylov => [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
-                .map(Method::Krylov)
-                .into_iter()
-                .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(Method::Dogleg))
-                .collect(),
-        }
-    }
-
-    fn first_method(&self) -> Method {
-        self.methods(usize::MAX)[0]
-    }
-
-    fn balance(&self, frequency_hz: f64) -> Balance<'_> {
-        Balance::new(&self.setting, std::f64::consts::TAU * frequency_hz)
-    }
-
-    /// The static state, no vibration.
-    fn cold(&self) -> Vec<f64> {
-        let n = self.setting.system.unknowns();
-        let mut u = vec![0.0; self.setting.fourier.width() * n];
-        u[..n].copy_from_slice(self.setting.x_static);
-        u
-    }
-
-    fn solve(
-        &self,
-        balance: &Balance<'_>,
-        u: &mut [f64],
-        preconditioner: &mut Preconditioner,
-        effort: &mut Effort,
-        method: Method,
-    ) -> NewtonEnd {
-        let end = match method {
-            Method::Krylov(tolerance) => {
-                let mut system = KrylovSystem::new(balance, preconditioner, tolerance);
-                let end = newton(&mut system, u, self.settings.newton);
-                effort.krylov += system.krylov_iterations;
-                end
-            }
-            Method::Dogleg => powell(balance, u, self.settings.newton),
-        };
-        effort.newton += end.iterations;
-        end
-    }
-
-    /// Walks from a solved frequency in 2, 4, 8, ... steps until one walk arrives.
-    fn smaller_steps(
-        &self,
-        from_hz: f64,
-        start: &[f64],
-        to_hz: f64,
-        preconditioner: &mut Preconditioner,
-        effort: &mut Effort,
-    ) -> Option<(Vec<f64>, NewtonEnd)> {
-        let balance = |fraction: f64| self.balance(from_hz + (to_hz - from_hz) * fraction);
-        (1..=BISECTIONS)
-            .find_map(|halvings| self.walk(start, 1 << halvings, &balance, preconditioner, effort))
-    }
-
-    /// Lets the vibrating part of the load grow from nothing in 4, 8, 16, ... steps.
-    fn growing_force(
-        &self,
-        frequency_hz: f64,
-        preconditioner: &mut Preconditioner,
-        effort: &mut Effort,
-    ) -> Option<(Vec<f64>, NewtonEnd)> {
-        let start = self.cold();
-        let balance = |fraction: f64| {
-            let mut balance = self.balance(frequency_hz);
-            let n = balance.unknowns_per_block();
-            balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
-            balance
-        };
-        (2..=BISECTIONS + 1)
-            .find_map(|halvings| self.walk(&start, 1 << halvings, &balance, preconditioner, effort))
-    }
-
-    /// Solves the problems `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before;
-    /// `None` where one of them fails.
-    fn walk<'b>(
-        &'b self,
-        start: &[f64],
-        steps: u32,
-        at: &dyn Fn(f64) -> Balance<'b>,
-        preconditioner: &mut Preconditioner,
-        effort: &mut Effort,
-    ) -> Option<(Vec<f64>, NewtonEnd)> {
-        let mut u = start.to_vec();
-        let mut end = None;
-        for step in 1..=steps {
-            let balance = at(f64::from(step) / f64::from(steps));
-            let solved = self.solve(
-                &balance,
-                &mut u,
-                preconditioner,
-                effort,
-                self.first_method(),
-            );
-            if solved.status != NewtonStatus::Converged {
-                return None;
-            }
-            end = Some(solved);
-        }
-        end.map(|end| (u, end))
     }
 }

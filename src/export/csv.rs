@@ -69,7 +69,7 @@ pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result
         "stuck_pairs",
         "friction_power_w",
     ]);
-    table.header(&["viscous_power_w", "input_power_w"]);
+    table.header(&["viscous_power_w", "input_power_w", "retention_n"]);
     table.header(&["newton_iterations", "krylov_iterations", "residual"]);
     table.end_row();
     for orbit in &response.orbits {
@@ -118,6 +118,7 @@ fn response_row(
         Some(orbit.viscous_power_w).filter(|_| valid),
     )?;
     table.number("input_power_w", Some(orbit.input_power_w).filter(|_| valid))?;
+    table.number("retention_n", Some(orbit.retention_n).filter(|_| valid))?;
     table.integer(Some(orbit.newton_iterations));
     table.integer(Some(orbit.krylov_iterations));
     table.number("residual", Some(orbit.residual).filter(|r| r.is_finite()))?;

@@ -15,6 +15,10 @@ pub trait NonlinearSystem {
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool;
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
+    /// Whether an accepted x is a place no solution is wanted at: the iteration then ends as stagnated.
+    fn is_astray(&self, _x: &[f64]) -> bool {
+        false
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +93,13 @@ pub fn newton(
                 x.copy_from_slice(&trial);
                 std::mem::swap(&mut f, &mut f_trial);
                 measure = new;
+                if system.is_astray(x) {
+                    return NewtonEnd {
+                        status: NewtonStatus::Stagnated,
+                        iterations: iterations + 1,
+                        measure,
+                    };
+                }
                 break;
             }
             step *= 0.5;

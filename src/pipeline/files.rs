@@ -226,6 +226,17 @@ pub(super) fn finish(
 
 /// The figures a reader asks for first, on the terminal.
 pub(super) fn report(model: &Model, response: &Response, progress: &Progress) {
+    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
+    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
+    if !held.is_empty() {
+        let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
+        progress.warning(&format!(
+            "at {} of {} frequencies friction does not hold the blade along its slot: its mean position was held there, \
+             as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
+            held.len(),
+            response.orbits.len(),
+        ));
+    }
     for (i, observation) in model.observations.iter().enumerate() {
         let Some(peak) = peak(response, i) else {
             continue;

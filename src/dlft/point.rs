@@ -1,0 +1,311 @@
+//! One frequency, whatever it takes: the ways to a solution, tried from the cheapest.
+//!
+//! A frequency is started from its neighbour and from the static state, by Newton-GMRES with accurate
+//! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
+//! and by the dense dogleg. Each way is tried on the free balance and, where only friction holds the
+//! blade along its slot and cannot, on the one with the mean held ([`super::retention`]).
+
+use super::balance::{Balance, Setting};
+use super::march::Periods;
+use super::newton_krylov::{
+    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner,
+};
+use super::powell::powell;
+use super::retention::{Retention, may_have_left};
+use crate::numerics::gmres::norm;
+use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
+use crate::scene::Solver;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// The dense dogleg is tried up to this many unknowns.
+const MOST_DENSE_UNKNOWNS: usize = 4000;
+
+/// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
+/// found when first asked for.
+pub struct Frequencies<'a> {
+    pub setting: Setting<'a>,
+    pub newton: NewtonOptions,
+    pub solver: Solver,
+    retention: OnceLock<Retention>,
+}
+
+/// A converged frequency, to start the next from.
+pub struct Neighbour {
+    pub frequency_hz: f64,
+    pub u: Vec<f64>,
+    /// The mean was held along the slot.
+    pub held: bool,
+}
+
+/// Work done on one frequency, and the preconditioner, which is kept over frequencies.
+#[derive(Default)]
+pub struct Work {
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+    preconditioner: Preconditioner,
+}
+
+impl Work {
+    /// Sets the counts to zero.
+    pub fn start_counting(&mut self) {
+        (self.newton_iterations, self.krylov_iterations) = (0, 0);
+    }
+}
+
+/// A balance, its U and how the solution ended.
+pub struct Solved<'b> {
+    pub balance: Balance<'b>,
+    pub u: Vec<f64>,
+    pub end: NewtonEnd,
+}
+
+/// How a balance is approached.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// From the neighbour, then from the static state.
+    Directly(Method),
+    /// From the neighbour in this many steps in frequency.
+    InFrequency(u32),
+    /// From the static state in this many steps of the vibrating part of the load.
+    InForce(u32),
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    /// Newton-GMRES with this relative residual of the linear solves.
+    Krylov(f64),
+    /// Powell's hybrid method.
+    Dogleg,
+}
+
+impl<'a> Frequencies<'a> {
+    pub fn new(setting: Setting<'a>, newton: NewtonOptions, solver: Solver) -> Self {
+        Self {
+            setting,
+            newton,
+            solver,
+            retention: OnceLock::new(),
+        }
+    }
+
+    /// Solves one frequency: free where friction holds the blade along its slot, else with the mean
+    /// held there. Where nothing converges, the attempt with the smallest residual.
+    pub fn solve(
+        &self,
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        let mut best: Option<Solved<'_>> = None;
+        let held_before = last.is_some_and(|l| l.held);
+        for way in self.ways() {
+            for hold in [held_before, !held_before] {
+                let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
+                    continue;
+                };
+                if solved.end.status == NewtonStatus::Converged {
+                    if hold {
+                        return self
+                            .released(frequency_hz, &solved.u, work)
+                            .unwrap_or(solved);
+                    }
+                    if !self.has_left(&solved.u) {
+                        return solved;
+                    }
+                    solved.end.status = NewtonStatus::Stagnated;
+                    solved.end.measure = f64::INFINITY;
+                }
+                if best
+                    .as_ref()
+                    .is_none_or(|b| solved.end.measure < b.end.measure)
+                {
+                    best = Some(solved);
+                }
+            }
+        }
+        best.expect("the static state is always a start")
+    }
+
+    fn ways(&self) -> Vec<Way> {
+        use Way::{Directly, InForce, InFrequency};
+        let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
+        let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
+        let dogleg = Directly(Method::Dogleg);
+        if self.solver == Solver::Powell {
+            return [dogleg]
+                .into_iter()
+                .chain(steps)
+                .chain(small_steps)
+                .collect();
+        }
+        let unknowns = self.setting.fourier.width() * self.setting.system.unknowns();
+        [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
+            .map(|tolerance| Directly(Method::Krylov(tolerance)))
+            .into_iter()
+            .chain(steps)
+            .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
+            .chain(small_steps)
+            .collect()
+    }
+
+    /// One way to the free or the held balance; `None` where it does not apply.
+    fn attempt(
+        &self,
+        way: Way,
+        frequency_hz: f64,
+        hold: bool,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        match way {
+            Way::Directly(method) => {
+                let balance = self.balance(frequency_hz, hold)?;
+                let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
+                let starts = last.map(|l| l.u.clone()).into_iter().chain([self.cold()]);
+                for mut u in starts {
+                    let end = self.iterate(&balance, &mut u, method, self.newton, work);
+                    let converged = end.status == NewtonStatus::Converged;
+                    if best
+                        .as_ref()
+                        .is_none_or(|(_, b)| converged || end.measure < b.measure)
+                    {
+                        best = Some((u, end));
+                    }
+                    if converged {
+                        break;
+                    }
+                }
+                best.map(|(u, end)| Solved { balance, u, end })
+            }
+            Way::InFrequency(steps) => {
+                let last = last?;
+                let from_hz = last.frequency_hz;
+                let at = |fraction: f64| {
+                    self.balance(from_hz + (frequency_hz - from_hz) * fraction, hold)
+                };
+                self.walk(last.u.clone(), steps, &at, work)
+            }
+            Way::InForce(steps) => {
+                let at = |fraction: f64| {
+                    let mut balance = self.balance(frequency_hz, hold)?;
+                    let n = balance.unknowns_per_block();
+                    balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
+                    Some(balance)
+                };
+                self.walk(self.cold(), steps, &at, work)
+            }
+        }
+    }
+
+    /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where one of
+    /// them fails.
+    fn walk<'b>(
+        &'b self,
+        mut u: Vec<f64>,
+        steps: u32,
+        at: &dyn Fn(f64) -> Option<Balance<'b>>,
+        work: &mut Work,
+    ) -> Option<Solved<'b>> {
+        let method = match self.solver {
+            Solver::Powell => Method::Dogleg,
+            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
+        };
+        let mut solved = None;
+        for step in 1..=steps {
+            let balance = at(f64::from(step) / f64::from(steps))?;
+            let end = self.iterate(&balance, &mut u, method, self.newton, work);
+            if end.status != NewtonStatus::Converged {
+                return None;
+            }
+            solved = Some((balance, end));
+        }
+        solved.map(|(balance, end)| Solved { balance, u, end })
+    }
+
+    /// Lets go of the mean from a held solution; `None` where friction does not keep it there, which the
+    /// first step shows.
+    fn released(&self, frequency_hz: f64, held: &[f64], work: &mut Work) -> Option<Solved<'_>> {
+        let balance = self.balance(frequency_hz, false)?;
+        let mut u = held.to_vec();
+        let first_step = NewtonOptions {
+            max_iterations: 1,
+            ..self.newton
+        };
+        let method = Method::Krylov(KRYLOV_TOLERANCE);
+        for options in [first_step, self.newton] {
+            let end = self.iterate(&balance, &mut u, method, options, work);
+            if self.has_left(&u) {
+                return None;
+            }
+            if end.status == NewtonStatus::Converged {
+                return Some(Solved { balance, u, end });
+            }
+        }
+        None
+    }
+
+    fn iterate(
+        &self,
+        balance: &Balance<'_>,
+        u: &mut [f64],
+        method: Method,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> NewtonEnd {
+        let end = match method {
+            Method::Krylov(tolerance) => {
+                let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
+                let mut system =
+                    KrylovSystem::new(balance, &mut work.preconditioner, tolerance, &has_left);
+                let end = newton(&mut system, u, options);
+                work.krylov_iterations += system.krylov_iterations;
+                end
+            }
+            Method::Dogleg => powell(balance, u, options),
+        };
+        work.newton_iterations += end.iterations;
+        end
+    }
+
+    /// The free balance or the held one; `None` where there is nothing to hold.
+    fn balance(&self, frequency_hz: f64, hold: bool) -> Option<Balance<'_>> {
+        let retention = if hold { Some(self.retention()?) } else { None };
+        let balance = Balance::new(&self.setting, TAU * frequency_hz);
+        Some(match retention {
+            Some(retention) => balance.held_by(retention),
+            None => balance,
+        })
+    }
+
+    /// The static state, no vibration.
+    fn cold(&self) -> Vec<f64> {
+        let n = self.setting.system.unknowns();
+        let mut u = vec![0.0; self.setting.fourier.width() * n];
+        u[..n].copy_from_slice(self.setting.x_static);
+        u
+    }
+
+    /// The motions only friction holds; `None` when there are none, or when fixed periods are asked
+    /// for, as older programs march, which knew no retention.
+    fn retention(&self) -> Option<&Retention> {
+        if self.setting.periods != Periods::UntilPeriodic {
+            return None;
+        }
+        let model = self.setting.system.model;
+        let found = self
+            .retention
+            .get_or_init(|| Retention::new(&model.stiffness, self.setting.eps));
+        found.is_needed().then_some(found)
+    }
+
+    /// Whether the mean of U has left the static state along a motion that only friction holds.
+    fn has_left(&self, u: &[f64]) -> bool {
+        let (mean, rest) = u.split_at(self.setting.system.unknowns());
+        let (anchor, vibration) = (self.setting.x_static, norm(rest));
+        may_have_left(mean, anchor, vibration)
+            && self
+                .retention()
+                .is_some_and(|r| r.has_left(mean, anchor, vibration))
+    }
+}
