@@ -14,6 +14,7 @@ use crate::mesh::quality::QualityError;
 use crate::model::ModelError;
 use crate::reduction::ReductionError;
 use crate::reduction::damping::DampingError;
+use crate::reduction::superelement::SuperelementError;
 use crate::scene::SceneError;
 
 /// Exit code of a run that did what it was asked.
@@ -51,8 +52,26 @@ pub enum Error {
     #[error(transparent)]
     Reduction(#[from] ReductionError),
 
+    /// The folder of `reduced_model.folder`.
+    #[error(transparent)]
+    Superelement(#[from] SuperelementError),
+
     #[error(transparent)]
     Damping(#[from] DampingError),
+
+    /// `dovetail mesh` of a scene about a reduced model.
+    #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
+    #[diagnostic(help(
+        "`dovetail static` or `dovetail run` computes with it; a scene with [mesh] instead of [reduced_model] is meshed"
+    ))]
+    NoMesh { scene: String },
+
+    /// The frequency range counts from a mode that does not exist.
+    #[error("response.times_first_stuck_mode: this model has no stuck mode to count from")]
+    #[diagnostic(help(
+        "give the range in hertz, for example: response.frequency_hz = [440.0, 460.0]"
+    ))]
+    NoStuckMode,
 
     #[error(transparent)]
     Export(#[from] ExportError),
@@ -76,7 +95,8 @@ pub enum Error {
     #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
     #[diagnostic(help(
         "the centrifugal load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
-         that throws the blade outwards, and a first body that carries the load (rotation.bodies)"
+         that throws the blade outwards, and a first body that carries the load (rotation.bodies); the \
+         f_static.mtx of a reduced model must be negative on N"
     ))]
     NothingHolds,
 
@@ -129,6 +149,9 @@ impl Error {
             | Self::Mesh(_)
             | Self::Quality(_)
             | Self::Model(_)
+            | Self::Superelement(_)
+            | Self::NoMesh { .. }
+            | Self::NoStuckMode
             | Self::Damping(_)
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Io { .. }

@@ -15,11 +15,21 @@ use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{self, AmplitudeScale};
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail::mesh::ElementOrder;
+use dovetail::results::pairs::PairTable;
 use dovetail::results::quantities::{peak, sweep_fields};
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 
 const FRAMES: usize = 24;
+
+fn pairs(run: &Run) -> PairTable {
+    PairTable::of_model(&run.model)
+}
+
+fn names(run: &Run) -> Vec<&str> {
+    let observations = run.model.observations.iter();
+    observations.map(|o| o.name.as_str()).collect()
+}
 
 fn summary(run: &Run) -> Summary {
     Summary {
@@ -28,15 +38,26 @@ fn summary(run: &Run) -> Summary {
             name: "made up".into(),
             file: "made_up.toml".into(),
         },
-        mesh: manifest::mesh_summary(&run.model, "made up".into(), None, false),
+        mesh: Some(manifest::mesh_summary(
+            &run.model,
+            "made up".into(),
+            None,
+            false,
+        )),
+        reduced_model: None,
+        stuck_modes: Some(3),
         pairs: run.model.pairs.len(),
         stages: vec![StageSummary {
             name: "none".into(),
             seconds: f64::NAN,
             peak_memory_mib: None,
         }],
-        static_state: Some(manifest::static_summary(&run.model, &run.static_state)),
-        response: Some(manifest::response_summary(&run.model, &run.response)),
+        static_state: Some(manifest::static_summary(&pairs(run), &run.static_state)),
+        response: Some(manifest::response_summary(
+            &pairs(run),
+            Some("tip"),
+            &run.response,
+        )),
         observations: manifest::observation_summaries(&run.model),
     }
 }
@@ -45,9 +66,9 @@ fn summary(run: &Run) -> Summary {
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
     let (model, response) = (&run.model, &run.response);
-    csv::write_response(&out.join("response.csv"), model, response).unwrap();
-    csv::write_static(&out.join("static.csv"), model, &run.static_state).unwrap();
-    csv::write_contact(&out.join("contact.csv"), model, response).unwrap();
+    csv::write_response(&out.join("response.csv"), &names(&run), response).unwrap();
+    csv::write_static(&out.join("static.csv"), &pairs(&run), &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &pairs(&run), response).unwrap();
     vtu::write_static(&out.join("static.vtu"), model, static_fields(run)).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), model, &run.static_state).unwrap();
     flank::write_flank_series(&out, model, response).unwrap();
@@ -142,7 +163,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("unconverged");
     let path = out.join("response.csv");
-    csv::write_response(&path, &run.model, &run.response).unwrap();
+    csv::write_response(&path, &names(&run), &run.response).unwrap();
     let header = fs::read_to_string(&path)
         .unwrap()
         .lines()
@@ -197,8 +218,8 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
 fn tables_per_pair_hold_the_exact_numbers() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("pairs");
-    csv::write_static(&out.join("static.csv"), &run.model, &run.static_state).unwrap();
-    csv::write_contact(&out.join("contact.csv"), &run.model, &run.response).unwrap();
+    csv::write_static(&out.join("static.csv"), &pairs(&run), &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &pairs(&run), &run.response).unwrap();
     let rows = table(&out.join("static.csv"));
     assert_eq!(rows.len(), 72);
     assert_eq!(rows[0]["status"], "open");
@@ -241,8 +262,8 @@ fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
         .iter_mut()
         .for_each(|o| o.outcome = Outcome::Stagnated);
     let out = folder("nothing_converged");
-    csv::write_static(&out.join("static.csv"), &run.model, &run.static_state).unwrap();
-    csv::write_contact(&out.join("contact.csv"), &run.model, &run.response).unwrap();
+    csv::write_static(&out.join("static.csv"), &pairs(&run), &run.static_state).unwrap();
+    csv::write_contact(&out.join("contact.csv"), &pairs(&run), &run.response).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), &run.model, &run.static_state)
         .unwrap();
     let count = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
@@ -366,7 +387,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
 
     fs::write(out.join("blocked"), "a file where a folder should be").unwrap();
     let path = out.join("blocked/response.csv");
-    let error = csv::write_response(&path, &run.model, &run.response)
+    let error = csv::write_response(&path, &names(&run), &run.response)
         .unwrap_err()
         .to_string();
     assert!(

@@ -5,9 +5,10 @@
 
 use std::path::Path;
 
+use super::flank::check_pairs;
 use super::{ExportError, write_file};
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
-use crate::model::Model;
+use crate::results::pairs::PairTable;
 use crate::results::quantities::{
     cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
 };
@@ -42,8 +43,8 @@ pub struct CampbellRow {
 /// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
 /// the stuck assembly's. A point that did not converge keeps its outcome, iterations, residual and
 /// linear amplitude; its other cells are empty.
-pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
-    let names: Vec<&str> = model.observations.iter().map(|o| o.name.as_str()).collect();
+/// `names` are those of the observations.
+pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
     let harmonics = response
         .orbits
         .iter()
@@ -53,11 +54,11 @@ pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result
     let mut table = Table::new(path);
     table.text("frequency_hz");
     table.text("outcome");
-    for name in &names {
+    for name in names {
         table.text(&format!("{name}_amplitude_m"));
         table.text(&format!("{name}_linear_amplitude_m"));
     }
-    for name in &names {
+    for name in names {
         for k in 1..=harmonics {
             table.text(&format!("{name}_h{k}_amplitude_m"));
             table.text(&format!("{name}_h{k}_phase_rad"));
@@ -73,7 +74,7 @@ pub fn write_response(path: &Path, model: &Model, response: &Response) -> Result
     table.header(&["newton_iterations", "krylov_iterations", "residual"]);
     table.end_row();
     for orbit in &response.orbits {
-        response_row(&mut table, response, orbit, &names, harmonics)?;
+        response_row(&mut table, response, orbit, names, harmonics)?;
     }
     table.write()
 }
@@ -128,19 +129,24 @@ fn response_row(
 
 /// static.csv: one row per pair. Where the static state did not converge, `status` is the outcome
 /// and the numbers are empty. `friction_t*_n` is the force by which the first body pushes the second.
-pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(), ExportError> {
+pub fn write_static(
+    path: &Path,
+    pairs: &PairTable,
+    state: &StaticState,
+) -> Result<(), ExportError> {
     let valid = state.outcome.is_converged();
-    let fields = static_fields(state, &model.pairs);
-    super::flank::check_pairs(path, "static status", fields.status.len(), model)?;
-    super::flank::check_pairs(
+    let fields = static_fields(state, &pairs.rows);
+    let count = pairs.rows.len();
+    check_pairs(path, "static status", fields.status.len(), count)?;
+    check_pairs(
         path,
         "static contact forces",
         fields.normal_force_n.len(),
-        model,
+        count,
     )?;
-    super::flank::check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
+    check_pairs(path, "static displacements", fields.gap_m.len(), count)?;
     let mut table = Table::new(path);
-    table.pair_header(model);
+    table.pair_header(pairs);
     table.header(&[
         "normal_force_n",
         "pressure_pa",
@@ -156,21 +162,21 @@ pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(
         "status",
     ]);
     table.end_row();
-    for (i, pair) in model.pairs.iter().enumerate() {
-        table.pair_cells(model, i)?;
+    for (i, pair) in pairs.rows.iter().enumerate() {
+        table.pair_cells(pairs, i)?;
         let [f1, f2] = fields.friction_n[i];
         let [s1, s2] = fields.slip_m[i];
         for (name, value) in [
-            ("normal_force_n", fields.normal_force_n[i]),
-            ("pressure_pa", fields.pressure_pa[i]),
-            ("friction_t1_n", f1),
-            ("friction_t2_n", f2),
-            ("slip_t1_m", s1),
-            ("slip_t2_m", s2),
-            ("slip_m", s1.hypot(s2)),
-            ("gap_m", fields.gap_m[i]),
+            ("normal_force_n", Some(fields.normal_force_n[i])),
+            ("pressure_pa", pair.area_m2.map(|_| fields.pressure_pa[i])),
+            ("friction_t1_n", Some(f1)),
+            ("friction_t2_n", Some(f2)),
+            ("slip_t1_m", Some(s1)),
+            ("slip_t2_m", Some(s2)),
+            ("slip_m", Some(s1.hypot(s2))),
+            ("gap_m", Some(fields.gap_m[i])),
         ] {
-            table.number(name, Some(value).filter(|_| valid))?;
+            table.number(name, value.filter(|_| valid))?;
         }
         table.number("clearance_m", Some(pair.gap_m))?;
         table.text(if valid {
@@ -185,15 +191,19 @@ pub fn write_static(path: &Path, model: &Model, state: &StaticState) -> Result<(
 
 /// contact.csv: one row per pair, at the peak of the first observation (columns `peak_...`, empty
 /// where nothing converged) and over all converged frequencies.
-pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<(), ExportError> {
+pub fn write_contact(
+    path: &Path,
+    pairs: &PairTable,
+    response: &Response,
+) -> Result<(), ExportError> {
     let at_peak = peak(response, 0).map(|p| &response.orbits[p.index]);
     if let Some(orbit) = at_peak {
-        super::flank::check_pairs(path, "pair cycles", orbit.cycles.len(), model)?;
+        check_pairs(path, "pair cycles", orbit.cycles.len(), pairs.rows.len())?;
     }
-    let fields = at_peak.map(|orbit| cycle_fields(orbit, &model.pairs));
-    let sums = sweep_fields(response, &model.pairs);
+    let fields = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
+    let sums = sweep_fields(response, &pairs.rows);
     let mut table = Table::new(path);
-    table.pair_header(model);
+    table.pair_header(pairs);
     table.header(&["peak_frequency_hz", "peak_status", "peak_pressure_mean_pa"]);
     table.header(&[
         "peak_pressure_min_pa",
@@ -212,16 +222,22 @@ pub fn write_contact(path: &Path, model: &Model, response: &Response) -> Result<
     ]);
     table.end_row();
     let summed = sums.points > 0;
-    for i in 0..model.pairs.len() {
-        table.pair_cells(model, i)?;
+    for (i, pair) in pairs.rows.iter().enumerate() {
+        table.pair_cells(pairs, i)?;
         table.number("peak_frequency_hz", at_peak.map(|o| o.frequency_hz))?;
         table.text(fields.as_ref().map_or("", |f| f.status[i].word()));
         let cell = |values: &dyn Fn(&crate::results::quantities::CycleFields) -> f64| {
             fields.as_ref().map(values)
         };
-        table.number("peak_pressure_mean_pa", cell(&|f| f.pressure_mean_pa[i]))?;
-        table.number("peak_pressure_min_pa", cell(&|f| f.pressure_min_pa[i]))?;
-        table.number("peak_pressure_max_pa", cell(&|f| f.pressure_max_pa[i]))?;
+        let pressure = |values: &dyn Fn(&crate::results::quantities::CycleFields) -> f64| {
+            pair.area_m2.and_then(|_| cell(values))
+        };
+        table.number(
+            "peak_pressure_mean_pa",
+            pressure(&|f| f.pressure_mean_pa[i]),
+        )?;
+        table.number("peak_pressure_min_pa", pressure(&|f| f.pressure_min_pa[i]))?;
+        table.number("peak_pressure_max_pa", pressure(&|f| f.pressure_max_pa[i]))?;
         table.number("peak_slid_m", cell(&|f| f.slid_m[i]))?;
         table.number("peak_open_fraction", cell(&|f| f.open_fraction[i]))?;
         table.number(
@@ -337,31 +353,25 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    fn pair_header(&mut self, model: &Model) {
+    fn pair_header(&mut self, pairs: &PairTable) {
         self.header(&["pair", "contact"]);
-        for body in &model.bodies {
-            self.text(&format!("{}_node", body.name));
+        for (heading, _) in &pairs.nodes {
+            self.text(heading);
         }
         self.header(&["x_m", "y_m", "z_m", "area_m2"]);
     }
 
-    fn pair_cells(&mut self, model: &Model, i: usize) -> Result<(), ExportError> {
-        let pair = &model.pairs[i];
+    fn pair_cells(&mut self, pairs: &PairTable, i: usize) -> Result<(), ExportError> {
+        let pair = &pairs.rows[i];
         self.integer(Some(i));
-        self.text(
-            model
-                .contact_names
-                .get(pair.contact)
-                .map_or("", String::as_str),
-        );
-        for (body, &node) in model.bodies.iter().zip(&pair.nodes) {
-            let tag = body.node_tags.get(node as usize).map(u64::to_string);
-            self.text(&tag.unwrap_or_default());
+        self.text(pairs.contacts.get(pair.contact).map_or("", String::as_str));
+        for (_, tags) in &pairs.nodes {
+            self.text(&tags[i].as_ref().map(u64::to_string).unwrap_or_default());
         }
         for (name, value) in ["x_m", "y_m", "z_m"].iter().zip(pair.position_m) {
             self.number(name, Some(value))?;
         }
-        self.number("area_m2", Some(pair.area_m2))
+        self.number("area_m2", pair.area_m2)
     }
 
     fn end_row(&mut self) {

@@ -27,14 +27,24 @@ pub fn write_flank_static(
     state: &StaticState,
 ) -> Result<(), ExportError> {
     let fields = static_fields(state, &model.pairs);
-    check_pairs(path, "static status", fields.status.len(), model)?;
+    check_pairs(
+        path,
+        "static status",
+        fields.status.len(),
+        model.pairs.len(),
+    )?;
     check_pairs(
         path,
         "static contact forces",
         fields.normal_force_n.len(),
-        model,
+        model.pairs.len(),
     )?;
-    check_pairs(path, "static displacements", fields.gap_m.len(), model)?;
+    check_pairs(
+        path,
+        "static displacements",
+        fields.gap_m.len(),
+        model.pairs.len(),
+    )?;
     let mut grid = flank_grid(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
     grid.point_array("normal", 3, normals);
@@ -75,7 +85,7 @@ pub fn write_flank_series(
     let write_point = |(row, orbit): (usize, &Orbit)| {
         let file = format!("flank/flank_{row:04}.vtu");
         let path = folder.join(&file);
-        check_pairs(&path, "pair cycles", orbit.cycles.len(), model)?;
+        check_pairs(&path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
         let fields = cycle_fields(orbit, &model.pairs);
         let mut grid = still.clone();
         grid.point_array("pressure_mean_pa", 1, fields.pressure_mean_pa);
@@ -138,15 +148,9 @@ pub(super) fn check_pairs(
     path: &Path,
     field: &str,
     found: usize,
-    model: &Model,
+    pairs: usize,
 ) -> Result<(), ExportError> {
-    check_length(
-        path,
-        field,
-        found,
-        model.pairs.len(),
-        "one per contact pair",
-    )
+    check_length(path, field, found, pairs, "one per contact pair")
 }
 
 /// The flanks with what every file of them carries: number, contact and area of each pair.

@@ -10,6 +10,7 @@ use super::{ExportError, write_file};
 use crate::dlft::{PairStatus, Response, StaticState};
 use crate::mesh::ElementOrder;
 use crate::model::Model;
+use crate::results::pairs::PairTable;
 use crate::results::quantities::{
     converged, energy_balance_error, peak, peak_ratio, static_fields, stuck_peak, sweep_fields,
 };
@@ -20,7 +21,12 @@ pub struct Summary {
     /// Of the program.
     pub version: String,
     pub scene: SceneSummary,
-    pub mesh: MeshSummary,
+    /// Where the scene is about a mesh.
+    pub mesh: Option<MeshSummary>,
+    /// Where the scene is about a reduced model: its folder.
+    pub reduced_model: Option<String>,
+    /// Stuck modes kept; `None` where nothing was reduced yet.
+    pub stuck_modes: Option<usize>,
     pub pairs: usize,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]
@@ -85,10 +91,12 @@ pub struct StaticSummary {
 pub struct ContactSummary {
     pub name: String,
     pub pairs: usize,
-    pub area_m2: f64,
+    /// `None` where the area of a pair is unknown.
+    pub area_m2: Option<f64>,
     /// Sum of the pairs' compression, N.
     pub normal_force_n: Option<f64>,
-    /// Length of the sum of the pairs' friction forces, as vectors, N.
+    /// Length of the sum of the pairs' friction forces, as vectors, N; `None` where the directions of
+    /// the pairs are unknown.
     pub friction_force_n: Option<f64>,
     /// Normal force over area, Pa.
     pub mean_pressure_pa: Option<f64>,
@@ -174,37 +182,36 @@ pub fn mesh_summary(
 }
 
 /// Counts and forces of the static state.
-pub fn static_summary(model: &Model, state: &StaticState) -> StaticSummary {
+pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
     let valid = state.outcome.is_converged();
-    let fields = static_fields(state, &model.pairs);
+    let fields = static_fields(state, &pairs.rows);
     let count = |status| valid.then(|| fields.status.iter().filter(|&&s| s == status).count());
-    let contacts = model.contact_names.iter().enumerate().map(|(c, name)| {
+    let contacts = pairs.contacts.iter().enumerate().map(|(c, name)| {
         let of_contact = || {
-            model
-                .pairs
-                .iter()
-                .enumerate()
-                .filter(move |(_, p)| p.contact == c)
+            let rows = pairs.rows.iter().enumerate();
+            rows.filter(move |(_, p)| p.contact == c)
         };
-        let area_m2: f64 = of_contact().map(|(_, p)| p.area_m2).sum();
+        let area_m2: Option<f64> = of_contact().map(|(_, p)| p.area_m2).sum();
         let force = valid.then(|| of_contact().map(|(i, _)| fields.normal_force_n[i]).sum());
-        let friction = valid.then(|| {
+        let friction = || {
             let mut total = [0.0; 3];
             for (i, pair) in of_contact() {
-                let [f1, f2] = fields.friction_n[i];
+                let ([f1, f2], [_, t1, t2]) = (fields.friction_n[i], pair.frame?);
                 for (axis, sum) in total.iter_mut().enumerate() {
-                    *sum += f1 * pair.frame[1][axis] + f2 * pair.frame[2][axis];
+                    *sum += f1 * t1[axis] + f2 * t2[axis];
                 }
             }
-            total.iter().map(|f| f * f).sum::<f64>().sqrt()
-        });
+            Some(total.iter().map(|f| f * f).sum::<f64>().sqrt())
+        };
         ContactSummary {
             name: name.clone(),
             pairs: of_contact().count(),
             area_m2,
             normal_force_n: force,
-            friction_force_n: friction,
-            mean_pressure_pa: force.filter(|_| area_m2 > 0.0).map(|f: f64| f / area_m2),
+            friction_force_n: if valid { friction() } else { None },
+            mean_pressure_pa: force
+                .zip(area_m2.filter(|a| *a > 0.0))
+                .map(|(f, a): (f64, f64)| f / a),
         }
     });
     StaticSummary {
@@ -226,10 +233,15 @@ pub fn static_summary(model: &Model, state: &StaticState) -> StaticSummary {
 }
 
 /// The figures of a response that a reader asks for first.
-pub fn response_summary(model: &Model, response: &Response) -> ResponseSummary {
+/// `observation` is the name of the first.
+pub fn response_summary(
+    pairs: &PairTable,
+    observation: Option<&str>,
+    response: &Response,
+) -> ResponseSummary {
     let top = peak(response, 0);
     let linear = stuck_peak(response, 0);
-    let sums = sweep_fields(response, &model.pairs);
+    let sums = sweep_fields(response, &pairs.rows);
     let unconverged = response
         .orbits
         .iter()
@@ -245,7 +257,7 @@ pub fn response_summary(model: &Model, response: &Response) -> ResponseSummary {
         points: response.orbits.len(),
         converged_points: sums.points,
         unconverged: unconverged.collect(),
-        observation: model.observations.first().map(|o| o.name.clone()),
+        observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),
         peak_frequency_hz: top.map(|p| p.frequency_hz),
         peak_row: top.map(|p| p.index),
@@ -278,6 +290,15 @@ pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
         terms: o.terms.iter().map(term).collect(),
     };
     model.observations.iter().map(summary).collect()
+}
+
+/// Observations of a model without nodes: their names.
+pub fn probe_summaries(names: &[&str]) -> Vec<ObservationSummary> {
+    let summary = |name: &&str| ObservationSummary {
+        name: (*name).to_owned(),
+        terms: Vec::new(),
+    };
+    names.iter().map(summary).collect()
 }
 
 /// Writes summary.json.

@@ -4,6 +4,7 @@ use super::meshed::{Bound, HELD_MODES, assemble};
 use super::{Options, files, hertz};
 use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
+use crate::export::manifest;
 use crate::export::plots::{CampbellFamily, write_campbell};
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{Body, Model};
@@ -85,14 +86,18 @@ impl SpeedRange {
 /// A speed that the structure does not stand has no frequencies, and a warning says why.
 ///
 /// # Errors
-/// [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
+/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
 pub fn campbell(
     scene: &Scene,
     speeds: SpeedRange,
     options: &Options,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let Subject::Assembly(assembly) = &scene.subject;
+    let Subject::Assembly(assembly) = &scene.subject else {
+        return Err(Error::NoMesh {
+            scene: scene.name.clone(),
+        });
+    };
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
@@ -134,7 +139,10 @@ pub fn campbell(
         &curves,
     )?;
     families.iter().for_each(Family::print);
-    let summary = files::summarise(scene, options, model, bound.summary());
+    let mut summary = files::empty_summary(scene, options);
+    summary.pairs = model.pairs.len();
+    summary.observations = manifest::observation_summaries(model);
+    summary.mesh = Some(bound.summary());
     files::finish(options, summary, progress)
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 use faer::Mat;
 
 use super::meshed::Meshed;
+use super::prepared::Prepared;
 use super::{Options, hertz};
 use crate::dlft::{Orbit, Response, StaticState};
 use crate::error::Error;
@@ -19,7 +20,7 @@ use crate::progress::Progress;
 use crate::reduction::ReducedModel;
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
-use crate::scene::Scene;
+use crate::scene::{Scene, Subject};
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;
@@ -27,10 +28,9 @@ const FRAMES: usize = 24;
 /// modes.csv; `held` are squared frequencies per body with the flanks held.
 pub(super) fn write_modes(
     options: &Options,
-    meshed: &Meshed,
+    subject: &Prepared,
     held: Option<&[Vec<f64>]>,
 ) -> Result<Vec<csv::ModeRow>, Error> {
-    let Meshed { model, reduced, .. } = meshed;
     let mut rows = Vec::new();
     let mut add = |kind: &str, body: &str, omega2: &[f64]| {
         for (i, w2) in omega2.iter().enumerate() {
@@ -42,27 +42,31 @@ pub(super) fn write_modes(
             });
         }
     };
-    for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
-        add("flanks_held", &body.name, omega2);
+    if let Some(Meshed { model, reduced, .. }) = subject.meshed() {
+        for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
+            add("flanks_held", &body.name, omega2);
+        }
+        for (body, of_body) in model.bodies.iter().zip(&reduced.bodies) {
+            add("fixed_interface", &body.name, &of_body.omega2);
+        }
     }
-    for (body, of_body) in model.bodies.iter().zip(&reduced.bodies) {
-        add("fixed_interface", &body.name, &of_body.omega2);
-    }
-    add("stuck", "assembly", &reduced.relative.omega2);
+    add("stuck", "assembly", &subject.relative().omega2);
     csv::write_modes(&options.out.join("modes.csv"), &rows)?;
     Ok(rows)
 }
 
 pub(super) fn write_static_state(
     options: &Options,
-    meshed: &Meshed,
+    subject: &Prepared,
     state: &StaticState,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let Meshed { model, reduced, .. } = meshed;
     let _stage = progress.stage("static files");
     let out = &options.out;
-    csv::write_static(&out.join("static.csv"), model, state)?;
+    csv::write_static(&out.join("static.csv"), &subject.pairs, state)?;
+    let Some(Meshed { model, reduced, .. }) = subject.meshed() else {
+        return Ok(());
+    };
     write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
     if !state.outcome.is_converged() {
         return Ok(());
@@ -96,19 +100,29 @@ pub(super) fn write_static_state(
 pub(super) fn write_response(
     options: &Options,
     scene: &Scene,
-    meshed: &Meshed,
+    subject: &Prepared,
     response: &Response,
     compared: Option<&(usize, Response)>,
     progress: &Progress,
 ) -> Result<(), Error> {
-    let Meshed { model, reduced, .. } = meshed;
     let _stage = progress.stage("response files");
     let out = &options.out;
-    csv::write_response(&out.join("response.csv"), model, response)?;
+    let names = subject.observations();
+    csv::write_response(&out.join("response.csv"), &names, response)?;
     if let Some((h, other)) = compared {
-        csv::write_response(&out.join(format!("response_h{h}.csv")), model, other)?;
+        csv::write_response(&out.join(format!("response_h{h}.csv")), &names, other)?;
     }
-    csv::write_contact(&out.join("contact.csv"), model, response)?;
+    csv::write_contact(&out.join("contact.csv"), &subject.pairs, response)?;
+    write_curves(out, &scene.name, &names, response, compared)?;
+    if let Some(meshed) = subject.meshed() {
+        write_response_on_mesh(out, meshed, response)?;
+    }
+    Ok(())
+}
+
+/// Flanks at each frequency, maps of them, and the motion of the bodies at the peak.
+fn write_response_on_mesh(out: &Path, meshed: &Meshed, response: &Response) -> Result<(), Error> {
+    let Meshed { model, reduced, .. } = meshed;
     flank::write_flank_series(out, model, response)?;
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
     write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
@@ -116,9 +130,20 @@ pub(super) fn write_response(
     if let Some(peak) = peak(response, 0) {
         write_peak_motion(out, model, reduced, &response.orbits[peak.index])?;
     }
+    Ok(())
+}
+
+/// Amplitude against frequency, per observation.
+fn write_curves(
+    out: &Path,
+    title: &str,
+    names: &[&str],
+    response: &Response,
+    compared: Option<&(usize, Response)>,
+) -> Result<(), Error> {
     let label = |h: usize| format!("H = {h}");
-    for (i, observation) in model.observations.iter().enumerate() {
-        let quantity = format!("amplitude of {}", observation.name);
+    for (i, name) in names.iter().enumerate() {
+        let quantity = format!("amplitude of {name}");
         let stuck = stuck_curve("linear (stuck)", response, i);
         let own = response_curve(&label(response_harmonics(response)), response, i);
         let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
@@ -128,9 +153,9 @@ pub(super) fn write_response(
             plots.push(("fig3", vec![stuck, other]));
         }
         for (figure, curves) in plots {
-            let path = out.join(format!("plots/{figure}_{}.svg", observation.name));
+            let path = out.join(format!("plots/{figure}_{name}.svg"));
             let scale = AmplitudeScale::Linear;
-            write_response_plot(&path, &scene.name, &quantity, &curves, scale)?;
+            write_response_plot(&path, title, &quantity, &curves, scale)?;
         }
     }
     Ok(())
@@ -183,24 +208,39 @@ fn write_peak_motion(
     Ok(())
 }
 
-pub(super) fn summarise(
-    scene: &Scene,
-    options: &Options,
-    model: &Model,
-    mesh: manifest::MeshSummary,
-) -> manifest::Summary {
+/// What is known before anything is computed.
+pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summary {
     manifest::Summary {
         version: env!("CARGO_PKG_VERSION").to_string(),
         scene: manifest::SceneSummary {
             name: scene.name.clone(),
             file: options.scene_file.display().to_string(),
         },
-        mesh,
-        pairs: model.pairs.len(),
+        mesh: None,
+        reduced_model: match &scene.subject {
+            Subject::Assembly(_) => None,
+            Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
+        },
+        stuck_modes: None,
+        pairs: 0,
         stages: Vec::new(),
         static_state: None,
         response: None,
-        observations: manifest::observation_summaries(model),
+        observations: Vec::new(),
+    }
+}
+
+/// What is known after the reduction.
+pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) -> manifest::Summary {
+    manifest::Summary {
+        mesh: subject.meshed().map(Meshed::summary),
+        stuck_modes: Some(subject.relative().omega2.len()),
+        pairs: subject.pairs.rows.len(),
+        observations: match subject.meshed() {
+            Some(meshed) => manifest::observation_summaries(&meshed.model),
+            None => manifest::probe_summaries(&subject.observations()),
+        },
+        ..empty_summary(scene, options)
     }
 }
 
@@ -225,7 +265,7 @@ pub(super) fn finish(
 }
 
 /// The figures a reader asks for first, on the terminal.
-pub(super) fn report(model: &Model, response: &Response, progress: &Progress) {
+pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
     let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     if !held.is_empty() {
@@ -237,19 +277,14 @@ pub(super) fn report(model: &Model, response: &Response, progress: &Progress) {
             response.orbits.len(),
         ));
     }
-    for (i, observation) in model.observations.iter().enumerate() {
+    for (i, name) in names.iter().enumerate() {
         let Some(peak) = peak(response, i) else {
             continue;
         };
         let counts = pair_counts(&response.orbits[peak.index]);
         progress.note(&format!(
-            "{}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
-            observation.name,
-            peak.amplitude_m,
-            peak.frequency_hz,
-            counts.slipping,
-            counts.opening,
-            counts.stuck
+            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
+            peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
         ));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra_sparse::CscMatrix;
 
-use super::{Options, hertz};
+use super::Options;
 use crate::error::Error;
 use crate::export::manifest;
 use crate::fem::statics::SolveFailure;
@@ -223,9 +223,5 @@ fn reduce(
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
     let _stage = progress.stage("reduction");
-    let reduced = reduction::reduce(model, structure, stuck_modes)?;
-    if let Some(omega2) = reduced.relative.omega2.first() {
-        progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
-    }
-    Ok(reduced)
+    Ok(reduction::reduce(model, structure, stuck_modes)?)
 }

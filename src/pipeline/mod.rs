@@ -3,12 +3,14 @@
 mod campbell;
 mod files;
 mod meshed;
+mod prepared;
 mod solve;
 
 use std::path::PathBuf;
 
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
-use self::meshed::{Bound, HELD_MODES, Meshed};
+use self::meshed::{Bound, HELD_MODES};
+use self::prepared::Prepared;
 use crate::dlft::Response;
 use crate::error::Error;
 use crate::export::manifest;
@@ -23,71 +25,90 @@ pub struct Options {
     pub scene_file: PathBuf,
 }
 
-/// Mesh to results.
+/// Mesh, or reduced model, to results.
 ///
 /// # Errors
 /// The stage's own error; [`Error::NotConverged`] when all is written but some frequencies failed.
 pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let meshed = reduced(scene, options, progress)?;
-    let relative = &meshed.reduced.relative;
+    let subject = Prepared::of(scene, options, progress)?;
+    let relative = subject.relative();
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
+    let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
     let state = solve::statics(scene, relative, progress);
-    let mut summary = files::summarise(scene, options, &meshed.model, meshed.summary());
-    summary.static_state = Some(manifest::static_summary(&meshed.model, &state));
-    files::write_modes(options, &meshed, None)?;
-    files::write_static_state(options, &meshed, &state, progress)?;
+    let mut summary = files::summarise(scene, options, &subject);
+    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    files::write_modes(options, &subject, None)?;
+    files::write_static_state(options, &subject, &state, progress)?;
     if let Err(error) = solve::usable(&state) {
         files::finish(options, summary, progress)?;
         return Err(error);
     }
-    let respond = |harmonics| solve::respond(scene, relative, damping, &state, harmonics, progress);
+    let respond = |harmonics| {
+        solve::respond(
+            &scene.response,
+            relative,
+            damping,
+            &state,
+            &frequencies_hz,
+            harmonics,
+            progress,
+        )
+    };
     let response = respond(scene.response.harmonics);
     let compared = scene
         .response
         .compare_harmonics
         .filter(|h| *h != scene.response.harmonics)
         .map(|h| (h, respond(h)));
-    files::write_response(
-        options,
-        scene,
-        &meshed,
-        &response,
-        compared.as_ref(),
-        progress,
-    )?;
-    summary.response = Some(manifest::response_summary(&meshed.model, &response));
+    let compared = compared.as_ref();
+    files::write_response(options, scene, &subject, &response, compared, progress)?;
+    let first = subject.observations().first().copied();
+    summary.response = Some(manifest::response_summary(&subject.pairs, first, &response));
     files::finish(options, summary, progress)?;
-    files::report(&meshed.model, &response, progress);
-    all_converged(std::iter::once(&response).chain(compared.as_ref().map(|(_, r)| r)))
+    files::report(&subject.observations(), &response, progress);
+    all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
 }
 
 /// Only the mesh: made, checked, its flanks paired.
 ///
 /// # Errors
-/// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match.
+/// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
 pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let Subject::Assembly(assembly) = &scene.subject;
+    let Subject::Assembly(assembly) = &scene.subject else {
+        return Err(Error::NoMesh {
+            scene: scene.name.clone(),
+        });
+    };
     let bound = Bound::of(assembly, options, progress)?;
-    let summary = files::summarise(scene, options, &bound.model, bound.summary());
+    let mut summary = files::empty_summary(scene, options);
+    summary.pairs = bound.model.pairs.len();
+    summary.observations = manifest::observation_summaries(&bound.model);
+    summary.mesh = Some(bound.summary());
     files::finish(options, summary, progress)
 }
 
 /// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
 ///
 /// # Errors
-/// Those of [`mesh`], of the finite elements and of the reduction.
+/// Those of [`mesh`], of the finite elements and of the reduction; an unreadable reduced model.
 pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let meshed = reduced(scene, options, progress)?;
-    let held = meshed.held_modes(progress)?;
-    let rows = files::write_modes(options, &meshed, Some(&held))?;
+    let subject = Prepared::of(scene, options, progress)?;
+    let held = match subject.meshed() {
+        Some(meshed) => Some(meshed.held_modes(progress)?),
+        None => None,
+    };
+    let rows = files::write_modes(options, &subject, held.as_deref())?;
     for row in rows.iter().filter(|r| r.mode <= HELD_MODES) {
         println!(
             "{:<15} {:<10} {:>3} {:>14.4} Hz",
             row.kind, row.body, row.mode, row.frequency_hz
         );
     }
-    let summary = files::summarise(scene, options, &meshed.model, meshed.summary());
-    files::finish(options, summary, progress)
+    files::finish(
+        options,
+        files::summarise(scene, options, &subject),
+        progress,
+    )
 }
 
 /// Up to the static state under rotation.
@@ -95,12 +116,12 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
 /// # Errors
 /// Those of [`modes`]; [`Error::StaticState`] when the state was not found.
 pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let meshed = reduced(scene, options, progress)?;
-    let state = solve::statics(scene, &meshed.reduced.relative, progress);
-    let mut summary = files::summarise(scene, options, &meshed.model, meshed.summary());
-    summary.static_state = Some(manifest::static_summary(&meshed.model, &state));
-    files::write_modes(options, &meshed, None)?;
-    files::write_static_state(options, &meshed, &state, progress)?;
+    let subject = Prepared::of(scene, options, progress)?;
+    let state = solve::statics(scene, subject.relative(), progress);
+    let mut summary = files::summarise(scene, options, &subject);
+    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    files::write_modes(options, &subject, None)?;
+    files::write_static_state(options, &subject, &state, progress)?;
     files::finish(options, summary, progress)?;
     solve::usable(&state)
 }
@@ -108,22 +129,14 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 /// Says that the scene is sound; nothing is computed or written.
 ///
 /// # Errors
-/// A mesh or script that does not exist.
+/// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
     match &scene.subject {
         Subject::Assembly(assembly) => meshed::check(&assembly.mesh)?,
+        Subject::ReducedModel(spec) => prepared::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));
     Ok(())
-}
-
-/// The scene's subject, reduced.
-fn reduced(scene: &Scene, options: &Options, progress: &Progress) -> Result<Meshed, Error> {
-    match &scene.subject {
-        Subject::Assembly(assembly) => {
-            Meshed::of(assembly, scene.response.stuck_modes, options, progress)
-        }
-    }
 }
 
 fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {

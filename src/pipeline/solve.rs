@@ -9,7 +9,7 @@ use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{FrequencyRange, Scene};
+use crate::scene::{FrequencyRange, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
@@ -39,46 +39,53 @@ pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
     Ok(())
 }
 
-fn frequencies_hz(scene: &Scene, relative: &RelativeModel) -> Vec<f64> {
-    let (from, to) = match scene.response.range {
+/// The frequencies of the response, rising.
+///
+/// # Errors
+/// [`Error::NoStuckMode`] where they are counted from a stuck mode of a model that has none.
+pub(super) fn frequencies_hz(
+    response: &ResponseSpec,
+    relative: &RelativeModel,
+) -> Result<Vec<f64>, Error> {
+    let (from, to) = match response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
         FrequencyRange::OfFirstStuckMode { from, to } => {
-            let first = relative.omega2.first().map_or(0.0, |w2| hertz(*w2));
+            let first = hertz(*relative.omega2.first().ok_or(Error::NoStuckMode)?);
             (from * first, to * first)
         }
     };
-    let points = scene.response.points;
+    let points = response.points;
     let last = points.saturating_sub(1).max(1) as f64;
-    (0..points)
+    Ok((0..points)
         .map(|i| from + (to - from) * i as f64 / last)
-        .collect()
+        .collect())
 }
 
 pub(super) fn respond(
-    scene: &Scene,
+    spec: &ResponseSpec,
     relative: &RelativeModel,
     damping: Rayleigh,
     state: &StaticState,
+    frequencies_hz: &[f64],
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
     let plural = if harmonics == 1 { "" } else { "s" };
     let _stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
-    let frequencies_hz = frequencies_hz(scene, relative);
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
-        frequencies_hz,
+        frequencies_hz: frequencies_hz.to_vec(),
         harmonics,
-        samples: scene.response.samples,
+        samples: spec.samples,
         newton: NewtonOptions {
-            tolerance: scene.response.tolerance,
-            max_iterations: scene.response.max_newton_iterations,
+            tolerance: spec.tolerance,
+            max_iterations: spec.max_newton_iterations,
         },
         periods: Periods::UntilPeriodic,
-        solver: scene.response.solver,
-        slip_threshold_m: scene.response.slip_threshold_m,
+        solver: spec.solver,
+        slip_threshold_m: spec.slip_threshold_m,
     };
-    let eps = eps_of(relative, scene.response.eps, scene.response.eps_scale);
+    let eps = eps_of(relative, spec.eps, spec.eps_scale);
     let step = |_: &Orbit| bar.step();
     sweep(relative, damping, &eps, state, &settings, &step)
 }

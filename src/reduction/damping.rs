@@ -10,12 +10,15 @@ pub struct Rayleigh {
 }
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "damping.stuck_mode = {asked}, but the stuck assembly has {available} modes: choose 1 to {available}, or keep more stuck modes"
-)]
-pub struct DampingError {
-    pub asked: usize,
-    pub available: usize,
+pub enum DampingError {
+    #[error(
+        "damping.stuck_mode = {asked}, but the stuck assembly has {available} modes: choose 1 to {available}, or keep more stuck modes"
+    )]
+    NoSuchMode { asked: usize, available: usize },
+    #[error(
+        "damping.ratio is that of a stuck mode, and this model has none: give damping.stiffness_s or damping.mass_per_s instead"
+    )]
+    NoModes,
 }
 
 /// Coefficients from the scene; `omega2` are the stuck modes. A ratio zeta of critical on mode k is
@@ -33,9 +36,12 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
             mass_per_s,
         }),
         DampingSpec::Ratio { ratio, stuck_mode } => {
-            let missing = DampingError {
-                asked: stuck_mode,
-                available: omega2.len(),
+            let missing = match omega2.len() {
+                0 => DampingError::NoModes,
+                available => DampingError::NoSuchMode {
+                    asked: stuck_mode,
+                    available,
+                },
             };
             let mode = stuck_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
             let omega2 = omega2.get(mode).ok_or(missing)?;
@@ -84,5 +90,10 @@ mod tests {
             );
             assert!(error.unwrap_err().to_string().contains("choose 1 to 2"));
         }
+        let ratio = DampingSpec::Ratio {
+            ratio: 0.01,
+            stuck_mode: 1,
+        };
+        assert_eq!(rayleigh(&ratio, &[]), Err(DampingError::NoModes));
     }
 }

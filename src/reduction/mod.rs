@@ -104,6 +104,24 @@ pub struct RelativeModel {
     pub pairs: Vec<PairLaw>,
 }
 
+impl RelativeModel {
+    /// The model with the `modes` lowest stuck modes only.
+    pub fn with_modes(mut self, modes: usize) -> Self {
+        let kept = modes.min(self.omega2.len());
+        self.coupling = self.coupling.subcols(0, kept).to_owned();
+        self.omega2.truncate(kept);
+        self.static_load.on_modes.truncate(kept);
+        for excitation in &mut self.excitations {
+            excitation.cosine.on_modes.truncate(kept);
+            excitation.sine.on_modes.truncate(kept);
+        }
+        for probe in &mut self.observations {
+            probe.on_modes.truncate(kept);
+        }
+        self
+    }
+}
+
 /// A load on X (n) and on the stuck modes (m).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {

@@ -3,12 +3,14 @@
 //! | file | shape | what |
 //! | --- | --- | --- |
 //! | `K.mtx`, `M.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
-//! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes |
+//! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes; both absent: m = 0 |
 //! | `f_static.mtx` (`fm_static.mtx`) | n, m | static load on X (on the modes; zeros where absent) |
 //! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | unit cosine force of harmonic 1 |
 //! | `tip_x.mtx`, `tip_modes.mtx` | n, m | the observed point: `tip_x . X + tip_modes . q` |
 //! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
+//! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
+//! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either.
 //! The folder carries no friction, gap, damping or force: the caller gives them.
 
 use std::fmt::Write as _;
@@ -25,6 +27,8 @@ pub struct Superelement {
     pub relative: RelativeModel,
     /// Positions of the pairs, m.
     pub positions_m: Vec<[f64; 3]>,
+    /// Tributary areas of the pairs, m2, where the folder tells.
+    pub areas_m2: Option<Vec<f64>>,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +50,12 @@ pub enum SuperelementError {
     },
     #[error("{}: squared frequency {index}, counted from 1, is {value}: all must be positive and ascending", path.display())]
     Omega2 {
+        path: PathBuf,
+        index: usize,
+        value: f64,
+    },
+    #[error("{}: area {index}, counted from 1, is {value} m2: all must be positive", path.display())]
+    Area {
         path: PathBuf,
         index: usize,
         value: f64,
@@ -77,7 +87,12 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
     let positions = array(&folder.join("xyz.mtx"), None, Some(3), "pairs x 3")?;
     let pairs = positions.nrows();
     let n = 3 * pairs;
-    let omega2 = array(&folder.join("w2.mtx"), None, Some(1), "stuck modes x 1")?;
+    let has = |name: &str| folder.join(name).exists();
+    let with_modes = has("w2.mtx") || has("p.mtx");
+    let omega2 = match with_modes {
+        true => array(&folder.join("w2.mtx"), None, Some(1), "stuck modes x 1")?,
+        false => Mat::zeros(0, 1),
+    };
     let m = omega2.nrows();
     let omega2: Vec<f64> = (0..m).map(|i| omega2[(i, 0)]).collect();
     for (i, &value) in omega2.iter().enumerate() {
@@ -94,11 +109,15 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
         let a = array(&folder.join(name), Some(rows), Some(1), &expected)?;
         Ok((0..rows).map(|i| a[(i, 0)]).collect())
     };
+    let of_modes = |name: &str| match with_modes {
+        true => vector(name, m),
+        false => Ok(Vec::new()),
+    };
     let static_modes = "fm_static.mtx";
     let static_load = Load {
         on_x: vector("f_static.mtx", n)?,
-        on_modes: match folder.join(static_modes).exists() {
-            true => vector(static_modes, m)?,
+        on_modes: match has(static_modes) {
+            true => of_modes(static_modes)?,
             false => vec![0.0; m],
         },
     };
@@ -110,7 +129,7 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
         harmonic: 1,
         cosine: Load {
             on_x: scaled(vector("f_excitation.mtx", n)?),
-            on_modes: scaled(vector("fm_excitation.mtx", m)?),
+            on_modes: scaled(of_modes("fm_excitation.mtx")?),
         },
         sine: Load {
             on_x: vec![0.0; n],
@@ -120,28 +139,44 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
     let relative = RelativeModel {
         stiffness: symmetric(&folder.join("K.mtx"), n)?,
         mass: symmetric(&folder.join("M.mtx"), n)?,
-        coupling: array(
-            &folder.join("p.mtx"),
-            Some(n),
-            Some(m),
-            &format!("{n} x {m}"),
-        )?,
+        coupling: match with_modes {
+            true => array(
+                &folder.join("p.mtx"),
+                Some(n),
+                Some(m),
+                &format!("{n} x {m}"),
+            )?,
+            false => Mat::zeros(n, 0),
+        },
         omega2,
         static_load,
         excitations: vec![excitation],
         observations: vec![Probe {
             name: "tip".into(),
             on_x: vector("tip_x.mtx", n)?,
-            on_modes: vector("tip_modes.mtx", m)?,
+            on_modes: of_modes("tip_modes.mtx")?,
         }],
         pairs: vec![law; pairs],
     };
     let positions_m = (0..pairs)
         .map(|i| [positions[(i, 0)], positions[(i, 1)], positions[(i, 2)]])
         .collect();
+    let areas_m2 = match has("area.mtx") {
+        true => Some(vector("area.mtx", pairs)?),
+        false => None,
+    };
+    let bad_area = |areas: &Vec<f64>| areas.iter().position(|a| *a <= 0.0).map(|i| (i, areas[i]));
+    if let Some((i, value)) = areas_m2.as_ref().and_then(bad_area) {
+        return Err(SuperelementError::Area {
+            path: folder.join("area.mtx"),
+            index: i + 1,
+            value,
+        });
+    }
     Ok(Superelement {
         relative,
         positions_m,
+        areas_m2,
     })
 }
 
@@ -170,19 +205,41 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         element.positions_m[i][j]
     });
     let column = |v: &[f64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
-    let files: [(&str, Mat<f64>); 11] = [
+    let mut files: Vec<(&str, Mat<f64>)> = vec![
         ("K.mtx", model.stiffness.clone()),
         ("M.mtx", model.mass.clone()),
-        ("p.mtx", model.coupling.clone()),
-        ("w2.mtx", column(&model.omega2)),
         ("f_static.mtx", column(&model.static_load.on_x)),
-        ("fm_static.mtx", column(&model.static_load.on_modes)),
         ("f_excitation.mtx", column(&force.on_x)),
-        ("fm_excitation.mtx", column(&force.on_modes)),
         ("tip_x.mtx", column(&tip.on_x)),
-        ("tip_modes.mtx", column(&tip.on_modes)),
         ("xyz.mtx", positions),
     ];
+    let of_modes = [
+        ("p.mtx", model.coupling.clone()),
+        ("w2.mtx", column(&model.omega2)),
+        ("fm_static.mtx", column(&model.static_load.on_modes)),
+        ("fm_excitation.mtx", column(&force.on_modes)),
+        ("tip_modes.mtx", column(&tip.on_modes)),
+    ];
+    let area = element.areas_m2.as_ref().map(|a| ("area.mtx", column(a)));
+    // What an earlier model left would be taken for part of this one.
+    let absent = [
+        (
+            model.omega2.is_empty(),
+            &of_modes.each_ref().map(|f| f.0)[..],
+        ),
+        (area.is_none(), &["area.mtx"]),
+    ];
+    for name in absent.iter().filter(|a| a.0).flat_map(|a| a.1) {
+        let path = folder.join(name);
+        if path.exists() {
+            std::fs::remove_file(&path)
+                .map_err(|source| SuperelementError::Write { path, source })?;
+        }
+    }
+    if !model.omega2.is_empty() {
+        files.extend(of_modes);
+    }
+    files.extend(area);
     for (name, values) in &files {
         let path = folder.join(name);
         std::fs::write(&path, matrix_market_array(values.as_ref()))
@@ -318,6 +375,7 @@ mod tests {
                 ],
             },
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
+            areas_m2: Some(vec![1e-6, 2.5e-7]),
         }
     }
 
@@ -345,6 +403,32 @@ mod tests {
         assert_eq!(a.observations, b.observations);
         assert_eq!(a.pairs, b.pairs);
         assert_eq!(element.positions_m, back.positions_m);
+        assert_eq!(element.areas_m2, back.areas_m2);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_model_without_modes_replaces_one_with_modes() {
+        let (folder, mut element) = (folder("no-modes"), small());
+        write(&folder, &element).unwrap();
+        let model = &mut element.relative;
+        model.coupling = Mat::zeros(6, 0);
+        model.omega2.clear();
+        model.static_load.on_modes.clear();
+        model.excitations[0].cosine.on_modes.clear();
+        model.excitations[0].sine.on_modes.clear();
+        model.observations[0].on_modes.clear();
+        element.areas_m2 = None;
+        write(&folder, &element).unwrap();
+        let back = read(&folder, element.relative.pairs[0], 1.0).unwrap();
+        assert_eq!(back.relative.coupling, element.relative.coupling);
+        assert_eq!(back.relative.observations, element.relative.observations);
+        assert_eq!(back.relative.static_load, element.relative.static_load);
+        assert_eq!(back.areas_m2, None);
+        // Half of the modes is a mistake, not m = 0.
+        std::fs::write(folder.join("p.mtx"), "").unwrap();
+        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        assert!(message.to_string().contains("w2.mtx"), "{message}");
         std::fs::remove_dir_all(folder).unwrap();
     }
 

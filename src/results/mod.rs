@@ -1,4 +1,5 @@
 //! [`Response`](crate::dlft::Response) -> physical fields: pressures, slip, dissipation, motion of the bodies.
 
+pub mod pairs;
 pub mod quantities;
 pub mod recovery;

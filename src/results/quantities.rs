@@ -1,10 +1,11 @@
 //! Numbers read off a response: counts, amplitudes and phases, pressures, dissipation, the peak.
 //!
 //! Every sum and maximum over frequencies takes the converged points only; a point that did not
-//! converge has no number here. Signs: [`crate::contact`].
+//! converge has no number here. Values per area are NaN where the area of a pair is unknown. Signs:
+//! [`crate::contact`].
 
+use super::pairs::PairPlace;
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
-use crate::model::ContactPair;
 
 /// How many pairs do what in one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,13 +88,13 @@ pub struct CycleFields {
 }
 
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
-pub fn cycle_fields(orbit: &Orbit, pairs: &[ContactPair]) -> CycleFields {
+pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     let per_area = |value: fn(&crate::dlft::PairCycle) -> f64| {
         orbit
             .cycles
             .iter()
             .zip(pairs)
-            .map(|(c, p)| value(c) / p.area_m2)
+            .map(|(c, p)| value(c) / area_m2(p))
             .collect()
     };
     CycleFields {
@@ -132,7 +133,7 @@ pub struct StaticFields {
 }
 
 /// Fields of the static state.
-pub fn static_fields(state: &StaticState, pairs: &[ContactPair]) -> StaticFields {
+pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFields {
     let tangential = |v: &[f64]| v.chunks_exact(3).map(|c| [c[1], c[2]]).collect();
     // 0 - x rather than -x: an open pair carries 0, not -0.
     let normal_force_n: Vec<f64> = state.lambda.chunks_exact(3).map(|l| 0.0 - l[0]).collect();
@@ -141,7 +142,7 @@ pub fn static_fields(state: &StaticState, pairs: &[ContactPair]) -> StaticFields
         pressure_pa: normal_force_n
             .iter()
             .zip(pairs)
-            .map(|(f, p)| f / p.area_m2)
+            .map(|(f, p)| f / area_m2(p))
             .collect(),
         normal_force_n,
         friction_n: tangential(&state.lambda),
@@ -150,7 +151,7 @@ pub fn static_fields(state: &StaticState, pairs: &[ContactPair]) -> StaticFields
             .x
             .chunks_exact(3)
             .zip(pairs)
-            .map(|(x, p)| x[0] + p.gap_m)
+            .map(|(x, p)| x[0] + p.gap_m())
             .collect(),
     }
 }
@@ -170,7 +171,7 @@ pub struct SweepFields {
 }
 
 /// Sums over the converged points, in their order.
-pub fn sweep_fields(response: &Response, pairs: &[ContactPair]) -> SweepFields {
+pub fn sweep_fields(response: &Response, pairs: &[impl PairPlace]) -> SweepFields {
     let mut sum = vec![0.0; pairs.len()];
     let mut opening_points = vec![0; pairs.len()];
     let mut points = 0;
@@ -183,7 +184,7 @@ pub fn sweep_fields(response: &Response, pairs: &[ContactPair]) -> SweepFields {
     }
     SweepFields {
         points,
-        dissipation_sum_w_m2: sum.iter().zip(pairs).map(|(s, p)| s / p.area_m2).collect(),
+        dissipation_sum_w_m2: sum.iter().zip(pairs).map(|(s, p)| s / area_m2(p)).collect(),
         friction_power_sum_w: sum,
         opening_points,
     }
@@ -265,6 +266,10 @@ pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
     (scale > 0.0).then(|| (input - friction - viscous).abs() / scale)
 }
 
+fn area_m2(pair: &impl PairPlace) -> f64 {
+    pair.area_m2().unwrap_or(f64::NAN)
+}
+
 fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
     points
         .filter(|p| p.amplitude_m.is_finite())
@@ -281,6 +286,7 @@ fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
 mod tests {
     use super::*;
     use crate::dlft::{Outcome, PairCycle, StuckPoint};
+    use crate::model::ContactPair;
 
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {

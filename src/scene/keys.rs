@@ -12,7 +12,8 @@ pub enum Shape {
 }
 
 /// The tables at the top of the file, in the order they are usually written.
-pub const SECTIONS: [(&str, Shape); 9] = [
+pub const SECTIONS: [(&str, Shape); 10] = [
+    ("reduced_model", Shape::Table),
     ("mesh", Shape::Table),
     ("body", Shape::List),
     ("rotation", Shape::Table),
@@ -29,6 +30,7 @@ pub const SECTIONS: [(&str, Shape); 9] = [
 pub fn of_section(section: &str) -> &'static [&'static str] {
     match section {
         "" => fields::<raw::RawScene>(),
+        "reduced_model" => fields::<raw::RawReducedModel>(),
         "mesh" => fields::<raw::RawMesh>(),
         "body" => fields::<raw::RawBody>(),
         "rotation" => fields::<raw::RawRotation>(),
@@ -46,6 +48,9 @@ pub fn of_section(section: &str) -> &'static [&'static str] {
 pub fn example(section: &str, key: &str) -> &'static str {
     match (section, key) {
         ("", "name") => "name = \"paper\"",
+        ("", "reduced_model") => {
+            "[reduced_model]\nfolder = \"den_hartog\"\nfriction = 0.3\nforce_n = 1.0"
+        }
         ("", "mesh") => "[mesh]\nfile = \"../meshes/dovetail.msh\"\nmetres_per_unit = 1e-3",
         ("", "body") => "[[body]]\nname = \"blade\"\nvolume = \"blade\"\nyoung_pa = 113.8e9",
         ("", "rotation") => "[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000",
@@ -62,6 +67,10 @@ pub fn example(section: &str, key: &str) -> &'static str {
         }
         ("", "static") => "[static]\nload_steps = 10",
         ("", "response") => "[response]\nfrequency_hz = [440.0, 460.0]",
+        ("reduced_model", "folder") => "folder = \"den_hartog\"  # K.mtx, M.mtx and the others",
+        ("reduced_model", "friction") => "friction = 0.3",
+        ("reduced_model", "gap_m") => "gap_m = 0.0",
+        ("reduced_model", "force_n") => "force_n = 1.0",
         ("mesh", "geometry") => "geometry = \"../geometry/dovetail.geo\"",
         ("mesh", "parameters") => "parameters = { nu = 4, nv = 9, order = 2 }",
         ("mesh", "time_limit_s") => "time_limit_s = 120",

@@ -71,6 +71,7 @@ impl Scene {
     pub fn assembly(&self) -> Option<&Assembly> {
         match &self.subject {
             Subject::Assembly(assembly) => Some(assembly),
+            Subject::ReducedModel(_) => None,
         }
     }
 }
@@ -80,6 +81,20 @@ impl Scene {
 pub enum Subject {
     /// Bodies of a mesh.
     Assembly(Box<Assembly>),
+    /// What a reduction has left of bodies that are not described further.
+    ReducedModel(ReducedModelSpec),
+}
+
+/// A reduced model read from a folder (its files: `reduction::superelement`).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedModelSpec {
+    pub folder: PathBuf,
+    /// Coulomb coefficient of every pair.
+    pub friction: f64,
+    /// Initial clearance of every pair, m.
+    pub gap_m: f64,
+    /// The folder's unit excitation is multiplied by this.
+    pub force_n: f64,
 }
 
 /// Bodies of a mesh, how they are held, driven and watched.

@@ -17,6 +17,7 @@ pub type Located<T> = Option<Spanned<T>>;
 #[serde(deny_unknown_fields)]
 pub struct RawScene {
     pub name: Located<String>,
+    pub reduced_model: Located<RawReducedModel>,
     pub mesh: Located<RawMesh>,
     #[serde(default)]
     pub body: Vec<Spanned<RawBody>>,
@@ -31,6 +32,15 @@ pub struct RawScene {
     #[serde(rename = "static")]
     pub static_state: Located<RawStatic>,
     pub response: Located<RawResponse>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawReducedModel {
+    pub folder: Located<String>,
+    pub friction: Located<Number>,
+    pub gap_m: Located<Number>,
+    pub force_n: Located<Number>,
 }
 
 #[derive(Debug, serde::Deserialize)]

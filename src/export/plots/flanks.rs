@@ -91,7 +91,7 @@ pub fn write_flank_map(
     unit: &str,
     values: &[f64],
 ) -> Result<(), ExportError> {
-    check_pairs(path, title, values.len(), model)?;
+    check_pairs(path, title, values.len(), model.pairs.len())?;
     if let Some(index) = values.iter().position(|v| !v.is_finite()) {
         let (path, field) = (path.to_path_buf(), title.to_owned());
         return Err(ExportError::NotFinite { path, field, index });
@@ -115,7 +115,7 @@ pub fn write_flank_flags(
     flags: &[bool],
     words: [&str; 2],
 ) -> Result<(), ExportError> {
-    check_pairs(path, title, flags.len(), model)?;
+    check_pairs(path, title, flags.len(), model.pairs.len())?;
     let layout = Layout::of(model);
     write_svg(path, layout.size(), |canvas| {
         draw_title(canvas, title)?;

@@ -8,6 +8,7 @@ mod contacts;
 mod fields;
 mod mesh;
 mod probes;
+mod reduced_model;
 mod response;
 
 use std::path::Path;
@@ -18,7 +19,7 @@ use super::error::{Fault, Problem};
 use super::keys::{self, Shape};
 use super::raw::RawScene;
 use super::source::Source;
-use super::{Assembly, Scene, StaticSpec, Subject};
+use super::{Assembly, ResponseSpec, Scene, StaticSpec, Subject};
 
 /// The checked scene, or every problem in the order of the text.
 pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
@@ -48,19 +49,6 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         }
     };
     missing_sections(checker, &raw);
-    let mesh = raw.mesh.as_ref().map(|m| mesh::mesh(checker, base_dir, m));
-    let bodies = bodies::bodies(checker, &raw.body);
-    let body_names: Vec<String> = raw
-        .body
-        .iter()
-        .filter_map(|b| b.get_ref().name.as_ref())
-        .map(|n| n.get_ref().clone())
-        .collect();
-    let rotation = raw
-        .rotation
-        .as_ref()
-        .map(|r| bodies::rotation(checker, &body_names, r));
-    let contacts = contacts::contacts(checker, &raw.contact);
     let response = raw
         .response
         .as_ref()
@@ -70,8 +58,13 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         .damping
         .as_ref()
         .map(|d| contacts::damping(checker, d, kept));
-    let excitations = probes::excitations(checker, &raw.excitation, kept);
-    let observations = probes::observations(checker, &raw.observe);
+    let subject = match &raw.reduced_model {
+        Some(table) => {
+            reduced_model::stands_alone(checker, table.span(), &raw);
+            reduced_model::reduced_model(checker, base_dir, table).map(Subject::ReducedModel)
+        }
+        None => assembly(checker, base_dir, &raw, kept).map(|a| Subject::Assembly(Box::new(a))),
+    };
     let load_steps = match &raw.static_state {
         None => Some(10),
         Some(table) => {
@@ -85,22 +78,9 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
             )
         }
     };
-    let assembly = || {
-        Some(Assembly {
-            mesh: mesh??,
-            bodies: bodies?,
-            rotation: match rotation {
-                None => None,
-                Some(rotation) => Some(rotation?),
-            },
-            contacts: contacts?,
-            excitations: excitations?,
-            observations: observations?,
-        })
-    };
     Some(Scene {
         name: name?,
-        subject: Subject::Assembly(Box::new(assembly()?)),
+        subject: subject?,
         damping: damping??,
         static_state: StaticSpec {
             load_steps: load_steps?,
@@ -109,15 +89,51 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     })
 }
 
+/// The sections about a mesh.
+fn assembly(
+    checker: &mut Checker,
+    base_dir: &Path,
+    raw: &RawScene,
+    response: Option<&ResponseSpec>,
+) -> Option<Assembly> {
+    let mesh = raw.mesh.as_ref().map(|m| mesh::mesh(checker, base_dir, m));
+    let bodies = bodies::bodies(checker, &raw.body);
+    let body_names: Vec<String> = raw
+        .body
+        .iter()
+        .filter_map(|b| b.get_ref().name.as_ref())
+        .map(|n| n.get_ref().clone())
+        .collect();
+    let rotation = raw
+        .rotation
+        .as_ref()
+        .map(|r| bodies::rotation(checker, &body_names, r));
+    let contacts = contacts::contacts(checker, &raw.contact);
+    let excitations = probes::excitations(checker, &raw.excitation, response);
+    let observations = probes::observations(checker, &raw.observe);
+    Some(Assembly {
+        mesh: mesh??,
+        bodies: bodies?,
+        rotation: match rotation {
+            None => None,
+            Some(rotation) => Some(rotation?),
+        },
+        contacts: contacts?,
+        excitations: excitations?,
+        observations: observations?,
+    })
+}
+
 /// Sections without which there is nothing to compute. Bodies have a message of their own.
 fn missing_sections(checker: &mut Checker, raw: &RawScene) {
+    let meshed = raw.reduced_model.is_none();
     for (section, shape) in keys::SECTIONS {
         let absent = match section {
-            "mesh" => raw.mesh.is_none(),
-            "contact" => raw.contact.is_empty(),
+            "mesh" => meshed && raw.mesh.is_none(),
+            "contact" => meshed && raw.contact.is_empty(),
             "damping" => raw.damping.is_none(),
-            "excitation" => raw.excitation.is_empty(),
-            "observe" => raw.observe.is_empty(),
+            "excitation" => meshed && raw.excitation.is_empty(),
+            "observe" => meshed && raw.observe.is_empty(),
             "response" => raw.response.is_none(),
             _ => false,
         };

@@ -1,0 +1,59 @@
+//! `[reduced_model]`: a folder instead of a mesh and all that refers to one.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde_spanned::Spanned;
+
+use super::fields::{Checker, Limits, Table};
+use crate::scene::ReducedModelSpec;
+use crate::scene::error::Fault;
+use crate::scene::raw::{RawReducedModel, RawScene};
+
+pub fn reduced_model(
+    checker: &mut Checker,
+    base_dir: &Path,
+    raw: &Spanned<RawReducedModel>,
+) -> Option<ReducedModelSpec> {
+    let at = Table::of("reduced_model", raw.span(), None);
+    let raw = raw.get_ref();
+    let folder = checker.text(&at, "folder", &raw.folder);
+    let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
+    let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
+    let force_n = checker.number(&at, "force_n", &raw.force_n, Limits::NOT_NEGATIVE, None);
+    Some(ReducedModelSpec {
+        folder: base_dir.join(folder?),
+        friction: friction?,
+        gap_m: gap_m?,
+        force_n: force_n?,
+    })
+}
+
+/// A fault for every section that needs a mesh.
+pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
+    fn first<T>(list: &[Spanned<T>]) -> Option<Range<usize>> {
+        list.first().map(Spanned::span)
+    }
+    let sections = [
+        ("mesh", raw.mesh.as_ref().map(Spanned::span)),
+        ("body", first(&raw.body)),
+        ("rotation", raw.rotation.as_ref().map(Spanned::span)),
+        ("contact", first(&raw.contact)),
+        ("excitation", first(&raw.excitation)),
+        ("observe", first(&raw.observe)),
+    ];
+    for (section, span) in sections {
+        let Some(span) = span else { continue };
+        let fault = Fault::Exclusive {
+            first: "reduced_model".to_owned(),
+            second: section.to_owned(),
+            remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
+                     holds the loads and the observed point, or the sections [mesh], [[body]], [rotation], \
+                     [[contact]], [[excitation]] and [[observe]] without it",
+        };
+        let problem = checker
+            .source
+            .problem_with(span, fault, own.clone(), "the other");
+        checker.problems.push(problem);
+    }
+}
