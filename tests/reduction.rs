@@ -163,7 +163,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
             .map(|i| (x[i] - opened[(i, 0)]).norm())
             .fold(0.0, f64::max);
         assert!(
-            off < 1e-8 * largest,
+            off < 1e-9 * largest,
             "relative displacements: {:e}",
             off / largest
         );
@@ -178,7 +178,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         }
         let off = (tip - exact).norm() / exact.norm();
         println!("{w:.4e} rad/s: {tip:.6e}, full {exact:.6e}, off {off:.1e}");
-        assert!(off < 1e-8, "{off:e}");
+        assert!(off < 1e-9, "{off:e}");
     }
 }
 
@@ -201,7 +201,7 @@ fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
         let found = lambda(&system, w);
         let off = (&found - &parallel).norm_max() / parallel.norm_max();
         println!("{w:.4e} rad/s: off {off:.1e}");
-        assert!(off < 1e-8, "{off:e}");
+        assert!(off < 1e-9, "{off:e}");
     }
 }
 
@@ -232,11 +232,8 @@ fn lanczos_and_dense_modes_of_the_elements_agree() {
             &part(dense(&matrices.mass)),
         );
         const COUNT: usize = 10;
-        assert!(
-            moving.len() > dovetail::numerics::eigen::arpack::smallest_size(COUNT),
-            "{} unknowns are solved densely",
-            moving.len()
-        );
+        // Far above the sizes that are solved densely anyway.
+        assert!(moving.len() > 200, "{}", moving.len());
         let found = held_modes(body, matrices, COUNT).unwrap().omega2;
         for (found, exact) in found.iter().zip(&exact) {
             assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
