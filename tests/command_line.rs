@@ -258,6 +258,67 @@ fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
 }
 
 #[test]
+fn frequencies_over_the_speed_are_those_of_each_speed() {
+    let folder = Folder::new("campbell");
+    let small = "mesh.file=../meshes/dovetail_small.msh";
+    let mut command = dovetail("modes", &folder, &[small]);
+    command.args(["--rpm", "0:7000:3"]);
+    let output = ended(command, 0);
+    let listed = String::from_utf8(output.stdout).unwrap();
+    let rows = folder.table("modes_campbell.csv");
+    assert_eq!(rows.len(), 3 * 2 * 6);
+    let svg = folder.text("plots/campbell.svg");
+    assert!(svg.contains("EO 1") && svg.contains("blade, flanks held"));
+    // The middle speed is assembled from the other two.
+    for speed in [0.0, 3500.0, 7000.0] {
+        let alone = Folder::new("campbell-alone");
+        let at = format!("rotation.speed_rpm={speed}");
+        ended(dovetail("modes", &alone, &[small, &at]), 0);
+        for one in alone.table("modes.csv") {
+            let key = ["kind", "body", "mode"];
+            let found = rows.iter().find(|row| {
+                number(row, "speed_rpm") == speed
+                    && key.iter().all(|k| field(row, k) == field(&one, k))
+            });
+            let kept = (field(&one, "kind") == "flanks_held" && field(&one, "body") == "blade"
+                || field(&one, "kind") == "stuck")
+                && number(&one, "mode") <= 6.0;
+            assert_eq!(found.is_some(), kept);
+            if let Some(found) = found {
+                let (a, b) = (number(found, "frequency_hz"), number(&one, "frequency_hz"));
+                assert!((a / b - 1.0).abs() < 1e-9, "{speed} rpm: {a} {b}");
+                assert!(listed.contains(&format!("{a:.4}")));
+            }
+        }
+    }
+}
+
+#[test]
+fn speeds_the_blade_does_not_stand_have_no_frequencies() {
+    // Prestress softens the blade where it is compressed: turned upside down, about an axis beyond its tip.
+    let folder = Folder::new("campbell-fast");
+    let set = [
+        "mesh.file=../meshes/dovetail_small.msh",
+        "rotation.point_m=[0,0,1]",
+    ];
+    let mut command = dovetail("modes", &folder, &set);
+    command.args(["--rpm", "0:20000:2"]);
+    let output = ended(command, 0);
+    assert!(
+        said(&output).contains("no modes at 20000 rpm"),
+        "{}",
+        said(&output)
+    );
+    for row in folder.table("modes_campbell.csv") {
+        let fast = number(&row, "speed_rpm") > 0.0;
+        assert_eq!(field(&row, "frequency_hz").is_empty(), fast);
+    }
+    let mut still = dovetail("modes", &folder, &[SMALL, "rotation="]);
+    still.args(["--rpm", "0:5000:3"]);
+    assert!(said(&ended(still, 2)).contains("[rotation]"));
+}
+
+#[test]
 fn static_writes_the_state_and_no_response() {
     let folder = Folder::new("static");
     let mut command = dovetail("static", &folder, &[SMALL]);

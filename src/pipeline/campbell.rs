@@ -86,7 +86,7 @@ impl SpeedRange {
 /// A speed that the structure does not stand has no frequencies, and a warning says why.
 ///
 /// # Errors
-/// [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
+/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
 pub fn campbell(
     scene: &Scene,
     speeds: SpeedRange,

@@ -335,20 +335,25 @@ fn sliding_block_omega2(size: [f64; 3], count: usize) -> Vec<f64> {
     all
 }
 
-/// Cells of a block that are cubes, or nearly.
+/// A block and its meshes.
 struct Block {
     size: [f64; 3],
-    cells: [usize; 3],
+    /// Cells of the mesh of a number.
+    cells: fn(usize) -> [usize; 3],
+    /// Largest displacement of an inner node, of the least of the sizes.
+    distortion: f64,
 }
 
 const BULKY: Block = Block {
     size: SIZE,
-    cells: CELLS,
+    cells: |n| CELLS.map(|c| c * n),
+    distortion: 0.03,
 };
-/// Its lowest mode is dilatational, along x.
+/// Its lowest mode is dilatational, along x, and refined along x.
 const SLENDER: Block = Block {
     size: [0.03, 0.004, 0.004],
-    cells: [15, 2, 2],
+    cells: |n| [10 * n, 2, 2],
+    distortion: 0.0,
 };
 
 fn sliding_block_errors(
@@ -357,8 +362,8 @@ fn sliding_block_errors(
     finer: usize,
     count: usize,
 ) -> Vec<f64> {
-    let mut mesh = block(order, shape.cells.map(|c| c * finer), shape.size);
-    distort(&mut mesh, shape.size, 0.03 * shape.size[2]);
+    let mut mesh = block(order, (shape.cells)(finer), shape.size);
+    distort(&mut mesh, shape.size, shape.distortion * shape.size[2]);
     let mut body = free_body(&mesh);
     body.material = MATERIAL;
     let all = matrices(&body);
@@ -400,7 +405,7 @@ fn eigenvalue_orders(order: ElementOrder, shape: &Block, finer: &[usize], count:
         }
         println!(
             "{order:?}, {:?} cells: errors of omega^2 {found:?}, orders {slopes:.3?}",
-            shape.cells.map(|c| c * n)
+            (shape.cells)(n)
         );
         last = Some((n, found));
     }
@@ -412,7 +417,7 @@ fn eigenvalue_orders(order: ElementOrder, shape: &Block, finer: &[usize], count:
 #[test]
 fn frequencies_converge_in_twice_the_order_of_the_elements() {
     eigenvalue_orders(ElementOrder::Linear, &BULKY, &[2, 4], 3);
-    eigenvalue_orders(ElementOrder::Quadratic, &SLENDER, &[1, 2], 1);
+    eigenvalue_orders(ElementOrder::Quadratic, &SLENDER, &[1, 2], 2);
 }
 
 #[test]

@@ -1,0 +1,291 @@
+//! The reduced model against the full finite elements it stands for: two cubes on each other, ten-node
+//! tetrahedra with tied mid-edge nodes, one of them spinning, solved densely by faer.
+
+mod shared_scenes;
+
+use dovetail::contact::dynamic_stiffness::ContactSystem;
+use dovetail::fem::statics::SolveFailure;
+use dovetail::fem::{BodyMatrices, Structure, assemble};
+use dovetail::model::{Model, bind};
+use dovetail::numerics::factor::Cholesky;
+use dovetail::numerics::sparse::dense;
+use dovetail::reduction::craig_bampton::held_modes;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
+use dovetail::scene::Assembly;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Par, Side, c64};
+use shared_scenes::{blocks_assembly, ready};
+
+const DAMPING: Rayleigh = Rayleigh {
+    stiffness_s: 2e-9,
+    mass_per_s: 3e3,
+};
+/// More than there are: all of them.
+const ALL: usize = 10_000;
+
+fn assembled(modes: usize) -> (Model, Structure) {
+    let mut assembly: Assembly = blocks_assembly();
+    for body in &mut assembly.bodies {
+        body.fixed_interface_modes = modes;
+    }
+    // Fast enough for a millimetre cube to feel it.
+    if let Some(rotation) = &mut assembly.rotation {
+        rotation.speed_rad_s = 2e5;
+        rotation.point_m = [0.0, 0.3e-3, -1e-3];
+    }
+    let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    let structure = assemble(&model, &|k, f| {
+        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
+        let mut x = f.to_vec();
+        factor.solve_vector(&mut x);
+        Ok(x)
+    })
+    .unwrap();
+    (model, structure)
+}
+
+fn reduced(model: &Model, structure: &Structure) -> ReducedModel {
+    reduce(model, structure, None).unwrap()
+}
+
+/// Angular frequencies of no meaning between 0.05 and 3 times that of the first stuck mode.
+fn random_frequencies(relative: &RelativeModel, count: usize) -> Vec<f64> {
+    let first = relative.omega2[0].sqrt();
+    let mut state = 20_041_u64;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        first * (0.05 + 2.95 * (state >> 11) as f64 / (1u64 << 53) as f64)
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// (1 + i w a) K - (w^2 - i w b) M of a whole body.
+fn full_dynamic_stiffness(body: &BodyMatrices, w: f64) -> Mat<c64> {
+    let (k, m) = (dense(&body.stiffness), dense(&body.mass));
+    let s = c64::new(1.0, w * DAMPING.stiffness_s);
+    let z = c64::new(w * w, -w * DAMPING.mass_per_s);
+    Mat::from_fn(k.nrows(), k.ncols(), |i, j| s * k[(i, j)] - z * m[(i, j)])
+}
+
+/// Rows: displacement of a body's flank in the frames of the pairs.
+fn flank_rows(model: &Model, body: usize) -> Mat<c64> {
+    let dofs = &model.bodies[body].dofs;
+    let mut rows = Mat::zeros(3 * model.pairs.len(), 3 * dofs.free_nodes());
+    for (i, pair) in model.pairs.iter().enumerate() {
+        for (free, weight) in dofs.weights(pair.nodes[body] as usize) {
+            for (r, direction) in pair.frame.iter().enumerate() {
+                for axis in 0..3 {
+                    rows[(3 * i + r, 3 * free + axis)] += c64::new(weight * direction[axis], 0.0);
+                }
+            }
+        }
+    }
+    rows
+}
+
+fn lambda(system: &ContactSystem, w: f64) -> Mat<c64> {
+    let z = system.stiffness_at(w);
+    Mat::from_fn(z.re.nrows(), z.re.ncols(), |i, j| {
+        c64::new(z.re[(i, j)], z.im[(i, j)])
+    })
+}
+
+fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
+    re.iter()
+        .zip(im)
+        .map(|(re, im)| c64::new(*re, -*im))
+        .collect()
+}
+
+#[test]
+fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
+    // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
+    // linear, and the full one can be solved at once.
+    let (model, structure) = assembled(ALL);
+    let reduced = reduced(&model, &structure);
+    let relative = &reduced.relative;
+    let frequencies = random_frequencies(relative, 6);
+    let system = ContactSystem::new(relative, DAMPING, 3.0 * relative.omega2[0].sqrt());
+    let n = 3 * model.pairs.len();
+    let load = relative
+        .excitations
+        .iter()
+        .find(|e| e.harmonic == 1)
+        .unwrap();
+    let on_x = complex(&load.cosine.on_x, &load.sine.on_x);
+    let on_modes = complex(&load.cosine.on_modes, &load.sine.on_modes);
+    let typical = relative.stiffness[(0, 0)];
+    for (i, w) in frequencies.into_iter().enumerate() {
+        let stiffness = typical * [0.02, 0.5, 40.0][i % 3];
+        let spring = |dof: usize| stiffness * [1.0, 0.3, 0.4][dof % 3];
+
+        let mut z = lambda(&system, w);
+        (0..n).for_each(|dof| z[(dof, dof)] += c64::new(spring(dof), 0.0));
+        let rhs = system.condensed_load(w, &on_x, &on_modes);
+        let x = z.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| rhs[i]));
+        let x: Vec<c64> = (0..n).map(|i| x[(i, 0)]).collect();
+        let q = system.modal_response(w, &x, &on_modes);
+        let probe = &relative.observations[0];
+        let product = |a: &[f64], b: &[c64]| a.iter().zip(b).map(|(a, b)| b * *a).sum::<c64>();
+        let tip = product(&probe.on_x, &x) + product(&probe.on_modes, &q);
+
+        // Both bodies whole: Z + C^T k C, C the relative displacement.
+        let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
+        let mut full = Mat::zeros(sizes[0] + sizes[1], sizes[0] + sizes[1]);
+        let mut c = Mat::zeros(n, sizes[0] + sizes[1]);
+        for (b, sign) in [(0, 1.0), (1, -1.0)] {
+            let at = b * sizes[0];
+            full.submatrix_mut(at, at, sizes[b], sizes[b])
+                .copy_from(full_dynamic_stiffness(&structure.bodies[b], w));
+            let rows = flank_rows(&model, b);
+            c.submatrix_mut(0, at, n, sizes[b])
+                .copy_from(Mat::from_fn(n, sizes[b], |i, j| rows[(i, j)] * sign));
+        }
+        let pulled = Mat::from_fn(n, c.ncols(), |i, j| c[(i, j)] * spring(i));
+        full += c.transpose() * pulled;
+        let mut force = Mat::zeros(c.ncols(), 1);
+        for f in model.excitations.iter().filter(|f| f.harmonic == 1) {
+            let phase = c64::new(0.0, -f.phase_rad).exp();
+            for (free, weight) in model.bodies[f.body].dofs.weights(f.node as usize) {
+                for axis in 0..3 {
+                    force[(f.body * sizes[0] + 3 * free + axis, 0)] +=
+                        phase * weight * f.vector_n[axis];
+                }
+            }
+        }
+        let u = full.partial_piv_lu().solve(&force);
+        let opened = &c * &u;
+        let largest = opened.norm_max();
+        let off = (0..n)
+            .map(|i| (x[i] - opened[(i, 0)]).norm())
+            .fold(0.0, f64::max);
+        assert!(
+            off < 1e-9 * largest,
+            "relative displacements: {:e}",
+            off / largest
+        );
+        let mut exact = c64::new(0.0, 0.0);
+        for &(body, node, direction) in &model.observations[0].terms {
+            for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+                for axis in 0..3 {
+                    let at = body * sizes[0] + 3 * free + axis;
+                    exact += u[(at, 0)] * weight * direction[axis];
+                }
+            }
+        }
+        let off = (tip - exact).norm() / exact.norm();
+        println!("{w:.4e} rad/s: {tip:.6e}, full {exact:.6e}, off {off:.1e}");
+        assert!(off < 1e-9, "{off:e}");
+    }
+}
+
+#[test]
+fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
+    // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
+    let (model, structure) = assembled(ALL);
+    let reduced = reduced(&model, &structure);
+    let relative = &reduced.relative;
+    let system = ContactSystem::new(relative, DAMPING, 3.0 * relative.omega2[0].sqrt());
+    for w in random_frequencies(relative, 5) {
+        let receptance = |b: usize| -> Mat<c64> {
+            let rows = flank_rows(&model, b);
+            let full = full_dynamic_stiffness(&structure.bodies[b], w);
+            &rows * full.partial_piv_lu().solve(rows.transpose())
+        };
+        let both = receptance(0) + receptance(1);
+        let n = both.nrows();
+        let parallel = both.partial_piv_lu().solve(Mat::<c64>::identity(n, n));
+        let found = lambda(&system, w);
+        let off = (&found - &parallel).norm_max() / parallel.norm_max();
+        println!("{w:.4e} rad/s: off {off:.1e}");
+        assert!(off < 1e-9, "{off:e}");
+    }
+}
+
+/// Ascending eigenvalues of K x = w2 M x, by faer alone.
+fn dense_omega2(k: &Mat<f64>, m: &Mat<f64>) -> Vec<f64> {
+    use faer::linalg::triangular_solve::solve_lower_triangular_in_place as divide_by;
+    let factor = m.llt(Side::Lower).unwrap();
+    let mut half = k.clone();
+    divide_by(factor.L(), half.as_mut(), Par::Seq);
+    let mut whole = half.transpose().to_owned();
+    divide_by(factor.L(), whole.as_mut(), Par::Seq);
+    whole.self_adjoint_eigenvalues(Side::Lower).unwrap()
+}
+
+#[test]
+fn lanczos_and_dense_modes_of_the_elements_agree() {
+    let (model, structure) = assembled(1);
+    for (body, matrices) in model.bodies.iter().zip(&structure.bodies) {
+        let n = 3 * body.dofs.free_nodes();
+        let flank =
+            3 * body.dofs.interior_nodes..3 * (body.dofs.interior_nodes + body.dofs.flank_nodes);
+        let moving: Vec<usize> = (0..n).filter(|dof| !flank.contains(dof)).collect();
+        let part = |a: Mat<f64>| {
+            Mat::from_fn(moving.len(), moving.len(), |i, j| a[(moving[i], moving[j])])
+        };
+        let exact = dense_omega2(
+            &part(dense(&matrices.stiffness)),
+            &part(dense(&matrices.mass)),
+        );
+        const COUNT: usize = 10;
+        // Far above the sizes that are solved densely anyway.
+        assert!(moving.len() > 200, "{}", moving.len());
+        let found = held_modes(body, matrices, COUNT).unwrap().omega2;
+        for (found, exact) in found.iter().zip(&exact) {
+            assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+        }
+    }
+}
+
+#[test]
+fn stuck_frequencies_come_down_to_those_of_the_full_model_as_modes_are_kept() {
+    let (model, structure) = assembled(ALL);
+    // The two bodies tied at the pairs: the first one's flank moves with the second's.
+    let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
+    let place = |b: usize, dof: usize| -> usize {
+        let flank = 3 * model.bodies[0].dofs.interior_nodes;
+        let width = 3 * model.bodies[0].dofs.flank_nodes;
+        match (b, dof) {
+            (1, dof) => sizes[0] - width + dof,
+            (_, dof) if dof < flank => dof,
+            (_, dof) if dof < flank + width => {
+                sizes[0] - width + 3 * model.bodies[1].dofs.interior_nodes + dof - flank
+            }
+            (_, dof) => dof - width,
+        }
+    };
+    let total = sizes[0] + sizes[1] - 3 * model.pairs.len();
+    let tied = |matrix: fn(&BodyMatrices) -> &nalgebra_sparse::CscMatrix<f64>| {
+        let mut sum = Mat::zeros(total, total);
+        for (b, body) in structure.bodies.iter().enumerate() {
+            for (i, j, v) in matrix(body).triplet_iter() {
+                sum[(place(b, i), place(b, j))] += *v;
+            }
+        }
+        sum
+    };
+    let exact = dense_omega2(&tied(|b| &b.stiffness), &tied(|b| &b.mass));
+    let mut before = vec![f64::INFINITY; 4];
+    for modes in [1, 3, 9, 27, ALL] {
+        let (model, structure) = assembled(modes);
+        let found = reduced(&model, &structure).relative.omega2;
+        for ((found, before), exact) in found.iter().zip(&mut before).zip(&exact) {
+            assert!(
+                found / exact > 1.0 - 1e-9,
+                "below the full model: {found} {exact}"
+            );
+            assert!(
+                *found <= *before * (1.0 + 1e-9),
+                "more modes, higher: {found} {before}"
+            );
+            *before = *found;
+        }
+    }
+    for (found, exact) in before.iter().zip(&exact) {
+        assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+    }
+}
