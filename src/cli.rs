@@ -63,6 +63,8 @@ enum Command {
     Mesh(SceneFile),
     /// Up to the modes of the stuck assembly
     Modes(SceneFile),
+    /// Up to the reduced model, written as a folder that [reduced_model] of a scene reads
+    Reduce(SceneFile),
     /// Up to the static state under rotation
     Static(SceneFile),
     /// Only check the scene file; nothing is computed or written
@@ -102,6 +104,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Run(file) => (pipeline::run, &file.scene),
         Command::Mesh(file) => (pipeline::mesh, &file.scene),
         Command::Modes(file) => (pipeline::modes, &file.scene),
+        Command::Reduce(file) => (pipeline::reduce, &file.scene),
         Command::Static(file) => (pipeline::static_state, &file.scene),
         Command::Check(file) => (pipeline::check, &file.scene),
     };
