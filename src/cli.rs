@@ -64,6 +64,8 @@ enum Command {
     Mesh(SceneFile),
     /// Up to the modes of the stuck assembly; with --rpm over the speed (Campbell)
     Modes(Modes),
+    /// Up to the reduced model, written as a folder that [reduced_model] of a scene reads
+    Reduce(SceneFile),
     /// Up to the static state under rotation
     Static(SceneFile),
     /// Compare the response with a time integration at a few frequencies
@@ -202,6 +204,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
             };
             (Box::new(verifying), &arguments.file.scene)
         }
+        Command::Reduce(file) => (Box::new(pipeline::reduce), &file.scene),
         Command::Static(file) => (Box::new(pipeline::static_state), &file.scene),
         Command::Check(file) => (Box::new(pipeline::check), &file.scene),
     };

@@ -63,7 +63,8 @@ pub enum Error {
     /// `dovetail mesh` of a scene about a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
     #[diagnostic(help(
-        "`dovetail static` or `dovetail run` computes with it; a scene with [mesh] instead of [reduced_model] is meshed"
+        "`dovetail static` and `dovetail run` compute with it; `dovetail mesh` and `dovetail reduce` need a scene with [mesh] \
+         instead of [reduced_model]"
     ))]
     NoMesh { scene: String },
 
@@ -182,12 +183,15 @@ impl Error {
             | Self::Mesh(_)
             | Self::Quality(_)
             | Self::Model(_)
-            | Self::Superelement(_)
             | Self::NoMesh { .. }
             | Self::NoStuckMode
             | Self::Damping(_)
             | Self::NoRotation => EXIT_BAD_INPUT,
-            Self::Io { .. }
+            Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
+                EXIT_BAD_INPUT
+            }
+            Self::Superelement(_)
+            | Self::Io { .. }
             | Self::Threads { .. }
             | Self::Gmsh(_)
             | Self::Fem(_)

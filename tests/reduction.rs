@@ -170,9 +170,9 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let mut exact = c64::new(0.0, 0.0);
         for &(body, node, direction) in &model.observations[0].terms {
             for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
-                for axis in 0..3 {
+                for (axis, along) in direction.iter().enumerate() {
                     let at = body * sizes[0] + 3 * free + axis;
-                    exact += u[(at, 0)] * weight * direction[axis];
+                    exact += u[(at, 0)] * weight * along;
                 }
             }
         }

@@ -129,7 +129,10 @@ fn an_unknown_section_names_the_sections() {
     refused(
         "name = \"paper\"",
         "title = \"paper\"",
-        &["unknown section or key `title`", "name, mesh, body"],
+        &[
+            "unknown section or key `title`",
+            "name, reduced_model, mesh, body",
+        ],
     );
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use faer::Mat;
 
-use super::meshed::Meshed;
+use super::meshed::{Meshed, create_folder};
 use super::prepared::Prepared;
 use super::{Options, hertz};
 use crate::dlft::{Orbit, Response, StaticState};
@@ -17,7 +17,8 @@ use crate::export::{csv, flank, manifest, vtu};
 use crate::fem::{expand_to_nodes, stress};
 use crate::model::Model;
 use crate::progress::Progress;
-use crate::reduction::ReducedModel;
+use crate::reduction::superelement::{self, Superelement};
+use crate::reduction::{PairLaw, ReducedModel};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
 use crate::scene::{Scene, Subject};
@@ -208,6 +209,25 @@ fn write_peak_motion(
         FRAMES,
     )?;
     Ok(())
+}
+
+/// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
+pub(super) fn write_reduced_model(
+    options: &Options,
+    subject: &Prepared,
+    progress: &Progress,
+) -> Result<Option<PairLaw>, Error> {
+    let _stage = progress.stage("files of the reduced model");
+    create_folder(&options.out)?;
+    let (relative, rows) = (subject.relative(), &subject.pairs.rows);
+    let element = Superelement {
+        relative: relative.clone(),
+        positions_m: rows.iter().map(|p| p.position_m).collect(),
+        areas_m2: rows.iter().map(|p| p.area_m2).collect(),
+    };
+    superelement::write(&options.out, &element)?;
+    let first = relative.pairs.first().copied();
+    Ok(first.filter(|law| relative.pairs.iter().all(|p| p == law)))
 }
 
 /// What is known before anything is computed.

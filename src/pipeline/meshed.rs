@@ -175,7 +175,7 @@ fn make_mesh(
     Ok((mesh, origin))
 }
 
-fn create_folder(path: &Path) -> Result<(), Error> {
+pub(super) fn create_folder(path: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(path).map_err(|source| Error::Io {
         action: "creating the folder",
         path: path.to_path_buf(),

@@ -76,9 +76,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
 /// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
 pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
     let Subject::Assembly(assembly) = &scene.subject else {
-        return Err(Error::NoMesh {
-            scene: scene.name.clone(),
-        });
+        return Err(no_mesh(scene));
     };
     let bound = Bound::of(assembly, options, progress)?;
     let mut summary = files::empty_summary(scene, options);
@@ -112,6 +110,31 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
     )
 }
 
+/// Up to the reduced model, written as a folder that `[reduced_model]` reads.
+///
+/// # Errors
+/// Those of [`modes`]; a scene about a reduced model already, or one the folder cannot hold.
+pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
+    if scene.assembly().is_none() {
+        return Err(no_mesh(scene));
+    }
+    let subject = Prepared::of(scene, options, progress)?;
+    let law = files::write_reduced_model(options, &subject, progress)?;
+    progress.note(&format!("reduced model in {}", options.out.display()));
+    match law {
+        Some(law) => progress.note(&format!(
+            "[reduced_model]\nfolder = \"{}\"\nfriction = {:?}\ngap_m = {:?}\nforce_n = 1.0  # the scene's own force",
+            options.out.display(),
+            law.friction,
+            law.gap_m
+        )),
+        None => progress.warning(
+            "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
+        ),
+    }
+    Ok(())
+}
+
 /// Up to the static state under rotation.
 ///
 /// # Errors
@@ -138,6 +161,12 @@ pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Erro
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));
     Ok(())
+}
+
+fn no_mesh(scene: &Scene) -> Error {
+    Error::NoMesh {
+        scene: scene.name.clone(),
+    }
 }
 
 fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
