@@ -116,7 +116,11 @@ fn an_unknown_section_names_the_sections() {
     refused(
         "[rotation]",
         "[rotatoin]",
-        &["`rotatoin`", "did you mean `rotation`?", "contact, damping"],
+        &[
+            "`rotatoin`",
+            "did you mean `rotation`?",
+            "contact, load, damping",
+        ],
     );
     refused(
         "[[observe]]",

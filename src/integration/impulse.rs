@@ -270,13 +270,13 @@ mod tests {
         for (pair, (l, u)) in lambda.chunks(3).zip(u.chunks(3)).enumerate() {
             let u = [0, 1, 2].map(|c| u[c] + offset[3 * pair + c]);
             let gap = u[0];
-            assert!(l[0] <= 0.0 && gap > -1e-7 && (l[0] * gap).abs() < 1e-7 * largest);
+            assert!(l[0] <= 0.0 && gap > -1e-7 && (l[0] * gap).abs() <= 1e-7 * largest);
             let (mu, sliding) = (problem.friction[pair], u[1].hypot(u[2]));
             assert!(l[1].hypot(l[2]) <= -mu * l[0] + 1e-7 * largest);
             if sliding > 1e-6 {
                 for c in 1..3 {
                     let along = -mu * l[0] * u[c] / sliding;
-                    assert!((l[c] - along).abs() < 1e-5 * largest, "{l:?} {u:?}");
+                    assert!((l[c] - along).abs() <= 1e-5 * largest, "{l:?} {u:?}");
                 }
             }
         }
