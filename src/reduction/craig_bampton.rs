@@ -193,7 +193,7 @@ pub fn held_modes(
     })
 }
 
-fn check_size(body: &Body, matrices: &BodyMatrices) -> Result<usize, ReductionError> {
+pub(super) fn check_size(body: &Body, matrices: &BodyMatrices) -> Result<usize, ReductionError> {
     let expected = 3 * body.dofs.free_nodes();
     for found in [
         matrices.stiffness.nrows(),
