@@ -481,7 +481,7 @@ mod tests {
     use crate::numerics::sparse::{dense, sum};
     use faer::linalg::solvers::Solve;
 
-    /// A lattice with its last `boundary` nodes of the numbering spread over one face.
+    /// A cantilever; whichever of its unknowns stand last will be the boundary.
     fn matrices(shape: [usize; 3]) -> (CscMatrix<f64>, CscMatrix<f64>) {
         Lattice {
             shape,
