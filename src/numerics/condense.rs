@@ -529,4 +529,36 @@ mod tests {
             assert!((back - &rhs).norm_max() < 1e-10);
         }
     }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let (k, m) = matrices([9, 14, 14]);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| condense(&k, &m, k.nrows() - 1176).unwrap())
+        };
+        let (one, three) = (run(1), run(3));
+        assert_eq!(one.stiffness, three.stiffness);
+        assert_eq!(one.mass, three.mass);
+        let solved = |condensed: &Condensed| {
+            let mut x = Mat::from_fn(k.nrows() - 1176, 1, |i, _| (i as f64).cos());
+            condensed.factor.solve_in_place(x.as_mut());
+            x
+        };
+        assert_eq!(solved(&one), solved(&three));
+    }
+
+    #[test]
+    fn a_mass_the_stiffness_has_no_place_for_is_refused() {
+        let (k, _) = matrices([6, 4, 3]);
+        let n = k.nrows();
+        let mut far = nalgebra_sparse::CooMatrix::new(n, n);
+        far.push(0, n - 1, 1.0);
+        far.push(n - 1, 0, 1.0);
+        let found = condense(&k, &CscMatrix::from(&far), n - 3);
+        assert!(matches!(found, Err(FactorError::PatternDiffers)));
+    }
 }
