@@ -396,7 +396,7 @@ fn condense_mass(factor: MatRef<'_, f64>, mass: &mut Mat<f64>, width: usize, res
     let p = p.rb();
     in_rows(g, |start, rows| {
         let p = p.get(start..start + rows.nrows(), ..);
-        matmul(rows, Accum::Add, p, own.rb(), -0.5, Par::Seq);
+        matmul(rows, Accum::Add, p, own.rb(), -0.4, Par::Seq);
     });
     let mut right = Mat::zeros(height, 2 * width);
     right
