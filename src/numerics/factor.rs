@@ -15,7 +15,8 @@ use faer::sparse::FaerError;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
-    SymmetricOrdering, factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
+    SymmetricOrdering, factorize_symbolic_cholesky,
+    supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky},
 };
 use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
@@ -144,12 +145,7 @@ impl Symbolic {
                 return Err(self.refused(matrix, index));
             }
         }
-        let factor = Cholesky {
-            symbolic: self.clone(),
-            values,
-        };
-        factor.check_pivots(matrix)?;
-        Ok(factor)
+        self.factored(values, matrix)
     }
 
     /// Factors an indefinite matrix of this pattern, without pivoting.
@@ -208,7 +204,38 @@ impl Symbolic {
         }
     }
 
-    fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
+    /// The supernodes; `None` for an empty matrix.
+    pub(super) fn supernodal(&self) -> Option<&SymbolicSupernodalCholesky<usize>> {
+        match self.inner.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodal) if self.unknowns() > 0 => Some(supernodal),
+            _ => None,
+        }
+    }
+
+    /// New to old, old to new.
+    pub(super) fn permutation(&self) -> (&[usize], &[usize]) {
+        self.inner
+            .symbolic
+            .perm()
+            .map_or((&[], &[]), |permutation| permutation.arrays())
+    }
+
+    /// The Cholesky factor of `matrix` from its values, laid out by supernodes.
+    pub(super) fn factored(
+        &self,
+        values: Vec<f64>,
+        matrix: &CscMatrix<f64>,
+    ) -> Result<Cholesky, FactorError> {
+        let factor = Cholesky {
+            symbolic: self.clone(),
+            values,
+        };
+        factor.check_pivots(matrix)?;
+        Ok(factor)
+    }
+
+    /// Whether `matrix` has the pattern analysed and finite entries.
+    pub(super) fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
         if fingerprint(matrix.pattern()) != self.inner.fingerprint {
             return Err(FactorError::PatternDiffers);
         }
@@ -369,7 +396,7 @@ fn fingerprint(pattern: &SparsityPattern) -> u64 {
     pattern.minor_indices().iter().fold(start, mix)
 }
 
-fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
+pub(super) fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
     let mut values = Vec::new();
     values
         .try_reserve_exact(len)

@@ -1,5 +1,6 @@
 //! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
 
+pub mod condense;
 pub mod dogleg;
 pub mod eigen;
 pub mod factor;

@@ -8,9 +8,8 @@
 //!     [ 0                 w_q^2 ]       [ Phi^T W                     1       ]
 //! ```
 //!
-//! Psi is never stored: it is solved for in blocks of columns, and `Psi^T W = -K_bi K_ii^-1 W` costs
-//! a second solve per block instead of the memory of all constraint modes. Fields are recovered by
-//! one solve each.
+//! Psi is never formed: the two condensed blocks come out of the factorisation of K_ii
+//! ([`crate::numerics::condense`]). Fields are recovered by one solve each.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -18,12 +17,10 @@ use nalgebra_sparse::CscMatrix;
 use super::ReductionError;
 use crate::fem::BodyMatrices;
 use crate::model::{Body, NodeMotion};
+use crate::numerics::condense;
 use crate::numerics::eigen::{Modes, lowest_modes};
 use crate::numerics::factor::{Cholesky, FactorError};
-use crate::numerics::sparse::{lean, product, submatrix, symmetrised, times};
-
-/// Constraint modes solved for at a time.
-const BLOCK: usize = 256;
+use crate::numerics::sparse::{lean, product, submatrix, times};
 
 /// One body on its kept dofs (flank nodes in the order of the pairs, then probe nodes) and the
 /// amplitudes of its fixed-interface modes: n = kept + modes coordinates, in this order.
@@ -106,51 +103,14 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
     let n = check_size(body, matrices)?;
     let split = 3 * body.dofs.interior_nodes;
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
-    let blocks = |a: &CscMatrix<f64>| {
-        let inner_block = submatrix(a, &inner, &inner);
-        (
-            inner_block,
-            submatrix(a, &inner, &outer),
-            submatrix(a, &outer, &inner),
-        )
-    };
-    let (k_ii, k_ib, k_bi) = blocks(&matrices.stiffness);
+    let stiffness = &matrices.stiffness;
     // Consistent mass is a scalar times the identity per pair of nodes: two thirds of it are zeros.
-    let (m_ii, m_ib, m_bi) = blocks(&lean(&matrices.mass));
-    let factor = Cholesky::factor(&k_ii).map_err(|e| interior_error(body, e, |dof| dof))?;
-    let kept = outer.len();
-    let mut condensed_stiffness = Mat::zeros(kept, kept);
-    let mut condensed_mass = Mat::zeros(kept, kept);
-    for start in (0..kept).step_by(BLOCK) {
-        let columns: Vec<usize> = (start..kept.min(start + BLOCK)).collect();
-        let mut psi = Mat::zeros(split, columns.len());
-        for (j, &column) in columns.iter().enumerate() {
-            let column = k_ib.col(column);
-            for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                psi[(i, j)] = -v;
-            }
-        }
-        factor.solve_in_place(psi.as_mut());
-        let mut inertia = times(&m_ii, psi.as_ref()); // W
-        for (j, &column) in columns.iter().enumerate() {
-            let column = m_ib.col(column);
-            for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                inertia[(i, j)] += v;
-            }
-        }
-        let mut followed = inertia;
-        factor.solve_in_place(followed.as_mut());
-        let width = columns.len();
-        let stiffness_block = times(&k_bi, psi.as_ref());
-        let mass_block = times(&m_bi, psi.as_ref()) - times(&k_bi, followed.as_ref());
-        condensed_stiffness
-            .subcols_mut(start, width)
-            .copy_from(stiffness_block);
-        condensed_mass
-            .subcols_mut(start, width)
-            .copy_from(mass_block);
-    }
-    // After the constraint modes: while one body iterates here, the other works there.
+    let mass = lean(&matrices.mass);
+    let condensed = condense::condense(stiffness, &mass, split)
+        .map_err(|e| interior_error(body, e, |dof| dof))?;
+    let factor = condensed.factor;
+    let k_ii = submatrix(stiffness, &inner, &inner);
+    let m_ii = submatrix(&mass, &inner, &inner);
     let modes =
         lowest_modes(&k_ii, &m_ii, body.fixed_interface_modes, &factor).map_err(|source| {
             ReductionError::Eigen {
@@ -159,55 +119,50 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
             }
         })?;
     drop(k_ii);
-    let coordinates = kept + modes.count();
-    let mut stiffness = Mat::zeros(coordinates, coordinates);
-    let mut mass = Mat::zeros(coordinates, coordinates);
-    stiffness
-        .submatrix_mut(0, 0, kept, kept)
-        .copy_from(&condensed_stiffness);
-    mass.submatrix_mut(0, 0, kept, kept)
-        .copy_from(&condensed_mass);
-    // (M_bi + Psi^T M_ii) Phi with Psi^T = -K_bi K_ii^-1.
-    let mut followed = times(&m_ii, modes.vectors.as_ref());
+    let (kept, count) = (n - split, modes.count());
+    // K_ii^-1 on M_ii Phi and on the load.
+    let mut followed = Mat::zeros(split, count + 1);
+    let inertia = times(&m_ii, modes.vectors.as_ref());
+    followed.subcols_mut(0, count).copy_from(inertia);
+    let load = &matrices.load_n;
+    followed
+        .col_as_slice_mut(count)
+        .copy_from_slice(&load[..split]);
     factor.solve_in_place(followed.as_mut());
-    let coupled = times(&m_bi, modes.vectors.as_ref()) - times(&k_bi, followed.as_ref());
-    mass.submatrix_mut(0, kept, kept, modes.count())
-        .copy_from(&coupled);
-    mass.submatrix_mut(kept, 0, modes.count(), kept)
+    let carried = times(&submatrix(stiffness, &outer, &inner), followed.as_ref());
+    // (M_bi + Psi^T M_ii) Phi with Psi^T = -K_bi K_ii^-1.
+    let coupled = times(&submatrix(&mass, &outer, &inner), modes.vectors.as_ref())
+        - carried.subcols(0, count);
+    let grown = |corner: Mat<f64>| {
+        let mut whole = Mat::zeros(kept + count, kept + count);
+        whole.submatrix_mut(0, 0, kept, kept).copy_from(corner);
+        whole
+    };
+    let mut stiffness = grown(condensed.stiffness);
+    let mut mass = grown(condensed.mass);
+    mass.submatrix_mut(0, kept, kept, count).copy_from(&coupled);
+    mass.submatrix_mut(kept, 0, count, kept)
         .copy_from(coupled.transpose());
-    for (sparse, reduced) in [
-        (&matrices.stiffness, &mut stiffness),
-        (&matrices.mass, &mut mass),
-    ] {
-        for (i, j, v) in submatrix(sparse, &outer, &outer).triplet_iter() {
-            reduced[(i, j)] += v;
-        }
-    }
     for (i, &w2) in modes.omega2.iter().enumerate() {
         stiffness[(kept + i, kept + i)] = w2;
         mass[(kept + i, kept + i)] = 1.0;
     }
-
-    let load = &matrices.load_n;
     let interior_load = MatRef::from_column_major_slice(&load[..split], split, 1);
-    let mut followed = interior_load.to_owned();
-    factor.solve_in_place(followed.as_mut());
-    let carried = times(&k_bi, followed.as_ref());
     let on_modes = product(modes.vectors.transpose(), interior_load);
     let load_n = (0..kept)
-        .map(|i| load[split + i] - carried[(i, 0)])
-        .chain((0..modes.count()).map(|i| on_modes[(i, 0)]))
+        .map(|i| load[split + i] - carried[(i, count)])
+        .chain((0..count).map(|i| on_modes[(i, 0)]))
         .collect();
     Ok(ReducedBody {
-        stiffness: symmetrised(stiffness.as_ref()),
-        mass: symmetrised(mass.as_ref()),
+        stiffness,
+        mass,
         load_n,
         omega2: modes.omega2,
         flank_dofs: 3 * body.dofs.flank_nodes,
         probe_dofs: 3 * body.dofs.probe_nodes,
         interior: Interior {
             factor,
-            coupling: k_ib,
+            coupling: submatrix(&matrices.stiffness, &inner, &outer),
             modes: modes.vectors,
             load_n: load[..split].to_vec(),
         },
@@ -238,7 +193,7 @@ pub fn held_modes(
     })
 }
 
-fn check_size(body: &Body, matrices: &BodyMatrices) -> Result<usize, ReductionError> {
+pub(super) fn check_size(body: &Body, matrices: &BodyMatrices) -> Result<usize, ReductionError> {
     let expected = 3 * body.dofs.free_nodes();
     for found in [
         matrices.stiffness.nrows(),

@@ -3,6 +3,7 @@
 
 pub mod craig_bampton;
 pub mod damping;
+mod joined;
 pub mod relative;
 pub mod superelement;
 
@@ -19,8 +20,15 @@ use crate::numerics::factor::FactorError;
 pub use craig_bampton::ReducedBody;
 pub use relative::ReducedModel;
 
-/// Both bodies by Craig-Bampton, side by side, then on relative displacements with the
-/// `stuck_modes` lowest stuck modes (`None`: all of them, exact).
+/// More pairs than this, and the bodies are condensed together ([`reduce_joined`]).
+pub const JOINED_ABOVE_PAIRS: usize = 400;
+/// Stuck modes kept then, if the scene does not say.
+pub const JOINED_STUCK_MODES: usize = 30;
+
+/// Up to [`JOINED_ABOVE_PAIRS`] both bodies by Craig-Bampton, side by side, then on relative
+/// displacements with the `stuck_modes` lowest stuck modes (`None`: all of them, exact). Above,
+/// [`reduce_joined`] with `stuck_modes` or [`JOINED_STUCK_MODES`]: the dense matrices of both flanks
+/// would cost more than all else.
 ///
 /// # Errors
 /// See [`ReductionError`].
@@ -29,9 +37,31 @@ pub fn reduce(
     structure: &Structure,
     stuck_modes: Option<usize>,
 ) -> Result<ReducedModel, ReductionError> {
+    if model.pairs.len() > JOINED_ABOVE_PAIRS {
+        return reduce_joined(model, structure, stuck_modes.unwrap_or(JOINED_STUCK_MODES));
+    }
     let condense = |b: usize| craig_bampton::condense(&model.bodies[b], &structure.bodies[b]);
     let (first, second) = rayon::join(|| condense(0), || condense(1));
     relative::relative(model, [first?, second?], stuck_modes)
+}
+
+/// Both bodies at once, from the sparse matrices of the assembly to X and its `stuck_modes` lowest
+/// stuck modes: no fixed-interface modes of the bodies (`Body::fixed_interface_modes` is not read).
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn reduce_joined(
+    model: &Model,
+    structure: &Structure,
+    stuck_modes: usize,
+) -> Result<ReducedModel, ReductionError> {
+    let (relative, all_stuck_modes, joined) = joined::join(model, structure, stuck_modes)?;
+    Ok(ReducedModel {
+        bodies: Vec::new(),
+        relative,
+        all_stuck_modes,
+        recovery: relative::Recovery::Joined(joined),
+    })
 }
 
 #[derive(Debug, thiserror::Error)]

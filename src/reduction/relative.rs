@@ -29,6 +29,7 @@
 use faer::{Mat, MatRef};
 
 use super::craig_bampton::ReducedBody;
+use super::joined::Joined;
 use super::{HarmonicLoad, Load, PairLaw, Probe, ReductionError, RelativeModel};
 use crate::model::{ContactPair, Model};
 use crate::numerics::eigen::{EigenError, dense};
@@ -37,10 +38,23 @@ use crate::numerics::sparse::{product, symmetrised};
 /// The assembly as the contact solver sees it, and the way back to the bodies.
 #[derive(Debug, Clone)]
 pub struct ReducedModel {
-    pub bodies: [ReducedBody; 2],
+    /// The bodies by Craig-Bampton; none where they were condensed together.
+    pub bodies: Vec<ReducedBody>,
     pub relative: RelativeModel,
     /// Number of stuck modes there are; `relative` may keep fewer.
     pub all_stuck_modes: usize,
+    pub(super) recovery: Recovery,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Recovery {
+    Bodies(Separate),
+    Joined(Joined),
+}
+
+/// From (X, q) to the coordinates of the bodies.
+#[derive(Debug, Clone)]
+pub(super) struct Separate {
     frames: Vec<[[f64; 3]; 3]>,
     /// Psi, Phi on r.
     constraint: Mat<f64>,
@@ -112,12 +126,47 @@ pub fn relative(
     let column = faer::MatMut::from_column_major_slice_mut(&mut static_rest, rows, 1);
     dense::solve_in_place(factor.as_ref(), column);
 
+    let nothing = || bodies.each_ref().map(|b| vec![0.0; b.coordinates()]);
+    let add = |body: usize, node: u32, vector: [f64; 3], target: &mut [f64], what: &str| {
+        add_at_node(model, body, node, vector, target, what)
+    };
+    let (excitations, observations) = loads_and_probes(model, nothing, add, project)?;
+    let relative = RelativeModel {
+        stiffness: symmetrised(stiffness.as_ref()),
+        mass: symmetrised(mass.as_ref()),
+        coupling,
+        omega2: modes.omega2[..kept].to_vec(),
+        static_load,
+        excitations,
+        observations,
+        pairs: model.pairs.iter().map(pair_law).collect(),
+    };
+    Ok(ReducedModel {
+        bodies: bodies.into(),
+        relative,
+        all_stuck_modes,
+        recovery: Recovery::Bodies(Separate {
+            frames,
+            constraint,
+            modes: phi,
+            static_rest,
+        }),
+    })
+}
+
+/// Harmonic loads and observed points of the model, built from `nothing` by `add` (body, node, vector,
+/// target, what it is for) on coordinates of the bodies, then projected.
+pub(super) fn loads_and_probes(
+    model: &Model,
+    nothing: impl Fn() -> [Vec<f64>; 2],
+    add: impl Fn(usize, u32, [f64; 3], &mut [f64], &str) -> Result<(), ReductionError>,
+    project: impl Fn([&[f64]; 2]) -> Load,
+) -> Result<(Vec<HarmonicLoad>, Vec<Probe>), ReductionError> {
     let mut observations = Vec::with_capacity(model.observations.len());
     for observation in &model.observations {
-        let mut vectors = bodies.each_ref().map(|body| vec![0.0; body.coordinates()]);
+        let mut vectors = nothing();
         for &(body, node, direction) in &observation.terms {
-            let target = &mut vectors[body];
-            add_at_node(model, body, node, direction, target, &observation.name)?;
+            add(body, node, direction, &mut vectors[body], &observation.name)?;
         }
         let Load { on_x, on_modes } = project([&vectors[0], &vectors[1]]);
         observations.push(Probe {
@@ -131,7 +180,7 @@ pub fn relative(
     harmonics.sort_unstable();
     harmonics.dedup();
     for harmonic in harmonics {
-        let mut phases = [(); 2].map(|()| bodies.each_ref().map(|b| vec![0.0; b.coordinates()]));
+        let mut phases = [(); 2].map(|()| nothing());
         for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
             for (vectors, share) in phases
                 .iter_mut()
@@ -139,7 +188,7 @@ pub fn relative(
             {
                 let part = force.vector_n.map(|f| f * share);
                 let target = &mut vectors[force.body];
-                add_at_node(model, force.body, force.node, part, target, "an excitation")?;
+                add(force.body, force.node, part, target, "an excitation")?;
             }
         }
         let [cosine, sine] = phases.map(|vectors| project([&vectors[0], &vectors[1]]));
@@ -149,79 +198,69 @@ pub fn relative(
             sine,
         });
     }
-
-    let relative = RelativeModel {
-        stiffness: symmetrised(stiffness.as_ref()),
-        mass: symmetrised(mass.as_ref()),
-        coupling,
-        omega2: modes.omega2[..kept].to_vec(),
-        static_load,
-        excitations,
-        observations,
-        pairs: model.pairs.iter().map(pair_law).collect(),
-    };
-    Ok(ReducedModel {
-        bodies,
-        relative,
-        all_stuck_modes,
-        frames,
-        constraint,
-        modes: phi,
-        static_rest,
-    })
+    Ok((excitations, observations))
 }
 
 impl ReducedModel {
-    /// Coordinates of each body (flank dofs, probe dofs, modal amplitudes) for relative
-    /// displacements `x` (3 pairs) and amplitudes `modal` of the stuck modes.
-    pub fn expand(&self, x: &[f64], modal: &[f64]) -> [Vec<f64>; 2] {
-        let columns = self.expand_columns(
-            MatRef::from_column_major_slice(x, x.len(), 1),
-            MatRef::from_column_major_slice(modal, modal.len(), 1),
-        );
-        columns.map(|c| c.col_as_slice(0).to_vec())
-    }
-
-    /// [`ReducedModel::expand`], column by column.
-    pub fn expand_columns(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        let rest = product(self.constraint.as_ref(), x) + product(self.modes.as_ref(), modal);
-        self.in_bodies(x, rest.as_ref())
-    }
-
     /// Motion of all free dofs of each body, one column per column of `x` and `modal` (amplitudes of
     /// one harmonic, or instants), without the static load.
     pub fn full_motion(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        let coordinates = self.expand_columns(x, modal);
-        let [first, second] = &self.bodies;
-        let (first, second) = rayon::join(
-            || first.motion(coordinates[0].as_ref()),
-            || second.motion(coordinates[1].as_ref()),
-        );
-        [first, second]
+        match &self.recovery {
+            Recovery::Bodies(way) => {
+                let coordinates = way.expand(&self.bodies, x, modal);
+                let motion = |b: usize| self.bodies[b].motion(coordinates[b].as_ref());
+                let (first, second) = rayon::join(|| motion(0), || motion(1));
+                [first, second]
+            }
+            Recovery::Joined(joined) => joined.motion(x, modal),
+        }
     }
 
     /// Static displacement of all free dofs of each body, under the centrifugal load and the
     /// contact forces that go with the static `x`; exact, whatever the number of modes kept.
     pub fn full_static(&self, x: &[f64]) -> [Vec<f64>; 2] {
+        let way = match &self.recovery {
+            Recovery::Bodies(way) => way,
+            Recovery::Joined(joined) => return joined.static_displacement(x),
+        };
         let x = MatRef::from_column_major_slice(x, x.len(), 1);
-        let mut rest = product(self.constraint.as_ref(), x);
-        for (i, r) in self.static_rest.iter().enumerate() {
+        let mut rest = product(way.constraint.as_ref(), x);
+        for (i, r) in way.static_rest.iter().enumerate() {
             rest[(i, 0)] += r;
         }
-        let coordinates = self.in_bodies(x, rest.as_ref());
+        let coordinates = way.in_bodies(&self.bodies, x, rest.as_ref());
         [0, 1].map(|b| {
             let body = &self.bodies[b];
             body.static_displacement(&coordinates[b].col_as_slice(0)[..body.kept()])
         })
     }
+}
+
+impl Separate {
+    /// Coordinates of each body (flank dofs, probe dofs, modal amplitudes) for relative
+    /// displacements `x` (3 pairs) and amplitudes `modal` of the stuck modes, column by column.
+    fn expand(
+        &self,
+        bodies: &[ReducedBody],
+        x: MatRef<'_, f64>,
+        modal: MatRef<'_, f64>,
+    ) -> [Mat<f64>; 2] {
+        let rest = product(self.constraint.as_ref(), x) + product(self.modes.as_ref(), modal);
+        self.in_bodies(bodies, x, rest.as_ref())
+    }
 
     /// (X, r) -> coordinates of each body.
-    fn in_bodies(&self, x: MatRef<'_, f64>, rest: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        let layout = Layout::of(x.nrows(), &self.bodies);
+    fn in_bodies(
+        &self,
+        bodies: &[ReducedBody],
+        x: MatRef<'_, f64>,
+        rest: MatRef<'_, f64>,
+    ) -> [Mat<f64>; 2] {
+        let layout = Layout::of(x.nrows(), bodies);
         let columns = x.ncols();
         [0, 1].map(|b| {
             let flank = layout.flank(b);
-            let mut all = Mat::zeros(self.bodies[b].coordinates(), columns);
+            let mut all = Mat::zeros(bodies[b].coordinates(), columns);
             for j in 0..columns {
                 let local = |i: usize| {
                     let second = if layout.second_flank > 0 {
@@ -238,7 +277,7 @@ impl ReducedModel {
                             .sum();
                     }
                 }
-                for i in flank..self.bodies[b].coordinates() {
+                for i in flank..bodies[b].coordinates() {
                     all[(i, j)] = rest[(layout.other(b) + i - flank, j)];
                 }
             }
@@ -274,10 +313,8 @@ impl Layout {
         Ok(Self::of(pairs, bodies))
     }
 
-    fn of(pairs: usize, bodies: &[ReducedBody; 2]) -> Self {
-        let others = bodies
-            .each_ref()
-            .map(|body| body.coordinates() - body.flank_dofs);
+    fn of(pairs: usize, bodies: &[ReducedBody]) -> Self {
+        let others = [0, 1].map(|b: usize| bodies[b].coordinates() - bodies[b].flank_dofs);
         Self {
             pairs,
             second_flank: bodies[1].flank_dofs,
@@ -392,14 +429,14 @@ fn add_at_node(
     Ok(())
 }
 
-fn pair_law(pair: &ContactPair) -> PairLaw {
+pub(super) fn pair_law(pair: &ContactPair) -> PairLaw {
     PairLaw {
         friction: pair.friction,
         gap_m: pair.gap_m,
     }
 }
 
-fn stuck_error(source: EigenError) -> ReductionError {
+pub(super) fn stuck_error(source: EigenError) -> ReductionError {
     ReductionError::Stuck { source }
 }
 
@@ -409,7 +446,7 @@ mod tests {
     use crate::fem::Structure;
     use crate::numerics::sparse::dense as to_dense;
     use crate::reduction::lattice_model::assembly;
-    use crate::reduction::reduce;
+    use crate::reduction::{reduce, reduce_joined};
     use faer::c64;
     use faer::linalg::solvers::Solve;
 
@@ -453,11 +490,12 @@ mod tests {
         let (model, structure) = assembly([5, 7]);
         let reduced = reduce(&model, &structure, None).unwrap();
         assert_eq!(reduced.relative.omega2.len(), reduced.all_stuck_modes);
+        let frames: Vec<_> = model.pairs.iter().map(|pair| pair.frame).collect();
         for w in FREQUENCIES {
             let z = [0, 1].map(|b| {
                 let body = &reduced.bodies[b];
-                let k = in_frames(body.stiffness.as_ref(), body.flank_dofs, &reduced.frames);
-                let m = in_frames(body.mass.as_ref(), body.flank_dofs, &reduced.frames);
+                let k = in_frames(body.stiffness.as_ref(), body.flank_dofs, &frames);
+                let m = in_frames(body.mass.as_ref(), body.flank_dofs, &frames);
                 let z = dynamic_stiffness(&k, &m, w);
                 let n = body.flank_dofs;
                 let rest = z.get(n.., n..).partial_piv_lu().solve(z.get(n.., ..n));
@@ -493,7 +531,15 @@ mod tests {
     fn forces_fields_and_observations_are_those_of_the_full_bodies() {
         // Pairs joined by given contact forces lambda: each body answers for itself.
         let (model, structure) = assembly([1000, 1000]);
-        let reduced = reduce(&model, &structure, None).unwrap();
+        for reduced in [
+            reduce(&model, &structure, None),
+            reduce_joined(&model, &structure, 1000),
+        ] {
+            against_the_full_bodies(&model, &structure, &reduced.unwrap());
+        }
+    }
+
+    fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &ReducedModel) {
         let n = 3 * model.pairs.len();
         let contact = Mat::from_fn(n, 1, |i, _| c64::new((i as f64).cos(), 0.3 * i as f64));
         for (harmonic, w) in [(1, 2.3e3), (3, 1.1e4)] {
@@ -527,7 +573,7 @@ mod tests {
                 (on_modes[(mode, 0)] - cx) / d[mode]
             });
 
-            let mut f = forces(&model, harmonic);
+            let mut f = forces(model, harmonic);
             for (pair, entry) in model.pairs.iter().enumerate() {
                 for axis in 0..3 {
                     let force: c64 = (0..3)
@@ -539,7 +585,7 @@ mod tests {
                     }
                 }
             }
-            let exact = [0, 1].map(|b| solved(&structure, b, w, &f[b]));
+            let exact = [0, 1].map(|b| solved(structure, b, w, &f[b]));
             // Real and imaginary parts as two columns.
             let parts = |a: &Mat<c64>| {
                 Mat::from_fn(a.nrows(), 2, |i, j| {
@@ -581,7 +627,15 @@ mod tests {
     #[test]
     fn statics_balance_the_full_bodies_whatever_the_modes_kept() {
         let (model, structure) = assembly([2, 3]);
-        let reduced = reduce(&model, &structure, Some(1)).unwrap();
+        for reduced in [
+            reduce(&model, &structure, Some(1)),
+            reduce_joined(&model, &structure, 1),
+        ] {
+            balanced(&model, &structure, &reduced.unwrap());
+        }
+    }
+
+    fn balanced(model: &Model, structure: &Structure, reduced: &ReducedModel) {
         let n = 3 * model.pairs.len();
         let x: Vec<f64> = (0..n).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
         let column = Mat::from_fn(n, 1, |i, _| x[i]);
@@ -643,29 +697,6 @@ mod tests {
         };
         let [low, high] = [0.05, 0.1].map(|share| error(share * cut));
         assert!(high < 0.02 && (high / low).log2() > 1.9, "{low} {high}");
-    }
-
-    #[test]
-    fn expand_gives_the_columns_of_expand_columns() {
-        let (model, structure) = assembly([2, 3]);
-        let reduced = reduce(&model, &structure, Some(6)).unwrap();
-        let x: Vec<f64> = (0..15).map(|i| i as f64).collect();
-        let q = [1.0, -2.0, 0.5, 0.0, 3.0, 1.0];
-        let found = reduced.expand(&x, &q);
-        for (found, body) in found.iter().zip(&reduced.bodies) {
-            assert_eq!(found.len(), body.coordinates());
-        }
-        for (pair, entry) in model.pairs.iter().enumerate() {
-            for row in 0..3 {
-                let gap: f64 = (0..3)
-                    .map(|axis| {
-                        entry.frame[row][axis]
-                            * (found[0][3 * pair + axis] - found[1][3 * pair + axis])
-                    })
-                    .sum();
-                assert!((gap - x[3 * pair + row]).abs() < 1e-10);
-            }
-        }
     }
 
     #[test]

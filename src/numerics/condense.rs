@@ -1,0 +1,564 @@
+//! Static condensation in the course of a Cholesky factorisation.
+//!
+//! Unknowns in two parts, interior i and boundary b; with the constraint modes Psi = -K_ii^-1 K_ib,
+//!
+//! ```text
+//! K = K_bb + K_bi Psi                                             (the Schur complement of K_ii)
+//! M = M_bb + M_bi Psi + Psi^T M_ib + Psi^T M_ii Psi               (Guyan's mass)
+//! ```
+//!
+//! M is the derivative of the Schur complement of K + s M by s at s = 0. So both come out of one
+//! multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) that carries, beside
+//! each frontal matrix, its derivative: eliminating the unknowns 1 of the front `[F_11 F_21^T; F_21 F_22]`
+//! with derivative D,
+//!
+//! ```text
+//! F_22 := F_22 - F_21 F_11^-1 F_21^T
+//! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T D_11 / 2
+//! ```
+//!
+//! No constraint mode is ever formed. The boundary takes part as rows below the interior ones of each
+//! front, so the factor of K_ii is the one an ordinary factorisation gives. Independent branches of the
+//! elimination tree, and fixed blocks of the large fronts, are shared among the threads; what is added
+//! to what, and in which order, does not depend on their number.
+
+use std::sync::Mutex;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{
+    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use nalgebra_sparse::CscMatrix;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::factor::{Cholesky, FactorError, Symbolic, zeros};
+use super::sparse::submatrix;
+
+/// Rows or columns of a front that one task takes.
+const BLOCK: usize = 256;
+/// Branches of the tree with less work than this (multiplications) are not worth a task.
+const BRANCH: f64 = 3e7;
+
+/// K_ii = L L^T, and what is left on the boundary.
+#[derive(Debug)]
+pub struct Condensed {
+    pub factor: Cholesky,
+    /// Boundary x boundary, symmetric to the last bit.
+    pub stiffness: Mat<f64>,
+    /// Likewise.
+    pub mass: Mat<f64>,
+}
+
+/// Condenses symmetric matrices (both triangles stored) whose first `interior` unknowns, in nodes of
+/// three, are eliminated. M has no entry where K has none.
+///
+/// # Errors
+/// Those of [`Symbolic::analyse`] and [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`]
+/// where the mass couples what the stiffness does not.
+pub fn condense(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    interior: usize,
+) -> Result<Condensed, FactorError> {
+    let inner: Vec<usize> = (0..interior).collect();
+    let k_ii = submatrix(stiffness, &inner, &inner);
+    let symbolic = Symbolic::analyse(&k_ii)?;
+    symbolic.check(&k_ii)?;
+    let mut values = zeros(symbolic.factor_entries(), interior)?;
+    let boundary = stiffness.ncols() - interior;
+    let Some(supernodal) = symbolic.supernodal() else {
+        // Nothing is inside.
+        let whole: Vec<usize> = (0..boundary).collect();
+        return Ok(Condensed {
+            factor: symbolic.factored(values, &k_ii)?,
+            stiffness: super::sparse::dense(&submatrix(stiffness, &whole, &whole)),
+            mass: super::sparse::dense(&submatrix(mass, &whole, &whole)),
+        });
+    };
+    let tree = Tree::new(supernodal, &symbolic, stiffness);
+    let slots = tree.slots(&mut values);
+    let elimination = Elimination {
+        tree: &tree,
+        matrices: [stiffness, mass],
+        interior,
+        slots,
+    };
+    let condensed = elimination.run(boundary);
+    drop(elimination);
+    match condensed {
+        Ok([stiffness, mass]) => Ok(Condensed {
+            factor: symbolic.factored(values, &k_ii)?,
+            stiffness,
+            mass,
+        }),
+        Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
+        Err(Stopped::Pivot) => {
+            drop(values);
+            // Found again by the plain factorisation, which says where and why.
+            symbolic.cholesky(&k_ii)?;
+            Err(FactorError::PatternDiffers)
+        }
+    }
+}
+
+enum Stopped {
+    Pivot,
+    Pattern,
+}
+
+/// The elimination tree by supernodes, with the boundary rows of each.
+struct Tree<'a> {
+    supernodes: &'a SymbolicSupernodalCholesky<usize>,
+    new_to_old: &'a [usize],
+    old_to_new: &'a [usize],
+    children: Vec<Vec<usize>>,
+    roots: Vec<usize>,
+    /// Boundary unknowns in each front, ascending.
+    boundary: Vec<Vec<usize>>,
+    /// Multiplications of the branch below and at each supernode, about.
+    work: Vec<f64>,
+}
+
+impl<'a> Tree<'a> {
+    fn new(
+        supernodes: &'a SymbolicSupernodalCholesky<usize>,
+        symbolic: &'a Symbolic,
+        stiffness: &CscMatrix<f64>,
+    ) -> Self {
+        let (new_to_old, old_to_new) = symbolic.permutation();
+        let (count, interior) = (supernodes.n_supernodes(), new_to_old.len());
+        let mut owner = vec![0; interior];
+        for s in 0..count {
+            owner[supernodes.supernode_begin()[s]..supernodes.supernode_end()[s]].fill(s);
+        }
+        let mut tree = Self {
+            supernodes,
+            new_to_old,
+            old_to_new,
+            children: vec![Vec::new(); count],
+            roots: Vec::new(),
+            boundary: vec![Vec::new(); count],
+            work: vec![0.0; count],
+        };
+        for s in 0..count {
+            let columns = tree.columns(s);
+            let mut rows = Vec::new();
+            for j in columns.clone() {
+                let entries = stiffness.col(new_to_old[j]);
+                let outside = entries.row_indices().iter();
+                rows.extend(outside.filter_map(|&i| i.checked_sub(interior)));
+            }
+            for &child in &tree.children[s] {
+                rows.extend_from_slice(&tree.boundary[child]);
+            }
+            rows.sort_unstable();
+            rows.dedup();
+            let pattern = supernodes.supernode(s).pattern();
+            let height = (columns.len() + pattern.len() + rows.len()) as f64;
+            let below: f64 = tree.children[s].iter().map(|&c| tree.work[c]).sum();
+            tree.work[s] = below + columns.len() as f64 * height * height;
+            tree.boundary[s] = rows;
+            match pattern.first() {
+                Some(&row) => tree.children[owner[row]].push(s),
+                None => tree.roots.push(s),
+            }
+        }
+        tree
+    }
+
+    fn columns(&self, s: usize) -> std::ops::Range<usize> {
+        self.supernodes.supernode_begin()[s]..self.supernodes.supernode_end()[s]
+    }
+
+    /// The place of each supernode in the values of the factor.
+    fn slots<'v>(&self, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
+        let starts = self.supernodes.col_ptr_for_val();
+        (0..self.children.len())
+            .map(|s| {
+                let (slot, rest) =
+                    std::mem::take(&mut values).split_at_mut(starts[s + 1] - starts[s]);
+                values = rest;
+                Mutex::new(slot)
+            })
+            .collect()
+    }
+
+    /// Row of a front (its columns, its pattern, its boundary) at which an interior unknown, in the
+    /// new order, stands.
+    fn row(&self, s: usize, unknown: usize) -> Option<usize> {
+        let columns = self.columns(s);
+        if unknown < columns.end {
+            return unknown.checked_sub(columns.start);
+        }
+        let pattern = self.supernodes.supernode(s).pattern();
+        Some(columns.len() + pattern.binary_search(&unknown).ok()?)
+    }
+
+    fn boundary_row(&self, s: usize, unknown: usize) -> Option<usize> {
+        let above = self.columns(s).len() + self.supernodes.supernode(s).pattern().len();
+        Some(above + self.boundary[s].binary_search(&unknown).ok()?)
+    }
+
+    /// Rows of the front of `s` for the rows left by its child: ascending.
+    fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
+        let pattern = self.supernodes.supernode(child).pattern();
+        let inner = pattern.iter().map(|&i| self.row(s, i));
+        let outer = self.boundary[child].iter();
+        inner
+            .chain(outer.map(|&i| self.boundary_row(s, i)))
+            .collect()
+    }
+}
+
+/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns, lower
+/// triangles.
+type Rest = [Mat<f64>; 2];
+
+struct Elimination<'a> {
+    tree: &'a Tree<'a>,
+    matrices: [&'a CscMatrix<f64>; 2],
+    interior: usize,
+    slots: Vec<Mutex<&'a mut [f64]>>,
+}
+
+impl Elimination<'_> {
+    /// K and M condensed on the boundary.
+    fn run(&self, boundary: usize) -> Result<Rest, Stopped> {
+        let roots: Vec<Rest> = self.branches(&self.tree.roots)?;
+        let mut sums: Option<Rest> = None;
+        for (&root, rest) in self.tree.roots.iter().zip(roots) {
+            let rows = &self.tree.boundary[root];
+            match &mut sums {
+                None if rows.len() == boundary => sums = Some(rest),
+                sums => {
+                    let sums = sums
+                        .get_or_insert_with(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
+                    for (sum, rest) in sums.iter_mut().zip(&rest) {
+                        extend(sum.as_mut(), 0, rest.as_ref(), rows);
+                    }
+                }
+            }
+        }
+        let mut sums = sums.unwrap_or_else(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
+        for (sum, matrix) in sums.iter_mut().zip(self.matrices) {
+            for j in 0..boundary {
+                let column = matrix.col(self.interior + j);
+                for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                    if let Some(i) = i.checked_sub(self.interior).filter(|&i| i >= j) {
+                        sum[(i, j)] += v;
+                    }
+                }
+            }
+            mirror(sum.as_mut());
+        }
+        Ok(sums)
+    }
+
+    fn branches(&self, at: &[usize]) -> Result<Vec<Rest>, Stopped> {
+        let worthwhile = at.iter().filter(|&&s| self.tree.work[s] > BRANCH).count() > 1;
+        if worthwhile {
+            at.par_iter().map(|&s| self.eliminate(s)).collect()
+        } else {
+            at.iter().map(|&s| self.eliminate(s)).collect()
+        }
+    }
+
+    fn eliminate(&self, s: usize) -> Result<Rest, Stopped> {
+        let tree = self.tree;
+        let left = self.branches(&tree.children[s])?;
+        let width = tree.columns(s).len();
+        let inner = tree.supernodes.supernode(s).pattern().len();
+        let below = inner + tree.boundary[s].len();
+        let mut fronts = [(); 2].map(|()| Mat::zeros(width + below, width));
+        let mut rests = [(); 2].map(|()| Mat::zeros(below, below));
+        for (&child, left) in tree.children[s].iter().zip(left) {
+            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
+            let first = rows.partition_point(|&row| row < width);
+            let shifted: Vec<usize> = rows[first..].iter().map(|row| row - width).collect();
+            for ((front, rest), left) in fronts.iter_mut().zip(&mut rests).zip(left) {
+                for j in 0..first {
+                    let column = front.col_as_slice_mut(rows[j]);
+                    for (&row, v) in rows[j..].iter().zip(&left.col_as_slice(j)[j..]) {
+                        column[row] += v;
+                    }
+                }
+                extend(rest.as_mut(), first, left.as_ref(), &shifted);
+            }
+        }
+        for (front, matrix) in fronts.iter_mut().zip(self.matrices) {
+            self.add_entries(s, matrix, front)?;
+        }
+        let [stiffness, mass] = &mut fronts;
+        factor_front(stiffness, width)?;
+        {
+            let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
+            let rows = width + inner;
+            for j in 0..width {
+                slot[j * rows..(j + 1) * rows].copy_from_slice(&stiffness.col_as_slice(j)[..rows]);
+            }
+        }
+        let [stiffness_rest, mass_rest] = &mut rests;
+        condense_mass(stiffness.as_ref(), mass, width, mass_rest);
+        let lower = stiffness.get(width.., ..);
+        subtract_lower(stiffness_rest.as_mut(), lower, lower);
+        Ok(rests)
+    }
+
+    /// The entries of the matrix itself in the columns of a supernode, on and below the diagonal.
+    fn add_entries(
+        &self,
+        s: usize,
+        matrix: &CscMatrix<f64>,
+        front: &mut Mat<f64>,
+    ) -> Result<(), Stopped> {
+        let tree = self.tree;
+        for (local, column) in tree.columns(s).enumerate() {
+            let entries = matrix.col(tree.new_to_old[column]);
+            for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
+                let row = match i.checked_sub(self.interior) {
+                    Some(boundary) => tree.boundary_row(s, boundary),
+                    None if tree.old_to_new[i] < column => continue,
+                    None => tree.row(s, tree.old_to_new[i]),
+                };
+                front[(row.ok_or(Stopped::Pattern)?, local)] += v;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Adds the columns of `from` from the `first` on, and the rows from there on, to the rows and columns
+/// `rows` (ascending) of `into`: lower triangles.
+fn extend(into: MatMut<'_, f64>, first: usize, from: MatRef<'_, f64>, rows: &[usize]) {
+    let add = |start: usize, mut block: MatMut<'_, f64>| {
+        let from_column = rows.partition_point(|&row| row < start);
+        let to_column = rows.partition_point(|&row| row < start + block.ncols());
+        for j in from_column..to_column {
+            let column = from.col(first + j).try_as_col_major();
+            let Some(column) = column else { continue };
+            let mut target = block.rb_mut().col_mut(rows[j] - start);
+            for (&row, v) in rows[j..].iter().zip(&column.as_slice()[first + j..]) {
+                target[row] += v;
+            }
+        }
+    };
+    if rows.len() <= 2 * BLOCK {
+        add(0, into);
+    } else {
+        into.par_col_chunks_mut(BLOCK)
+            .enumerate()
+            .for_each(|(chunk, block)| add(chunk * BLOCK, block));
+    }
+}
+
+/// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
+fn factor_front(front: &mut Mat<f64>, width: usize) -> Result<(), Stopped> {
+    let (mut pivots, below) = front.as_mut().split_at_row_mut(width);
+    let params = Spec::default();
+    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+    cholesky_in_place(
+        pivots.rb_mut(),
+        LltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|_| Stopped::Pivot)?;
+    let pivots = pivots.rb();
+    in_rows(below, |_, rows| {
+        solve_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
+    });
+    Ok(())
+}
+
+/// The derivative's part of an elimination: `rest -= G P + (G P)^T`, lower triangle.
+fn condense_mass(factor: MatRef<'_, f64>, mass: &mut Mat<f64>, width: usize, rest: &mut Mat<f64>) {
+    let (pivots, below) = factor.split_at_row(width);
+    let height = below.nrows();
+    // [P^T G] and, columns swapped, [G P^T].
+    let mut left = Mat::zeros(height, 2 * width);
+    let (mut p, mut g) = left.as_mut().split_at_col_mut(width);
+    p.copy_from(below);
+    in_rows(p.rb_mut(), |_, rows| {
+        solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
+    });
+    let (mut own, lower) = mass.as_mut().split_at_row_mut(width);
+    mirror(own.rb_mut());
+    g.copy_from(lower);
+    let p = p.rb();
+    in_rows(g, |start, rows| {
+        let p = p.get(start..start + rows.nrows(), ..);
+        matmul(rows, Accum::Add, p, own.rb(), -0.5, Par::Seq);
+    });
+    let mut right = Mat::zeros(height, 2 * width);
+    right
+        .subcols_mut(0, width)
+        .copy_from(left.subcols(width, width));
+    right
+        .subcols_mut(width, width)
+        .copy_from(left.subcols(0, width));
+    subtract_lower(rest.as_mut(), left.as_ref(), right.as_ref());
+}
+
+/// `c -= a b^T`, lower triangle.
+fn subtract_lower(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
+    let block = |start: usize, mut c: MatMut<'_, f64>| {
+        let width = c.ncols();
+        let b = b.get(start..start + width, ..);
+        let (_, column) = c.rb_mut().split_at_row_mut(start);
+        let (corner, below) = column.split_at_row_mut(width);
+        triangular::matmul(
+            corner,
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            a.get(start..start + width, ..),
+            BlockStructure::Rectangular,
+            b.transpose(),
+            BlockStructure::Rectangular,
+            -1.0,
+            Par::Seq,
+        );
+        if below.nrows() > 0 {
+            matmul(
+                below,
+                Accum::Add,
+                a.get(start + width.., ..),
+                b.transpose(),
+                -1.0,
+                Par::Seq,
+            );
+        }
+    };
+    if c.ncols() == 0 || a.ncols() == 0 {
+    } else if c.ncols() <= 2 * BLOCK {
+        block(0, c);
+    } else {
+        c.par_col_chunks_mut(BLOCK)
+            .enumerate()
+            .for_each(|(chunk, c)| block(chunk * BLOCK, c));
+    }
+}
+
+/// Blocks of rows, with the first row of each, on all threads.
+fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+    if a.nrows() == 0 || a.ncols() == 0 {
+    } else if a.nrows() <= 2 * BLOCK {
+        each(0, a);
+    } else {
+        a.par_row_chunks_mut(BLOCK)
+            .enumerate()
+            .for_each(|(chunk, rows)| each(chunk * BLOCK, rows));
+    }
+}
+
+/// Copies the lower triangle to the upper one, in tiles.
+fn mirror(mut a: MatMut<'_, f64>) {
+    const TILE: usize = 32;
+    let n = a.nrows();
+    for first in (0..n).step_by(TILE) {
+        for start in (first..n).step_by(TILE) {
+            for j in first..n.min(first + TILE) {
+                for i in start.max(j + 1)..n.min(start + TILE) {
+                    a[(j, i)] = a[(i, j)];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::lattice::Lattice;
+    use crate::numerics::sparse::{dense, sum};
+    use faer::linalg::solvers::Solve;
+
+    /// A cantilever; whichever of its unknowns stand last will be the boundary.
+    fn matrices(shape: [usize; 3]) -> (CscMatrix<f64>, CscMatrix<f64>) {
+        Lattice {
+            shape,
+            stiffness: 3e7,
+            mass: 0.2,
+            irregularity: 0.4,
+        }
+        .cantilever()
+    }
+
+    /// By constraint modes, dense.
+    fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> Rest {
+        let (k, m) = (dense(k), dense(m));
+        let (i, b) = (0..interior, interior..k.nrows());
+        let llt = k.get(i.clone(), i.clone()).llt(faer::Side::Lower);
+        let psi = -llt.unwrap().solve(k.get(i.clone(), b.clone()));
+        let stiffness = k.get(b.clone(), b.clone()) + k.get(b.clone(), i.clone()) * &psi;
+        let half = m.get(b.clone(), i.clone()) * &psi;
+        let mass = m.get(b.clone(), b)
+            + &half
+            + half.transpose()
+            + psi.transpose() * (m.get(i.clone(), i) * &psi);
+        [stiffness, mass]
+    }
+
+    #[test]
+    fn it_is_the_condensation_by_constraint_modes() {
+        // The last one has fronts of several blocks.
+        for (shape, boundary) in [([6, 4, 3], 30), ([9, 5, 4], 99), ([9, 14, 14], 1176)] {
+            let (k, m) = matrices(shape);
+            // A mass that couples the axes too, on the pattern of K.
+            let m = sum(&m, 1e-9, &k);
+            let interior = k.nrows() - boundary;
+            let found = condense(&k, &m, interior).unwrap();
+            let [stiffness, mass] = exact(&k, &m, interior);
+            let error = |a: &Mat<f64>, b: &Mat<f64>| (a - b).norm_max() / b.norm_max();
+            assert!(error(&found.stiffness, &stiffness) < 1e-13);
+            assert!(error(&found.mass, &mass) < 1e-13);
+            assert_eq!(found.mass, found.mass.transpose().to_owned());
+            let rhs = Mat::from_fn(interior, 3, |i, j| ((3 * i + j) as f64).sin());
+            let mut x = rhs.clone();
+            found.factor.solve_in_place(x.as_mut());
+            let inner: Vec<usize> = (0..interior).collect();
+            let back = dense(&submatrix(&k, &inner, &inner)) * &x;
+            assert!((back - &rhs).norm_max() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let (k, m) = matrices([9, 14, 14]);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| condense(&k, &m, k.nrows() - 1176).unwrap())
+        };
+        let (one, three) = (run(1), run(3));
+        assert_eq!(one.stiffness, three.stiffness);
+        assert_eq!(one.mass, three.mass);
+        let solved = |condensed: &Condensed| {
+            let mut x = Mat::from_fn(k.nrows() - 1176, 1, |i, _| (i as f64).cos());
+            condensed.factor.solve_in_place(x.as_mut());
+            x
+        };
+        assert_eq!(solved(&one), solved(&three));
+    }
+
+    #[test]
+    fn a_mass_the_stiffness_has_no_place_for_is_refused() {
+        let (k, _) = matrices([6, 4, 3]);
+        let n = k.nrows();
+        let mut far = nalgebra_sparse::CooMatrix::new(n, n);
+        far.push(0, n - 1, 1.0);
+        far.push(n - 1, 0, 1.0);
+        let found = condense(&k, &CscMatrix::from(&far), n - 3);
+        assert!(matches!(found, Err(FactorError::PatternDiffers)));
+    }
+}
