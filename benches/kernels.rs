@@ -152,7 +152,7 @@ fn dlft(c: &mut Criterion) {
         stiffness_s: 2.0 * 0.001 / first,
         mass_per_s: 0.0,
     };
-    let system = ContactSystem::new(&model, damping, HARMONICS as f64 * omega);
+    let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
     let setting = Setting {
         system: &system,

@@ -14,7 +14,7 @@ pub enum Contact {
 /// * `predicted_N >= 0`: open, no force;
 /// * `|predicted_T| < mu |predicted_N|`: stick, the prediction itself;
 /// * otherwise slip: the tangential prediction brought back to the cone.
-#[inline]
+#[inline(always)]
 pub fn unilateral_coulomb(predicted: [f64; 3], friction: f64) -> (Contact, [f64; 3]) {
     let [normal, t1, t2] = predicted;
     if normal >= 0.0 {
@@ -33,7 +33,7 @@ pub fn unilateral_coulomb(predicted: [f64; 3], friction: f64) -> (Contact, [f64;
 }
 
 /// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a run.)
-#[inline]
+#[inline(always)]
 pub fn length(t1: f64, t2: f64) -> f64 {
     (t1 * t1 + t2 * t2).sqrt()
 }
@@ -47,7 +47,7 @@ pub struct SlipTangent {
     pub kappa: f64,
 }
 
-#[inline]
+#[inline(always)]
 pub fn slip_tangent(predicted: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = predicted;
     let tangential = length(t1, t2);

@@ -6,7 +6,7 @@
 
 use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
 use super::retention::Retention;
-use crate::contact::dynamic_stiffness::{ContactSystem, DynamicStiffness};
+use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::numerics::fourier::Fourier;
 use crate::reduction::PairLaw;
 use faer::{Mat, c64};
@@ -26,8 +26,8 @@ pub struct Setting<'a> {
 /// One frequency.
 pub struct Balance<'a> {
     pub setting: &'a Setting<'a>,
-    /// Harmonics 1..H.
-    pub stiffness: Vec<DynamicStiffness>,
+    /// The mean and the harmonics 1..H.
+    pub stiffness: HarmonicStiffness<'a>,
     /// F, (2H+1) n.
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.
@@ -57,9 +57,7 @@ impl<'a> Balance<'a> {
         let harmonics = setting.fourier.harmonics();
         let system = setting.system;
         let n = system.unknowns();
-        let stiffness = (1..=harmonics)
-            .map(|k| system.stiffness_at(k as f64 * omega))
-            .collect();
+        let stiffness = system.stiffness(omega, harmonics);
         let mut force = vec![0.0; (2 * harmonics + 1) * n];
         force[..n].copy_from_slice(&system.model.static_load.on_x);
         for load in &system.model.excitations {
@@ -96,13 +94,9 @@ impl<'a> Balance<'a> {
         self
     }
 
-    /// K, and the retention if there is one, on the unknowns `columns` of the mean.
-    pub fn mean_stiffness(&self, columns: &[usize]) -> Mat<f64> {
-        let mut matrix = submatrix(&self.setting.system.model.stiffness, columns);
-        if let Some(retention) = self.retention {
-            retention.add_to_matrix(columns, &mut matrix);
-        }
-        matrix
+    /// What holds the mean, if anything does.
+    pub fn retention(&self) -> Option<&Retention> {
+        self.retention
     }
 
     pub fn is_held(&self) -> bool {
@@ -139,20 +133,10 @@ impl<'a> Balance<'a> {
 
     /// y = Lambda v, all harmonics.
     pub fn apply_stiffness(&self, v: &[f64], y: &mut [f64]) {
-        let n = self.unknowns_per_block();
-        let (y0, y_rest) = y.split_at_mut(n);
-        apply_real(&self.setting.system.model.stiffness, &v[..n], y0);
+        self.stiffness.apply(v, y);
         if let Some(retention) = self.retention {
-            retention.add_to(&v[..n], y0);
-        }
-        for ((lambda, v), y) in self
-            .stiffness
-            .iter()
-            .zip(v[n..].chunks_exact(2 * n))
-            .zip(y_rest.chunks_exact_mut(2 * n))
-        {
-            let (yc, ys) = y.split_at_mut(n);
-            lambda.apply(&v[..n], &v[n..], yc, ys);
+            let n = self.unknowns_per_block();
+            retention.add_to(&v[..n], &mut y[..n]);
         }
     }
 
@@ -254,20 +238,6 @@ pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
                 .for_each(|(y, a)| *y += a * xj);
         }
     }
-}
-
-/// Rows and columns `columns` of a square matrix.
-pub fn submatrix(matrix: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
-    if columns.len() == matrix.ncols() {
-        return matrix.clone();
-    }
-    let mut out = Mat::zeros(columns.len(), columns.len());
-    for (j, &source) in columns.iter().enumerate() {
-        let from = matrix.col_as_slice(source);
-        let to = out.col_as_slice_mut(j);
-        to.iter_mut().zip(columns).for_each(|(t, &i)| *t = from[i]);
-    }
-    out
 }
 
 /// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.

@@ -3,6 +3,7 @@
 
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use crate::numerics::fourier::Fourier;
+use pulp::Arch;
 
 /// Periods marched one after the other before the periodic state is solved for.
 pub const PLAIN_PERIODS: usize = 6;
@@ -85,6 +86,17 @@ pub fn march(
     signals: &mut Signals,
     lambda: &mut [f64],
 ) -> PairEnd {
+    // With the widest vectors the processor has; the same arithmetic.
+    Arch::new().dispatch(|| march_pair(fourier, input, signals, lambda))
+}
+
+#[inline(always)]
+fn march_pair(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &mut Signals,
+    lambda: &mut [f64],
+) -> PairEnd {
     let (samples, width) = (fourier.samples(), fourier.width());
     for c in 0..3 {
         fourier.to_time(
@@ -142,6 +154,7 @@ pub fn march(
 }
 
 /// Marches one period from `state`; says whether any sample was off sticking.
+#[inline(always)]
 fn one_period(
     samples: usize,
     input: &PairInput<'_>,
@@ -194,6 +207,7 @@ enum Memory {
 }
 
 impl Memory {
+    #[inline(always)]
     fn after_slip(self, predicted: [f64; 3], friction: f64) -> Self {
         let tangent = slip_tangent(predicted, friction);
         let across = [-tangent.direction[1], tangent.direction[0]];
@@ -239,7 +253,7 @@ impl Memory {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn prediction(
     signals: &Signals,
     samples: usize,
@@ -257,6 +271,17 @@ fn prediction(
 /// Derivative of the marched force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
 /// row-major, both indices component-major. `signals` and `end` are those of [`march`].
 pub fn march_derivative(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+    derivative: &mut [f64],
+) {
+    Arch::new().dispatch(|| differentiate_pair(fourier, input, signals, end, derivative));
+}
+
+#[inline(always)]
+fn differentiate_pair(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &Signals,
@@ -321,6 +346,7 @@ struct Pass<'a> {
 
 impl Pass<'_> {
     /// Goes through one period; adds the derivative of the force (rows still to be scaled) if asked.
+    #[inline(always)]
     fn period(&mut self, mut derivative: Option<&mut [f64]>) -> Memory {
         let (samples, width) = (self.fourier.samples(), self.fourier.width());
         let full = 3 * width;
@@ -387,6 +413,7 @@ impl Pass<'_> {
 }
 
 /// d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
+#[inline(always)]
 fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], rows: &mut [f64]) {
     let width = s.len();
     let full = 3 * width;
@@ -414,6 +441,7 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
 }
 
 /// derivative (tangential rows) += s (x) rows.
+#[inline(always)]
 fn accumulate(s: &[f64], rows: &[f64], width: usize, derivative: &mut [f64]) {
     let full = 3 * width;
     for (c, row) in rows.chunks_exact(full).enumerate() {
@@ -442,6 +470,7 @@ impl StickRun {
         }
     }
 
+    #[inline(always)]
     fn add(&mut self, s: &[f64]) {
         self.length += 1;
         for (h, &sh) in s.iter().enumerate() {
@@ -452,6 +481,7 @@ impl StickRun {
     }
 
     /// Adds `sum s (x) (S_T - history)` to the tangential rows and starts afresh.
+    #[inline(always)]
     fn flush(&mut self, history: &[f64], width: usize, derivative: &mut [f64]) {
         if self.length == 0 {
             return;

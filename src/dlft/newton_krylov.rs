@@ -1,12 +1,15 @@
 //! Newton-GMRES for the harmonic balance: matrix-free Jacobian on the active pairs, preconditioned by
-//! one dense block per harmonic with the derivative of each pair averaged on that harmonic.
+//! dense blocks for the mean, for the first harmonic and, one for all, for the higher ones, with the derivative of each
+//! pair averaged on these harmonics. The blocks are factored in single precision: the linear
+//! solves are inexact anyway, and they are bound by the memory that they read.
 
-use super::balance::{Balance, Jacobian, apply_real, submatrix};
-use crate::contact::dynamic_stiffness::DynamicStiffness;
+use super::balance::{Balance, Jacobian};
+use super::retention::Retention;
+use crate::contact::dynamic_stiffness::HarmonicStiffness;
 use crate::numerics::gmres::{gmres, norm};
 use crate::numerics::newton::NonlinearSystem;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatMut, c64};
+use faer::{Mat, MatMut, c32, c64};
 
 /// Relative residual asked of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -14,18 +17,23 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// position of pairs that slip in every period, where a full Newton step goes far astray.
 pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
-/// The preconditioner is made anew once a solve takes more iterations than this.
-const PATIENCE: usize = 30;
+/// Making the preconditioner anew costs about as much as one linear iteration for every so many unknowns of a block:
+/// it is done once an old one has cost that many iterations more than it did when new.
+const UNKNOWNS_PER_ITERATION: usize = 30;
+/// Stuck modes below this multiple of a harmonic's frequency enter its block.
+const MODES_BELOW: f64 = 6.0;
 
 /// Factored blocks, kept over Newton steps and over neighbouring frequencies.
 #[derive(Default)]
 pub struct Preconditioner {
     /// Pairs the blocks cover.
     pairs: Vec<usize>,
-    mean: Option<PartialPivLu<f64>>,
-    harmonics: Vec<PartialPivLu<c64>>,
-    /// Iterations of the last linear solve that used it.
-    last_iterations: usize,
+    mean: Option<PartialPivLu<f32>>,
+    /// The first harmonic, all higher ones.
+    vibration: Vec<PartialPivLu<c32>>,
+    /// Iterations of the first linear solve with it, and by how many all later ones together exceeded that.
+    fresh: Option<usize>,
+    excess: usize,
 }
 
 /// One frequency as a nonlinear system.
@@ -34,18 +42,19 @@ pub struct KrylovSystem<'a, 'b> {
     preconditioner: &'b mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
     scale: [f64; 2],
-    linear: Option<Linearised>,
+    linear: Option<Linearised<'a>>,
     krylov_tolerance: f64,
     /// Whether the mean of U lies where it is not looked for.
     has_left: &'b dyn Fn(&[f64]) -> bool,
     pub krylov_iterations: usize,
 }
 
-struct Linearised {
+struct Linearised<'a> {
     jacobian: Jacobian,
-    /// Rows and columns of the active pairs: K and Lambda_k.
-    mean: Mat<f64>,
-    harmonics: Vec<DynamicStiffness>,
+    /// On the active pairs.
+    stiffness: HarmonicStiffness<'a>,
+    /// On the active pairs.
+    retention: Option<Retention>,
     /// Position of each full entry of a block among the active ones.
     columns: Vec<usize>,
 }
@@ -110,23 +119,16 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             .iter()
             .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
             .collect();
+        let retention = self.balance.retention();
         let linear = Linearised {
-            mean: self.balance.mean_stiffness(&columns),
-            harmonics: self
-                .balance
-                .stiffness
-                .iter()
-                .map(|l| DynamicStiffness {
-                    re: submatrix(&l.re, &columns),
-                    im: submatrix(&l.im, &columns),
-                })
-                .collect(),
+            stiffness: self.balance.stiffness.restricted(&columns),
+            retention: retention.map(|r| r.restricted(&columns)),
             jacobian,
             columns,
         };
         if self.preconditioner.mean.is_none()
-            || self.preconditioner.last_iterations > PATIENCE
-            || self.preconditioner.harmonics.len() != linear.harmonics.len()
+            || self.preconditioner.is_worn()
+            || self.preconditioner.vibration.len() != linear.stiffness.harmonics().min(2)
         {
             self.preconditioner.refresh(self.balance, &linear);
         }
@@ -167,14 +169,14 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         let slots = preconditioner.slots(&linear.jacobian.active);
         let end = gmres(
             |v, y| linear.apply(&eps, width, v, y),
-            |v| preconditioner.apply(&slots, &eps, width, v),
+            |v| preconditioner.apply(&slots, &eps, v),
             &rhs,
             &mut solution,
             self.krylov_tolerance,
             MOST_KRYLOV_ITERATIONS,
         );
         self.krylov_iterations += end.iterations;
-        self.preconditioner.last_iterations = end.iterations;
+        self.preconditioner.has_served(end.iterations);
         for (h, block) in solution.chunks_exact(m).enumerate() {
             for (&c, &v) in linear.columns.iter().zip(block) {
                 dx[h * n + c] = v;
@@ -198,7 +200,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 }
 
-impl Linearised {
+impl Linearised<'_> {
     /// v := (I - D) v on active vectors.
     fn complement(&self, v: &mut [f64], width: usize) {
         let m = self.columns.len();
@@ -218,16 +220,9 @@ impl Linearised {
     /// y = (I - D) Lambda v + D eps v = (I - D)(Lambda v - eps v) + eps v.
     fn apply(&self, eps: &[f64], width: usize, v: &[f64], y: &mut [f64]) {
         let m = self.columns.len();
-        let (y0, rest) = y.split_at_mut(m);
-        apply_real(&self.mean, &v[..m], y0);
-        for ((lambda, v), y) in self
-            .harmonics
-            .iter()
-            .zip(v[m..].chunks_exact(2 * m))
-            .zip(rest.chunks_exact_mut(2 * m))
-        {
-            let (yc, ys) = y.split_at_mut(m);
-            lambda.apply(&v[..m], &v[m..], yc, ys);
+        self.stiffness.apply(v, y);
+        if let Some(retention) = &self.retention {
+            retention.add_to(&v[..m], &mut y[..m]);
         }
         for (i, (y, v)) in y.iter_mut().zip(v).enumerate() {
             *y -= eps[i % m] * v;
@@ -240,69 +235,72 @@ impl Linearised {
 }
 
 impl Preconditioner {
-    fn refresh(&mut self, balance: &Balance<'_>, linear: &Linearised) {
-        let m = linear.columns.len();
-        let width = 2 * linear.harmonics.len() + 1;
-        let full = 3 * width;
-        let eps = |j: usize| balance.eps_at(linear.columns[j]);
+    fn refresh(&mut self, balance: &Balance<'_>, linear: &Linearised<'_>) {
+        let harmonics = linear.stiffness.harmonics();
+        let eps: Vec<f64> = linear.columns.iter().map(|&c| balance.eps_at(c)).collect();
         let derivatives = &linear.jacobian.derivatives;
-        // (I - d) A + d eps with d 3 x 3 per pair.
-        let mut mean = Mat::zeros(m, m);
-        for j in 0..m {
-            let column = linear.mean.col_as_slice(j);
-            let out = mean.col_as_slice_mut(j);
-            for (slot, d) in derivatives.iter().enumerate() {
-                for r in 0..3 {
-                    let mut v = column[3 * slot + r];
-                    for c in 0..3 {
-                        let entry = d[(r * width) * full + c * width];
-                        let own = if 3 * slot + c == j { eps(j) } else { 0.0 };
-                        v -= entry * (column[3 * slot + c] - own);
-                    }
-                    out[3 * slot + r] = v;
-                }
-            }
+        let mut stiffness = linear.stiffness.mean().clone();
+        if let Some(retention) = &linear.retention {
+            retention.add_to_matrix(&mut stiffness);
         }
-        self.mean = Some(mean.partial_piv_lu());
-        self.harmonics.clear();
-        for (k, lambda) in linear.harmonics.iter().enumerate() {
-            let (cosine, sine) = (2 * k + 1, 2 * k + 2);
-            let averaged: Vec<[[c64; 3]; 3]> = derivatives
-                .iter()
-                .map(|d| {
-                    let at = |r: usize, hr: usize, c: usize, hc: usize| {
-                        d[(r * width + hr) * full + c * width + hc]
-                    };
-                    std::array::from_fn(|r| {
-                        std::array::from_fn(|c| {
-                            c64::new(
-                                0.5 * (at(r, cosine, c, cosine) + at(r, sine, c, sine)),
-                                0.5 * (at(r, cosine, c, sine) - at(r, sine, c, cosine)),
-                            )
-                        })
-                    })
-                })
-                .collect();
-            let mut block = Mat::<c64>::zeros(m, m);
-            for j in 0..m {
-                let (re, im) = (lambda.re.col_as_slice(j), lambda.im.col_as_slice(j));
-                let out = block.col_as_slice_mut(j);
-                for (slot, d) in averaged.iter().enumerate() {
-                    for r in 0..3 {
-                        let mut v = c64::new(re[3 * slot + r], im[3 * slot + r]);
-                        for (c, d) in d[r].iter().enumerate() {
-                            let at = 3 * slot + c;
-                            let own = if at == j { eps(j) } else { 0.0 };
-                            v -= d * c64::new(re[at] - own, im[at]);
-                        }
-                        out[3 * slot + r] = v;
-                    }
+        let mean: Vec<[[f64; 3]; 3]> = derivatives
+            .iter()
+            .map(|d| averaged(d, 2 * harmonics + 1, 0..=0).map(|row| row.map(|v| v.re)))
+            .collect();
+        let size = eps.len();
+        let mut block = Mat::<f32>::zeros(size, size);
+        for j in 0..size {
+            let mut column = stiffness.col_as_slice(j).to_vec();
+            column[j] -= eps[j];
+            let out = block.col_as_slice_mut(j);
+            for (slot, (d, a)) in mean.iter().zip(column.chunks_exact(3)).enumerate() {
+                for r in 0..3 {
+                    let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
+                    out[3 * slot + r] = (a[r] - moved) as f32;
                 }
             }
-            self.harmonics.push(block.partial_piv_lu());
+            out[j] += eps[j] as f32;
+        }
+        self.mean = Some(block.partial_piv_lu());
+        self.vibration.clear();
+        for of in [1..=1, 2..=harmonics] {
+            if of.is_empty() {
+                continue;
+            }
+            let middle = 0.5 * (of.start() + of.end()) as f64;
+            let [re, im] = linear.stiffness.formed(middle, MODES_BELOW);
+            let derivatives: Vec<[[c64; 3]; 3]> = derivatives
+                .iter()
+                .map(|d| averaged(d, 2 * harmonics + 1, of.clone()))
+                .collect();
+            let mut block = Mat::<c32>::zeros(size, size);
+            for j in 0..size {
+                let (re, im) = (re.col_as_slice(j).iter(), im.col_as_slice(j));
+                let mut column: Vec<c64> = re.zip(im).map(|(re, im)| c64::new(*re, *im)).collect();
+                column[j] -= eps[j];
+                let out = block.col_as_slice_mut(j);
+                for (slot, (d, a)) in derivatives.iter().zip(column.chunks_exact(3)).enumerate() {
+                    for r in 0..3 {
+                        let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
+                        let v = a[r] - moved;
+                        out[3 * slot + r] = c32::new(v.re as f32, v.im as f32);
+                    }
+                }
+                out[j] += c32::new(eps[j] as f32, 0.0);
+            }
+            self.vibration.push(block.partial_piv_lu());
         }
         self.pairs = linear.jacobian.active.clone();
-        self.last_iterations = 0;
+        (self.fresh, self.excess) = (None, 0);
+    }
+
+    fn has_served(&mut self, iterations: usize) {
+        let fresh = *self.fresh.get_or_insert(iterations);
+        self.excess += iterations.saturating_sub(fresh);
+    }
+
+    fn is_worn(&self) -> bool {
+        self.excess > 3 * self.pairs.len() / UNKNOWNS_PER_ITERATION
     }
 
     /// For each active pair its slot among the pairs of the blocks.
@@ -314,44 +312,78 @@ impl Preconditioner {
     }
 
     /// v := P^-1 v; pairs the blocks do not cover count as sticking.
-    fn apply(&self, slots: &[Option<usize>], eps: &[f64], width: usize, v: &mut [f64]) {
+    fn apply(&self, slots: &[Option<usize>], eps: &[f64], v: &mut [f64]) {
         let Some(mean) = &self.mean else { return };
         let (m, size) = (3 * slots.len(), 3 * self.pairs.len());
-        let covered = |v: &[f64]| {
-            let mut local = vec![0.0; size];
-            for (i, slot) in slots.iter().enumerate() {
-                if let Some(s) = slot {
-                    local[3 * s..3 * s + 3].copy_from_slice(&v[3 * i..3 * i + 3]);
-                }
-            }
-            local
-        };
-        let put_back = |local: &dyn Fn(usize) -> f64, v: &mut [f64]| {
-            for (i, slot) in slots.iter().enumerate() {
-                for c in 0..3 {
-                    v[3 * i + c] = match slot {
-                        Some(s) => local(3 * s + c),
-                        None => v[3 * i + c] / eps[3 * i + c],
-                    };
-                }
-            }
-        };
-        let mut local = covered(&v[..m]);
+        // Covered entries: (in v, in the blocks).
+        let places: Vec<(usize, usize)> = slots
+            .iter()
+            .enumerate()
+            .filter_map(|(i, slot)| slot.map(|s| (i, s)))
+            .flat_map(|(i, s)| (0..3).map(move |c| (3 * i + c, 3 * s + c)))
+            .collect();
+        let mut local = vec![0.0_f32; size];
+        for &(i, s) in &places {
+            local[s] = v[i] as f32;
+        }
         mean.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, 1));
-        put_back(&|i| local[i], &mut v[..m]);
-        for (k, block) in self.harmonics.iter().enumerate() {
-            debug_assert!(2 * k + 2 < width);
-            let (cosine, sine) = v[(2 * k + 1) * m..(2 * k + 3) * m].split_at_mut(m);
-            let mut local: Vec<c64> = covered(cosine)
-                .into_iter()
-                .zip(covered(sine))
-                .map(|(c, s)| c64::new(c, -s))
-                .collect();
-            block.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, 1));
-            put_back(&|i| local[i].re, cosine);
-            put_back(&|i| -local[i].im, sine);
+        for (i, v) in v.iter_mut().enumerate() {
+            if slots[i % m / 3].is_none() {
+                *v /= eps[i % m];
+            }
+        }
+        for &(i, s) in &places {
+            v[i] = f64::from(local[s]);
+        }
+        let first = v.len().min(3 * m);
+        let (v, higher) = v[m..].split_at_mut(first - m);
+        for (block, v) in self.vibration.iter().zip([v, higher]) {
+            let count = v.len() / (2 * m);
+            let mut local = vec![c32::new(0.0, 0.0); size * count];
+            for (v, local) in v.chunks_exact(2 * m).zip(local.chunks_exact_mut(size)) {
+                for &(i, s) in &places {
+                    local[s] = c32::new(v[i] as f32, -v[m + i] as f32);
+                }
+            }
+            block.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, count));
+            for (v, local) in v.chunks_exact_mut(2 * m).zip(local.chunks_exact(size)) {
+                for &(i, s) in &places {
+                    (v[i], v[m + i]) = (f64::from(local[s].re), -f64::from(local[s].im));
+                }
+            }
         }
     }
+}
+
+/// Derivative of a pair, 3(2H+1) square with `width` = 2H+1, averaged on the given harmonics: the part of it that
+/// turns X into D X, complex amplitudes; of the mean (harmonic 0) real.
+fn averaged(
+    derivative: &[f64],
+    width: usize,
+    of: std::ops::RangeInclusive<usize>,
+) -> [[c64; 3]; 3] {
+    let count = of.clone().count() as f64;
+    let mut sum = [[c64::new(0.0, 0.0); 3]; 3];
+    for (r, row) in sum.iter_mut().enumerate() {
+        for (c, entry) in row.iter_mut().enumerate() {
+            let at =
+                |hr: usize, hc: usize| derivative[(r * width + hr) * 3 * width + c * width + hc];
+            for k in of.clone() {
+                *entry += match k {
+                    0 => c64::new(at(0, 0), 0.0),
+                    k => {
+                        let (cosine, sine) = (2 * k - 1, 2 * k);
+                        c64::new(
+                            0.5 * (at(cosine, cosine) + at(sine, sine)),
+                            0.5 * (at(cosine, sine) - at(sine, cosine)),
+                        )
+                    }
+                };
+            }
+            *entry /= count;
+        }
+    }
+    sum
 }
 
 /// Entries of the active pairs, block by block.

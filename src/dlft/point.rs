@@ -34,8 +34,36 @@ pub struct Frequencies<'a> {
 pub struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
+    /// dU/df towards the frequency before, where there is one of the same kind (free or held), m/Hz.
+    pub slope: Option<Vec<f64>>,
     /// The mean was held along the slot.
     pub held: bool,
+}
+
+impl Neighbour {
+    /// A converged frequency, with the one before it.
+    pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, held: bool) -> Self {
+        let slope = last.filter(|l| l.held == held).map(|l| {
+            let step = frequency_hz - l.frequency_hz;
+            u.iter().zip(&l.u).map(|(u, v)| (u - v) / step).collect()
+        });
+        Self {
+            frequency_hz,
+            u,
+            slope: slope.filter(|s: &Vec<f64>| s.iter().all(|v| v.is_finite())),
+            held,
+        }
+    }
+
+    /// Its U continued to `frequency_hz`, and as it is.
+    fn starts(&self, frequency_hz: f64) -> Vec<Vec<f64>> {
+        let step = frequency_hz - self.frequency_hz;
+        let continued = self.slope.as_ref().map(|slope| {
+            let ends = self.u.iter().zip(slope);
+            ends.map(|(u, s)| u + step * s).collect()
+        });
+        continued.into_iter().chain([self.u.clone()]).collect()
+    }
 }
 
 /// Work done on one frequency, and the preconditioner, which is kept over frequencies.
@@ -162,7 +190,8 @@ impl<'a> Frequencies<'a> {
             Way::Directly(method) => {
                 let balance = self.balance(frequency_hz, hold)?;
                 let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-                let starts = last.map(|l| l.u.clone()).into_iter().chain([self.cold()]);
+                let starts = last.map_or(vec![], |l| l.starts(frequency_hz));
+                let starts = starts.into_iter().chain([self.cold()]);
                 for mut u in starts {
                     let end = self.iterate(&balance, &mut u, method, self.newton, work);
                     let converged = end.status == NewtonStatus::Converged;

@@ -41,13 +41,19 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         let jacobian = balance.linearise(x);
         let mut out = Mat::<f64>::zeros(x.len(), x.len());
         // Lambda - eps.
-        let stiffness = balance.mean_stiffness(&(0..n).collect::<Vec<_>>());
+        let mut stiffness = balance.stiffness.mean().clone();
+        if let Some(retention) = balance.retention() {
+            retention.add_to_matrix(&mut stiffness);
+        }
         for j in 0..n {
             out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
-            for (k, lambda) in balance.stiffness.iter().enumerate() {
-                let (c, s) = ((2 * k + 1) * n, (2 * k + 2) * n);
+        }
+        for k in 1..=balance.stiffness.harmonics() {
+            let [re, im] = balance.stiffness.formed(k as f64, f64::INFINITY);
+            let (c, s) = ((2 * k - 1) * n, 2 * k * n);
+            for j in 0..n {
                 for i in 0..n {
-                    let (re, im) = (lambda.re[(i, j)], lambda.im[(i, j)]);
+                    let (re, im) = (re[(i, j)], im[(i, j)]);
                     out[(c + i, c + j)] = re;
                     out[(c + i, s + j)] = im;
                     out[(s + i, c + j)] = -im;

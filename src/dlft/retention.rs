@@ -91,15 +91,27 @@ impl Retention {
         }
     }
 
-    /// matrix += spring, rows and columns of the unknowns `columns`.
-    pub fn add_to_matrix(&self, columns: &[usize], matrix: &mut Mat<f64>) {
+    /// matrix += spring.
+    pub fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
         for motion in &self.motions {
-            for (j, &cj) in columns.iter().enumerate() {
-                let factor = self.stiffness_n_m * motion[cj];
-                for (m, &ci) in matrix.col_as_slice_mut(j).iter_mut().zip(columns) {
-                    *m += factor * motion[ci];
-                }
+            for (j, &along) in motion.iter().enumerate() {
+                axpy(
+                    self.stiffness_n_m * along,
+                    motion,
+                    matrix.col_as_slice_mut(j),
+                );
             }
+        }
+    }
+
+    /// Rows and columns `columns` of the spring.
+    pub fn restricted(&self, columns: &[usize]) -> Self {
+        let motions = self.motions.iter();
+        Self {
+            motions: motions
+                .map(|motion| columns.iter().map(|&c| motion[c]).collect())
+                .collect(),
+            stiffness_n_m: self.stiffness_n_m,
         }
     }
 

@@ -77,12 +77,7 @@ pub fn sweep(
     settings: &SweepSettings,
     progress: &(dyn Fn(&Orbit) + Sync),
 ) -> Response {
-    let highest_hz = settings
-        .frequencies_hz
-        .iter()
-        .fold(0.0_f64, |m, f| m.max(*f));
-    let top = std::f64::consts::TAU * highest_hz * settings.harmonics.max(1) as f64;
-    let system = ContactSystem::new(model, damping, top);
+    let system = ContactSystem::new(model, damping);
     let fourier = Fourier::new(settings.harmonics, settings.samples);
     let largest_slip = static_state
         .x
@@ -157,11 +152,8 @@ impl Run<'_> {
         orbit.newton_iterations = work.newton_iterations;
         orbit.krylov_iterations = work.krylov_iterations;
         if orbit.outcome.is_converged() {
-            *last = Some(Neighbour {
-                frequency_hz,
-                u,
-                held: balance.is_held(),
-            });
+            let held = balance.is_held();
+            *last = Some(Neighbour::after(last.as_ref(), frequency_hz, u, held));
         }
         orbit
     }

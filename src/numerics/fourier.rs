@@ -74,6 +74,7 @@ impl Fourier {
     }
 
     /// Coefficients (2H+1) to samples (N).
+    #[inline(always)]
     pub fn to_time(&self, coefficients: &[f64], signal: &mut [f64]) {
         let width = self.width();
         if let Some(transforms) = &self.transforms {
@@ -96,6 +97,7 @@ impl Fourier {
     }
 
     /// Samples (N) to coefficients (2H+1): least squares, exact for a signal of H harmonics.
+    #[inline(always)]
     pub fn to_frequency(&self, signal: &[f64], coefficients: &mut [f64]) {
         let scale = 1.0 / self.samples as f64;
         if let Some(transforms) = &self.transforms {

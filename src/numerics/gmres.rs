@@ -2,6 +2,8 @@
 //!
 //! Right preconditioning keeps the residual that is minimised the true one.
 
+use pulp::Arch;
+
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GmresEnd {
@@ -104,6 +106,11 @@ pub fn norm(x: &[f64]) -> f64 {
 }
 
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    Arch::new().dispatch(|| eight_sums(x, y))
+}
+
+#[inline(always)]
+fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
     // Eight running sums: vectorisable, and the same order whatever the machine.
     let mut sums = [0.0; 8];
     let (xc, yc) = (x.chunks_exact(8), y.chunks_exact(8));
@@ -123,9 +130,7 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 
 /// y += a x.
 pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
-    for (yi, xi) in y.iter_mut().zip(x) {
-        *yi += a * xi;
-    }
+    Arch::new().dispatch(|| y.iter_mut().zip(x).for_each(|(yi, xi)| *yi += a * xi));
 }
 
 #[cfg(test)]
