@@ -31,6 +31,7 @@ calculix:
 	$(PYTHON) benches/calculix/compare_blade_modes.py
 	$(PYTHON) benches/calculix/campbell.py
 	$(PYTHON) benches/calculix/initial_displacement.py meshes/dovetail.msh
+	$(PYTHON) benches/calculix/quadrature.py meshes/dovetail.msh
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:
