@@ -76,7 +76,7 @@ pub enum Start<'a> {
 }
 
 /// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance held
-/// the mean along the slot, its steady force acts here, too ([`holding`]): without it the blade would walk.
+/// the mean along the slot, its steady force acts here, too ([`holding`]).
 ///
 /// # Errors
 /// See [`IntegrationError`].
