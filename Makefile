@@ -1,9 +1,9 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test lint bench setup vtk clean
+.PHONY: run test verify calculix lint bench setup vtk clean
 .DEFAULT_GOAL := run
 
-VTK_PYTHON := target/venv/bin/python
+PYTHON := target/venv/bin/python
 
 # The paper's scene, from mesh to results, in output/paper.
 run: setup
@@ -15,7 +15,24 @@ test: setup vtk
 	cargo build --release --locked
 	target/release/dovetail run scenes/paper.toml --out output/check --quiet \
 	    --set response.points=21
-	$(VTK_PYTHON) scripts/check_output.py output/check
+	$(PYTHON) scripts/check_output.py output/check
+
+# The slow tests, the comparisons with CalculiX where it is there, and the extremes: see
+# docs/verification.md, which has their figures and what they take.
+verify: setup
+	@tools/setup.sh calculix
+	cargo build --release --locked
+	cargo test --release --locked -- --ignored
+	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
+	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
+	$(MAKE) extremes
+
+calculix:
+	$(PYTHON) benches/calculix/compare_blade_modes.py
+	$(PYTHON) benches/calculix/campbell.py
+	$(PYTHON) benches/calculix/initial_displacement.py meshes/dovetail.msh
+	$(PYTHON) benches/calculix/quadrature.py meshes/dovetail.msh
+	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:
 	cargo fmt --check

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `vtk`: a Python environment in target/venv with VTK, for the read-back check.
+# With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # Does nothing where all is there; says what is missing where it cannot install it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -29,19 +30,32 @@ install() {
         >/dev/null
 }
 
-if [ "${1:-}" = vtk ]; then
-    python=target/venv/bin/python
-    if ! "$python" -c 'import vtk' 2>/dev/null; then
-        mkdir -p target
-        if ! python3 -m venv target/venv 2>/dev/null; then
-            install python3-venv
-            python3 -m venv --clear target/venv
-        fi
-        say "installing VTK into target/venv"
-        "$python" -m pip install --quiet --disable-pip-version-check vtk
+# Packages of Python into target/venv, where `import` of the first argument fails.
+python_packages() {
+    local python=target/venv/bin/python module=$1
+    shift
+    if "$python" -c "import $module" 2>/dev/null; then return; fi
+    mkdir -p target
+    if ! "$python" -m pip --version >/dev/null 2>&1 && ! python3 -m venv target/venv 2>/dev/null; then
+        install python3-venv
+        python3 -m venv --clear target/venv
     fi
+    say "installing $* into target/venv"
+    "$python" -m pip install --quiet --disable-pip-version-check "$@"
+}
+
+case "${1:-}" in
+vtk)
+    python_packages vtk vtk
     exit 0
-fi
+    ;;
+calculix)
+    python_packages scipy.sparse numpy scipy
+    command -v ccx >/dev/null || install calculix-ccx ||
+        say "CalculiX (ccx) is missing: the comparisons with it are left out"
+    exit 0
+    ;;
+esac
 
 command -v cargo >/dev/null || {
     say "cargo is missing: install Rust 1.88 or newer (rustup, or your distribution's package)"

@@ -33,9 +33,9 @@ SIZES = {
 }
 
 
-def dovetail(given, command, out, *sets):
+def dovetail(given, command, out, *sets, options=()):
     """Runs one subcommand of dovetail on the scene."""
-    words = [given.dovetail, command, given.scene, "--out", str(out), "--quiet"]
+    words = [given.dovetail, command, given.scene, "--out", str(out), "--quiet", *options]
     for key in sets:
         words += ["--set", key]
     done = subprocess.run(words, capture_output=True, text=True, timeout=given.time_limit)

@@ -335,6 +335,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
     table.header(&["contact_work_j", "damping_work_j", "input_work_j"]);
     table.header(&["slipping_pairs", "opening_pairs"]);
     table.header(&DIFFERENCES);
+    table.header(&["retention_n"]);
     table.end_row();
     for c in comparisons {
         for (method, f) in [("balance", &c.balance), ("integration", &c.integration)] {
@@ -360,6 +361,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
             for (name, difference) in DIFFERENCES.iter().zip(c.differences()) {
                 table.number(name, difference.filter(|_| integrated))?;
             }
+            table.number("retention_n", Some(c.retention_n))?;
             table.end_row();
         }
     }

@@ -163,6 +163,8 @@ pub struct VerifiedPoint {
     pub first_harmonic_difference: Option<f64>,
     pub contact_work_difference: Option<f64>,
     pub input_work_difference: Option<f64>,
+    /// Steady force that held the mean along the slot.
+    pub retention_n: f64,
 }
 
 /// One period by one method.
@@ -373,6 +375,7 @@ pub fn verification_summary(
             first_harmonic_difference: first,
             contact_work_difference: contact,
             input_work_difference: input,
+            retention_n: c.retention_n,
         }
     };
     VerificationSummary {

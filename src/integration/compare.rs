@@ -33,6 +33,8 @@ pub struct Comparison {
     pub steady: bool,
     /// What is left of the transient: see [`Settled::left`].
     pub left: f64,
+    /// Steady force that held the mean along the slot in both, N: see [`Orbit::retention_n`].
+    pub retention_n: f64,
 }
 
 impl Comparison {
@@ -73,7 +75,8 @@ pub enum Start<'a> {
     Rest(&'a StaticState),
 }
 
-/// Integrates at the frequency of `orbit` and measures the first observed point.
+/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance held
+/// the mean along the slot, its steady force acts here, too ([`holding`]).
 ///
 /// # Errors
 /// See [`IntegrationError`].
@@ -86,6 +89,8 @@ pub fn compare(
     until: Until,
     slip_threshold_m: f64,
 ) -> Result<Comparison, IntegrationError> {
+    let held = (orbit.retention_n > 0.0).then(|| holding(model, orbit));
+    let model = held.as_ref().unwrap_or(model);
     let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
         Start::Orbit => on_orbit(orbit),
@@ -100,7 +105,21 @@ pub fn compare(
         periods: settled.periods,
         steady: settled.steady,
         left: settled.left,
+        retention_n: orbit.retention_n,
     })
+}
+
+/// The model with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 + lambda_0 - F_0,
+/// in which no parameter of the balance enters.
+fn holding(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
+    let mut held = model.clone();
+    let n = held.static_load.on_x.len();
+    let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
+    for (i, load) in held.static_load.on_x.iter_mut().enumerate() {
+        let elastic: f64 = (0..n).map(|j| model.stiffness[(i, j)] * x[j]).sum();
+        *load = elastic + lambda[i];
+    }
+    held
 }
 
 /// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.

@@ -197,6 +197,12 @@ fn print(comparison: &Comparison) {
     let count = |name: &str, b: usize, i: usize| println!("    {name:<28} {b:>14} {i:>14}");
     count("pairs that slip", b.slipping_pairs, i.slipping_pairs);
     count("pairs that open", b.opening_pairs, i.opening_pairs);
+    if comparison.retention_n > 0.0 {
+        println!(
+            "    the mean along the slot is held in both by a steady {:.3} N",
+            comparison.retention_n
+        );
+    }
 }
 
 fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> {
