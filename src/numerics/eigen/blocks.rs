@@ -16,7 +16,7 @@ use super::arpack::start_entry;
 use super::proof::{SPARE, complete};
 use super::{EigenError, Modes};
 use crate::numerics::factor::Cholesky;
-use crate::numerics::sparse::times;
+use crate::numerics::sparse::symmetric_product;
 
 /// Columns of a block.
 const BLOCK: usize = 16;
@@ -67,12 +67,15 @@ fn lanczos(
 ) -> Result<Modes, EigenError> {
     let n = mass.nrows();
     let room = ((6 * wanted + 10 * BLOCK) << attempt).min(n);
+    // V and M V.
     let mut basis = Mat::<f64>::zeros(n, room + BLOCK);
+    let mut weighted_basis = Mat::<f64>::zeros(n, room + BLOCK);
     let start = Mat::from_fn(n, BLOCK.min(n), |i, j| start_entry(i + j * n, attempt));
-    let mut next = times(mass, start.as_ref());
+    let mut next = symmetric_product(mass, start.as_ref());
     factor.solve_in_place(next.as_mut());
+    let none = basis.get(.., ..0);
     let mut longest = 0.0;
-    let (mut weighted, _) = orthonormalise(mass, basis.get(.., ..0), &mut next, &mut longest);
+    let (mut weighted, _) = orthonormalise(mass, [none, none], &mut next, &mut longest);
     // Lower triangle of T.
     let mut projected = Mat::<f64>::zeros(room + BLOCK, room + BLOCK);
     let mut columns = 0;
@@ -80,17 +83,20 @@ fn lanczos(
         let width = next.ncols();
         let end = columns + width;
         basis.get_mut(.., columns..end).copy_from(&next);
+        weighted_basis
+            .get_mut(.., columns..end)
+            .copy_from(&weighted);
         let all = basis.get(.., ..end);
+        let spanned = [all, weighted_basis.get(.., ..end)];
         next = weighted;
         factor.solve_in_place(next.as_mut());
         for _ in 0..2 {
-            let shares = gram(all, times(mass, next.as_ref()).as_ref());
-            subtract(all, shares.as_ref(), next.as_mut());
+            let shares = project_out(spanned, &mut next);
             let mut corner = projected.get_mut(columns..end, columns..end);
             corner += shares.get(columns..end, ..);
         }
         let remainder;
-        (weighted, remainder) = orthonormalise(mass, all, &mut next, &mut longest);
+        (weighted, remainder) = orthonormalise(mass, spanned, &mut next, &mut longest);
         let beyond = end..end + next.ncols();
         let mut below = projected.get_mut(beyond, columns..end);
         below.copy_from(&remainder);
@@ -105,7 +111,7 @@ fn lanczos(
         let converged = (0..found)
             .take_while(|&i| last.col(end - 1 - i).norm_l2() <= CONVERGED * theta(i))
             .count();
-        if converged == wanted || next.ncols() == 0 && converged == found {
+        if converged == wanted {
             let shares = Mat::from_fn(end, found, |i, j| eigen.U()[(i, end - 1 - j)]);
             let mut vectors = Mat::zeros(n, found);
             subtract(all, (-shares).as_ref(), vectors.as_mut());
@@ -118,11 +124,9 @@ fn lanczos(
             // An invariant space without the rest of the modes: on in another one.
             let fresh = |i, j| start_entry(i + j * n, TRIES + end);
             next = Mat::from_fn(n, BLOCK.min(n - end), fresh);
-            for _ in 0..2 {
-                let shares = gram(all, times(mass, next.as_ref()).as_ref());
-                subtract(all, shares.as_ref(), next.as_mut());
-            }
-            weighted = orthonormalise(mass, all, &mut next, &mut longest).0;
+            project_out(spanned, &mut next);
+            project_out(spanned, &mut next);
+            weighted = orthonormalise(mass, spanned, &mut next, &mut longest).0;
         }
         columns = end;
         if columns + next.ncols() > room {
@@ -139,18 +143,17 @@ fn lanczos(
 /// of the mass; those that depend on the others are dropped. Gives M u and R, old u = new u R.
 fn orthonormalise(
     mass: &CscMatrix<f64>,
-    basis: MatRef<'_, f64>,
+    basis: [MatRef<'_, f64>; 2],
     u: &mut Mat<f64>,
     longest: &mut f64,
 ) -> (Mat<f64>, Mat<f64>) {
     let mut remainder = Mat::<f64>::identity(u.ncols(), u.ncols());
-    let mut weighted = times(mass, u.as_ref());
+    let mut weighted = symmetric_product(mass, u.as_ref());
     for round in 0..2 {
         if round > 0 {
             // What was short has been stretched, and its share of the basis with it.
-            let shares = gram(basis, weighted.as_ref());
-            subtract(basis, shares.as_ref(), u.as_mut());
-            weighted = times(mass, u.as_ref());
+            project_out(basis, u);
+            weighted = symmetric_product(mass, u.as_ref());
         }
         let (mut kept, mut own) = (Vec::new(), Mat::<f64>::zeros(u.ncols(), u.ncols()));
         for j in 0..u.ncols() {
@@ -185,6 +188,13 @@ fn orthonormalise(
         remainder = own.get(..kept.len(), ..) * remainder;
     }
     (weighted, remainder)
+}
+
+/// Takes out of `u` its share of the basis, given with its product by the mass; gives the share.
+fn project_out([basis, weighted]: [MatRef<'_, f64>; 2], u: &mut Mat<f64>) -> Mat<f64> {
+    let shares = gram(weighted, u.as_ref());
+    subtract(basis, shares.as_ref(), u.as_mut());
+    shares
 }
 
 fn dot(a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize) -> f64 {

@@ -23,7 +23,7 @@ pub(super) fn complete(
     modes: Modes,
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
-    let weighted = sparse::times(mass, modes.vectors.as_ref());
+    let weighted = sparse::symmetric_product(mass, modes.vectors.as_ref());
     let mut followed = weighted.clone();
     factor.solve_in_place(followed.as_mut());
     for j in 0..modes.count() {
