@@ -380,7 +380,10 @@ fn in_blocks(
     if rhs.nrows() == 0 || columns == 0 {
         return;
     }
-    let width = columns.div_ceil(4).clamp(NARROWEST_BLOCK, WIDEST_BLOCK).min(columns);
+    let width = columns
+        .div_ceil(4)
+        .clamp(NARROWEST_BLOCK, WIDEST_BLOCK)
+        .min(columns);
     let memory = || MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(width, Par::Seq));
     if columns == width {
         // No thread pool here: eigen::arpack solves while it holds a lock.

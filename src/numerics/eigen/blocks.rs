@@ -8,15 +8,17 @@
 //! found missing by the Sturm count of [`proof`](super::proof).
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
 use super::arpack::start_entry;
+use super::dense::largest_first;
 use super::proof::{SPARE, complete};
 use super::{EigenError, Modes};
 use crate::numerics::factor::Cholesky;
-use crate::numerics::sparse::symmetric_product;
+use crate::numerics::sparse::{product, symmetric_product};
 
 /// Columns of a block.
 const BLOCK: usize = 16;
@@ -100,23 +102,18 @@ fn lanczos(
         let beyond = end..end + next.ncols();
         let mut below = projected.get_mut(beyond, columns..end);
         below.copy_from(&remainder);
-        let eigen = projected
-            .get(..end, ..end)
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| EigenError::Dense { unknowns: end })?;
-        // Ascending: the largest theta, the lowest modes, stand last.
-        let theta = |i: usize| eigen.S().column_vector()[end - 1 - i];
-        let last = &remainder * eigen.U().get(columns..end, ..);
+        let (theta, shares) = largest_first(projected.get(..end, ..end).to_owned())?;
+        let last = product(remainder.as_ref(), shares.get(columns..end, ..));
         let found = wanted.min(end);
         let converged = (0..found)
-            .take_while(|&i| last.col(end - 1 - i).norm_l2() <= CONVERGED * theta(i))
+            .take_while(|&i| last.col(i).norm_l2() <= CONVERGED * theta[i])
             .count();
         if converged == wanted {
-            let shares = Mat::from_fn(end, found, |i, j| eigen.U()[(i, end - 1 - j)]);
-            let mut vectors = Mat::zeros(n, found);
+            let shares = shares.get(.., ..wanted);
+            let mut vectors = Mat::zeros(n, wanted);
             subtract(all, (-shares).as_ref(), vectors.as_mut());
             return Ok(Modes {
-                omega2: (0..found).map(|i| theta(i).recip()).collect(),
+                omega2: theta[..wanted].iter().map(|x| x.recip()).collect(),
                 vectors,
             });
         }
@@ -185,7 +182,7 @@ fn orthonormalise(
             let keep = |a: &Mat<f64>| Mat::from_fn(a.nrows(), kept.len(), |i, j| a[(i, kept[j])]);
             (*u, weighted) = (keep(u), keep(&weighted));
         }
-        remainder = own.get(..kept.len(), ..) * remainder;
+        remainder = product(own.get(..kept.len(), ..), remainder.as_ref());
     }
     (weighted, remainder)
 }
@@ -197,16 +194,28 @@ fn project_out([basis, weighted]: [MatRef<'_, f64>; 2], u: &mut Mat<f64>) -> Mat
     shares
 }
 
+/// Column i of a times column j of b, on the calling thread.
 fn dot(a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize) -> f64 {
-    a.col(i).transpose() * b.col(j)
+    const LANES: usize = 16;
+    let mut sums = [0.0; LANES];
+    let (a, b) = (a.col_as_slice(i), b.col_as_slice(j));
+    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum()
 }
 
 /// Column j less a share of column i, i < j.
 fn minus(a: &mut Mat<f64>, j: usize, share: f64, i: usize) {
-    let (left, right) = a.as_mut().split_at_col_mut(j);
-    let (from, into) = (left.col(i), right.col_mut(0));
-    for (into, from) in into.iter_mut().zip(from.iter()) {
-        *into -= share * from;
+    let (left, mut right) = a.as_mut().split_at_col_mut(j);
+    let from = left.rb().col(i).try_as_col_major();
+    let into = right.rb_mut().col_mut(0).try_as_col_major_mut();
+    if let (Some(from), Some(into)) = (from, into) {
+        for (into, from) in into.as_slice_mut().iter_mut().zip(from.as_slice()) {
+            *into -= share * from;
+        }
     }
 }
 
