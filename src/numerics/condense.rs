@@ -18,9 +18,7 @@
 //! ```
 //!
 //! No constraint mode is ever formed. The boundary takes part as rows below the interior ones of each
-//! front, so the factor of K_ii is the one an ordinary factorisation gives. Independent branches of the
-//! elimination tree, and fixed blocks of the large fronts, are shared among the threads; what is added
-//! to what, and in which order, does not depend on their number.
+//! front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
 
 use std::sync::Mutex;
 
@@ -29,23 +27,16 @@ use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
 use faer::linalg::matmul::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use faer::{Accum, Mat, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::factor::{Cholesky, FactorError, Symbolic, zeros};
+use super::fronts::{Tree, extend, in_rows, mirror, subtract_lower, take};
 use super::sparse::submatrix;
-
-/// Rows or columns of a front that one task takes.
-const BLOCK: usize = 256;
-/// Branches of the tree with less work than this (multiplications) are not worth a task.
-const BRANCH: f64 = 3e7;
 
 /// K_ii = L L^T, and what is left on the boundary.
 #[derive(Debug)]
@@ -84,7 +75,7 @@ pub fn condense(
         });
     };
     let tree = Tree::new(supernodal, &symbolic, stiffness);
-    let slots = tree.slots(&mut values);
+    let slots = slots(&tree, &mut values);
     let elimination = Elimination {
         tree: &tree,
         matrices: [stiffness, mass],
@@ -114,108 +105,16 @@ enum Stopped {
     Pattern,
 }
 
-/// The elimination tree by supernodes, with the boundary rows of each.
-struct Tree<'a> {
-    supernodes: &'a SymbolicSupernodalCholesky<usize>,
-    new_to_old: &'a [usize],
-    old_to_new: &'a [usize],
-    children: Vec<Vec<usize>>,
-    roots: Vec<usize>,
-    /// Boundary unknowns in each front, ascending.
-    boundary: Vec<Vec<usize>>,
-    /// Multiplications of the branch below and at each supernode, about.
-    work: Vec<f64>,
-}
-
-impl<'a> Tree<'a> {
-    fn new(
-        supernodes: &'a SymbolicSupernodalCholesky<usize>,
-        symbolic: &'a Symbolic,
-        stiffness: &CscMatrix<f64>,
-    ) -> Self {
-        let (new_to_old, old_to_new) = symbolic.permutation();
-        let (count, interior) = (supernodes.n_supernodes(), new_to_old.len());
-        let mut owner = vec![0; interior];
-        for s in 0..count {
-            owner[supernodes.supernode_begin()[s]..supernodes.supernode_end()[s]].fill(s);
-        }
-        let mut tree = Self {
-            supernodes,
-            new_to_old,
-            old_to_new,
-            children: vec![Vec::new(); count],
-            roots: Vec::new(),
-            boundary: vec![Vec::new(); count],
-            work: vec![0.0; count],
-        };
-        for s in 0..count {
-            let columns = tree.columns(s);
-            let mut rows = Vec::new();
-            for j in columns.clone() {
-                let entries = stiffness.col(new_to_old[j]);
-                let outside = entries.row_indices().iter();
-                rows.extend(outside.filter_map(|&i| i.checked_sub(interior)));
-            }
-            for &child in &tree.children[s] {
-                rows.extend_from_slice(&tree.boundary[child]);
-            }
-            rows.sort_unstable();
-            rows.dedup();
-            let pattern = supernodes.supernode(s).pattern();
-            let height = (columns.len() + pattern.len() + rows.len()) as f64;
-            let below: f64 = tree.children[s].iter().map(|&c| tree.work[c]).sum();
-            tree.work[s] = below + columns.len() as f64 * height * height;
-            tree.boundary[s] = rows;
-            match pattern.first() {
-                Some(&row) => tree.children[owner[row]].push(s),
-                None => tree.roots.push(s),
-            }
-        }
-        tree
-    }
-
-    fn columns(&self, s: usize) -> std::ops::Range<usize> {
-        self.supernodes.supernode_begin()[s]..self.supernodes.supernode_end()[s]
-    }
-
-    /// The place of each supernode in the values of the factor.
-    fn slots<'v>(&self, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
-        let starts = self.supernodes.col_ptr_for_val();
-        (0..self.children.len())
-            .map(|s| {
-                let (slot, rest) =
-                    std::mem::take(&mut values).split_at_mut(starts[s + 1] - starts[s]);
-                values = rest;
-                Mutex::new(slot)
-            })
-            .collect()
-    }
-
-    /// Row of a front (its columns, its pattern, its boundary) at which an interior unknown, in the
-    /// new order, stands.
-    fn row(&self, s: usize, unknown: usize) -> Option<usize> {
-        let columns = self.columns(s);
-        if unknown < columns.end {
-            return unknown.checked_sub(columns.start);
-        }
-        let pattern = self.supernodes.supernode(s).pattern();
-        Some(columns.len() + pattern.binary_search(&unknown).ok()?)
-    }
-
-    fn boundary_row(&self, s: usize, unknown: usize) -> Option<usize> {
-        let above = self.columns(s).len() + self.supernodes.supernode(s).pattern().len();
-        Some(above + self.boundary[s].binary_search(&unknown).ok()?)
-    }
-
-    /// Rows of the front of `s` for the rows left by its child: ascending.
-    fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
-        let pattern = self.supernodes.supernode(child).pattern();
-        let inner = pattern.iter().map(|&i| self.row(s, i));
-        let outer = self.boundary[child].iter();
-        inner
-            .chain(outer.map(|&i| self.boundary_row(s, i)))
-            .collect()
-    }
+/// The place of each supernode in the values of the factor.
+fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
+    let starts = tree.supernodes.col_ptr_for_val();
+    (0..tree.children.len())
+        .map(|s| {
+            let (slot, rest) = std::mem::take(&mut values).split_at_mut(starts[s + 1] - starts[s]);
+            values = rest;
+            Mutex::new(slot)
+        })
+        .collect()
 }
 
 /// What a branch of the tree leaves to its parent: K and M on the rows below its last columns, lower
@@ -232,7 +131,9 @@ struct Elimination<'a> {
 impl Elimination<'_> {
     /// K and M condensed on the boundary.
     fn run(&self, boundary: usize) -> Result<Rest, Stopped> {
-        let roots: Vec<Rest> = self.branches(&self.tree.roots)?;
+        let roots: Vec<Rest> = self
+            .tree
+            .branches(&self.tree.roots, |s| self.eliminate(s))?;
         let mut sums: Option<Rest> = None;
         for (&root, rest) in self.tree.roots.iter().zip(roots) {
             let rows = &self.tree.boundary[root];
@@ -262,18 +163,9 @@ impl Elimination<'_> {
         Ok(sums)
     }
 
-    fn branches(&self, at: &[usize]) -> Result<Vec<Rest>, Stopped> {
-        let worthwhile = at.iter().filter(|&&s| self.tree.work[s] > BRANCH).count() > 1;
-        if worthwhile {
-            at.par_iter().map(|&s| self.eliminate(s)).collect()
-        } else {
-            at.iter().map(|&s| self.eliminate(s)).collect()
-        }
-    }
-
     fn eliminate(&self, s: usize) -> Result<Rest, Stopped> {
         let tree = self.tree;
-        let left = self.branches(&tree.children[s])?;
+        let left = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
         let width = tree.columns(s).len();
         let inner = tree.supernodes.supernode(s).pattern().len();
         let below = inner + tree.boundary[s].len();
@@ -281,20 +173,12 @@ impl Elimination<'_> {
         let mut rests = [(); 2].map(|()| Mat::zeros(below, below));
         for (&child, left) in tree.children[s].iter().zip(left) {
             let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
-            let first = rows.partition_point(|&row| row < width);
-            let shifted: Vec<usize> = rows[first..].iter().map(|row| row - width).collect();
             for ((front, rest), left) in fronts.iter_mut().zip(&mut rests).zip(left) {
-                for j in 0..first {
-                    let column = front.col_as_slice_mut(rows[j]);
-                    for (&row, v) in rows[j..].iter().zip(&left.col_as_slice(j)[j..]) {
-                        column[row] += v;
-                    }
-                }
-                extend(rest.as_mut(), first, left.as_ref(), &shifted);
+                take(front, rest, left.as_ref(), &rows);
             }
         }
         for (front, matrix) in fronts.iter_mut().zip(self.matrices) {
-            self.add_entries(s, matrix, front)?;
+            tree.add_entries(s, matrix, front).ok_or(Stopped::Pattern)?;
         }
         let [stiffness, mass] = &mut fronts;
         factor_front(stiffness, width)?;
@@ -310,52 +194,6 @@ impl Elimination<'_> {
         let lower = stiffness.get(width.., ..);
         subtract_lower(stiffness_rest.as_mut(), lower, lower);
         Ok(rests)
-    }
-
-    /// The entries of the matrix itself in the columns of a supernode, on and below the diagonal.
-    fn add_entries(
-        &self,
-        s: usize,
-        matrix: &CscMatrix<f64>,
-        front: &mut Mat<f64>,
-    ) -> Result<(), Stopped> {
-        let tree = self.tree;
-        for (local, column) in tree.columns(s).enumerate() {
-            let entries = matrix.col(tree.new_to_old[column]);
-            for (&i, v) in entries.row_indices().iter().zip(entries.values()) {
-                let row = match i.checked_sub(self.interior) {
-                    Some(boundary) => tree.boundary_row(s, boundary),
-                    None if tree.old_to_new[i] < column => continue,
-                    None => tree.row(s, tree.old_to_new[i]),
-                };
-                front[(row.ok_or(Stopped::Pattern)?, local)] += v;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Adds the columns of `from` from the `first` on, and the rows from there on, to the rows and columns
-/// `rows` (ascending) of `into`: lower triangles.
-fn extend(into: MatMut<'_, f64>, first: usize, from: MatRef<'_, f64>, rows: &[usize]) {
-    let add = |start: usize, mut block: MatMut<'_, f64>| {
-        let from_column = rows.partition_point(|&row| row < start);
-        let to_column = rows.partition_point(|&row| row < start + block.ncols());
-        for j in from_column..to_column {
-            let column = from.col(first + j).try_as_col_major();
-            let Some(column) = column else { continue };
-            let mut target = block.rb_mut().col_mut(rows[j] - start);
-            for (&row, v) in rows[j..].iter().zip(&column.as_slice()[first + j..]) {
-                target[row] += v;
-            }
-        }
-    };
-    if rows.len() <= 2 * BLOCK {
-        add(0, into);
-    } else {
-        into.par_col_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, block)| add(chunk * BLOCK, block));
     }
 }
 
@@ -406,72 +244,6 @@ fn condense_mass(factor: MatRef<'_, f64>, mass: &mut Mat<f64>, width: usize, res
         .subcols_mut(width, width)
         .copy_from(left.subcols(0, width));
     subtract_lower(rest.as_mut(), left.as_ref(), right.as_ref());
-}
-
-/// `c -= a b^T`, lower triangle.
-fn subtract_lower(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    let block = |start: usize, mut c: MatMut<'_, f64>| {
-        let width = c.ncols();
-        let b = b.get(start..start + width, ..);
-        let (_, column) = c.rb_mut().split_at_row_mut(start);
-        let (corner, below) = column.split_at_row_mut(width);
-        triangular::matmul(
-            corner,
-            BlockStructure::TriangularLower,
-            Accum::Add,
-            a.get(start..start + width, ..),
-            BlockStructure::Rectangular,
-            b.transpose(),
-            BlockStructure::Rectangular,
-            -1.0,
-            Par::Seq,
-        );
-        if below.nrows() > 0 {
-            matmul(
-                below,
-                Accum::Add,
-                a.get(start + width.., ..),
-                b.transpose(),
-                -1.0,
-                Par::Seq,
-            );
-        }
-    };
-    if c.ncols() == 0 || a.ncols() == 0 {
-    } else if c.ncols() <= 2 * BLOCK {
-        block(0, c);
-    } else {
-        c.par_col_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, c)| block(chunk * BLOCK, c));
-    }
-}
-
-/// Blocks of rows, with the first row of each, on all threads.
-fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
-    if a.nrows() == 0 || a.ncols() == 0 {
-    } else if a.nrows() <= 2 * BLOCK {
-        each(0, a);
-    } else {
-        a.par_row_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, rows)| each(chunk * BLOCK, rows));
-    }
-}
-
-/// Copies the lower triangle to the upper one, in tiles.
-fn mirror(mut a: MatMut<'_, f64>) {
-    const TILE: usize = 32;
-    let n = a.nrows();
-    for first in (0..n).step_by(TILE) {
-        for start in (first..n).step_by(TILE) {
-            for j in first..n.min(first + TILE) {
-                for i in start.max(j + 1)..n.min(start + TILE) {
-                    a[(j, i)] = a[(i, j)];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]

@@ -33,6 +33,9 @@ const SINGULAR_PIVOT: f64 = 1e-12;
 /// Columns solved together at most (the factor is read once per block).
 const WIDEST_BLOCK: usize = 128;
 
+/// Fewer are not worth a second pass over the factor on another thread.
+const NARROWEST_BLOCK: usize = 8;
+
 #[derive(Debug, thiserror::Error)]
 pub enum FactorError {
     #[error("the matrix is {rows} x {columns}: only square matrices can be factored")]
@@ -377,7 +380,10 @@ fn in_blocks(
     if rhs.nrows() == 0 || columns == 0 {
         return;
     }
-    let width = columns.div_ceil(4).clamp(16, WIDEST_BLOCK).min(columns);
+    let width = columns
+        .div_ceil(4)
+        .clamp(NARROWEST_BLOCK, WIDEST_BLOCK)
+        .min(columns);
     let memory = || MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(width, Par::Seq));
     if columns == width {
         // No thread pool here: eigen::arpack solves while it holds a lock.

@@ -123,6 +123,43 @@ fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
     }
 }
 
+/// `a x` for a symmetric `a` with both triangles stored and a dense block of columns: each row of the
+/// product is gathered in registers.
+pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut y = Mat::zeros(a.nrows(), x.ncols());
+    if a.nrows() == 0 || x.ncols() == 0 {
+        return y;
+    }
+    y.par_col_chunks_mut(PANEL)
+        .zip(x.par_col_chunks(PANEL))
+        .for_each(|(mut y, x)| {
+            let mut rows = vec![[0.0; PANEL]; a.nrows()];
+            for (c, column) in x.col_iter().enumerate() {
+                for (row, v) in rows.iter_mut().zip(column.iter()) {
+                    row[c] = *v;
+                }
+            }
+            let product: Vec<[f64; PANEL]> = a
+                .col_iter()
+                .map(|column| {
+                    let mut sum = [0.0; PANEL];
+                    for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                        for (s, r) in sum.iter_mut().zip(&rows[i]) {
+                            *s += v * r;
+                        }
+                    }
+                    sum
+                })
+                .collect();
+            for (c, column) in y.as_mut().col_iter_mut().enumerate() {
+                for (into, row) in column.iter_mut().zip(&product) {
+                    *into = row[c];
+                }
+            }
+        });
+    y
+}
+
 /// `a` without its entries that are exactly zero.
 pub fn lean(a: &CscMatrix<f64>) -> CscMatrix<f64> {
     a.filter(|_, _, v| *v != 0.0)
@@ -209,6 +246,7 @@ mod tests {
         let expected = dense(&k) * &x;
         assert!((times(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
         assert!((product(dense(&k).as_ref(), x.as_ref()) - &expected).norm_max() < 1e-13);
+        assert!((symmetric_product(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
         let mut y = vec![0.0; n];
         symmetric_times(&k, x.col_as_slice(7), &mut y);
         assert!((0..n).all(|i| (y[i] - expected[(i, 7)]).abs() < 1e-13));

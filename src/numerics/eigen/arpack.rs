@@ -1,5 +1,5 @@
 //! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
-//! dsaupd in mode 3, generalised problem), residuals checked, completeness proved by a Sturm count.
+//! dsaupd in mode 3, generalised problem); [`proof`](super::proof) checks what comes out.
 //!
 //! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
 //! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
@@ -13,18 +13,13 @@ use std::sync::{Mutex, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::{EigenError, Modes, fix_signs};
-use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
+use super::proof::{SPARE, complete};
+use super::{EigenError, Modes};
+use crate::numerics::factor::Cholesky;
 use crate::numerics::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Modes computed beyond those asked for, to find a gap for the Sturm count; more at each new try.
-const SPARE: usize = 2;
-/// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
-const RESIDUAL: f64 = 1e-8;
-/// Two eigenvalues closer than this, relatively, have no room for a shift between them.
-const GAP: f64 = 1e-6;
 const TRIES: usize = 3;
 
 /// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
@@ -195,84 +190,10 @@ fn lanczos(
 }
 
 /// The start vector: our own, so that every run is the same; another one for each try.
-fn start_entry(i: usize, attempt: usize) -> f64 {
+pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
     let mixed = ((i + 1) as u64 + ((attempt as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     (mixed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-}
-
-/// Checks residuals and that no mode is missing, and cuts the spare modes off.
-fn complete(
-    stiffness: &CscMatrix<f64>,
-    mass: &CscMatrix<f64>,
-    count: usize,
-    modes: Modes,
-    factor: &Cholesky,
-) -> Result<Modes, EigenError> {
-    let weighted = sparse::times(mass, modes.vectors.as_ref());
-    let mut followed = weighted.clone();
-    factor.solve_in_place(followed.as_mut());
-    for j in 0..modes.count() {
-        let phi = modes.vectors.col(j);
-        let residual = (phi - faer::Scale(modes.omega2[j]) * followed.col(j)).norm_l2();
-        let residual = residual / phi.norm_l2();
-        let accepted = residual < RESIDUAL && modes.omega2[j] > 0.0; // false for a NaN
-        if !accepted {
-            return Err(EigenError::Residual {
-                mode: j + 1,
-                residual,
-            });
-        }
-    }
-    let (found, shift) = gap(&modes.omega2, count);
-    let below = modes_below(stiffness, mass, shift, factor)?;
-    if below != found {
-        return Err(EigenError::Missing {
-            below: shift,
-            expected: below,
-            found,
-        });
-    }
-    let mut vectors = modes.vectors.get(.., ..count).to_owned();
-    for j in 0..count {
-        let modal_mass = weighted.col(j).transpose() * modes.vectors.col(j);
-        vectors
-            .col_mut(j)
-            .iter_mut()
-            .for_each(|v| *v /= modal_mass.sqrt());
-    }
-    fix_signs(&mut vectors);
-    Ok(Modes {
-        omega2: modes.omega2[..count].to_vec(),
-        vectors,
-    })
-}
-
-/// The widest gap above the first `count` eigenvalues: how many lie below it, and a shift in it.
-/// Where all the spare ones coincide with the last, just above the last.
-fn gap(omega2: &[f64], count: usize) -> (usize, f64) {
-    let ratio = |i: usize| omega2[i] / omega2[i - 1];
-    (count..omega2.len())
-        .filter(|&i| ratio(i) > 1.0 + GAP)
-        .max_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))
-        .map(|i| (i, (omega2[i] * omega2[i - 1]).sqrt()))
-        .unwrap_or((omega2.len(), omega2[omega2.len() - 1] * (1.0 + GAP)))
-}
-
-/// Number of modes below `shift`: negative pivots of K - shift M.
-fn modes_below(
-    stiffness: &CscMatrix<f64>,
-    mass: &CscMatrix<f64>,
-    shift: f64,
-    factor: &Cholesky,
-) -> Result<usize, EigenError> {
-    let shifted = sparse::sum(stiffness, -shift, mass);
-    match factor.symbolic().ldlt(&shifted) {
-        Err(FactorError::PatternDiffers) => Ok(Symbolic::analyse(&shifted)?
-            .ldlt(&shifted)?
-            .negative_pivots()),
-        result => Ok(result?.negative_pivots()),
-    }
 }
 
 #[cfg(test)]

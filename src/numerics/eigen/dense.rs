@@ -46,35 +46,8 @@ pub fn modes_of_factored(
     solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
     let mut whitened = whitened.transpose().to_owned();
     solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
-    let mut whitened = symmetrised(whitened.as_ref());
-    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of order
-    // one, or all but the largest are lost in the thresholds.
-    let scale = whitened.norm_max();
-    if scale > 0.0 && scale.is_finite() {
-        zip!(whitened.as_mut()).for_each(|unzip!(v)| *v /= scale);
-    }
-    let mut inverses = Diag::zeros(n);
-    let mut vectors = Mat::zeros(n, n);
-    let params = Spec::default();
-    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params);
-    let failed = || EigenError::Dense { unknowns: n };
-    self_adjoint_evd(
-        whitened.as_ref(),
-        inverses.as_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::try_new(scratch).map_err(|_| failed())?),
-        params,
-    )
-    .map_err(|_| failed())?;
-    // 1 / omega^2 came out ascending: reverse.
-    let inverses: Vec<f64> = inverses
-        .column_vector()
-        .iter()
-        .rev()
-        .map(|x| scale * x)
-        .collect();
-    let mut vectors = vectors.reverse_cols().to_owned();
+    let whitened = symmetrised(whitened.as_ref());
+    let (inverses, mut vectors) = largest_first(whitened)?;
     let has_mass = |x: &f64| *x > f64::EPSILON * inverses[0];
     if let Some(mode) = inverses.iter().position(|x| !has_mass(x)) {
         return Err(EigenError::MassNotPositive { mode: mode + 1 });
@@ -86,6 +59,38 @@ pub fn modes_of_factored(
         omega2: inverses.iter().map(|x| x.recip()).collect(),
         vectors,
     })
+}
+
+/// Eigenvalues of a symmetric matrix (lower triangle read), the largest first, and a vector per column.
+///
+/// # Errors
+/// [`EigenError::Dense`].
+pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
+    let n = a.nrows();
+    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of order
+    // one, or all but the largest are lost in the thresholds.
+    let scale = a.norm_max();
+    if scale > 0.0 && scale.is_finite() {
+        zip!(a.as_mut()).for_each(|unzip!(v)| *v /= scale);
+    }
+    let mut values = Diag::zeros(n);
+    let mut vectors = Mat::zeros(n, n);
+    let params = Spec::default();
+    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params);
+    let failed = || EigenError::Dense { unknowns: n };
+    self_adjoint_evd(
+        a.as_ref(),
+        values.as_mut(),
+        Some(vectors.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::try_new(scratch).map_err(|_| failed())?),
+        params,
+    )
+    .map_err(|_| failed())?;
+    // They came out ascending.
+    let values = values.column_vector().iter().rev();
+    let values = values.map(|x| scale * x).collect();
+    Ok((values, vectors.reverse_cols().to_owned()))
 }
 
 /// Lower Cholesky factor of a dense positive definite matrix (lower triangle read).

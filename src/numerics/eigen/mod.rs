@@ -1,13 +1,18 @@
 //! Lowest modes of K phi = omega^2 M phi, K and M symmetric positive definite.
 
 pub mod arpack;
+pub mod blocks;
 pub mod dense;
+mod proof;
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{Cholesky, FactorError};
 use super::sparse;
+
+/// Entries of a factor (here 128 MB) that each pass reads from memory again.
+const LARGE_FACTOR: usize = 1 << 24;
 
 /// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). Of each vector the first entry of
 /// at least half the largest magnitude is positive.
@@ -49,6 +54,14 @@ pub enum EigenError {
     TooLarge { unknowns: usize },
     #[error("ARPACK's {routine} stopped with code {info}")]
     Arpack { routine: &'static str, info: i32 },
+    #[error(
+        "{converged} of {wanted} modes converged in a basis of {columns} vectors; ask for fewer"
+    )]
+    Basis {
+        converged: usize,
+        wanted: usize,
+        columns: usize,
+    },
     #[error("mode {mode} has a residual of {residual:.1e} after all tries; ask for fewer modes")]
     Residual { mode: usize, residual: f64 },
     #[error(
@@ -66,8 +79,8 @@ pub enum EigenError {
 /// The `count` lowest modes (all of them where the matrices have fewer unknowns).
 ///
 /// `factor` is the factorisation of `stiffness`. Small problems are solved densely, others by
-/// shift-invert Lanczos ([`arpack`]); residuals are checked and a Sturm count proves that no mode
-/// is missing.
+/// shift-invert Lanczos: [`arpack`], or [`blocks`] where the factor is too large for any cache.
+/// Residuals are checked and a Sturm count proves that no mode is missing.
 ///
 /// # Errors
 /// See [`EigenError`].
@@ -100,6 +113,9 @@ pub fn lowest_modes(
             omega2: all.omega2[..count].to_vec(),
             vectors: all.vectors.get(.., ..count).to_owned(),
         });
+    }
+    if factor.symbolic().factor_entries() > LARGE_FACTOR {
+        return blocks::lowest_modes(stiffness, mass, count, factor);
     }
     arpack::lowest_modes(stiffness, mass, count, factor)
 }

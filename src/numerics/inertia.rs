@@ -1,0 +1,146 @@
+//! Inertia of an indefinite matrix by a multifrontal LDL^T that keeps no factor (Duff, Reid, ACM Trans.
+//! Math. Softw. 9 (1983) 302-325): a count of the negative pivots, on all threads. Without pivoting, as
+//! [`Ldlt`](super::factor::Ldlt).
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::{
+    LdltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
+use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Mat, Par, Spec};
+use nalgebra_sparse::CscMatrix;
+
+use super::factor::{FactorError, Symbolic};
+use super::fronts::{Tree, in_rows, subtract_lower, take};
+
+/// Number of negative eigenvalues (Sylvester's law). `symbolic` is the analysis of the matrix, or of
+/// another one: then it is analysed again.
+///
+/// # Errors
+/// [`FactorError::Singular`] on a zero pivot; those of [`Symbolic::analyse`].
+pub fn negative_eigenvalues(
+    matrix: &CscMatrix<f64>,
+    symbolic: &Symbolic,
+) -> Result<usize, FactorError> {
+    match symbolic.check(matrix) {
+        Err(FactorError::PatternDiffers) => {
+            let own = Symbolic::analyse(matrix)?;
+            own.check(matrix)?;
+            count(matrix, &own)
+        }
+        checked => checked.and_then(|()| count(matrix, symbolic)),
+    }
+}
+
+fn count(matrix: &CscMatrix<f64>, symbolic: &Symbolic) -> Result<usize, FactorError> {
+    let Some(supernodes) = symbolic.supernodal() else {
+        return Ok(0);
+    };
+    let tree = Tree::new(supernodes, symbolic, matrix);
+    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, matrix, s))?;
+    Ok(roots.iter().map(|(_, negative)| negative).sum())
+}
+
+/// What a branch leaves to its parent (lower triangle), and its negative pivots.
+fn eliminate(
+    tree: &Tree<'_>,
+    matrix: &CscMatrix<f64>,
+    s: usize,
+) -> Result<(Mat<f64>, usize), FactorError> {
+    let branches = tree.branches(&tree.children[s], |child| eliminate(tree, matrix, child))?;
+    let width = tree.columns(s).len();
+    let below = tree.supernodes.supernode(s).pattern().len();
+    let mut front = Mat::zeros(width + below, width);
+    let mut rest = Mat::zeros(below, below);
+    let mut negative = 0;
+    for (&child, (left, found)) in tree.children[s].iter().zip(branches) {
+        let rows = tree
+            .rows_of_child(s, child)
+            .ok_or(FactorError::PatternDiffers)?;
+        take(&mut front, &mut rest, left.as_ref(), &rows);
+        negative += found;
+    }
+    tree.add_entries(s, matrix, &mut front)
+        .ok_or(FactorError::PatternDiffers)?;
+    let (mut pivots, mut lower) = front.as_mut().split_at_row_mut(width);
+    let params = Spec::default();
+    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+    cholesky_in_place(
+        pivots.rb_mut(),
+        LdltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|_| FactorError::Singular {
+        dof: tree.new_to_old[tree.columns(s).start],
+        share: 0.0,
+    })?;
+    let pivots = pivots.rb();
+    negative += (0..width).filter(|&j| pivots[(j, j)] < 0.0).count();
+    // F_21 L^-T, and that over D.
+    in_rows(lower.rb_mut(), |_, rows| {
+        solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
+    });
+    let mut scaled = lower.rb().to_owned();
+    for j in 0..width {
+        let pivot = pivots[(j, j)];
+        scaled
+            .col_as_slice_mut(j)
+            .iter_mut()
+            .for_each(|v| *v /= pivot);
+    }
+    subtract_lower(rest.as_mut(), scaled.as_ref(), lower.rb());
+    Ok((rest, negative))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::factor::Ldlt;
+    use crate::numerics::lattice::Lattice;
+    use crate::numerics::sparse::sum;
+
+    #[test]
+    fn the_count_is_that_of_the_factor_with_its_pivots() {
+        // The second one has fronts of several blocks.
+        for shape in [[7, 5, 4], [12, 18, 18]] {
+            let lattice = Lattice {
+                shape,
+                stiffness: 3e7,
+                mass: 0.2,
+                irregularity: 0.4,
+            };
+            let (k, m) = lattice.cantilever();
+            let symbolic = Symbolic::analyse(&k).unwrap();
+            let mut seen = Vec::new();
+            for sigma in [0.0, 6e7, 4e8] {
+                let shifted = sum(&k, -sigma, &m);
+                let found = negative_eigenvalues(&shifted, &symbolic).unwrap();
+                let expected = Ldlt::factor(&shifted).unwrap().negative_pivots();
+                assert_eq!(found, expected);
+                seen.push(found);
+            }
+            assert!(seen[0] == 0 && 0 < seen[1] && seen[1] < seen[2], "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn other_patterns_and_nothing_at_all() {
+        let mut diagonal = CscMatrix::identity(9);
+        diagonal.values_mut()[4] = -2.0;
+        diagonal.values_mut()[8] = -1.0;
+        let other = Symbolic::analyse(&CscMatrix::zeros(0, 0)).unwrap();
+        assert_eq!(negative_eigenvalues(&diagonal, &other).unwrap(), 2);
+        assert_eq!(
+            negative_eigenvalues(&CscMatrix::zeros(0, 0), &other).unwrap(),
+            0
+        );
+        diagonal.values_mut()[3] = 0.0;
+        assert!(matches!(
+            negative_eigenvalues(&diagonal, &other),
+            Err(FactorError::Singular { .. })
+        ));
+    }
+}
