@@ -159,6 +159,7 @@ fn dlft(c: &mut Criterion) {
         fourier: &fourier,
         eps: &eps,
         x_static: &statics.x,
+        held_statically: false,
         periods: Periods::UntilPeriodic,
     };
     group.bench_function("condense_one_frequency", |b| {

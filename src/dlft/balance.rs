@@ -20,6 +20,8 @@ pub struct Setting<'a> {
     pub eps: &'a [f64],
     /// Static relative displacement, m, n: where the march of a pair starts.
     pub x_static: &'a [f64],
+    /// The static state is held along the slot, and so is the mean of every motion about it.
+    pub held_statically: bool,
     pub periods: Periods,
 }
 
@@ -88,10 +90,13 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// The same balance with the mean held by `retention`, anchored at the static state.
+    /// The same balance with the mean held by `retention`, anchored at the static state, or at rest where
+    /// the static state is held from there.
     pub fn held_by(mut self, retention: &'a Retention) -> Self {
         let n = self.unknowns_per_block();
-        retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        if !self.setting.held_statically {
+            retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        }
         self.retention = Some(retention);
         self
     }
@@ -112,8 +117,13 @@ impl<'a> Balance<'a> {
     /// Force in the retention at U, N; zero without one.
     pub fn retention_n(&self, u: &[f64]) -> f64 {
         let n = self.unknowns_per_block();
-        self.retention
-            .map_or(0.0, |r| r.force_n(&u[..n], self.setting.x_static))
+        let at_rest = vec![0.0; n];
+        let anchor = if self.setting.held_statically {
+            &at_rest
+        } else {
+            self.setting.x_static
+        };
+        self.retention.map_or(0.0, |r| r.force_n(&u[..n], anchor))
     }
 
     pub fn unknowns_per_block(&self) -> usize {

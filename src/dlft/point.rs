@@ -98,19 +98,25 @@ impl<'a> Frequencies<'a> {
         work: &mut Work,
     ) -> Solved<'_> {
         let mut best: Option<Solved<'_>> = None;
-        let held_before = last.is_some_and(|l| l.held);
+        let free_and_held: &[bool] = if self.must_hold() {
+            &[true]
+        } else if last.is_some_and(|l| l.held) {
+            &[true, false]
+        } else {
+            &[false, true]
+        };
         for way in self.ways() {
-            for hold in [held_before, !held_before] {
+            for &hold in free_and_held {
                 let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
                     continue;
                 };
                 if solved.end.status == NewtonStatus::Converged {
-                    if hold {
+                    if hold && !self.must_hold() {
                         return self
                             .released(frequency_hz, &solved.u, work)
                             .unwrap_or(solved);
                     }
-                    if !self.has_left(&solved.u) {
+                    if hold || !self.has_left(&solved.u) {
                         return solved;
                     }
                     solved.end.status = NewtonStatus::Stagnated;
@@ -284,6 +290,11 @@ impl<'a> Frequencies<'a> {
         let mut u = vec![0.0; self.setting.fourier.width() * n];
         u[..n].copy_from_slice(self.setting.x_static);
         u
+    }
+
+    /// Friction does not even hold the static state.
+    fn must_hold(&self) -> bool {
+        self.setting.held_statically && self.retention().is_some()
     }
 
     /// The motions only friction holds; `None` when there are none, or when fixed periods are asked

@@ -1,6 +1,10 @@
 //! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
 //! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
+//!
+//! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
+//! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
 
+use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
 use crate::numerics::gmres::norm;
@@ -10,16 +14,49 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state. `eps` per unknown, N/m.
+/// stuck, unloaded state; held along the slot where friction alone does not hold it. `eps` per unknown, N/m.
 pub fn static_state(
     model: &RelativeModel,
     eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
+    let free = load_up(model, eps, load_steps, options, None);
+    let converged = free.outcome.is_converged();
+    let any = |status| free.status.contains(&status);
+    if converged && (any(PairStatus::Stuck) || !any(PairStatus::Slipping)) {
+        return free;
+    }
+    let retention = Retention::new(&model.stiffness, eps);
+    let at_rest = vec![0.0; free.x.len()];
+    if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
+        return free;
+    }
+    let mut held = load_up(model, eps, load_steps, options, Some(&retention));
+    held.newton_iterations += free.newton_iterations;
+    if converged || held.outcome.is_converged() {
+        held
+    } else {
+        free
+    }
+}
+
+/// The load in steps, the blade free along its slot or held there.
+fn load_up(
+    model: &RelativeModel,
+    eps: &[f64],
+    load_steps: usize,
+    options: NewtonOptions,
+    retention: Option<&Retention>,
+) -> StaticState {
     let n = model.stiffness.nrows();
+    let mut stiffness = model.stiffness.clone();
+    if let Some(retention) = retention {
+        retention.add_to_matrix(&(0..n).collect::<Vec<_>>(), &mut stiffness);
+    }
     let mut system = StaticSystem {
         model,
+        stiffness,
         eps,
         load: vec![0.0; n],
         slid_force: vec![[0.0; 2]; n / 3],
@@ -35,6 +72,7 @@ pub fn static_state(
         status: vec![],
         newton_iterations: 0,
         residual: 0.0,
+        retention_n: None,
     };
     if system.scale > 0.0 {
         for step in 1..=load_steps {
@@ -65,12 +103,15 @@ pub fn static_state(
             Contact::Open => PairStatus::Open,
         });
     }
+    state.retention_n = retention.map(|r| r.force_n(&x, &vec![0.0; n]));
     state.x = x;
     state
 }
 
 struct StaticSystem<'a> {
     model: &'a RelativeModel,
+    /// K, and the retention where there is one.
+    stiffness: Mat<f64>,
     eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
@@ -101,7 +142,7 @@ impl StaticSystem<'_> {
     fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
         let mut out = self.load.clone();
         for (j, &xj) in x.iter().enumerate() {
-            let column = self.model.stiffness.col_as_slice(j);
+            let column = self.stiffness.col_as_slice(j);
             out.iter_mut().zip(column).for_each(|(o, k)| *o -= k * xj);
         }
         for (i, o) in out.iter_mut().enumerate() {
@@ -151,7 +192,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         let n = x.len();
         let mut jacobian = Mat::zeros(n, n);
         for j in 0..n {
-            let column = self.model.stiffness.col_as_slice(j);
+            let column = self.stiffness.col_as_slice(j);
             let out = jacobian.col_as_slice_mut(j);
             for (pair, d) in self.derivative.iter().enumerate() {
                 for r in 0..3 {

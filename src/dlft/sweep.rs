@@ -96,6 +96,7 @@ pub fn sweep(
         fourier: &fourier,
         eps,
         x_static: &static_state.x,
+        held_statically: static_state.retention_n.is_some(),
         periods: settings.periods,
     };
     let run = Run {

@@ -21,7 +21,14 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     };
-    solve_static(relative, &eps, scene.static_state.load_steps, options)
+    let state = solve_static(relative, &eps, scene.static_state.load_steps, options);
+    if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
+        progress.warning(&format!(
+            "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
+             plate, with {retention_n:.3} N (static.retention_n of summary.json)"
+        ));
+    }
+    state
 }
 
 /// Whether there is a static state to vibrate about.
