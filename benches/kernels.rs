@@ -160,6 +160,7 @@ fn dlft(c: &mut Criterion) {
         eps: &eps,
         x_static: &statics.x,
         held_statically: false,
+        pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
     };
     group.bench_function("condense_one_frequency", |b| {

@@ -75,6 +75,21 @@ pub enum Error {
     ))]
     NoStuckMode,
 
+    /// A resonance without damping.
+    #[error(
+        "{frequency_hz} Hz: harmonic {harmonic} is at the frequency of stuck mode {mode}, and there is no damping: where all \
+         pairs stick the answer is infinite"
+    )]
+    #[diagnostic(help(
+        "give some damping (damping.ratio = 0.001), or move the range or the number of points of [response] so that \
+         no frequency is exactly there"
+    ))]
+    UndampedMode {
+        frequency_hz: f64,
+        harmonic: usize,
+        mode: usize,
+    },
+
     #[error(transparent)]
     Integration(#[from] IntegrationError),
 
@@ -185,6 +200,7 @@ impl Error {
             | Self::Model(_)
             | Self::NoMesh { .. }
             | Self::NoStuckMode
+            | Self::UndampedMode { .. }
             | Self::Damping(_)
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {

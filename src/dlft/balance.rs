@@ -22,6 +22,8 @@ pub struct Setting<'a> {
     pub x_static: &'a [f64],
     /// The static state is held along the slot, and so is the mean of every motion about it.
     pub held_statically: bool,
+    /// Sum of the pairs' compression in the static state, N.
+    pub pressing_n: f64,
     pub periods: Periods,
 }
 

@@ -15,6 +15,9 @@ pub enum Outcome {
     NotPeriodic,
     /// A number that is not finite came up.
     NotFinite,
+    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
+    /// them together: the blade would leave its slot.
+    LeavesSlot,
 }
 
 impl Outcome {
@@ -26,6 +29,7 @@ impl Outcome {
             Self::IterationLimit => "iteration_limit",
             Self::NotPeriodic => "not_periodic",
             Self::NotFinite => "not_finite",
+            Self::LeavesSlot => "leaves_slot",
         }
     }
     pub fn is_converged(self) -> bool {

@@ -97,6 +97,51 @@ impl<'a> Frequencies<'a> {
         last: Option<&Neighbour>,
         work: &mut Work,
     ) -> Solved<'_> {
+        self.solve_by(&self.ways(), frequency_hz, last, work)
+    }
+
+    /// Solves one frequency anew, from a neighbour on its other side.
+    pub fn solve_from(
+        &self,
+        frequency_hz: f64,
+        neighbour: &Neighbour,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        let mut ways = self.ways();
+        ways.retain(|way| match way {
+            Way::Directly(method) => matches!(method, Method::Krylov(_)),
+            Way::InFrequency(_) => true,
+            Way::InForce(_) => false,
+        });
+        if ways.is_empty() {
+            ways = self.ways();
+        }
+        self.solve_by(&ways, frequency_hz, Some(neighbour), work)
+    }
+
+    /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
+    /// static state: sums of the pairs' normal forces.
+    pub fn is_overpowered(&self) -> bool {
+        let setting = &self.setting;
+        let pulling: f64 = (0..setting.system.unknowns())
+            .step_by(3)
+            .map(|i| {
+                let loads = setting.system.model.excitations.iter();
+                loads
+                    .map(|l| l.cosine.on_x[i].hypot(l.sine.on_x[i]))
+                    .sum::<f64>()
+            })
+            .sum();
+        pulling > setting.pressing_n
+    }
+
+    fn solve_by(
+        &self,
+        ways: &[Way],
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solved<'_> {
         let mut best: Option<Solved<'_>> = None;
         let free_and_held: &[bool] = if self.must_hold() {
             &[true]
@@ -105,7 +150,7 @@ impl<'a> Frequencies<'a> {
         } else {
             &[false, true]
         };
-        for way in self.ways() {
+        for &way in ways {
             for &hold in free_and_held {
                 let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
                     continue;
@@ -146,6 +191,9 @@ impl<'a> Frequencies<'a> {
                 .collect();
         }
         let unknowns = self.setting.fourier.width() * self.setting.system.unknowns();
+        if self.is_overpowered() {
+            return vec![Directly(Method::Krylov(KRYLOV_TOLERANCE))];
+        }
         [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
             .map(|tolerance| Directly(Method::Krylov(tolerance)))
             .into_iter()

@@ -8,7 +8,7 @@ use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
 use crate::numerics::gmres::norm;
-use crate::numerics::newton::{NewtonOptions, NonlinearSystem, newton};
+use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::reduction::RelativeModel;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
@@ -41,6 +41,9 @@ pub fn static_state(
     }
 }
 
+/// A load step that fails is tried with a coefficient of friction that grows from the first of these by the second.
+const FRICTION_STEPS: (f64, f64) = (0.5, 2.0);
+
 /// The load in steps, the blade free along its slot or held there.
 fn load_up(
     model: &RelativeModel,
@@ -60,6 +63,7 @@ fn load_up(
         eps,
         load: vec![0.0; n],
         slid_force: vec![[0.0; 2]; n / 3],
+        friction: model.pairs.iter().map(|pair| pair.friction).collect(),
         scale: norm(&model.static_load.on_x),
         derivative: vec![[[0.0; 3]; 3]; n / 3],
         factor: None,
@@ -84,7 +88,7 @@ fn load_up(
                 let t = 3 * pair + 1;
                 *s = [eps[t] * x[t], eps[t + 1] * x[t + 1]];
             }
-            let end = newton(&mut system, &mut x, options);
+            let end = step_up(&mut system, &mut x, options);
             state.newton_iterations += end.iterations;
             state.residual = end.measure;
             state.outcome = Outcome::from(end.status);
@@ -95,7 +99,7 @@ fn load_up(
     }
     let predicted = system.predicted(&x);
     for (pair, predicted) in predicted.iter().enumerate() {
-        let (contact, force) = unilateral_coulomb(*predicted, model.pairs[pair].friction);
+        let (contact, force) = unilateral_coulomb(*predicted, system.friction[pair]);
         state.lambda[3 * pair..3 * pair + 3].copy_from_slice(&force);
         state.status.push(match contact {
             Contact::Stick => PairStatus::Stuck,
@@ -108,6 +112,37 @@ fn load_up(
     state
 }
 
+/// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
+/// method may end between two of them: then the coefficient grows, each solution the start of the next.
+fn step_up(system: &mut StaticSystem<'_>, x: &mut Vec<f64>, options: NewtonOptions) -> NewtonEnd {
+    let start = x.clone();
+    let mut end = newton(system, x, options);
+    let full = system.friction.clone();
+    let highest = full.iter().fold(0.0_f64, |m, f| m.max(*f));
+    let (mut cap, growth) = FRICTION_STEPS;
+    if end.status == NewtonStatus::Converged || highest <= cap {
+        return end;
+    }
+    let (mut y, mut iterations) = (start, end.iterations);
+    let mut reached = false;
+    while !reached {
+        reached = cap >= highest;
+        system.friction = full.iter().map(|f| f.min(cap)).collect();
+        let last = newton(system, &mut y, options);
+        iterations += last.iterations;
+        if last.status != NewtonStatus::Converged {
+            break;
+        }
+        if reached {
+            x.copy_from_slice(&y);
+            end = last;
+        }
+        cap *= growth;
+    }
+    system.friction = full;
+    NewtonEnd { iterations, ..end }
+}
+
 struct StaticSystem<'a> {
     model: &'a RelativeModel,
     /// K, and the retention where there is one.
@@ -117,6 +152,8 @@ struct StaticSystem<'a> {
     load: Vec<f64>,
     /// lambda_x (tangential) of the last step.
     slid_force: Vec<[f64; 2]>,
+    /// Coefficient of each pair.
+    friction: Vec<f64>,
     scale: f64,
     /// d lambda / d lambda_u per pair.
     derivative: Vec<[[f64; 3]; 3]>,
@@ -157,7 +194,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
         for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let (_, force) = unilateral_coulomb(predicted, self.model.pairs[pair].friction);
+            let (_, force) = unilateral_coulomb(predicted, self.friction[pair]);
             for (c, force) in force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
@@ -171,7 +208,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 
     fn linearise(&mut self, x: &[f64]) {
         for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let friction = self.model.pairs[pair].friction;
+            let friction = self.friction[pair];
             let (contact, _) = unilateral_coulomb(predicted, friction);
             self.derivative[pair] = match contact {
                 Contact::Open => [[0.0; 3]; 3],

@@ -68,6 +68,41 @@ pub(super) fn frequencies_hz(
         .collect())
 }
 
+/// Nearer to an undamped stuck mode than this, relative, a harmonic of the response is taken to lie on it.
+const ON_A_MODE: f64 = 1e-9;
+
+/// Without damping the stuck answer is infinite at the frequency of a stuck mode.
+///
+/// # Errors
+/// [`Error::UndampedMode`] where a harmonic of some frequency lies there.
+pub(super) fn off_undamped_modes(
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    harmonics: usize,
+) -> Result<(), Error> {
+    if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
+        return Ok(());
+    }
+    let modes_hz: Vec<f64> = relative.omega2.iter().map(|w2| hertz(*w2)).collect();
+    for &frequency_hz in frequencies_hz {
+        for harmonic in 1..=harmonics {
+            let of_harmonic = harmonic as f64 * frequency_hz;
+            // Ascending: the first mode not below the window around the harmonic.
+            let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
+            let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
+            if modes_hz.get(mode).is_some_and(on_it) {
+                return Err(Error::UndampedMode {
+                    frequency_hz,
+                    harmonic,
+                    mode: mode + 1,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
 pub(super) fn respond(
     spec: &ResponseSpec,
     relative: &RelativeModel,
