@@ -88,7 +88,7 @@ class Run:
 
     def __init__(self, out, command, scene, sets, more=()):
         shutil.rmtree(out, ignore_errors=True)
-        line = [PROGRAM, command, scene, "--out", out, "--quiet", *more]
+        line = [PROGRAM, command, scene, "--out", out, "--quiet", "--threads", "1", *more]
         for key in sets:
             line += ["--set", key]
         began = time.monotonic()
@@ -304,6 +304,8 @@ def main():
 
     for mu in ["0", "1e-6", "0.01", "0.3", "1", "10", "1e6"]:
         reduced("friction coefficient", mu, f"reduced_model.friction={mu}")
+    for mu in ["10", "1e6"]:
+        reduced("friction coefficient", f"{mu}, 0.2 N", f"reduced_model.friction={mu}", "reduced_model.force_n=0.2")
     for rpm in ["0", "10", "500", "5000", "20000", "50000", "100000", "1e6"]:
         meshed("speed, rpm", rpm, f"rotation.speed_rpm={rpm}")
     for force in ["0", "1e-9", "0.01", "2", "20", "100", "1000", "1e4", "1e6"]:
