@@ -32,7 +32,12 @@ fn statics(model: &RelativeModel) -> StaticState {
 }
 
 /// At multiples of the first stuck mode, 0.1 % damping.
-fn respond(model: &RelativeModel, state: &StaticState, ratios: &[f64], harmonics: usize) -> Response {
+fn respond(
+    model: &RelativeModel,
+    state: &StaticState,
+    ratios: &[f64],
+    harmonics: usize,
+) -> Response {
     let first = model.omega2[0].sqrt();
     let settings = SweepSettings {
         frequencies_hz: ratios
@@ -69,7 +74,10 @@ fn the_static_state_is_found_at_any_coefficient_of_friction() {
         assert_eq!(state.outcome, Outcome::Converged, "{friction}");
         for f in state.lambda.chunks_exact(3) {
             let limit = friction * -f[0] * (1.0 + 1e-9);
-            assert!(f[0] <= 0.0 && f[1].hypot(f[2]) <= limit, "{friction}: {f:?}");
+            assert!(
+                f[0] <= 0.0 && f[1].hypot(f[2]) <= limit,
+                "{friction}: {f:?}"
+            );
         }
         // Equilibrium: K x + lambda = F, but for a force along the slot where it is held there.
         let n = state.x.len();
@@ -138,7 +146,12 @@ fn very_low_and_very_high_frequencies_converge() {
     let model = model(0.3, 1.0);
     let response = respond(&model, &statics(&model), &[2e-5, 2e3], 3);
     for orbit in &response.orbits {
-        assert_eq!(orbit.outcome, Outcome::Converged, "{} Hz", orbit.frequency_hz);
+        assert_eq!(
+            orbit.outcome,
+            Outcome::Converged,
+            "{} Hz",
+            orbit.frequency_hz
+        );
     }
 }
 
@@ -154,7 +167,11 @@ fn said(sets: &[&str]) -> (Option<i32>, String) {
     );
     std::fs::write(&scene, text).unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg("run").arg(&scene).arg("--out").arg(folder.join("out"));
+    program
+        .arg("run")
+        .arg(&scene)
+        .arg("--out")
+        .arg(folder.join("out"));
     for set in sets {
         program.args(["--set", set]);
     }
@@ -181,7 +198,11 @@ fn what_cannot_be_computed_says_why_and_what_to_do() {
             1,
             &["nothing holds the blade", "gap"],
         ),
-        (&["response.harmonics=0"], 2, &["response.harmonics", "dovetail static"]),
+        (
+            &["response.harmonics=0"],
+            2,
+            &["response.harmonics", "dovetail static"],
+        ),
     ];
     for (sets, code, words) in cases {
         let (found, message) = said(sets);

@@ -41,8 +41,10 @@ pub fn static_state(
     }
 }
 
-/// A load step that fails is tried with a coefficient of friction that grows from the first of these by the second.
-const FRICTION_STEPS: (f64, f64) = (0.5, 2.0);
+/// A load step that fails is tried with coefficients of friction that grow from this ...
+const FIRST_FRICTION: f64 = 0.5;
+/// ... by the first of these factors; where that fails, by the next.
+const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
 /// The load in steps, the blade free along its slot or held there.
 fn load_up(
@@ -114,33 +116,55 @@ fn load_up(
 
 /// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
 /// method may end between two of them: then the coefficient grows, each solution the start of the next.
-fn step_up(system: &mut StaticSystem<'_>, x: &mut Vec<f64>, options: NewtonOptions) -> NewtonEnd {
-    let start = x.clone();
+fn step_up(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    let start = x.to_vec();
     let mut end = newton(system, x, options);
     let full = system.friction.clone();
-    let highest = full.iter().fold(0.0_f64, |m, f| m.max(*f));
-    let (mut cap, growth) = FRICTION_STEPS;
-    if end.status == NewtonStatus::Converged || highest <= cap {
+    if full.iter().all(|f| *f <= FIRST_FRICTION) {
         return end;
     }
-    let (mut y, mut iterations) = (start, end.iterations);
-    let mut reached = false;
-    while !reached {
-        reached = cap >= highest;
-        system.friction = full.iter().map(|f| f.min(cap)).collect();
-        let last = newton(system, &mut y, options);
-        iterations += last.iterations;
-        if last.status != NewtonStatus::Converged {
+    for growth in FRICTION_GROWTHS {
+        if end.status == NewtonStatus::Converged {
             break;
         }
-        if reached {
+        let mut y = start.clone();
+        let last = with_growing_friction(system, &mut y, &full, growth, options);
+        system.friction.copy_from_slice(&full);
+        end.iterations += last.iterations;
+        if last.status == NewtonStatus::Converged {
             x.copy_from_slice(&y);
-            end = last;
+            end = NewtonEnd {
+                iterations: end.iterations,
+                ..last
+            };
         }
-        cap *= growth;
     }
-    system.friction = full;
-    NewtonEnd { iterations, ..end }
+    end
+}
+
+/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to `full`. Ends where
+/// one does not converge.
+fn with_growing_friction(
+    system: &mut StaticSystem<'_>,
+    x: &mut [f64],
+    full: &[f64],
+    growth: f64,
+    options: NewtonOptions,
+) -> NewtonEnd {
+    let mut most = FIRST_FRICTION;
+    let mut iterations = 0;
+    system.friction = full.iter().map(|f| f.min(most)).collect();
+    loop {
+        let end = newton(system, x, options);
+        iterations += end.iterations;
+        if end.status != NewtonStatus::Converged || system.friction == full {
+            return NewtonEnd { iterations, ..end };
+        }
+        most *= growth;
+        let next: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
+        system.predict(x, &next);
+        system.friction = next;
+    }
 }
 
 struct StaticSystem<'a> {
@@ -173,6 +197,26 @@ impl StaticSystem<'_> {
                 ]
             })
             .collect()
+    }
+
+    /// Moves a solution to where it is expected once the coefficients are `next`: along a straight line in 1 / mu,
+    /// as the normal force of a pair that slides under a given shear goes.
+    fn predict(&mut self, x: &mut [f64], next: &[f64]) {
+        let mut change = vec![0.0; x.len()];
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let (now, next) = (self.friction[pair], next[pair]);
+            if unilateral_coulomb(predicted, now).0 == Contact::Slip && next > 0.0 {
+                let [e1, e2] = slip_tangent(predicted, now).direction;
+                let force = -predicted[0] * now * (next - now) / next;
+                change[3 * pair + 1] = force * e1;
+                change[3 * pair + 2] = force * e2;
+            }
+        }
+        let mut dx = vec![0.0; x.len()];
+        self.linearise(x);
+        if self.correction(&change, &mut dx) {
+            x.iter_mut().zip(&dx).for_each(|(x, d)| *x += d);
+        }
     }
 
     /// F - K x + eps x.
