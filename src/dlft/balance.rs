@@ -36,6 +36,8 @@ pub struct Balance<'a> {
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.
     retention: Option<&'a Retention>,
+    /// Coefficients of friction above this count as this.
+    pub most_friction: f64,
 }
 
 /// What the pairs did at one U.
@@ -89,6 +91,7 @@ impl<'a> Balance<'a> {
             stiffness,
             force,
             retention: None,
+            most_friction: f64::INFINITY,
         }
     }
 
@@ -133,7 +136,11 @@ impl<'a> Balance<'a> {
     }
 
     fn law(&self, pair: usize) -> PairLaw {
-        self.setting.system.model.pairs[pair]
+        let law = self.setting.system.model.pairs[pair];
+        PairLaw {
+            friction: law.friction.min(self.most_friction),
+            ..law
+        }
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
