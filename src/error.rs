@@ -116,7 +116,7 @@ pub enum Error {
     #[diagnostic(help(
         "a steady load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
          that throws the blade outwards, and a first body that carries the load (rotation.bodies), or \
-         add a [[load]] towards the second body; the f_static.mtx of a reduced model must be negative on N"
+         add a [[load]] towards the second body; it must close the clearance (gap_m, crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
     ))]
     NothingHolds,
 

@@ -69,6 +69,9 @@ enum Way {
     InFrequency(u32),
     /// From the static state in this many steps of the vibrating part of the load.
     InForce(u32),
+    /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
+    /// start on the straight line in 1 / mu through the last two.
+    InFriction { from: f64, growth: f64 },
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -111,7 +114,7 @@ impl<'a> Frequencies<'a> {
         ways.retain(|way| match way {
             Way::Directly(method) => matches!(method, Method::Krylov(_)),
             Way::InFrequency(_) => true,
-            Way::InForce(_) => false,
+            Way::InForce(_) | Way::InFriction { .. } => false,
         });
         if ways.is_empty() {
             ways = self.ways();
@@ -179,13 +182,16 @@ impl<'a> Frequencies<'a> {
     }
 
     fn ways(&self) -> Vec<Way> {
-        use Way::{Directly, InForce, InFrequency};
+        use Way::{Directly, InForce, InFrequency, InFriction};
+        let in_friction =
+            [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
         let dogleg = Directly(Method::Dogleg);
         if self.solver == Solver::Powell {
             return [dogleg]
                 .into_iter()
+                .chain(in_friction)
                 .chain(steps)
                 .chain(small_steps)
                 .collect();
@@ -197,6 +203,7 @@ impl<'a> Frequencies<'a> {
         [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
             .map(|tolerance| Directly(Method::Krylov(tolerance)))
             .into_iter()
+            .chain(in_friction)
             .chain(steps)
             .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
             .chain(small_steps)
@@ -249,6 +256,49 @@ impl<'a> Frequencies<'a> {
                 };
                 self.walk(self.cold(), steps, &at, work)
             }
+            Way::InFriction { from, growth } => {
+                self.with_growing_friction((from, growth), frequency_hz, hold, work)
+            }
+        }
+    }
+
+    /// `None` where a coefficient on the way has no solution, or none is above the first.
+    fn with_growing_friction(
+        &self,
+        (from, growth): (f64, f64),
+        frequency_hz: f64,
+        hold: bool,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        let pairs = self.setting.system.model.pairs.iter();
+        let highest = pairs.fold(0.0_f64, |m, p| m.max(p.friction));
+        let mut most = from;
+        if highest <= most {
+            return None;
+        }
+        let mut u = self.cold();
+        let mut earlier: Option<(f64, Vec<f64>)> = None;
+        loop {
+            let mut balance = self.balance(frequency_hz, hold)?;
+            balance.most_friction = most;
+            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            if end.status != NewtonStatus::Converged {
+                return None;
+            }
+            if most >= highest {
+                return Some(Solved { balance, u, end });
+            }
+            let next = (most * growth).min(highest);
+            let along = |before: f64| (1.0 / next - 1.0 / most) / (1.0 / most - 1.0 / before);
+            let predicted = match &earlier {
+                Some((before, v)) => {
+                    let t = along(*before);
+                    u.iter().zip(v).map(|(u, v)| u + t * (u - v)).collect()
+                }
+                None => u.clone(),
+            };
+            earlier = Some((most, std::mem::replace(&mut u, predicted)));
+            most = next;
         }
     }
 
@@ -261,10 +311,7 @@ impl<'a> Frequencies<'a> {
         at: &dyn Fn(f64) -> Option<Balance<'b>>,
         work: &mut Work,
     ) -> Option<Solved<'b>> {
-        let method = match self.solver {
-            Solver::Powell => Method::Dogleg,
-            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
-        };
+        let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
             let balance = at(f64::from(step) / f64::from(steps))?;
@@ -275,6 +322,14 @@ impl<'a> Frequencies<'a> {
             solved = Some((balance, end));
         }
         solved.map(|(balance, end)| Solved { balance, u, end })
+    }
+
+    /// The method of small steps.
+    fn stepping(&self) -> Method {
+        match self.solver {
+            Solver::Powell => Method::Dogleg,
+            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
+        }
     }
 
     /// Lets go of the mean from a held solution; `None` where friction does not keep it there, which the

@@ -33,15 +33,15 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
 
 /// Whether there is a static state to vibrate about.
 pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
+    if state.status.iter().all(|s| *s == PairStatus::Open) {
+        return Err(Error::NothingHolds);
+    }
     if !state.outcome.is_converged() {
         return Err(Error::StaticState {
             outcome: state.outcome,
             iterations: state.newton_iterations,
             residual: state.residual,
         });
-    }
-    if state.status.iter().all(|s| *s == PairStatus::Open) {
-        return Err(Error::NothingHolds);
     }
     Ok(())
 }
