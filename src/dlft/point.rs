@@ -365,8 +365,13 @@ impl<'a> Frequencies<'a> {
         let end = match method {
             Method::Krylov(tolerance) => {
                 let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
-                let mut system =
-                    KrylovSystem::new(balance, &mut work.preconditioner, tolerance, &has_left);
+                let mut system = KrylovSystem::new(
+                    balance,
+                    &mut work.preconditioner,
+                    tolerance,
+                    options.tolerance,
+                    &has_left,
+                );
                 let end = newton(&mut system, u, options);
                 work.krylov_iterations += system.krylov_iterations;
                 end
