@@ -107,10 +107,12 @@ class Run:
         """What was said, without the frames and line breaks of the terminal."""
         lines = []
         for line in self.said.splitlines():
-            line = re.sub(r"^[\s|│╰╭╯╮─▶×⚠·✗]+", " ", line).strip()
-            if line and not re.match(r"^\d+\s*[│|]", line):
+            line = re.sub(r"^[\s|│╰╭╯╮─▶×⚠·✗x!]+(?=\s)", "", line).strip()
+            if line and not re.match(r"\d+\s*[│|]|,-\[|:|`-|[╭╰·]", line):
                 lines.append(line)
-        return " ".join(lines)
+        words = " ".join(lines)
+        # What holds for every run that did not converge says less than its own warning.
+        return words.split(" help: they are marked")[0] if "warning:" in words else words
 
     def broken(self):
         """Why the run counts as a failure whatever it was meant to do; None where it does not."""
@@ -306,12 +308,15 @@ def main():
         reduced("friction coefficient", mu, f"reduced_model.friction={mu}")
     for mu in ["10", "1e6"]:
         reduced("friction coefficient", f"{mu}, 0.2 N", f"reduced_model.friction={mu}", "reduced_model.force_n=0.2")
+    says = {"0": "nothing holds the blade", "10": "would leave its slot", "1e6": "lower the speed"}
     for rpm in ["0", "10", "500", "5000", "20000", "50000", "100000", "1e6"]:
-        meshed("speed, rpm", rpm, f"rotation.speed_rpm={rpm}")
+        meshed("speed, rpm", rpm, f"rotation.speed_rpm={rpm}", expect=says.get(rpm, CONVERGED))
     for force in ["0", "1e-9", "0.01", "2", "20", "100", "1000", "1e4", "1e6"]:
-        reduced("excitation, N", force, f"reduced_model.force_n={force}")
+        expect = "would leave its slot" if float(force) >= 1000 else CONVERGED
+        reduced("excitation, N", force, f"reduced_model.force_n={force}", expect=expect)
     for force in ["1e-3", "2", "20"]:
-        reduced("no damping", f"{force} N", "damping.ratio=0", f"reduced_model.force_n={force}")
+        # An even number of points: none at the middle, where the mode is.
+        reduced("no damping", f"{force} N", "damping.ratio=0", f"reduced_model.force_n={force}", "response.points=10")
         reduced(
             "no damping",
             f"{force} N, exactly at the first stuck mode",
@@ -319,6 +324,7 @@ def main():
             f"reduced_model.force_n={force}",
             "response.times_first_stuck_mode=[1,1]",
             "response.points=1",
+            expect="no damping.*damping.ratio",
         )
     spots = [("0.01", 0.01), ("first stuck mode", stuck_hz[0]), ("second stuck mode", stuck_hz[1])]
     spots += [("first fixed-interface mode of the blade", blade_hz[0]), ("last stuck mode", stuck_hz[-1])]
@@ -331,6 +337,7 @@ def main():
                 f"response.frequency_hz=[{hz!r},{hz!r}]",
                 "response.points=1",
                 f"damping.ratio={damping}",
+                expect="no damping" if damping == "0" and "stuck" in name else CONVERGED,
             )
     for harmonics, samples in [(0, 128), (1, 128), (31, 128), (31, 1024)]:
         reduced(
@@ -338,18 +345,22 @@ def main():
             f"{harmonics}, {samples} samples",
             f"response.harmonics={harmonics}",
             f"response.samples={samples}",
+            expect="nothing vibrates.*dovetail static" if harmonics == 0 else CONVERGED,
         )
     for samples in ["7", "8", "16", "128", "4096"]:
-        reduced("samples", samples, f"response.samples={samples}")
+        expect = "cannot carry 3 harmonics.*8 or more" if samples == "7" else CONVERGED
+        reduced("samples", samples, f"response.samples={samples}", expect=expect)
     for choice in ["pair", "spectral_radius"]:
         for scale in ["1e-4", "1e-2", "1", "1e2", "1e4"]:
             reduced("eps", f"{choice} x {scale}", f"response.eps={choice}", f"response.eps_scale={scale}")
     for poisson in ["-0.99", "0", "0.4999", "0.5"]:
-        meshed("Poisson's ratio", poisson, f"body.*.poisson={poisson}")
+        expect = "less than 0.5|below 0.5" if poisson == "0.5" else CONVERGED
+        meshed("Poisson's ratio", poisson, f"body.*.poisson={poisson}", expect=expect)
     for blade, jaw in [("1.138e17", "1.138e11"), ("1.138e11", "1.138e17"), ("1.138e11", "1.138e5")]:
         meshed("moduli, blade and jaw, Pa", f"{blade}, {jaw}", f"body.0.young_pa={blade}", f"body.1.young_pa={jaw}")
     for gap in ["1e-9", "1e-6", "1e-5", "1e-4", "1e-2", "1e3"]:
-        reduced("gap of all pairs, m", gap, f"reduced_model.gap_m={gap}")
+        expect = "nothing holds the blade.*gap_m" if float(gap) > 0.001 else CONVERGED
+        reduced("gap of all pairs, m", gap, f"reduced_model.gap_m={gap}", expect=expect)
     for gap in ["1e-6", "1e-5", "1e-3"]:
         meshed("gap of one flank, m", gap, f"contact.left.gap_m={gap}")
     for name in ["den_hartog", "jenkins"]:
@@ -366,7 +377,8 @@ def main():
     for height in ["1", "1e-2", "3e-4", "1e-9"]:
         bad = os.path.join(out, f"flattened_{height}.msh")
         flattened(os.path.join(ROOT, "meshes/dovetail_order1.msh"), bad, float(height))
-        meshed("height of one tetrahedron", height, mesh=[f"mesh.file={bad}", *READY[1:]])
+        expect = "flat.*optimise" if height == "1e-9" else CONVERGED
+        meshed("height of one tetrahedron", height, expect=expect, mesh=[f"mesh.file={bad}", *READY[1:]])
 
     small = os.path.join(ROOT, "meshes/dovetail_small.msh")
     metres = os.path.join(out, "metres.msh")
