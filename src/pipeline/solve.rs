@@ -9,14 +9,15 @@ use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{FrequencyRange, ResponseSpec, Scene};
+use crate::scene::{EpsChoice, FrequencyRange, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
     let _stage = progress.stage("static state");
-    let eps = eps_of(relative, scene.response.eps, scene.response.eps_scale);
+    // The static state does not depend on eps, only the way to it does.
+    let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
