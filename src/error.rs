@@ -183,7 +183,7 @@ pub enum Error {
         help(
             "they are marked in the column `outcome` of response.csv and left out of the curves; more \
              response.max_newton_iterations, a smaller step in frequency (response.points) or another \
-             response.eps may help"
+             response.eps or an eps_scale nearer 1 may help"
         )
     )]
     NotConverged { unconverged: usize, points: usize },
