@@ -21,10 +21,19 @@ pub fn static_state(
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
-    let free = load_up(model, eps, load_steps, options, None);
+    let mut free = load_up(model, eps, load_steps, options, None, false);
+    let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
+    let mut closed = false;
+    if is_open(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
+        // A blade that nothing touches has an equilibrium of its own, far inwards: start with the flanks together.
+        let other = load_up(model, eps, load_steps, options, None, true);
+        if !is_open(&other) {
+            (free, closed) = (other, true);
+        }
+    }
     let converged = free.outcome.is_converged();
     let any = |status| free.status.contains(&status);
-    if converged && (any(PairStatus::Stuck) || !any(PairStatus::Slipping)) {
+    if !any(PairStatus::Slipping) || (converged && any(PairStatus::Stuck)) {
         return free;
     }
     let retention = Retention::new(&model.stiffness, eps);
@@ -32,7 +41,7 @@ pub fn static_state(
     if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
         return free;
     }
-    let mut held = load_up(model, eps, load_steps, options, Some(&retention));
+    let mut held = load_up(model, eps, load_steps, options, Some(&retention), closed);
     held.newton_iterations += free.newton_iterations;
     if converged || held.outcome.is_converged() {
         held
@@ -46,13 +55,14 @@ const FIRST_FRICTION: f64 = 0.5;
 /// ... by the first of these factors; where that fails, by the next.
 const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
-/// The load in steps, the blade free along its slot or held there.
+/// The load in steps, the blade free along its slot or held there, from the unloaded place or with all clearances closed.
 fn load_up(
     model: &RelativeModel,
     eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
     retention: Option<&Retention>,
+    closed: bool,
 ) -> StaticState {
     let n = model.stiffness.nrows();
     let mut stiffness = model.stiffness.clone();
@@ -71,6 +81,11 @@ fn load_up(
         factor: None,
     };
     let mut x = vec![0.0; n];
+    if closed {
+        for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
+            *x = -pair.gap_m;
+        }
+    }
     let mut state = StaticState {
         outcome: Outcome::Converged,
         x: vec![],
