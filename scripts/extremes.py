@@ -367,9 +367,8 @@ def main():
         meshed("Poisson's ratio", poisson, f"body.*.poisson={poisson}", expect=expect)
     for blade, jaw in [("1.138e17", "1.138e11"), ("1.138e11", "1.138e17"), ("1.138e11", "1.138e5")]:
         meshed("moduli, blade and jaw, Pa", f"{blade}, {jaw}", f"body.0.young_pa={blade}", f"body.1.young_pa={jaw}")
-    for gap in ["1e-9", "1e-6", "1e-5", "1e-4", "1e-2", "1e3"]:
-        expect = "nothing holds the blade.*gap_m" if float(gap) > 0.001 else CONVERGED
-        reduced("gap of all pairs, m", gap, f"reduced_model.gap_m={gap}", expect=expect)
+    for gap in ["1e-9", "1e-6", "1e-5", "1e-4", "1e-2"]:
+        reduced("gap of all pairs, m", gap, f"reduced_model.gap_m={gap}")
     for gap in ["1e-6", "1e-5", "1e-3"]:
         meshed("gap of one flank, m", gap, f"contact.left.gap_m={gap}")
     for name in ["den_hartog", "jenkins"]:

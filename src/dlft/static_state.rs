@@ -80,12 +80,11 @@ fn load_up(
         derivative: vec![[[0.0; 3]; 3]; n / 3],
         factor: None,
     };
-    let mut x = vec![0.0; n];
-    if closed {
-        for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
-            *x = -pair.gap_m;
-        }
-    }
+    let mut x = if closed {
+        with_clearances_closed(model, eps)
+    } else {
+        vec![0.0; n]
+    };
     let mut state = StaticState {
         outcome: Outcome::Converged,
         x: vec![],
@@ -127,6 +126,30 @@ fn load_up(
     state.retention_n = retention.map(|r| r.force_n(&x, &vec![0.0; n]));
     state.x = x;
     state
+}
+
+/// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
+fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
+    const GROUND: f64 = 1e-3;
+    let k = &model.stiffness;
+    let n = k.nrows();
+    let mut x = vec![0.0; n];
+    for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
+        *x = -pair.gap_m;
+    }
+    let along: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+    let size = along.len();
+    let matrix = Mat::from_fn(size, size, |i, j| {
+        let ground = if i == j { GROUND * eps[along[i]] } else { 0.0 };
+        k[(along[i], along[j])] + ground
+    });
+    let force = |i: &usize| -(0..n).step_by(3).map(|j| k[(*i, j)] * x[j]).sum::<f64>();
+    let mut slide: Vec<f64> = along.iter().map(force).collect();
+    matrix
+        .partial_piv_lu()
+        .solve_in_place(MatMut::from_column_major_slice_mut(&mut slide, size, 1));
+    along.iter().zip(&slide).for_each(|(i, s)| x[*i] = *s);
+    x
 }
 
 /// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
