@@ -111,7 +111,7 @@ pub fn sweep(
         || run.segment(falling.iter().rev().copied(), progress),
     );
     orbits.extend(upper.into_iter().rev());
-    run.from_other_side(&mut orbits, middle);
+    run.retry_from_other_side(&mut orbits, middle);
     let stuck = settings
         .frequencies_hz
         .iter()
@@ -164,7 +164,7 @@ impl Run<'_> {
 
     /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
     /// the rising half downwards, then the falling half (from `middle`) upwards.
-    fn from_other_side(&self, orbits: &mut [Orbit], middle: usize) {
+    fn retry_from_other_side(&self, orbits: &mut [Orbit], middle: usize) {
         let mut work = Work::default();
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
         let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
