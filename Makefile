@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint bench setup vtk clean
+.PHONY: run test verify calculix lint bench extremes setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -41,6 +41,11 @@ lint:
 # Seconds and ratios; see docs/performance.md.
 bench: setup
 	cargo bench --locked
+
+# Every extreme of the input, as the table of docs/verification.md.
+extremes: setup
+	cargo build --release --locked
+	python3 scripts/extremes.py
 
 setup:
 	@tools/setup.sh

@@ -118,7 +118,13 @@ fn reduced_dovetail() -> RelativeModel {
 fn newton_krylov(balance: &Balance<'_>, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     let mut u = start.to_vec();
     let mut preconditioner = Preconditioner::default();
-    let mut system = KrylovSystem::new(balance, &mut preconditioner, KRYLOV_TOLERANCE, &|_| false);
+    let mut system = KrylovSystem::new(
+        balance,
+        &mut preconditioner,
+        KRYLOV_TOLERANCE,
+        1e-8,
+        &|_| false,
+    );
     let end = newton(&mut system, &mut u, NEWTON);
     (u, end)
 }
@@ -159,6 +165,8 @@ fn dlft(c: &mut Criterion) {
         fourier: &fourier,
         eps: &eps,
         x_static: &statics.x,
+        held_statically: false,
+        pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
     };
     group.bench_function("condense_one_frequency", |b| {

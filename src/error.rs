@@ -75,6 +75,21 @@ pub enum Error {
     ))]
     NoStuckMode,
 
+    /// A resonance without damping.
+    #[error(
+        "{frequency_hz} Hz: harmonic {harmonic} is at the frequency of stuck mode {mode}, and there is no damping: where all \
+         pairs stick the answer is infinite"
+    )]
+    #[diagnostic(help(
+        "give some damping (damping.ratio = 0.001), or move the range or the number of points of [response] so that \
+         no frequency is exactly there"
+    ))]
+    UndampedMode {
+        frequency_hz: f64,
+        harmonic: usize,
+        mode: usize,
+    },
+
     #[error(transparent)]
     Integration(#[from] IntegrationError),
 
@@ -101,7 +116,7 @@ pub enum Error {
     #[diagnostic(help(
         "a steady load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
          that throws the blade outwards, and a first body that carries the load (rotation.bodies), or \
-         add a [[load]] towards the second body; the f_static.mtx of a reduced model must be negative on N"
+         add a [[load]] towards the second body; it must close the clearance (gap_m, crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
     ))]
     NothingHolds,
 
@@ -168,7 +183,7 @@ pub enum Error {
         help(
             "they are marked in the column `outcome` of response.csv and left out of the curves; more \
              response.max_newton_iterations, a smaller step in frequency (response.points) or another \
-             response.eps may help"
+             response.eps or an eps_scale nearer 1 may help"
         )
     )]
     NotConverged { unconverged: usize, points: usize },
@@ -185,6 +200,7 @@ impl Error {
             | Self::Model(_)
             | Self::NoMesh { .. }
             | Self::NoStuckMode
+            | Self::UndampedMode { .. }
             | Self::Damping(_)
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {

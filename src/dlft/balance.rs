@@ -20,6 +20,10 @@ pub struct Setting<'a> {
     pub eps: &'a [f64],
     /// Static relative displacement, m, n: where the march of a pair starts.
     pub x_static: &'a [f64],
+    /// The static state is held along the slot, and so is the mean of every motion about it.
+    pub held_statically: bool,
+    /// Sum of the pairs' compression in the static state, N.
+    pub pressing_n: f64,
     pub periods: Periods,
 }
 
@@ -32,6 +36,8 @@ pub struct Balance<'a> {
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.
     retention: Option<&'a Retention>,
+    /// Coefficients of friction above this count as this.
+    pub most_friction: f64,
 }
 
 /// What the pairs did at one U.
@@ -83,13 +89,17 @@ impl<'a> Balance<'a> {
             stiffness,
             force,
             retention: None,
+            most_friction: f64::INFINITY,
         }
     }
 
-    /// The same balance with the mean held by `retention`, anchored at the static state.
+    /// The same balance with the mean held by `retention`, anchored at the static state, or at rest where
+    /// the static state is held from there.
     pub fn held_by(mut self, retention: &'a Retention) -> Self {
         let n = self.unknowns_per_block();
-        retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        if !self.setting.held_statically {
+            retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        }
         self.retention = Some(retention);
         self
     }
@@ -106,8 +116,13 @@ impl<'a> Balance<'a> {
     /// Force in the retention at U, N; zero without one.
     pub fn retention_n(&self, u: &[f64]) -> f64 {
         let n = self.unknowns_per_block();
-        self.retention
-            .map_or(0.0, |r| r.force_n(&u[..n], self.setting.x_static))
+        let at_rest = vec![0.0; n];
+        let anchor = if self.setting.held_statically {
+            &at_rest
+        } else {
+            self.setting.x_static
+        };
+        self.retention.map_or(0.0, |r| r.force_n(&u[..n], anchor))
     }
 
     pub fn unknowns_per_block(&self) -> usize {
@@ -115,7 +130,11 @@ impl<'a> Balance<'a> {
     }
 
     fn law(&self, pair: usize) -> PairLaw {
-        self.setting.system.model.pairs[pair]
+        let law = self.setting.system.model.pairs[pair];
+        PairLaw {
+            friction: law.friction.min(self.most_friction),
+            ..law
+        }
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {

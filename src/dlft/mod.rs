@@ -15,6 +15,9 @@ pub enum Outcome {
     NotPeriodic,
     /// A number that is not finite came up.
     NotFinite,
+    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
+    /// them together: the blade would leave its slot.
+    LeavesSlot,
 }
 
 impl Outcome {
@@ -26,6 +29,7 @@ impl Outcome {
             Self::IterationLimit => "iteration_limit",
             Self::NotPeriodic => "not_periodic",
             Self::NotFinite => "not_finite",
+            Self::LeavesSlot => "leaves_slot",
         }
     }
     pub fn is_converged(self) -> bool {
@@ -45,6 +49,9 @@ pub struct StaticState {
     pub newton_iterations: usize,
     /// |f| / |F|.
     pub residual: f64,
+    /// Force that holds the blade along its slot, N, where friction does not and it is held at rest
+    /// there ([`retention`]); `None` where friction holds it.
+    pub retention_n: Option<f64>,
 }
 
 /// State of a pair in the static state.
@@ -81,7 +88,8 @@ pub struct Orbit {
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
     /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
-    /// then held at the static state ([`retention`]). Zero elsewhere.
+    /// then held at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
+    /// is itself held.
     pub retention_n: f64,
 }
 

@@ -64,10 +64,11 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
         balance: &'b Balance<'a>,
         preconditioner: &'b mut Preconditioner,
         krylov_tolerance: f64,
+        tolerance: f64,
         has_left: &'b dyn Fn(&[f64]) -> bool,
     ) -> Self {
         Self {
-            scale: load_scale(balance),
+            scale: load_scale(balance, tolerance),
             balance,
             preconditioner,
             linear: None,
@@ -78,15 +79,18 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
     }
 }
 
-/// |F| and |F_1..H|, the second not below 1e-9 of the first (rounding of the static load); where nothing
-/// shakes, |F| twice.
-pub fn load_scale(balance: &Balance<'_>) -> [f64; 2] {
+/// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static state).
+const ROUNDING: f64 = 1e-14;
+
+/// |F| and |F_1..H|, the second not so small that `tolerance` of it is below rounding; where nothing shakes, |F|
+/// twice.
+pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
     let whole = norm(&balance.setting.system.model.static_load.on_x).hypot(harmonic);
     if harmonic == 0.0 {
         return [whole; 2];
     }
-    [whole, harmonic.max(1e-9 * whole)]
+    [whole, harmonic.max(ROUNDING / tolerance * whole)]
 }
 
 /// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|: the vibration is converged on its own scale.

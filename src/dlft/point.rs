@@ -97,6 +97,9 @@ enum Way {
     InFrequency(u32),
     /// From the static state in this many steps of the vibrating part of the load.
     InForce(u32),
+    /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
+    /// start on the straight line in 1 / mu through the last two.
+    InFriction { from: f64, growth: f64 },
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -125,20 +128,71 @@ impl<'a> Frequencies<'a> {
         last: Option<&Neighbour>,
         work: &mut Work,
     ) -> Solved<'_> {
+        self.solve_by(&self.ways(), frequency_hz, last, work)
+    }
+
+    /// Solves one frequency anew, from a neighbour on its other side.
+    pub fn solve_from(
+        &self,
+        frequency_hz: f64,
+        neighbour: &Neighbour,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        let mut ways = self.ways();
+        ways.retain(|way| match way {
+            Way::Directly(method) => matches!(method, Method::Krylov(_)),
+            Way::InFrequency(_) => true,
+            Way::InForce(_) | Way::InFriction { .. } => false,
+        });
+        if ways.is_empty() {
+            ways = self.ways();
+        }
+        self.solve_by(&ways, frequency_hz, Some(neighbour), work)
+    }
+
+    /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
+    /// static state: sums of the pairs' normal forces.
+    pub fn is_overpowered(&self) -> bool {
+        let setting = &self.setting;
+        let pulling: f64 = (0..setting.system.unknowns())
+            .step_by(3)
+            .map(|i| {
+                let loads = setting.system.model.excitations.iter();
+                loads
+                    .map(|l| l.cosine.on_x[i].hypot(l.sine.on_x[i]))
+                    .sum::<f64>()
+            })
+            .sum();
+        pulling > setting.pressing_n
+    }
+
+    fn solve_by(
+        &self,
+        ways: &[Way],
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solved<'_> {
         let mut best: Option<Solved<'_>> = None;
-        let held_before = last.is_some_and(|l| l.held);
-        for way in self.ways() {
-            for hold in [held_before, !held_before] {
+        let free_and_held: &[bool] = if self.must_hold() {
+            &[true]
+        } else if last.is_some_and(|l| l.held) {
+            &[true, false]
+        } else {
+            &[false, true]
+        };
+        for &way in ways {
+            for &hold in free_and_held {
                 let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
                     continue;
                 };
                 if solved.end.status == NewtonStatus::Converged {
-                    if hold {
+                    if hold && !self.must_hold() {
                         return self
                             .released(frequency_hz, &solved.u, work)
                             .unwrap_or(solved);
                     }
-                    if !self.has_left(&solved.u) {
+                    if hold || !self.has_left(&solved.u) {
                         return solved;
                     }
                     solved.end.status = NewtonStatus::Stagnated;
@@ -156,21 +210,28 @@ impl<'a> Frequencies<'a> {
     }
 
     fn ways(&self) -> Vec<Way> {
-        use Way::{Directly, InForce, InFrequency};
+        use Way::{Directly, InForce, InFrequency, InFriction};
+        let in_friction =
+            [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
         let dogleg = Directly(Method::Dogleg);
         if self.solver == Solver::Powell {
             return [dogleg]
                 .into_iter()
+                .chain(in_friction)
                 .chain(steps)
                 .chain(small_steps)
                 .collect();
         }
         let unknowns = self.setting.fourier.width() * self.setting.system.unknowns();
+        if self.is_overpowered() {
+            return vec![Directly(Method::Krylov(KRYLOV_TOLERANCE))];
+        }
         [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
             .map(|tolerance| Directly(Method::Krylov(tolerance)))
             .into_iter()
+            .chain(in_friction)
             .chain(steps)
             .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
             .chain(small_steps)
@@ -224,6 +285,49 @@ impl<'a> Frequencies<'a> {
                 };
                 self.walk(self.cold(), steps, &at, work)
             }
+            Way::InFriction { from, growth } => {
+                self.with_growing_friction((from, growth), frequency_hz, hold, work)
+            }
+        }
+    }
+
+    /// `None` where a coefficient on the way has no solution, or none is above the first.
+    fn with_growing_friction(
+        &self,
+        (from, growth): (f64, f64),
+        frequency_hz: f64,
+        hold: bool,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        let pairs = self.setting.system.model.pairs.iter();
+        let highest = pairs.fold(0.0_f64, |m, p| m.max(p.friction));
+        let mut most = from;
+        if highest <= most {
+            return None;
+        }
+        let mut u = self.cold();
+        let mut earlier: Option<(f64, Vec<f64>)> = None;
+        loop {
+            let mut balance = self.balance(frequency_hz, hold)?;
+            balance.most_friction = most;
+            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            if end.status != NewtonStatus::Converged {
+                return None;
+            }
+            if most >= highest {
+                return Some(Solved { balance, u, end });
+            }
+            let next = (most * growth).min(highest);
+            let along = |before: f64| (1.0 / next - 1.0 / most) / (1.0 / most - 1.0 / before);
+            let predicted = match &earlier {
+                Some((before, v)) => {
+                    let t = along(*before);
+                    u.iter().zip(v).map(|(u, v)| u + t * (u - v)).collect()
+                }
+                None => u.clone(),
+            };
+            earlier = Some((most, std::mem::replace(&mut u, predicted)));
+            most = next;
         }
     }
 
@@ -236,10 +340,7 @@ impl<'a> Frequencies<'a> {
         at: &dyn Fn(f64) -> Option<Balance<'b>>,
         work: &mut Work,
     ) -> Option<Solved<'b>> {
-        let method = match self.solver {
-            Solver::Powell => Method::Dogleg,
-            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
-        };
+        let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
             let balance = at(f64::from(step) / f64::from(steps))?;
@@ -250,6 +351,14 @@ impl<'a> Frequencies<'a> {
             solved = Some((balance, end));
         }
         solved.map(|(balance, end)| Solved { balance, u, end })
+    }
+
+    /// The method of small steps.
+    fn stepping(&self) -> Method {
+        match self.solver {
+            Solver::Powell => Method::Dogleg,
+            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
+        }
     }
 
     /// Lets go of the mean from a held solution; `None` where friction does not keep it there, which the
@@ -285,8 +394,13 @@ impl<'a> Frequencies<'a> {
         let end = match method {
             Method::Krylov(tolerance) => {
                 let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
-                let mut system =
-                    KrylovSystem::new(balance, &mut work.preconditioner, tolerance, &has_left);
+                let mut system = KrylovSystem::new(
+                    balance,
+                    &mut work.preconditioner,
+                    tolerance,
+                    options.tolerance,
+                    &has_left,
+                );
                 let end = newton(&mut system, u, options);
                 work.krylov_iterations += system.krylov_iterations;
                 end
@@ -313,6 +427,11 @@ impl<'a> Frequencies<'a> {
         let mut u = vec![0.0; self.setting.fourier.width() * n];
         u[..n].copy_from_slice(self.setting.x_static);
         u
+    }
+
+    /// Friction does not even hold the static state.
+    fn must_hold(&self) -> bool {
+        self.setting.held_statically && self.retention().is_some()
     }
 
     /// The motions only friction holds; `None` when there are none, or when fixed periods are asked

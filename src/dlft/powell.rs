@@ -13,7 +13,7 @@ use faer::Mat;
 pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let system = DenseBalance {
         balance,
-        scale: load_scale(balance),
+        scale: load_scale(balance, options.tolerance),
     };
     dogleg(&system, u, options)
 }

@@ -1,33 +1,90 @@
 //! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
 //! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
+//!
+//! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
+//! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
 
+use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
 use crate::numerics::gmres::norm;
-use crate::numerics::newton::{NewtonOptions, NonlinearSystem, newton};
+use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::reduction::RelativeModel;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state. `eps` per unknown, N/m.
+/// stuck, unloaded state; held along the slot where friction alone does not hold it. `eps` per unknown, N/m.
 pub fn static_state(
     model: &RelativeModel,
     eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
+    let mut free = load_up(model, eps, load_steps, options, None, false);
+    let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
+    let mut closed = false;
+    if is_open(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
+        // A blade that nothing touches has an equilibrium of its own, far inwards: start with the flanks together.
+        let other = load_up(model, eps, load_steps, options, None, true);
+        if !is_open(&other) {
+            (free, closed) = (other, true);
+        }
+    }
+    let converged = free.outcome.is_converged();
+    let any = |status| free.status.contains(&status);
+    if !any(PairStatus::Slipping) || (converged && any(PairStatus::Stuck)) {
+        return free;
+    }
+    let retention = Retention::new(&model.stiffness, eps);
+    let at_rest = vec![0.0; free.x.len()];
+    if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
+        return free;
+    }
+    let mut held = load_up(model, eps, load_steps, options, Some(&retention), closed);
+    held.newton_iterations += free.newton_iterations;
+    if converged || held.outcome.is_converged() {
+        held
+    } else {
+        free
+    }
+}
+
+/// A load step that fails is tried with coefficients of friction that grow from this ...
+const FIRST_FRICTION: f64 = 0.5;
+/// ... by the first of these factors; where that fails, by the next.
+const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
+
+/// The load in steps, the blade free along its slot or held there, from the unloaded place or with all clearances closed.
+fn load_up(
+    model: &RelativeModel,
+    eps: &[f64],
+    load_steps: usize,
+    options: NewtonOptions,
+    retention: Option<&Retention>,
+    closed: bool,
+) -> StaticState {
     let n = model.stiffness.nrows();
+    let mut stiffness = model.stiffness.clone();
+    if let Some(retention) = retention {
+        retention.add_to_matrix(&mut stiffness);
+    }
     let mut system = StaticSystem {
         model,
+        stiffness,
         eps,
         load: vec![0.0; n],
         slid_force: vec![[0.0; 2]; n / 3],
+        friction: model.pairs.iter().map(|pair| pair.friction).collect(),
         scale: norm(&model.static_load.on_x),
         derivative: vec![[[0.0; 3]; 3]; n / 3],
         factor: None,
     };
-    let mut x = vec![0.0; n];
+    let mut x = if closed {
+        with_clearances_closed(model, eps)
+    } else {
+        vec![0.0; n]
+    };
     let mut state = StaticState {
         outcome: Outcome::Converged,
         x: vec![],
@@ -35,6 +92,7 @@ pub fn static_state(
         status: vec![],
         newton_iterations: 0,
         residual: 0.0,
+        retention_n: None,
     };
     if system.scale > 0.0 {
         for step in 1..=load_steps {
@@ -46,7 +104,7 @@ pub fn static_state(
                 let t = 3 * pair + 1;
                 *s = [eps[t] * x[t], eps[t + 1] * x[t + 1]];
             }
-            let end = newton(&mut system, &mut x, options);
+            let end = step_up(&mut system, &mut x, options);
             state.newton_iterations += end.iterations;
             state.residual = end.measure;
             state.outcome = Outcome::from(end.status);
@@ -57,7 +115,7 @@ pub fn static_state(
     }
     let predicted = system.predicted(&x);
     for (pair, predicted) in predicted.iter().enumerate() {
-        let (contact, force) = unilateral_coulomb(*predicted, model.pairs[pair].friction);
+        let (contact, force) = unilateral_coulomb(*predicted, system.friction[pair]);
         state.lambda[3 * pair..3 * pair + 3].copy_from_slice(&force);
         state.status.push(match contact {
             Contact::Stick => PairStatus::Stuck,
@@ -65,17 +123,99 @@ pub fn static_state(
             Contact::Open => PairStatus::Open,
         });
     }
+    state.retention_n = retention.map(|r| r.force_n(&x, &vec![0.0; n]));
     state.x = x;
     state
 }
 
+/// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
+fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
+    const GROUND: f64 = 1e-3;
+    let k = &model.stiffness;
+    let n = k.nrows();
+    let mut x = vec![0.0; n];
+    for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
+        *x = -pair.gap_m;
+    }
+    let along: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+    let size = along.len();
+    let matrix = Mat::from_fn(size, size, |i, j| {
+        let ground = if i == j { GROUND * eps[along[i]] } else { 0.0 };
+        k[(along[i], along[j])] + ground
+    });
+    let force = |i: &usize| -(0..n).step_by(3).map(|j| k[(*i, j)] * x[j]).sum::<f64>();
+    let mut slide: Vec<f64> = along.iter().map(force).collect();
+    matrix
+        .partial_piv_lu()
+        .solve_in_place(MatMut::from_column_major_slice_mut(&mut slide, size, 1));
+    along.iter().zip(&slide).for_each(|(i, s)| x[*i] = *s);
+    x
+}
+
+/// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
+/// method may end between two of them: then the coefficient grows, each solution the start of the next.
+fn step_up(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    let start = x.to_vec();
+    let mut end = newton(system, x, options);
+    let full = system.friction.clone();
+    if full.iter().all(|f| *f <= FIRST_FRICTION) {
+        return end;
+    }
+    for growth in FRICTION_GROWTHS {
+        if end.status == NewtonStatus::Converged {
+            break;
+        }
+        let mut y = start.clone();
+        let last = with_growing_friction(system, &mut y, &full, growth, options);
+        system.friction.copy_from_slice(&full);
+        end.iterations += last.iterations;
+        if last.status == NewtonStatus::Converged {
+            x.copy_from_slice(&y);
+            end = NewtonEnd {
+                iterations: end.iterations,
+                ..last
+            };
+        }
+    }
+    end
+}
+
+/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to `full`. Ends where
+/// one does not converge.
+fn with_growing_friction(
+    system: &mut StaticSystem<'_>,
+    x: &mut [f64],
+    full: &[f64],
+    growth: f64,
+    options: NewtonOptions,
+) -> NewtonEnd {
+    let mut most = FIRST_FRICTION;
+    let mut iterations = 0;
+    system.friction = full.iter().map(|f| f.min(most)).collect();
+    loop {
+        let end = newton(system, x, options);
+        iterations += end.iterations;
+        if end.status != NewtonStatus::Converged || system.friction == full {
+            return NewtonEnd { iterations, ..end };
+        }
+        most *= growth;
+        let next: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
+        system.predict(x, &next);
+        system.friction = next;
+    }
+}
+
 struct StaticSystem<'a> {
     model: &'a RelativeModel,
+    /// K, and the retention where there is one.
+    stiffness: Mat<f64>,
     eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
     /// lambda_x (tangential) of the last step.
     slid_force: Vec<[f64; 2]>,
+    /// Coefficient of each pair.
+    friction: Vec<f64>,
     scale: f64,
     /// d lambda / d lambda_u per pair.
     derivative: Vec<[[f64; 3]; 3]>,
@@ -97,11 +237,31 @@ impl StaticSystem<'_> {
             .collect()
     }
 
+    /// Moves a solution to where it is expected once the coefficients are `next`: along a straight line in 1 / mu,
+    /// as the normal force of a pair that slides under a given shear goes.
+    fn predict(&mut self, x: &mut [f64], next: &[f64]) {
+        let mut change = vec![0.0; x.len()];
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let (now, next) = (self.friction[pair], next[pair]);
+            if unilateral_coulomb(predicted, now).0 == Contact::Slip && next > 0.0 {
+                let [e1, e2] = slip_tangent(predicted, now).direction;
+                let force = -predicted[0] * now * (next - now) / next;
+                change[3 * pair + 1] = force * e1;
+                change[3 * pair + 2] = force * e2;
+            }
+        }
+        let mut dx = vec![0.0; x.len()];
+        self.linearise(x);
+        if self.correction(&change, &mut dx) {
+            x.iter_mut().zip(&dx).for_each(|(x, d)| *x += d);
+        }
+    }
+
     /// F - K x + eps x.
     fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
         let mut out = self.load.clone();
         for (j, &xj) in x.iter().enumerate() {
-            let column = self.model.stiffness.col_as_slice(j);
+            let column = self.stiffness.col_as_slice(j);
             out.iter_mut().zip(column).for_each(|(o, k)| *o -= k * xj);
         }
         for (i, o) in out.iter_mut().enumerate() {
@@ -116,7 +276,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
         for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let (_, force) = unilateral_coulomb(predicted, self.model.pairs[pair].friction);
+            let (_, force) = unilateral_coulomb(predicted, self.friction[pair]);
             for (c, force) in force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
@@ -130,7 +290,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 
     fn linearise(&mut self, x: &[f64]) {
         for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let friction = self.model.pairs[pair].friction;
+            let friction = self.friction[pair];
             let (contact, _) = unilateral_coulomb(predicted, friction);
             self.derivative[pair] = match contact {
                 Contact::Open => [[0.0; 3]; 3],
@@ -151,7 +311,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         let n = x.len();
         let mut jacobian = Mat::zeros(n, n);
         for j in 0..n {
-            let column = self.model.stiffness.col_as_slice(j);
+            let column = self.stiffness.col_as_slice(j);
             let out = jacobian.col_as_slice_mut(j);
             for (pair, d) in self.derivative.iter().enumerate() {
                 for r in 0..3 {

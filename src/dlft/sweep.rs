@@ -91,6 +91,8 @@ pub fn sweep(
         fourier: &fourier,
         eps,
         x_static: &static_state.x,
+        held_statically: static_state.retention_n.is_some(),
+        pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
         periods: settings.periods,
     };
     let run = Run {
@@ -104,6 +106,7 @@ pub fn sweep(
         || run.segment(falling.iter().rev().copied(), progress),
     );
     orbits.extend(upper.into_iter().rev());
+    run.retry_from_other_side(&mut orbits, middle);
     let stuck = settings
         .frequencies_hz
         .iter()
@@ -140,21 +143,65 @@ impl Run<'_> {
 
     fn point(&self, frequency_hz: f64, last: &mut Option<Neighbour>, work: &mut Work) -> Orbit {
         work.start_counting();
-        let Solved { balance, u, end } = self.frequencies.solve(frequency_hz, last.as_ref(), work);
+        let solved = self.frequencies.solve(frequency_hz, last.as_ref(), work);
+        let held = solved.balance.is_held();
+        let u = solved.u.clone();
+        let orbit = self.orbit_of(solved, frequency_hz, work);
+        if orbit.outcome.is_converged() {
+            *last = Some(Neighbour::after(last.as_ref(), frequency_hz, u, held));
+        }
+        orbit
+    }
+
+    /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
+    /// the rising half downwards, then the falling half (from `middle`) upwards.
+    fn retry_from_other_side(&self, orbits: &mut [Orbit], middle: usize) {
+        let mut work = Work::default();
+        let downwards = (0..middle).rev().map(|i| (i, i + 1));
+        let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
+        for (i, beside) in downwards.chain(upwards) {
+            let Some(neighbour) = orbits.get(beside) else {
+                continue;
+            };
+            let failed =
+                !orbits[i].outcome.is_converged() && orbits[i].outcome != Outcome::LeavesSlot;
+            if !failed || !neighbour.outcome.is_converged() {
+                continue;
+            }
+            let held = neighbour.retention_n > 0.0;
+            let u = neighbour.x.clone();
+            let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, held);
+            let frequency_hz = orbits[i].frequency_hz;
+            work.start_counting();
+            work.newton_iterations = orbits[i].newton_iterations;
+            work.krylov_iterations = orbits[i].krylov_iterations;
+            let solved = self
+                .frequencies
+                .solve_from(frequency_hz, &neighbour, &mut work);
+            let again = self.orbit_of(solved, frequency_hz, &work);
+            if again.outcome.is_converged() {
+                orbits[i] = again;
+            } else {
+                orbits[i].newton_iterations = again.newton_iterations;
+                orbits[i].krylov_iterations = again.krylov_iterations;
+            }
+        }
+    }
+
+    fn orbit_of(&self, solved: Solved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
+        let Solved { balance, u, end } = solved;
         let evaluation = balance.evaluate(&u);
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
+        } else if !outcome.is_converged() && self.frequencies.is_overpowered() {
+            outcome = Outcome::LeavesSlot;
         }
         let threshold = self.slip_threshold_m;
         let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome, threshold);
         orbit.residual = end.measure;
         orbit.newton_iterations = work.newton_iterations;
         orbit.krylov_iterations = work.krylov_iterations;
-        if orbit.outcome.is_converged() {
-            let held = balance.is_held();
-            *last = Some(Neighbour::after(last.as_ref(), frequency_hz, u, held));
-        }
         orbit
     }
 }

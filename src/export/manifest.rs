@@ -87,6 +87,8 @@ pub struct StaticSummary {
     pub open_pairs: Option<usize>,
     pub largest_slip_m: Option<f64>,
     pub contacts: Vec<ContactSummary>,
+    /// Force that holds the blade along its slot, N, where friction does not; else `None`.
+    pub retention_n: Option<f64>,
     pub newton_iterations: usize,
     pub residual: Option<f64>,
 }
@@ -272,6 +274,7 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
                 .fold(0.0, f64::max)
         }),
         contacts: contacts.collect(),
+        retention_n: state.retention_n.filter(|_| valid).and_then(finite),
         newton_iterations: state.newton_iterations,
         residual: finite(state.residual),
     }

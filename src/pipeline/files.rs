@@ -7,7 +7,7 @@ use faer::Mat;
 use super::meshed::{Meshed, create_folder};
 use super::prepared::Prepared;
 use super::{Options, hertz};
-use crate::dlft::{Orbit, Response, StaticState};
+use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use crate::error::Error;
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
@@ -297,6 +297,16 @@ pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
             "at {} of {} frequencies friction does not hold the blade along its slot: its mean position was held there, \
              as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
             held.len(),
+            response.orbits.len(),
+        ));
+    }
+    let leaves = |o: &&Orbit| o.outcome == Outcome::LeavesSlot;
+    let leaving = response.orbits.iter().filter(leaves).count();
+    if leaving > 0 {
+        progress.warning(&format!(
+            "at {leaving} of {} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
+             flanks than the steady load presses them together; excite it less (force_n), or press it harder \
+             (rotation.speed_rpm, [[load]])",
             response.orbits.len(),
         ));
     }

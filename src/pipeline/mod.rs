@@ -35,6 +35,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let relative = subject.relative();
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
+    solve::off_undamped_modes(relative, damping, &frequencies_hz, scene.response.harmonics)?;
     let state = solve::statics(scene, relative, progress);
     let mut summary = files::summarise(scene, options, &subject);
     summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));

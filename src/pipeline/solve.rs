@@ -9,32 +9,40 @@ use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{FrequencyRange, ResponseSpec, Scene};
+use crate::scene::{EpsChoice, FrequencyRange, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
     let _stage = progress.stage("static state");
-    let eps = eps_of(relative, scene.response.eps, scene.response.eps_scale);
+    // The static state does not depend on eps, only the way to it does.
+    let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     };
-    solve_static(relative, &eps, scene.static_state.load_steps, options)
+    let state = solve_static(relative, &eps, scene.static_state.load_steps, options);
+    if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
+        progress.warning(&format!(
+            "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
+             plate, with {retention_n:.3} N (static.retention_n of summary.json)"
+        ));
+    }
+    state
 }
 
 /// Whether there is a static state to vibrate about.
 pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
+    if state.status.iter().all(|s| *s == PairStatus::Open) {
+        return Err(Error::NothingHolds);
+    }
     if !state.outcome.is_converged() {
         return Err(Error::StaticState {
             outcome: state.outcome,
             iterations: state.newton_iterations,
             residual: state.residual,
         });
-    }
-    if state.status.iter().all(|s| *s == PairStatus::Open) {
-        return Err(Error::NothingHolds);
     }
     Ok(())
 }
@@ -59,6 +67,41 @@ pub(super) fn frequencies_hz(
     Ok((0..points)
         .map(|i| from + (to - from) * i as f64 / last)
         .collect())
+}
+
+/// Nearer to an undamped stuck mode than this, relative, a harmonic of the response is taken to lie on it.
+const ON_A_MODE: f64 = 1e-9;
+
+/// Without damping the stuck answer is infinite at the frequency of a stuck mode.
+///
+/// # Errors
+/// [`Error::UndampedMode`] where a harmonic of some frequency lies there.
+pub(super) fn off_undamped_modes(
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    harmonics: usize,
+) -> Result<(), Error> {
+    if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
+        return Ok(());
+    }
+    let modes_hz: Vec<f64> = relative.omega2.iter().map(|w2| hertz(*w2)).collect();
+    for &frequency_hz in frequencies_hz {
+        for harmonic in 1..=harmonics {
+            let of_harmonic = harmonic as f64 * frequency_hz;
+            // Ascending: the first mode not below the window around the harmonic.
+            let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
+            let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
+            if modes_hz.get(mode).is_some_and(on_it) {
+                return Err(Error::UndampedMode {
+                    frequency_hz,
+                    harmonic,
+                    mode: mode + 1,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn respond(

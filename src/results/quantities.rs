@@ -420,6 +420,7 @@ mod tests {
             status: vec![PairStatus::Slipping, PairStatus::Open],
             newton_iterations: 1,
             residual: 0.0,
+            retention_n: None,
         };
         let fields = static_fields(&state, &[pair(0.5), pair(2.0)]);
         assert_eq!(fields.pressure_pa, [16.0, 0.0]);

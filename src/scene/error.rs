@@ -171,6 +171,8 @@ pub enum Fault {
     ZeroDirection { path: String },
     #[error("`{path}` runs from {from} to {to}")]
     EmptyRange { path: String, from: f64, to: f64 },
+    #[error("`response.harmonics` is 0: nothing vibrates, the answer is the static state")]
+    NoHarmonic,
     #[error("{samples} samples of a period cannot carry {harmonics} harmonics")]
     TooFewSamples {
         samples: usize,
@@ -250,6 +252,7 @@ impl Fault {
             Self::Lacks { needs, .. } => format!("needs `{needs}`"),
             Self::ZeroDirection { .. } => "length zero".to_owned(),
             Self::EmptyRange { .. } => "first below second, please".to_owned(),
+            Self::NoHarmonic => "at least 1".to_owned(),
             Self::TooFewSamples { least, .. } => format!("at least {least}"),
             Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
             Self::StuckModeNotKept { kept, .. } => format!("at most {kept}"),
@@ -303,6 +306,10 @@ impl Fault {
             Self::EmptyRange { .. } => "write the lower end first: [from, to] with 0 < from < to (from = to \
                  only with points = 1)"
                 .to_owned(),
+            Self::NoHarmonic => {
+                "set response.harmonics to 1 or more; `dovetail static` computes the static state alone"
+                    .to_owned()
+            }
             Self::TooFewSamples { least, harmonics, .. } => format!(
                 "set response.samples to {least} or more (more than 2 H + 1 with H = {harmonics}), or keep \
                  fewer response.harmonics"

@@ -266,6 +266,7 @@ fn static_state(model: &Model) -> StaticState {
         status,
         newton_iterations: 7,
         residual: 1e-12,
+        retention_n: None,
     }
 }
 

@@ -18,7 +18,13 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let raw = raw.get_ref();
     let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
     let range = frequency_range(checker, &at, raw, points);
-    let harmonics = checker.count(&at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3);
+    let harmonics = match &raw.harmonics {
+        Some(none) if none.get_ref().0 == 0 => {
+            checker.fault(none.span(), Fault::NoHarmonic);
+            None
+        }
+        _ => checker.count(&at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3),
+    };
     let compare = raw.compare_harmonics.as_ref().map(|_| {
         let most = harmonics.unwrap_or(MOST_HARMONICS);
         checker.count(
