@@ -413,7 +413,7 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
             ],
             "stands across the flank",
         ),
-        (&["load.0.pressure_pa=-50e6"], "or all open, hold nothing"),
+        (&["load.0.pressure_pa=-50e6"], "nothing holds the blade"),
     ];
     for (index, (set, expected)) in cases.into_iter().enumerate() {
         let said = refusal(index, set);
