@@ -299,17 +299,31 @@ mod tests {
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
         against_dense([3, 2, 2], 0.1, 24);
-        // Three eigenvalues, each many times: a block of start vectors spans 48 directions at most.
-        let spring = |i: usize| [1.0, 4.0, 9.0][i % 3];
-        let mut k = CscMatrix::identity(60);
-        for (i, v) in k.values_mut().iter_mut().enumerate() {
-            *v = spring(i);
+        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions at most.
+        let spring = |i: usize| [1.0, 4.0, 9.0][i];
+        let lowest = |times: usize, count: usize| {
+            let m = CscMatrix::identity(3 * times);
+            let mut k = m.clone();
+            for (i, v) in k.values_mut().iter_mut().enumerate() {
+                *v = spring(i % 3);
+            }
+            lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap())
+        };
+        for (times, count) in [(12, 24), (20, 60)] {
+            let modes = lowest(times, count).unwrap();
+            for (i, w2) in modes.omega2.iter().enumerate() {
+                assert!((w2 / spring(i / times) - 1.0).abs() < 1e-10, "{i} {w2}");
+            }
         }
-        let m = CscMatrix::identity(60);
-        let modes = lowest_modes(&k, &m, 50, &Cholesky::factor(&k).unwrap()).unwrap();
-        for (i, w2) in modes.omega2.iter().enumerate() {
-            assert!((w2 / spring(i / 20) - 1.0).abs() < 1e-10, "{i} {w2}");
-        }
+        // More of one kind than a block is wide: noticed.
+        assert!(matches!(
+            lowest(20, 20),
+            Err(EigenError::Missing {
+                expected: 20,
+                found: 16,
+                ..
+            })
+        ));
     }
 
     #[test]
