@@ -9,7 +9,8 @@ use super::retention::Retention;
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::numerics::fourier::Fourier;
 use crate::reduction::PairLaw;
-use faer::{Mat, c64};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
 
 /// Everything that is the same at all frequencies of a sweep.
@@ -247,16 +248,17 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// y = A x, A symmetric dense.
+/// y = A x, dense.
 pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
-    y.fill(0.0);
-    for (j, &xj) in x.iter().enumerate() {
-        if xj != 0.0 {
-            y.iter_mut()
-                .zip(matrix.col_as_slice(j))
-                .for_each(|(y, a)| *y += a * xj);
-        }
-    }
+    let (rows, columns) = (y.len(), x.len());
+    matmul(
+        MatMut::from_column_major_slice_mut(y, rows, 1),
+        Accum::Replace,
+        matrix,
+        MatRef::from_column_major_slice(x, columns, 1),
+        1.0,
+        Par::Seq,
+    );
 }
 
 /// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.

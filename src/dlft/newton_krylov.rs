@@ -8,6 +8,7 @@ use super::retention::Retention;
 use crate::contact::dynamic_stiffness::HarmonicStiffness;
 use crate::numerics::gmres::{gmres, norm};
 use crate::numerics::newton::NonlinearSystem;
+use crate::numerics::wear::Wear;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut, c32, c64};
 
@@ -17,9 +18,6 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// position of pairs that slip in every period, where a full Newton step goes far astray.
 pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
-/// Making the preconditioner anew costs about as much as one linear iteration for every so many unknowns of a block:
-/// it is done once an old one has cost that many iterations more than it did when new.
-const UNKNOWNS_PER_ITERATION: usize = 30;
 /// Stuck modes below this multiple of a harmonic's frequency enter its block.
 const MODES_BELOW: f64 = 6.0;
 
@@ -31,9 +29,7 @@ pub struct Preconditioner {
     mean: Option<PartialPivLu<f32>>,
     /// The first harmonic, all higher ones.
     vibration: Vec<PartialPivLu<c32>>,
-    /// Iterations of the first linear solve with it, and by how many all later ones together exceeded that.
-    fresh: Option<usize>,
-    excess: usize,
+    wear: Wear,
 }
 
 /// One frequency as a nonlinear system.
@@ -131,7 +127,10 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             columns,
         };
         if self.preconditioner.mean.is_none()
-            || self.preconditioner.is_worn()
+            || self
+                .preconditioner
+                .wear
+                .is_worn(3 * self.preconditioner.pairs.len())
             || self.preconditioner.vibration.len() != linear.stiffness.harmonics().min(2)
         {
             self.preconditioner.refresh(self.balance, &linear);
@@ -180,7 +179,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             MOST_KRYLOV_ITERATIONS,
         );
         self.krylov_iterations += end.iterations;
-        self.preconditioner.has_served(end.iterations);
+        self.preconditioner.wear.serve(end.iterations);
         for (h, block) in solution.chunks_exact(m).enumerate() {
             for (&c, &v) in linear.columns.iter().zip(block) {
                 dx[h * n + c] = v;
@@ -295,16 +294,7 @@ impl Preconditioner {
             self.vibration.push(block.partial_piv_lu());
         }
         self.pairs = linear.jacobian.active.clone();
-        (self.fresh, self.excess) = (None, 0);
-    }
-
-    fn has_served(&mut self, iterations: usize) {
-        let fresh = *self.fresh.get_or_insert(iterations);
-        self.excess += iterations.saturating_sub(fresh);
-    }
-
-    fn is_worn(&self) -> bool {
-        self.excess > 3 * self.pairs.len() / UNKNOWNS_PER_ITERATION
+        self.wear = Wear::default();
     }
 
     /// For each active pair its slot among the pairs of the blocks.

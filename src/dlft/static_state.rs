@@ -4,14 +4,17 @@
 //! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
 //! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
 
+use super::balance::apply_real;
 use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
-use crate::numerics::gmres::norm;
+use crate::numerics::gmres::{gmres, norm};
 use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use crate::numerics::wear::Wear;
 use crate::reduction::RelativeModel;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
+use std::borrow::Cow;
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
 /// stuck, unloaded state; held along the slot where friction alone does not hold it. `eps` per unknown, N/m.
@@ -50,6 +53,11 @@ pub fn static_state(
     }
 }
 
+/// Relative residual of the linear solves: J is applied exactly, and preconditioned by a factor in single precision that
+/// is kept until it is worn.
+const KRYLOV_TOLERANCE: f64 = 1e-6;
+const MOST_KRYLOV_ITERATIONS: usize = 200;
+
 /// A load step that fails is tried with coefficients of friction that grow from this ...
 const FIRST_FRICTION: f64 = 0.5;
 /// ... by the first of these factors; where that fails, by the next.
@@ -65,9 +73,9 @@ fn load_up(
     closed: bool,
 ) -> StaticState {
     let n = model.stiffness.nrows();
-    let mut stiffness = model.stiffness.clone();
+    let mut stiffness = Cow::Borrowed(&model.stiffness);
     if let Some(retention) = retention {
-        retention.add_to_matrix(&mut stiffness);
+        retention.add_to_matrix(stiffness.to_mut());
     }
     let mut system = StaticSystem {
         model,
@@ -79,6 +87,7 @@ fn load_up(
         scale: norm(&model.static_load.on_x),
         derivative: vec![[[0.0; 3]; 3]; n / 3],
         factor: None,
+        wear: Wear::default(),
     };
     let mut x = if closed {
         with_clearances_closed(model, eps)
@@ -208,7 +217,7 @@ fn with_growing_friction(
 struct StaticSystem<'a> {
     model: &'a RelativeModel,
     /// K, and the retention where there is one.
-    stiffness: Mat<f64>,
+    stiffness: Cow<'a, Mat<f64>>,
     eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
@@ -219,7 +228,9 @@ struct StaticSystem<'a> {
     scale: f64,
     /// d lambda / d lambda_u per pair.
     derivative: Vec<[[f64; 3]; 3]>,
-    factor: Option<PartialPivLu<f64>>,
+    /// Of J at some earlier x.
+    factor: Option<PartialPivLu<f32>>,
+    wear: Wear,
 }
 
 impl StaticSystem<'_> {
@@ -259,15 +270,50 @@ impl StaticSystem<'_> {
 
     /// F - K x + eps x.
     fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = self.load.clone();
-        for (j, &xj) in x.iter().enumerate() {
-            let column = self.stiffness.col_as_slice(j);
-            out.iter_mut().zip(column).for_each(|(o, k)| *o -= k * xj);
-        }
+        let mut out = vec![0.0; x.len()];
+        apply_real(&self.stiffness, x, &mut out);
         for (i, o) in out.iter_mut().enumerate() {
-            *o += self.eps[i] * x[i];
+            *o = self.load[i] - *o + self.eps[i] * x[i];
         }
         out
+    }
+
+    /// y = J v, J = (I - D)(K - eps) + eps.
+    fn apply(&self, v: &[f64], y: &mut [f64]) {
+        apply_real(&self.stiffness, v, y);
+        for (pair, (d, y)) in self
+            .derivative
+            .iter()
+            .zip(y.chunks_exact_mut(3))
+            .enumerate()
+        {
+            let own: [f64; 3] = std::array::from_fn(|c| self.eps[3 * pair + c] * v[3 * pair + c]);
+            let a: [f64; 3] = std::array::from_fn(|c| y[c] - own[c]);
+            for r in 0..3 {
+                let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
+                y[r] = a[r] - moved + own[r];
+            }
+        }
+    }
+
+    /// J, for a preconditioner.
+    fn jacobian(&self) -> Mat<f32> {
+        let n = self.eps.len();
+        let mut jacobian = Mat::<f32>::zeros(n, n);
+        for j in 0..n {
+            let column = self.stiffness.col_as_slice(j).chunks_exact(3);
+            let out = jacobian.col_as_slice_mut(j);
+            for (pair, (d, k)) in self.derivative.iter().zip(column).enumerate() {
+                for r in 0..3 {
+                    let moved = d[r][0] * k[0] + d[r][1] * k[1] + d[r][2] * k[2];
+                    out[3 * pair + r] = (k[r] - moved) as f32;
+                }
+            }
+            for r in 0..3 {
+                out[3 * (j / 3) + r] += (self.derivative[j / 3][r][j % 3] * self.eps[j]) as f32;
+            }
+        }
+        jacobian
     }
 }
 
@@ -307,35 +353,35 @@ impl NonlinearSystem for StaticSystem<'_> {
                 }
             };
         }
-        // J = (I - D) K + D eps.
-        let n = x.len();
-        let mut jacobian = Mat::zeros(n, n);
-        for j in 0..n {
-            let column = self.stiffness.col_as_slice(j);
-            let out = jacobian.col_as_slice_mut(j);
-            for (pair, d) in self.derivative.iter().enumerate() {
-                for r in 0..3 {
-                    let dk: f64 = (0..3).map(|c| d[r][c] * column[3 * pair + c]).sum();
-                    out[3 * pair + r] = column[3 * pair + r] - dk;
-                }
-            }
-            let pair = j / 3;
-            for r in 0..3 {
-                out[3 * pair + r] += self.derivative[pair][r][j % 3] * self.eps[j];
-            }
+        if self.factor.is_none() || self.wear.is_worn(x.len()) {
+            self.factor = Some(self.jacobian().partial_piv_lu());
+            self.wear = Wear::default();
         }
-        self.factor = Some(jacobian.partial_piv_lu());
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         let Some(factor) = &self.factor else {
             return false;
         };
-        for (d, f) in dx.iter_mut().zip(f) {
-            *d = -f;
-        }
-        let rows = dx.len();
-        factor.solve_in_place(MatMut::from_column_major_slice_mut(dx, rows, 1));
+        let right: Vec<f64> = f.iter().map(|f| -f).collect();
+        let size = f.len();
+        let mut single = vec![0.0_f32; size];
+        let end = gmres(
+            |v, y| self.apply(v, y),
+            |v| {
+                single.iter_mut().zip(&*v).for_each(|(s, v)| *s = *v as f32);
+                factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut single, size, 1));
+                v.iter_mut()
+                    .zip(&single)
+                    .for_each(|(v, s)| *v = f64::from(*s));
+            },
+            &right,
+            dx,
+            KRYLOV_TOLERANCE,
+            MOST_KRYLOV_ITERATIONS,
+        );
+        self.wear.serve(end.iterations);
+        // A direction that is not exact still serves: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
     }
 

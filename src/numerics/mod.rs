@@ -14,3 +14,4 @@ pub mod sparse;
 
 #[cfg(test)]
 pub(crate) mod lattice;
+pub mod wear;
