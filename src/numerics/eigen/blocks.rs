@@ -316,14 +316,11 @@ mod tests {
             }
         }
         // More of one kind than a block is wide: noticed.
-        assert!(matches!(
-            lowest(20, 20),
-            Err(EigenError::Missing {
-                expected: 20,
-                found: 16,
-                ..
-            })
-        ));
+        let missed = lowest(20, 20);
+        assert!(
+            matches!(missed, Err(EigenError::Missing { expected, found, .. }) if found < expected),
+            "{missed:?}"
+        );
     }
 
     #[test]
