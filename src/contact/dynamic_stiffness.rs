@@ -7,35 +7,62 @@
 //!
 //! Lambda is not formed: K, M and P = [p_m] are the same at every frequency and harmonic, so that they are
 //! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
-//! would be 2H matrices of the size of K.
+//! would be 2H matrices of the size of K. For linear solves, which are inexact anyway, there is a single-precision
+//! copy, with the stuck modes near the harmonics alone.
 
 use std::borrow::Cow;
 
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use faer::linalg::matmul::matmul;
+use faer::traits::RealField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 
 /// The reduced model with its damping.
 pub struct ContactSystem<'a> {
     pub model: &'a RelativeModel,
     pub damping: Rayleigh,
+    /// K and M in single precision.
+    single: [Mat<f32>; 2],
+}
+
+/// A number of single or double precision.
+pub trait Real: RealField + Copy {
+    fn of(value: f64) -> Self;
+    fn wide(self) -> f64;
+}
+
+impl Real for f64 {
+    fn of(value: f64) -> Self {
+        value
+    }
+    fn wide(self) -> f64 {
+        self
+    }
+}
+
+impl Real for f32 {
+    fn of(value: f64) -> Self {
+        value as f32
+    }
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
 }
 
 /// K, M and P on all unknowns of a block, or on some of them.
-#[derive(Clone)]
-pub struct Matrices<'a> {
+struct Matrices<'a, T: Real> {
     /// m x m.
-    pub stiffness: Cow<'a, Mat<f64>>,
+    stiffness: Cow<'a, Mat<T>>,
     /// m x m.
-    pub mass: Cow<'a, Mat<f64>>,
+    mass: Cow<'a, Mat<T>>,
     /// m x modes.
-    pub coupling: Cow<'a, Mat<f64>>,
+    coupling: Cow<'a, Mat<T>>,
 }
 
 /// Stiffness of the mean and of the harmonics 1..H at one frequency.
-pub struct HarmonicStiffness<'a> {
-    matrices: Matrices<'a>,
+pub struct HarmonicStiffness<'a, T: Real> {
+    matrices: Matrices<'a, T>,
     /// Squared frequencies of the stuck modes, rad^2/s^2.
     omega2: &'a [f64],
     damping: Rayleigh,
@@ -54,7 +81,21 @@ struct Coefficients {
 
 impl<'a> ContactSystem<'a> {
     pub fn new(model: &'a RelativeModel, damping: Rayleigh) -> Self {
-        Self { model, damping }
+        let single = [&model.stiffness, &model.mass].map(|a| {
+            let mut copy = Mat::<f32>::zeros(a.nrows(), a.ncols());
+            for j in 0..a.ncols() {
+                let column = copy.col_as_slice_mut(j).iter_mut();
+                column
+                    .zip(a.col_as_slice(j))
+                    .for_each(|(c, v)| *c = *v as f32);
+            }
+            copy
+        });
+        Self {
+            model,
+            damping,
+            single,
+        }
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
@@ -63,7 +104,7 @@ impl<'a> ContactSystem<'a> {
     }
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
-    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
+    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a, f64> {
         let model = self.model;
         HarmonicStiffness {
             omega2: &model.omega2,
@@ -77,6 +118,42 @@ impl<'a> ContactSystem<'a> {
             harmonics: (1..=harmonics)
                 .map(|k| coefficients(&model.omega2, self.damping, k as f64 * omega))
                 .collect(),
+        }
+    }
+
+    /// `stiffness` for inexact solves: in single precision, on the unknowns `columns` (ascending) alone, with the stuck
+    /// modes below `cut` times its highest frequency.
+    pub fn inexact(
+        &self,
+        stiffness: &HarmonicStiffness<'_, f64>,
+        columns: &[usize],
+        cut: f64,
+    ) -> HarmonicStiffness<'_, f32> {
+        let model = self.model;
+        let highest = stiffness.omega * stiffness.harmonics.len() as f64;
+        let low = modes_below(&model.omega2, cut * highest);
+        let [k, m] = self.single.each_ref().map(|a| {
+            if columns.len() == a.ncols() {
+                Cow::Borrowed(a)
+            } else {
+                Cow::Owned(submatrix(a, columns))
+            }
+        });
+        let coupling = Mat::from_fn(columns.len(), low, |i, mode| {
+            model.coupling[(columns[i], mode)] as f32
+        });
+        let mut harmonics = stiffness.harmonics.clone();
+        harmonics.iter_mut().for_each(|c| c.modes.truncate(low));
+        HarmonicStiffness {
+            matrices: Matrices {
+                stiffness: k,
+                mass: m,
+                coupling: Cow::Owned(coupling),
+            },
+            omega2: &model.omega2[..low],
+            damping: self.damping,
+            omega: stiffness.omega,
+            harmonics,
         }
     }
 
@@ -138,15 +215,23 @@ fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {
 }
 
 /// `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K X, M X and P c P^T X.
-fn combine(c: &Coefficients, [kc, ks]: [&[f64]; 2], [mc, ms]: [&[f64]; 2], out: [&mut [f64]; 2]) {
+fn combine<T: Real>(
+    c: &Coefficients,
+    k: [&[T]; 2],
+    m: [&[T]; 2],
+    p: [&[T]; 2],
+    out: [&mut [f64]; 2],
+) {
     let [out_c, out_s] = out;
     for (i, (yc, ys)) in out_c.iter_mut().zip(out_s).enumerate() {
-        *yc += c.s.re * kc[i] + c.s.im * ks[i] - c.z.re * mc[i] - c.z.im * ms[i];
-        *ys += c.s.re * ks[i] - c.s.im * kc[i] - c.z.re * ms[i] + c.z.im * mc[i];
+        let [kc, ks, mc, ms] = [k[0][i], k[1][i], m[0][i], m[1][i]].map(T::wide);
+        (*yc, *ys) = (p[0][i].wide(), p[1][i].wide());
+        *yc += c.s.re * kc + c.s.im * ks - c.z.re * mc - c.z.im * ms;
+        *ys += c.s.re * ks - c.s.im * kc - c.z.re * ms + c.z.im * mc;
     }
 }
 
-impl<'a> HarmonicStiffness<'a> {
+impl<T: Real> HarmonicStiffness<'_, T> {
     pub fn harmonics(&self) -> usize {
         self.harmonics.len()
     }
@@ -157,31 +242,8 @@ impl<'a> HarmonicStiffness<'a> {
     }
 
     /// K of the mean.
-    pub fn mean(&self) -> &Mat<f64> {
+    pub fn mean(&self) -> &Mat<T> {
         &self.matrices.stiffness
-    }
-
-    /// The same on the unknowns `columns` (ascending) alone.
-    pub fn restricted(&self, columns: &[usize]) -> HarmonicStiffness<'a> {
-        let matrices = if columns.len() == self.unknowns() {
-            self.matrices.clone()
-        } else {
-            let coupling = &self.matrices.coupling;
-            Matrices {
-                stiffness: Cow::Owned(submatrix(&self.matrices.stiffness, columns)),
-                mass: Cow::Owned(submatrix(&self.matrices.mass, columns)),
-                coupling: Cow::Owned(Mat::from_fn(columns.len(), coupling.ncols(), |i, m| {
-                    coupling[(columns[i], m)]
-                })),
-            }
-        };
-        HarmonicStiffness {
-            matrices,
-            omega2: self.omega2,
-            damping: self.damping,
-            omega: self.omega,
-            harmonics: self.harmonics.clone(),
-        }
     }
 
     /// Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] of vectors of 2H+1 blocks: the mean, then cosine and sine of each
@@ -194,62 +256,54 @@ impl<'a> HarmonicStiffness<'a> {
         } = &self.matrices;
         let (n, modes) = (self.unknowns(), coupling.ncols());
         let count = 2 * self.harmonics.len();
-        let columns = |v: &'_ [f64]| v.len() / n.max(1);
-        let vibrating = MatRef::from_column_major_slice(&v[n..], n, count);
-        let product = |a: &Mat<f64>, b: &[f64]| {
-            let mut out = vec![0.0; b.len()];
+        let v: Vec<T> = v.iter().map(|v| T::of(*v)).collect();
+        let product = |a: MatRef<'_, T>, b: &[T]| {
+            let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
+            let mut out = vec![T::of(0.0); rows * columns];
             matmul(
-                MatMut::from_column_major_slice_mut(&mut out, n, columns(b)),
+                MatMut::from_column_major_slice_mut(&mut out, rows, columns),
                 Accum::Replace,
                 a,
-                MatRef::from_column_major_slice(b, n, columns(b)),
-                1.0,
+                MatRef::from_column_major_slice(b, a.ncols(), columns),
+                T::of(1.0),
                 Par::Seq,
             );
             out
         };
-        let stiff = product(stiffness, v);
-        let inert = product(mass, &v[n..]);
-        y.fill(0.0);
+        let stiff = product(stiffness.as_ref().as_ref(), &v);
+        let inert = product(mass.as_ref().as_ref(), &v[n..]);
+        let mut modal = vec![T::of(0.0); count * n];
         if modes > 0 {
-            let mut amplitudes = Mat::<f64>::zeros(modes, count);
-            matmul(
-                &mut amplitudes,
-                Accum::Replace,
-                coupling.transpose(),
-                vibrating,
-                1.0,
-                Par::Seq,
-            );
-            for (k, c) in self.harmonics.iter().enumerate() {
-                for (m, a) in c.modes.iter().enumerate() {
-                    let (gc, gs) = (amplitudes[(m, 2 * k)], amplitudes[(m, 2 * k + 1)]);
-                    amplitudes[(m, 2 * k)] = a.re * gc + a.im * gs;
-                    amplitudes[(m, 2 * k + 1)] = a.re * gs - a.im * gc;
+            let mut amplitudes = product(coupling.transpose(), &v[n..]);
+            for (c, g) in self
+                .harmonics
+                .iter()
+                .zip(amplitudes.chunks_exact_mut(2 * modes))
+            {
+                let (gc, gs) = g.split_at_mut(modes);
+                for ((gc, gs), a) in gc.iter_mut().zip(gs).zip(&c.modes) {
+                    let (c, s) = (gc.wide(), gs.wide());
+                    *gc = T::of(a.re * c + a.im * s);
+                    *gs = T::of(a.re * s - a.im * c);
                 }
             }
-            matmul(
-                MatMut::from_column_major_slice_mut(&mut y[n..], n, count),
-                Accum::Replace,
-                coupling.as_ref(),
-                &amplitudes,
-                1.0,
-                Par::Seq,
-            );
+            modal = product(coupling.as_ref().as_ref(), &amplitudes);
         }
-        y[..n].copy_from_slice(&stiff[..n]);
+        y.iter_mut()
+            .zip(&stiff[..n])
+            .for_each(|(y, k)| *y = k.wide());
         for (k, (c, y)) in self
             .harmonics
             .iter()
             .zip(y[n..].chunks_exact_mut(2 * n))
             .enumerate()
         {
-            let (ks, ms) = (&stiff[(2 * k + 1) * n..], &inert[2 * k * n..]);
             let (yc, ys) = y.split_at_mut(n);
             combine(
                 c,
-                [&ks[..n], &ks[n..2 * n]],
-                [&ms[..n], &ms[n..2 * n]],
+                cosine_and_sine(&stiff[n..], k, n),
+                cosine_and_sine(&inert, k, n),
+                cosine_and_sine(&modal, k, n),
                 [yc, ys],
             );
         }
@@ -257,7 +311,7 @@ impl<'a> HarmonicStiffness<'a> {
 
     /// Lambda of harmonic k, also of one between two, real and imaginary part, m x m, with the stuck modes below `cut` times its own
     /// frequency (all of them: infinite).
-    pub fn formed(&self, k: f64, cut: f64) -> [Mat<f64>; 2] {
+    pub fn formed(&self, k: f64, cut: f64) -> [Mat<T>; 2] {
         let Matrices {
             stiffness,
             mass,
@@ -265,22 +319,21 @@ impl<'a> HarmonicStiffness<'a> {
         } = &self.matrices;
         let omega = k * self.omega;
         let c = coefficients(self.omega2, self.damping, omega);
-        let low = self
-            .omega2
-            .partition_point(|&w2| w2 < (cut * omega).powi(2));
+        let low = modes_below(self.omega2, cut * omega);
         let p = coupling.subcols(0, low);
         let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
             let n = self.unknowns();
-            let mut out = Mat::zeros(n, n);
+            let mut out = Mat::<T>::zeros(n, n);
             for j in 0..n {
                 let (k, m) = (stiffness.col_as_slice(j), mass.col_as_slice(j));
                 let out = out.col_as_slice_mut(j);
                 for ((o, k), m) in out.iter_mut().zip(k).zip(m) {
-                    *o = s * k - z * m;
+                    *o = T::of(s * k.wide() - z * m.wide());
                 }
             }
-            let scaled = Mat::from_fn(n, low, |i, m| p[(i, m)] * mode(m));
-            matmul(&mut out, Accum::Add, &scaled, p.transpose(), 1.0, Par::Seq);
+            let scaled = Mat::from_fn(n, low, |i, m| T::of(p[(i, m)].wide() * mode(m)));
+            let one = T::of(1.0);
+            matmul(&mut out, Accum::Add, &scaled, p.transpose(), one, Par::Seq);
             out
         };
         [
@@ -290,8 +343,21 @@ impl<'a> HarmonicStiffness<'a> {
     }
 }
 
+/// Number of modes below `omega` rad/s.
+fn modes_below(omega2: &[f64], omega: f64) -> usize {
+    omega2.partition_point(|&w2| w2 < omega * omega)
+}
+
+/// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.
+fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
+    [
+        &v[2 * k * n..(2 * k + 1) * n],
+        &v[(2 * k + 1) * n..(2 * k + 2) * n],
+    ]
+}
+
 /// Rows and columns `columns` of a square matrix.
-pub fn submatrix(matrix: &Mat<f64>, columns: &[usize]) -> Mat<f64> {
+fn submatrix(matrix: &Mat<f32>, columns: &[usize]) -> Mat<f32> {
     let mut out = Mat::zeros(columns.len(), columns.len());
     for (j, &source) in columns.iter().enumerate() {
         let from = matrix.col_as_slice(source);

@@ -32,7 +32,7 @@ pub struct Setting<'a> {
 pub struct Balance<'a> {
     pub setting: &'a Setting<'a>,
     /// The mean and the harmonics 1..H.
-    pub stiffness: HarmonicStiffness<'a>,
+    pub stiffness: HarmonicStiffness<'a, f64>,
     /// F, (2H+1) n.
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.

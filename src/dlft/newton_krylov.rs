@@ -48,7 +48,7 @@ pub struct KrylovSystem<'a, 'b> {
 struct Linearised<'a> {
     jacobian: Jacobian,
     /// On the active pairs.
-    stiffness: HarmonicStiffness<'a>,
+    stiffness: HarmonicStiffness<'a, f32>,
     /// On the active pairs.
     retention: Option<Retention>,
     /// Position of each full entry of a block among the active ones.
@@ -120,8 +120,9 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
             .collect();
         let retention = self.balance.retention();
+        let system = self.balance.setting.system;
         let linear = Linearised {
-            stiffness: self.balance.stiffness.restricted(&columns),
+            stiffness: system.inexact(&self.balance.stiffness, &columns, MODES_BELOW),
             retention: retention.map(|r| r.restricted(&columns)),
             jacobian,
             columns,
@@ -242,10 +243,7 @@ impl Preconditioner {
         let harmonics = linear.stiffness.harmonics();
         let eps: Vec<f64> = linear.columns.iter().map(|&c| balance.eps_at(c)).collect();
         let derivatives = &linear.jacobian.derivatives;
-        let mut stiffness = linear.stiffness.mean().clone();
-        if let Some(retention) = &linear.retention {
-            retention.add_to_matrix(&mut stiffness);
-        }
+        let mean_stiffness = linear.stiffness.mean();
         let mean: Vec<[[f64; 3]; 3]> = derivatives
             .iter()
             .map(|d| averaged(d, 2 * harmonics + 1, 0..=0).map(|row| row.map(|v| v.re)))
@@ -253,7 +251,11 @@ impl Preconditioner {
         let size = eps.len();
         let mut block = Mat::<f32>::zeros(size, size);
         for j in 0..size {
-            let mut column = stiffness.col_as_slice(j).to_vec();
+            let column = mean_stiffness.col_as_slice(j).iter();
+            let mut column: Vec<f64> = column.map(|v| f64::from(*v)).collect();
+            if let Some(retention) = &linear.retention {
+                retention.add_to_column(j, &mut column);
+            }
             column[j] -= eps[j];
             let out = block.col_as_slice_mut(j);
             for (slot, (d, a)) in mean.iter().zip(column.chunks_exact(3)).enumerate() {
@@ -279,7 +281,10 @@ impl Preconditioner {
             let mut block = Mat::<c32>::zeros(size, size);
             for j in 0..size {
                 let (re, im) = (re.col_as_slice(j).iter(), im.col_as_slice(j));
-                let mut column: Vec<c64> = re.zip(im).map(|(re, im)| c64::new(*re, *im)).collect();
+                let mut column: Vec<c64> = re
+                    .zip(im)
+                    .map(|(re, im)| c64::new(f64::from(*re), f64::from(*im)))
+                    .collect();
                 column[j] -= eps[j];
                 let out = block.col_as_slice_mut(j);
                 for (slot, (d, a)) in derivatives.iter().zip(column.chunks_exact(3)).enumerate() {

@@ -93,14 +93,15 @@ impl Retention {
 
     /// matrix += spring.
     pub fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
+        for j in 0..matrix.ncols() {
+            self.add_to_column(j, matrix.col_as_slice_mut(j));
+        }
+    }
+
+    /// column += column j of the spring.
+    pub fn add_to_column(&self, j: usize, column: &mut [f64]) {
         for motion in &self.motions {
-            for (j, &along) in motion.iter().enumerate() {
-                axpy(
-                    self.stiffness_n_m * along,
-                    motion,
-                    matrix.col_as_slice_mut(j),
-                );
-            }
+            axpy(self.stiffness_n_m * motion[j], motion, column);
         }
     }
 
