@@ -1,7 +1,7 @@
 //! Newton-GMRES for the harmonic balance: matrix-free Jacobian on the active pairs, preconditioned by
-//! dense blocks for the mean, for the first harmonic and, one for all, for the higher ones, with the derivative of each
-//! pair averaged on these harmonics. The blocks are factored in single precision: the linear
-//! solves are inexact anyway, and they are bound by the memory that they read.
+//! two dense blocks, of the mean and of the first harmonic (which serves all others), with the derivative of each pair
+//! averaged on that harmonic. All in single precision: the linear solves are inexact anyway, and they are bound
+//! by the memory that they read.
 
 use super::balance::{Balance, Jacobian};
 use super::retention::Retention;
@@ -27,8 +27,8 @@ pub struct Preconditioner {
     /// Pairs the blocks cover.
     pairs: Vec<usize>,
     mean: Option<PartialPivLu<f32>>,
-    /// The first harmonic, all higher ones.
-    vibration: Vec<PartialPivLu<c32>>,
+    /// The first harmonic, and so all others.
+    vibration: Option<PartialPivLu<c32>>,
     wear: Wear,
 }
 
@@ -132,7 +132,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
                 .preconditioner
                 .wear
                 .is_worn(3 * self.preconditioner.pairs.len())
-            || self.preconditioner.vibration.len() != linear.stiffness.harmonics().min(2)
+            || self.preconditioner.vibration.is_none()
         {
             self.preconditioner.refresh(self.balance, &linear);
         }
@@ -267,16 +267,12 @@ impl Preconditioner {
             out[j] += eps[j] as f32;
         }
         self.mean = Some(block.partial_piv_lu());
-        self.vibration.clear();
-        for of in [1..=1, 2..=harmonics] {
-            if of.is_empty() {
-                continue;
-            }
-            let middle = 0.5 * (of.start() + of.end()) as f64;
-            let [re, im] = linear.stiffness.formed(middle, MODES_BELOW);
+        self.vibration = None;
+        if harmonics > 0 {
+            let [re, im] = linear.stiffness.formed(1.0, MODES_BELOW);
             let derivatives: Vec<[[c64; 3]; 3]> = derivatives
                 .iter()
-                .map(|d| averaged(d, 2 * harmonics + 1, of.clone()))
+                .map(|d| averaged(d, 2 * harmonics + 1, 1..=1))
                 .collect();
             let mut block = Mat::<c32>::zeros(size, size);
             for j in 0..size {
@@ -296,7 +292,7 @@ impl Preconditioner {
                 }
                 out[j] += c32::new(eps[j] as f32, 0.0);
             }
-            self.vibration.push(block.partial_piv_lu());
+            self.vibration = Some(block.partial_piv_lu());
         }
         self.pairs = linear.jacobian.active.clone();
         self.wear = Wear::default();
@@ -334,9 +330,8 @@ impl Preconditioner {
         for &(i, s) in &places {
             v[i] = f64::from(local[s]);
         }
-        let first = v.len().min(3 * m);
-        let (v, higher) = v[m..].split_at_mut(first - m);
-        for (block, v) in self.vibration.iter().zip([v, higher]) {
+        if let Some(block) = &self.vibration {
+            let v = &mut v[m..];
             let count = v.len() / (2 * m);
             let mut local = vec![c32::new(0.0, 0.0); size * count];
             for (v, local) in v.chunks_exact(2 * m).zip(local.chunks_exact_mut(size)) {
