@@ -9,6 +9,11 @@ use crate::reduction::{PairLaw, RelativeModel};
 use crate::results::pairs::PairTable;
 use crate::scene::{ReducedModelSpec, Scene, Subject};
 
+/// A coefficient of friction above this is computed as this. A pair then sticks as long as it is pressed, which a larger one does not
+/// change (1e3 and 1e4 give the same amplitudes to 1e-5), but friction is known to the coefficient times the rounding of
+/// the normal force only.
+const MOST_FRICTION: f64 = 1e4;
+
 /// The reduced model of a scene, and what tables say of its pairs.
 pub(super) struct Prepared {
     pub pairs: PairTable,
@@ -24,7 +29,7 @@ impl Prepared {
     /// Meshes, binds, assembles and reduces, or reads the folder.
     pub(super) fn of(scene: &Scene, options: &Options, progress: &Progress) -> Result<Self, Error> {
         let stuck_modes = scene.response.stuck_modes;
-        let prepared = match &scene.subject {
+        let mut prepared = match &scene.subject {
             Subject::Assembly(assembly) => {
                 let meshed = Meshed::of(assembly, stuck_modes, options, progress)?;
                 Self {
@@ -47,10 +52,31 @@ impl Prepared {
                 }
             }
         };
+        prepared.limit_friction(progress);
         if let Some(omega2) = prepared.relative().omega2.first() {
             progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
         }
         Ok(prepared)
+    }
+
+    fn limit_friction(&mut self, progress: &Progress) {
+        let relative = match &mut self.origin {
+            Origin::Mesh(meshed) => &mut meshed.reduced.relative,
+            Origin::Folder(relative) => relative,
+        };
+        let largest = relative
+            .pairs
+            .iter()
+            .map(|pair| pair.friction)
+            .fold(0.0, f64::max);
+        if largest > MOST_FRICTION {
+            progress.warning(&format!(
+                "a coefficient of friction of {largest:e} is computed as {MOST_FRICTION:e}: pairs stick as long as they are pressed"
+            ));
+            for pair in &mut relative.pairs {
+                pair.friction = pair.friction.min(MOST_FRICTION);
+            }
+        }
     }
 
     pub(super) fn relative(&self) -> &RelativeModel {
