@@ -8,7 +8,8 @@
 use super::balance::{Balance, Setting};
 use super::march::Periods;
 use super::newton_krylov::{
-    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner,
+    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
+    relative_residual,
 };
 use super::powell::powell;
 use super::retention::{Retention, may_have_left};
@@ -251,7 +252,17 @@ impl<'a> Frequencies<'a> {
             Way::Directly(method) => {
                 let balance = self.balance(frequency_hz, hold)?;
                 let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-                let starts = last.map_or(vec![], |l| l.starts(frequency_hz));
+                let mut starts = last.map_or(vec![], |l| l.starts(frequency_hz));
+                if starts.len() > 1 {
+                    // Across a resonance the line through the neighbours leads astray.
+                    let scale = load_scale(&balance, self.newton.tolerance);
+                    let n = balance.unknowns_per_block();
+                    let measure =
+                        |u: &[f64]| relative_residual(&balance.evaluate(u).residual, n, scale);
+                    if measure(&starts[1]) < measure(&starts[0]) {
+                        starts.swap(0, 1);
+                    }
+                }
                 let starts = starts.into_iter().chain([self.cold()]);
                 for mut u in starts {
                     let end = self.iterate(&balance, &mut u, method, self.newton, work);
