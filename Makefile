@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint bench extremes setup vtk clean
+.PHONY: run test verify calculix lint bench peers extremes setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -41,6 +41,10 @@ lint:
 # Seconds and ratios; see docs/performance.md.
 bench: setup
 	cargo bench --locked
+
+# dovetail beside pyHarm and a dense Newton in numpy on one reduced model; see docs/performance.md.
+peers: setup
+	benches/peers/compare.sh
 
 # Every extreme of the input, as the table of docs/verification.md.
 extremes: setup

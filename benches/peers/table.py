@@ -1,0 +1,71 @@
+"""The tables of compare.sh from its JSON files: table.py FOLDER ROUNDS HARMONICS..."""
+
+import json
+import statistics
+import sys
+from pathlib import Path
+
+# Largest relative difference of amplitudes that counts as agreement, all stopping at 1e-8 of |F|.
+AGREE = 1e-7
+
+folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
+
+
+def points(name, harmonics):
+    runs = []
+    for i in range(1, rounds + 1):
+        with open(folder / f"{name}-{harmonics}-{i}.json") as file:
+            runs.append(json.load(file)["points"])
+    return runs
+
+
+def per_point(runs, key):
+    """Median over the rounds of the mean over the points."""
+    return statistics.median(statistics.mean(p[key] for p in run) for run in runs)
+
+
+def farthest(a, b):
+    return max(abs(x["tip_m"] / y["tip_m"] - 1) for x, y in zip(a, b, strict=True))
+
+
+failures = []
+print("| H | program | processor s a frequency | wall s a frequency | ratio | converged | largest residual |")
+print("| --- | --- | --- | --- | --- | --- | --- |")
+details = []
+for harmonics in sys.argv[3:]:
+    own, dense = points("dovetail", harmonics), points("numpy", harmonics)
+    solved, pyharm = points("periodic", harmonics), points("pyharm", harmonics)
+    peers = {
+        "dovetail": own,
+        "numpy, dense Newton, until periodic": solved,
+        "numpy, dense Newton, three periods": dense,
+        "pyHarm, three periods": pyharm,
+    }
+    base = per_point(own, "processor_s")
+    for name, runs in peers.items():
+        seconds, wall = per_point(runs, "processor_s"), per_point(runs, "seconds")
+        done = sum(p["converged"] for p in runs[0])
+        worst = max(p["residual"] for p in runs[0])
+        print(f"| {harmonics} | {name} | {seconds:.3f} | {wall:.3f} | {seconds / base:.1f} | {done} of {len(runs[0])} | {worst:.0e} |")
+    columns = [own[0], solved[0], pyharm[0], dense[0]]
+    for p, q, r, s in zip(*columns, strict=True):
+        details.append(
+            f"| {harmonics} | {p['hz']:.3f} | {p['slipping']}, {p['opening']} | "
+            + " | ".join(f"{x['tip_m']:.9e}" for x in (p, q, r, s))
+            + " |"
+        )
+    for what, a, b in [
+        ("dovetail and numpy marched until periodic", own[0], solved[0]),
+        ("pyHarm and numpy marched three periods", pyharm[0], dense[0]),
+    ]:
+        apart = farthest(a, b)
+        details.append((harmonics, what, apart))
+        if not apart < AGREE or not all(x["converged"] for x in a + b):
+            failures.append(f"{what}, H = {harmonics}: {apart:.1e} apart, or not converged")
+print("\n| H | Hz | pairs that slip, open | dovetail, m | numpy until periodic, m | pyHarm, m | numpy three periods, m |")
+print("| --- | --- | --- | --- | --- | --- | --- |")
+print("\n".join(line for line in details if isinstance(line, str)))
+print()
+for harmonics, what, apart in (line for line in details if not isinstance(line, str)):
+    print(f"H = {harmonics}: {what}: amplitudes at most {apart:.1e} apart")
+sys.exit("\n".join(failures) or 0)
