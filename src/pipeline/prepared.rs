@@ -10,9 +10,9 @@ use crate::results::pairs::PairTable;
 use crate::scene::{ReducedModelSpec, Scene, Subject};
 
 /// A coefficient of friction above this is computed as this. A pair then sticks as long as it is pressed, which a larger one does not
-/// change (1e3 and 1e4 give the same amplitudes to 1e-5), but friction is known to the coefficient times the rounding of
+/// change (1e3 and 1e4 give the same peak to 1e-5), but friction is known to the coefficient times the rounding of
 /// the normal force only.
-const MOST_FRICTION: f64 = 1e4;
+const MOST_FRICTION: f64 = 1e3;
 
 /// The reduced model of a scene, and what tables say of its pairs.
 pub(super) struct Prepared {
