@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Robustness at stick, slip and lift-off: a response over four decades of excitation on three meshes.
 
-    python3 scripts/transitions.py [--points 67] [--out output/transitions]
+    python3 scripts/transitions.py [--points 67] [--out output/transitions] [--mesh "8 x 18"] [--levels 0.01 2]
 
 Each mesh is reduced once (`dovetail reduce`), then solved at ten levels of excitation from 0.01 to 20 N over 0.97 to
 1.03 of its first stuck mode, three harmonics, 128 samples. Prints a Markdown table, a line per mesh and level:
@@ -51,18 +51,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=67)
     parser.add_argument("--out", type=Path, default=ROOT / "output/transitions")
+    parser.add_argument("--mesh", choices=list(MESHES), action="append", help="this one alone")
+    parser.add_argument("--levels", type=float, nargs="+", default=LEVELS_N, help="N")
     arguments = parser.parse_args()
     print("| flank | excitation, N | converged | Newton iterations | most for one | peak over stuck | pairs open at the peak | held | seconds |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     points = failed = iterations = 0
-    for name, sets in MESHES.items():
+    for name in arguments.mesh or MESHES:
+        sets = MESHES[name]
         folder = arguments.out / name.replace(" ", "")
         reduced = dovetail("reduce", ROOT / "scenes/paper.toml", folder, sets)
         if reduced.returncode != 0:
             sys.exit(reduced.stderr)
         scene = folder / "scene.toml"
         scene.write_text(SCENE.format(points=arguments.points))
-        for level in LEVELS_N:
+        for level in arguments.levels:
             out = folder / f"{level}N"
             start = time.monotonic()
             run = dovetail("run", scene, out, [f"reduced_model.force_n={level}"])
