@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// The dense dogleg is tried up to this many unknowns.
-const MOST_DENSE_UNKNOWNS: usize = 4000;
+const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
 /// found when first asked for.
