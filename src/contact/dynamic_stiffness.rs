@@ -65,7 +65,6 @@ pub struct HarmonicStiffness<'a, T: Real> {
     matrices: Matrices<'a, T>,
     /// Squared frequencies of the stuck modes, rad^2/s^2.
     omega2: &'a [f64],
-    damping: Rayleigh,
     /// Of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
@@ -108,7 +107,6 @@ impl<'a> ContactSystem<'a> {
         let model = self.model;
         HarmonicStiffness {
             omega2: &model.omega2,
-            damping: self.damping,
             omega,
             matrices: Matrices {
                 stiffness: Cow::Borrowed(&model.stiffness),
@@ -151,7 +149,6 @@ impl<'a> ContactSystem<'a> {
                 coupling: Cow::Owned(coupling),
             },
             omega2: &model.omega2[..low],
-            damping: self.damping,
             omega: stiffness.omega,
             harmonics,
         }
@@ -159,7 +156,7 @@ impl<'a> ContactSystem<'a> {
 
     /// Lambda at `omega` rad/s, real and imaginary part, n x n.
     pub fn stiffness_at(&self, omega: f64) -> [Mat<f64>; 2] {
-        self.stiffness(omega, 1).formed(1.0, f64::INFINITY)
+        self.stiffness(omega, 1).formed(1, f64::INFINITY)
     }
 
     /// Load condensed on X at `omega`, from a load of complex amplitude `on_x`, `on_modes`.
@@ -309,17 +306,16 @@ impl<T: Real> HarmonicStiffness<'_, T> {
         }
     }
 
-    /// Lambda of harmonic k, also of one between two, real and imaginary part, m x m, with the stuck modes below `cut` times its own
+    /// Lambda of harmonic k (1..H), real and imaginary part, m x m, with the stuck modes below `cut` times its own
     /// frequency (all of them: infinite).
-    pub fn formed(&self, k: f64, cut: f64) -> [Mat<T>; 2] {
+    pub fn formed(&self, k: usize, cut: f64) -> [Mat<T>; 2] {
         let Matrices {
             stiffness,
             mass,
             coupling,
         } = &self.matrices;
-        let omega = k * self.omega;
-        let c = coefficients(self.omega2, self.damping, omega);
-        let low = modes_below(self.omega2, cut * omega);
+        let c = &self.harmonics[k - 1];
+        let low = modes_below(self.omega2, cut * k as f64 * self.omega);
         let p = coupling.subcols(0, low);
         let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
             let n = self.unknowns();

@@ -10,7 +10,9 @@ use crate::numerics::gmres::{gmres, norm};
 use crate::numerics::newton::NonlinearSystem;
 use crate::numerics::wear::Wear;
 use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::traits::ComplexField;
 use faer::{Mat, MatMut, c32, c64};
+use std::ops::{Add, Mul, Sub};
 
 /// Relative residual asked of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -30,6 +32,13 @@ pub struct Preconditioner {
     /// The first harmonic, and so all others.
     vibration: Option<PartialPivLu<c32>>,
     wear: Wear,
+}
+
+/// The unknowns of a block, of the active pairs, by whether the preconditioner covers them.
+struct Cover {
+    /// Position among the active ones, position in the blocks.
+    places: Vec<(usize, usize)>,
+    outside: Vec<usize>,
 }
 
 /// One frequency as a nonlinear system.
@@ -170,10 +179,10 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         let eps: Vec<f64> = linear.columns.iter().map(|&c| balance.eps_at(c)).collect();
         let mut solution = vec![0.0; rhs.len()];
         let preconditioner = &*self.preconditioner;
-        let slots = preconditioner.slots(&linear.jacobian.active);
+        let cover = preconditioner.cover(&linear.jacobian.active);
         let end = gmres(
             |v, y| linear.apply(&eps, width, v, y),
-            |v| preconditioner.apply(&slots, &eps, v),
+            |v| preconditioner.apply(&cover, &eps, v),
             &rhs,
             &mut solution,
             self.krylov_tolerance,
@@ -240,94 +249,70 @@ impl Linearised<'_> {
 
 impl Preconditioner {
     fn refresh(&mut self, balance: &Balance<'_>, linear: &Linearised<'_>) {
-        let harmonics = linear.stiffness.harmonics();
         let eps: Vec<f64> = linear.columns.iter().map(|&c| balance.eps_at(c)).collect();
         let derivatives = &linear.jacobian.derivatives;
         let mean_stiffness = linear.stiffness.mean();
-        let mean: Vec<[[f64; 3]; 3]> = derivatives
-            .iter()
-            .map(|d| averaged(d, 2 * harmonics + 1, 0..=0).map(|row| row.map(|v| v.re)))
-            .collect();
-        let size = eps.len();
-        let mut block = Mat::<f32>::zeros(size, size);
-        for j in 0..size {
+        let width = 2 * linear.stiffness.harmonics() + 1;
+        let mean: Vec<_> = derivatives.iter().map(|d| on_mean(d, width)).collect();
+        let column = |j: usize| {
             let column = mean_stiffness.col_as_slice(j).iter();
             let mut column: Vec<f64> = column.map(|v| f64::from(*v)).collect();
             if let Some(retention) = &linear.retention {
                 retention.add_to_column(j, &mut column);
             }
-            column[j] -= eps[j];
-            let out = block.col_as_slice_mut(j);
-            for (slot, (d, a)) in mean.iter().zip(column.chunks_exact(3)).enumerate() {
-                for r in 0..3 {
-                    let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
-                    out[3 * slot + r] = (a[r] - moved) as f32;
-                }
-            }
-            out[j] += eps[j] as f32;
-        }
-        self.mean = Some(block.partial_piv_lu());
-        self.vibration = None;
-        if harmonics > 0 {
-            let [re, im] = linear.stiffness.formed(1.0, MODES_BELOW);
-            let derivatives: Vec<[[c64; 3]; 3]> = derivatives
+            column
+        };
+        self.mean = Some(active_block(&mean, &eps, column, |v| v as f32).partial_piv_lu());
+        self.vibration = (width > 1).then(|| {
+            let first: Vec<_> = derivatives
                 .iter()
-                .map(|d| averaged(d, 2 * harmonics + 1, 1..=1))
+                .map(|d| on_first_harmonic(d, width))
                 .collect();
-            let mut block = Mat::<c32>::zeros(size, size);
-            for j in 0..size {
-                let (re, im) = (re.col_as_slice(j).iter(), im.col_as_slice(j));
-                let mut column: Vec<c64> = re
-                    .zip(im)
+            let [re, im] = linear.stiffness.formed(1, MODES_BELOW);
+            let column = |j: usize| {
+                let parts = re.col_as_slice(j).iter().zip(im.col_as_slice(j));
+                parts
                     .map(|(re, im)| c64::new(f64::from(*re), f64::from(*im)))
-                    .collect();
-                column[j] -= eps[j];
-                let out = block.col_as_slice_mut(j);
-                for (slot, (d, a)) in derivatives.iter().zip(column.chunks_exact(3)).enumerate() {
-                    for r in 0..3 {
-                        let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
-                        let v = a[r] - moved;
-                        out[3 * slot + r] = c32::new(v.re as f32, v.im as f32);
-                    }
-                }
-                out[j] += c32::new(eps[j] as f32, 0.0);
-            }
-            self.vibration = Some(block.partial_piv_lu());
-        }
+                    .collect()
+            };
+            let narrow = |v: c64| c32::new(v.re as f32, v.im as f32);
+            active_block(&first, &eps, column, narrow).partial_piv_lu()
+        });
         self.pairs = linear.jacobian.active.clone();
         self.wear = Wear::default();
     }
 
-    /// For each active pair its slot among the pairs of the blocks.
-    fn slots(&self, active: &[usize]) -> Vec<Option<usize>> {
-        active
-            .iter()
-            .map(|pair| self.pairs.binary_search(pair).ok())
-            .collect()
+    /// Where the active pairs stand in the blocks.
+    fn cover(&self, active: &[usize]) -> Cover {
+        let mut cover = Cover {
+            places: Vec::with_capacity(3 * active.len()),
+            outside: vec![],
+        };
+        for (i, pair) in active.iter().enumerate() {
+            for c in 0..3 {
+                match self.pairs.binary_search(pair) {
+                    Ok(slot) => cover.places.push((3 * i + c, 3 * slot + c)),
+                    Err(_) => cover.outside.push(3 * i + c),
+                }
+            }
+        }
+        cover
     }
 
     /// v := P^-1 v; pairs the blocks do not cover count as sticking.
-    fn apply(&self, slots: &[Option<usize>], eps: &[f64], v: &mut [f64]) {
+    fn apply(&self, cover: &Cover, eps: &[f64], v: &mut [f64]) {
         let Some(mean) = &self.mean else { return };
-        let (m, size) = (3 * slots.len(), 3 * self.pairs.len());
-        // Covered entries: (in v, in the blocks).
-        let places: Vec<(usize, usize)> = slots
-            .iter()
-            .enumerate()
-            .filter_map(|(i, slot)| slot.map(|s| (i, s)))
-            .flat_map(|(i, s)| (0..3).map(move |c| (3 * i + c, 3 * s + c)))
-            .collect();
+        let (m, size) = (eps.len(), 3 * self.pairs.len());
+        let places = &cover.places;
         let mut local = vec![0.0_f32; size];
-        for &(i, s) in &places {
+        for &(i, s) in places {
             local[s] = v[i] as f32;
         }
         mean.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, 1));
-        for (i, v) in v.iter_mut().enumerate() {
-            if slots[i % m / 3].is_none() {
-                *v /= eps[i % m];
-            }
+        for block in v.chunks_exact_mut(m) {
+            cover.outside.iter().for_each(|&i| block[i] /= eps[i]);
         }
-        for &(i, s) in &places {
+        for &(i, s) in places {
             v[i] = f64::from(local[s]);
         }
         if let Some(block) = &self.vibration {
@@ -335,13 +320,13 @@ impl Preconditioner {
             let count = v.len() / (2 * m);
             let mut local = vec![c32::new(0.0, 0.0); size * count];
             for (v, local) in v.chunks_exact(2 * m).zip(local.chunks_exact_mut(size)) {
-                for &(i, s) in &places {
+                for &(i, s) in places {
                     local[s] = c32::new(v[i] as f32, -v[m + i] as f32);
                 }
             }
             block.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, count));
             for (v, local) in v.chunks_exact_mut(2 * m).zip(local.chunks_exact(size)) {
-                for &(i, s) in &places {
+                for &(i, s) in places {
                     (v[i], v[m + i]) = (f64::from(local[s].re), -f64::from(local[s].im));
                 }
             }
@@ -349,35 +334,56 @@ impl Preconditioner {
     }
 }
 
-/// Derivative of a pair, 3(2H+1) square with `width` = 2H+1, averaged on the given harmonics: the part of it that
-/// turns X into D X, complex amplitudes; of the mean (harmonic 0) real.
-fn averaged(
-    derivative: &[f64],
-    width: usize,
-    of: std::ops::RangeInclusive<usize>,
-) -> [[c64; 3]; 3] {
-    let count = of.clone().count() as f64;
-    let mut sum = [[c64::new(0.0, 0.0); 3]; 3];
-    for (r, row) in sum.iter_mut().enumerate() {
-        for (c, entry) in row.iter_mut().enumerate() {
-            let at =
-                |hr: usize, hc: usize| derivative[(r * width + hr) * 3 * width + c * width + hc];
-            for k in of.clone() {
-                *entry += match k {
-                    0 => c64::new(at(0, 0), 0.0),
-                    k => {
-                        let (cosine, sine) = (2 * k - 1, 2 * k);
-                        c64::new(
-                            0.5 * (at(cosine, cosine) + at(sine, sine)),
-                            0.5 * (at(cosine, sine) - at(sine, cosine)),
-                        )
-                    }
-                };
+/// (I - D) A + D eps = (I - D)(A - eps) + eps for a preconditioner: D 3 x 3 per pair, A by columns, `narrow` to the
+/// precision it is kept in.
+pub fn active_block<A, T: ComplexField>(
+    derivatives: &[[[A; 3]; 3]],
+    eps: &[f64],
+    column: impl Fn(usize) -> Vec<A>,
+    narrow: impl Fn(A) -> T,
+) -> Mat<T>
+where
+    A: Copy + From<f64> + Add<Output = A> + Sub<Output = A> + Mul<Output = A>,
+{
+    let mut block = Mat::zeros(eps.len(), eps.len());
+    for (j, &eps) in eps.iter().enumerate() {
+        let mut column = column(j);
+        column[j] = column[j] - A::from(eps);
+        let pairs = derivatives.iter().zip(column.chunks_exact(3));
+        let out = block.col_as_slice_mut(j);
+        for (slot, (d, a)) in pairs.enumerate() {
+            for (r, d) in d.iter().enumerate() {
+                let mut v = a[r] - (d[0] * a[0] + d[1] * a[1] + d[2] * a[2]);
+                if 3 * slot + r == j {
+                    v = v + A::from(eps);
+                }
+                out[3 * slot + r] = narrow(v);
             }
-            *entry /= count;
         }
     }
-    sum
+    block
+}
+
+/// The part of a pair's derivative, 3(2H+1) square with `width` = 2H+1, that maps the mean to itself.
+fn on_mean(derivative: &[f64], width: usize) -> [[f64; 3]; 3] {
+    let at = |r: usize, c: usize| derivative[r * width * 3 * width + c * width];
+    std::array::from_fn(|r| std::array::from_fn(|c| at(r, c)))
+}
+
+/// The part that maps the first harmonic to itself, complex amplitudes.
+fn on_first_harmonic(derivative: &[f64], width: usize) -> [[c64; 3]; 3] {
+    const COSINE: usize = 1;
+    const SINE: usize = 2;
+    std::array::from_fn(|r| {
+        std::array::from_fn(|c| {
+            let at =
+                |hr: usize, hc: usize| derivative[(r * width + hr) * 3 * width + c * width + hc];
+            c64::new(
+                0.5 * (at(COSINE, COSINE) + at(SINE, SINE)),
+                0.5 * (at(COSINE, SINE) - at(SINE, COSINE)),
+            )
+        })
+    })
 }
 
 /// Entries of the active pairs, block by block.

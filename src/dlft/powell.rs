@@ -49,7 +49,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
             out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
         }
         for k in 1..=balance.stiffness.harmonics() {
-            let [re, im] = balance.stiffness.formed(k as f64, f64::INFINITY);
+            let [re, im] = balance.stiffness.formed(k, f64::INFINITY);
             let (c, s) = ((2 * k - 1) * n, 2 * k * n);
             for j in 0..n {
                 for i in 0..n {

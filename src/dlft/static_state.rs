@@ -5,6 +5,7 @@
 //! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
 
 use super::balance::apply_real;
+use super::newton_krylov::active_block;
 use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
@@ -295,26 +296,6 @@ impl StaticSystem<'_> {
             }
         }
     }
-
-    /// J, for a preconditioner.
-    fn jacobian(&self) -> Mat<f32> {
-        let n = self.eps.len();
-        let mut jacobian = Mat::<f32>::zeros(n, n);
-        for j in 0..n {
-            let column = self.stiffness.col_as_slice(j).chunks_exact(3);
-            let out = jacobian.col_as_slice_mut(j);
-            for (pair, (d, k)) in self.derivative.iter().zip(column).enumerate() {
-                for r in 0..3 {
-                    let moved = d[r][0] * k[0] + d[r][1] * k[1] + d[r][2] * k[2];
-                    out[3 * pair + r] = (k[r] - moved) as f32;
-                }
-            }
-            for r in 0..3 {
-                out[3 * (j / 3) + r] += (self.derivative[j / 3][r][j % 3] * self.eps[j]) as f32;
-            }
-        }
-        jacobian
-    }
 }
 
 impl NonlinearSystem for StaticSystem<'_> {
@@ -354,7 +335,9 @@ impl NonlinearSystem for StaticSystem<'_> {
             };
         }
         if self.factor.is_none() || self.wear.is_worn(x.len()) {
-            self.factor = Some(self.jacobian().partial_piv_lu());
+            let column = |j: usize| self.stiffness.col_as_slice(j).to_vec();
+            let jacobian = active_block(&self.derivative, self.eps, column, |v| v as f32);
+            self.factor = Some(jacobian.partial_piv_lu());
             self.wear = Wear::default();
         }
     }

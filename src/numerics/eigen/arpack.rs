@@ -199,26 +199,15 @@ pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::eigen::{dense, lowest_modes as lowest};
+    use crate::numerics::eigen::assert_like_dense;
+    use crate::numerics::eigen::lowest_modes as lowest;
     use crate::numerics::lattice::Lattice;
 
     fn against_dense(lattice: Lattice, count: usize) {
         let (k, m) = lattice.cantilever();
         assert!(k.nrows() > smallest_size(count));
         let modes = lowest(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
-        let (k, m) = (sparse::dense(&k), sparse::dense(&m));
-        let exact = dense::modes(k.as_ref(), m.as_ref()).unwrap();
-        assert_eq!(modes.count(), count);
-        for (w2, exact) in modes.omega2.iter().zip(&exact.omega2) {
-            assert!((w2 / exact - 1.0).abs() < 1e-10, "{w2} {exact}");
-        }
-        let gram = modes.vectors.transpose() * (&m * &modes.vectors);
-        assert!((gram - Mat::<f64>::identity(count, count)).norm_max() < 1e-10);
-        let residual = &k * &modes.vectors
-            - Mat::from_fn(k.nrows(), count, |i, j| {
-                modes.omega2[j] * (m.row(i) * modes.vectors.col(j))
-            });
-        assert!(residual.norm_max() < 1e-9 * k.norm_max() * modes.vectors.norm_max());
+        assert_like_dense(&k, &m, &modes, count);
     }
 
     #[test]

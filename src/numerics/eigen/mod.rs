@@ -137,6 +137,24 @@ fn fix_signs(vectors: &mut Mat<f64>) {
     }
 }
 
+/// `modes` are the `count` lowest of the dense solver, of unit modal mass, and solve K v = omega^2 M v.
+#[cfg(test)]
+fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, count: usize) {
+    let (k, m) = (sparse::dense(k), sparse::dense(m));
+    let exact = dense::modes(k.as_ref(), m.as_ref()).unwrap();
+    assert_eq!(modes.count(), count);
+    for (w2, exact) in modes.omega2.iter().zip(&exact.omega2) {
+        assert!((w2 / exact - 1.0).abs() < 1e-10, "{w2} {exact}");
+    }
+    let gram = modes.vectors.transpose() * (&m * &modes.vectors);
+    assert!((gram - Mat::<f64>::identity(count, count)).norm_max() < 1e-10);
+    let residual = &k * &modes.vectors
+        - Mat::from_fn(k.nrows(), count, |i, j| {
+            modes.omega2[j] * (m.row(i) * modes.vectors.col(j))
+        });
+    assert!(residual.norm_max() < 1e-9 * k.norm_max() * modes.vectors.norm_max());
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
