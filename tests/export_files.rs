@@ -186,6 +186,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
             "frequency_hz",
             "outcome",
             "residual",
+            "harmonics",
         ];
         !kept.contains(&k) && !k.contains("_linear_")
     };

@@ -734,8 +734,14 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     );
     let response = &scene.response;
     assert_eq!(
-        (response.harmonics, response.samples, response.points),
-        (3, 128, 200)
+        (response.resolution, response.points),
+        (
+            scene::Resolution::Fixed {
+                harmonics: 3,
+                samples: 128
+            },
+            200
+        )
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(

@@ -46,8 +46,19 @@ pub fn orbit(
         newton_iterations: 0,
         krylov_iterations: 0,
         residual: 0.0,
+        estimated_error: None,
         retention_n: balance.retention_n(u),
     }
+}
+
+/// Amplitudes of the observed displacements of U, m: the largest departures from their means.
+pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    let system = balance.setting.system;
+    let harmonics = balance.setting.fourier.harmonics();
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
+    let observed = observe(system, harmonics, Some(u), &modal);
+    observed.iter().map(|c| amplitude(c)).collect()
 }
 
 /// The fully stuck assembly at one frequency (X = 0 in every harmonic): no contact to solve.

@@ -21,7 +21,7 @@ use crate::reduction::superelement::{self, Superelement};
 use crate::reduction::{PairLaw, ReducedModel};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
-use crate::scene::{Scene, Subject};
+use crate::scene::{Resolution, Scene, Subject};
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;
@@ -148,7 +148,7 @@ fn write_curves(
     for (i, name) in names.iter().enumerate() {
         let quantity = format!("amplitude of {name}");
         let stuck = stuck_curve("linear (stuck)", response, i);
-        let own = response_curve(&label(response_harmonics(response)), response, i);
+        let own = response_curve(&harmonics_label(response), response, i);
         let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
         if let Some((h, other)) = compared {
             let other = response_curve(&label(*h), other, i);
@@ -164,13 +164,14 @@ fn write_curves(
     Ok(())
 }
 
-fn response_harmonics(response: &Response) -> usize {
-    response
-        .orbits
-        .iter()
-        .map(|o| o.harmonics)
-        .max()
-        .unwrap_or(0)
+/// `H = 3`, or `H = 1 to 7` where the frequencies chose their own.
+fn harmonics_label(response: &Response) -> String {
+    let harmonics = || response.orbits.iter().map(|o| o.harmonics);
+    let (least, most) = (harmonics().min(), harmonics().max());
+    match (least.unwrap_or(0), most.unwrap_or(0)) {
+        (least, most) if least == most => format!("H = {most}"),
+        (least, most) => format!("H = {least} to {most}"),
+    }
 }
 
 /// Both bodies over one period of an orbit.
@@ -288,7 +289,16 @@ pub(super) fn finish(
 }
 
 /// The figures a reader asks for first, on the terminal.
-pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
+pub(super) fn report(
+    names: &[&str],
+    response: &Response,
+    resolution: Resolution,
+    progress: &Progress,
+) {
+    let accuracy = match resolution {
+        Resolution::Accuracy(accuracy) => Some(accuracy),
+        Resolution::Fixed { .. } => None,
+    };
     let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     if !held.is_empty() {
@@ -309,6 +319,19 @@ pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
              (rotation.speed_rpm, [[load]])",
             response.orbits.len(),
         ));
+    }
+    if let Some(accuracy) = accuracy {
+        let short =
+            |o: &&Orbit| o.outcome.is_converged() && o.estimated_error.is_none_or(|e| e > accuracy);
+        let short = response.orbits.iter().filter(short).count();
+        if short > 0 {
+            progress.warning(&format!(
+                "at {short} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
+                 motion was found or the estimate did not fall (column estimated_error of response.csv)",
+                response.orbits.len(),
+                Resolution::MOST_ADAPTED,
+            ));
+        }
     }
     for (i, name) in names.iter().enumerate() {
         let Some(peak) = peak(response, i) else {

@@ -35,7 +35,8 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let relative = subject.relative();
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
-    solve::off_undamped_modes(relative, damping, &frequencies_hz, scene.response.harmonics)?;
+    let most_harmonics = scene.response.resolution.most_harmonics();
+    solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
     let state = solve::statics(scene, relative, progress);
     let mut summary = files::summarise(scene, options, &subject);
     summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
@@ -45,29 +46,31 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
         files::finish(options, summary, progress)?;
         return Err(error);
     }
-    let respond = |harmonics| {
+    let respond = |resolution| {
         solve::respond(
             &scene.response,
             relative,
             damping,
             &state,
             &frequencies_hz,
-            harmonics,
+            resolution,
             progress,
         )
     };
-    let response = respond(scene.response.harmonics);
+    let resolution = scene.response.resolution;
+    let response = respond(resolution);
     let compared = scene
         .response
         .compare_harmonics
-        .filter(|h| *h != scene.response.harmonics)
-        .map(|h| (h, respond(h)));
+        .map(|h| (h, solve::compared(resolution, h)))
+        .filter(|(_, other)| *other != resolution)
+        .map(|(h, other)| (h, respond(other)));
     let compared = compared.as_ref();
     files::write_response(options, scene, &subject, &response, compared, progress)?;
     let first = subject.observations().first().copied();
     summary.response = Some(manifest::response_summary(&subject.pairs, first, &response));
     files::finish(options, summary, progress)?;
-    files::report(&subject.observations(), &response, progress);
+    files::report(&subject.observations(), &response, resolution, progress);
     all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
 }
 

@@ -1,6 +1,7 @@
 //! From a reduced model to its static state and its response.
 
 use super::hertz;
+use crate::dlft::accuracy::samples_for;
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
 use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
@@ -9,7 +10,7 @@ use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{EpsChoice, FrequencyRange, ResponseSpec, Scene};
+use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
@@ -104,22 +105,33 @@ pub(super) fn off_undamped_modes(
     Ok(())
 }
 
+/// A response with `harmonics` beside one of another resolution: with its samples, where it says how many.
+pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
+    let samples = match own {
+        Resolution::Fixed { samples, .. } => samples,
+        Resolution::Accuracy(accuracy) => samples_for(accuracy, harmonics),
+    };
+    Resolution::Fixed { harmonics, samples }
+}
+
 pub(super) fn respond(
     spec: &ResponseSpec,
     relative: &RelativeModel,
     damping: Rayleigh,
     state: &StaticState,
     frequencies_hz: &[f64],
-    harmonics: usize,
+    resolution: Resolution,
     progress: &Progress,
 ) -> Response {
-    let plural = if harmonics == 1 { "" } else { "s" };
-    let _stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
+    let _stage = progress.stage(&match resolution {
+        Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
+        Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
+        Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
+    });
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
-        harmonics,
-        samples: spec.samples,
+        resolution,
         newton: NewtonOptions {
             tolerance: spec.tolerance,
             max_iterations: spec.max_newton_iterations,

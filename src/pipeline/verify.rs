@@ -128,14 +128,13 @@ fn orbits(
         spec.points = spec.points.min(MOST_POINTS);
         frequencies_hz = solve::frequencies_hz(&spec, relative)?;
     }
-    let harmonics = scene.response.harmonics;
     let response = solve::respond(
         &scene.response,
         relative,
         damping,
         state,
         &frequencies_hz,
-        harmonics,
+        scene.response.resolution,
         progress,
     );
     let chosen = if given {

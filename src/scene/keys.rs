@@ -125,6 +125,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
         ("response", "frequency_hz") => "frequency_hz = [440.0, 460.0]",
         ("response", "times_first_stuck_mode") => "times_first_stuck_mode = [0.98, 1.02]",
         ("response", "points") => "points = 200",
+        ("response", "accuracy") => "accuracy = 0.01  # of the amplitude",
         ("response", "harmonics") => "harmonics = 3",
         ("response", "compare_harmonics") => "compare_harmonics = 1",
         ("response", "samples") => "samples = 128",

@@ -296,11 +296,9 @@ pub struct ResponseSpec {
     pub range: FrequencyRange,
     /// Number of frequencies, evenly spaced.
     pub points: usize,
-    pub harmonics: usize,
+    pub resolution: Resolution,
     /// A second response with this many harmonics, drawn beside the first.
     pub compare_harmonics: Option<usize>,
-    /// Samples of a period in the alternating frequency-time step.
-    pub samples: usize,
     pub eps: EpsChoice,
     /// eps is multiplied by this (1 = the choice itself).
     pub eps_scale: f64,
@@ -314,6 +312,29 @@ pub struct ResponseSpec {
     /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
     /// static slip.
     pub slip_threshold_m: Option<f64>,
+}
+
+/// What each frequency is resolved with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resolution {
+    /// Harmonics of the motion, and samples of a period in the alternating frequency-time step.
+    Fixed { harmonics: usize, samples: usize },
+    /// As few as keep the estimated error of the observed amplitudes below this fraction of them.
+    Accuracy(f64),
+}
+
+impl Resolution {
+    /// Most harmonics kept for an accuracy: with more, what the march of a pair leaves open (its parameter eps, the
+    /// way to the periodic state) weighs more than what the harmonics add.
+    pub const MOST_ADAPTED: usize = 31;
+
+    /// The most harmonics any frequency may have.
+    pub fn most_harmonics(self) -> usize {
+        match self {
+            Self::Fixed { harmonics, .. } => harmonics,
+            Self::Accuracy(_) => Self::MOST_ADAPTED,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -345,6 +345,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             input_power_w: friction_power_w + 0.01 * g * g,
             newton_iterations: 5 + i % 3,
             krylov_iterations: 40,
+            estimated_error: Some(0.004),
             retention_n: 0.0,
             residual: 1e-9 * bad,
         }
