@@ -20,6 +20,9 @@ use crate::scene::Solver;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
+/// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
+const MOST_ATTEMPTS: usize = 8;
+
 /// The dense dogleg is tried up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 2000;
 
@@ -256,6 +259,9 @@ impl<'a> Frequencies<'a> {
         };
         for &way in ways {
             for &hold in free_and_held {
+                if best.is_some() && self.is_tired(work) {
+                    break;
+                }
                 let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
                     continue;
                 };
@@ -280,6 +286,10 @@ impl<'a> Frequencies<'a> {
             }
         }
         best.expect("the static state is always a start")
+    }
+
+    fn is_tired(&self, work: &Work) -> bool {
+        work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
     }
 
     fn ways(&self) -> Vec<Way> {
@@ -425,6 +435,9 @@ impl<'a> Frequencies<'a> {
         let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
+            if self.is_tired(work) {
+                return None;
+            }
             let balance = at(f64::from(step) / f64::from(steps))?;
             let end = self.iterate(&balance, &mut u, method, self.newton, work);
             if end.status != NewtonStatus::Converged {
