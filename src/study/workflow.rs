@@ -9,6 +9,9 @@ use super::folder::Settings;
 use crate::error::Error;
 use crate::export::write_file;
 
+/// Exit code 3: all is written, but a case failed or did not converge, which the report says.
+const TOLERANT: &str = " || [ $? -eq 3 ]";
+
 /// Writes `folder`/Snakefile.
 ///
 /// # Errors
@@ -60,7 +63,7 @@ fn snakefile(
     );
     for (i, case) in cases.iter().enumerate() {
         let command = format!(
-            "{{DOVETAIL}} study {common} --case {} --threads {{threads}}",
+            "{{DOVETAIL}} study {common} --case {} --threads {{threads}}{TOLERANT}",
             shell(&case.slug)
         );
         let _ = write!(
@@ -77,8 +80,7 @@ fn snakefile(
         .iter()
         .map(|c| format!("        {},\n", outcome(c)))
         .collect();
-    // Exit code 3: all is written, but some cases failed or did not converge, which the report says.
-    let gather = format!("{{DOVETAIL}} study {common} --collect || [ $? -eq 3 ]");
+    let gather = format!("{{DOVETAIL}} study {common} --collect{TOLERANT}");
     let _ = write!(
         text,
         "rule collect:\n    input:\n{}    output:\n        {},\n    shell:\n        {}\n",
@@ -162,7 +164,7 @@ mod tests {
         let text = snakefile(Path::new("/s/quick.toml"), &study, &cases, &set, &settings);
         for slug in ["base", "h_5"] {
             let command = format!(
-                "\"{{DOVETAIL}} study /s/quick.toml --out /tmp/o --set 'contact.*.friction=0.1' --case {slug} --threads {{threads}}\""
+                "\"{{DOVETAIL}} study /s/quick.toml --out /tmp/o --set 'contact.*.friction=0.1' --case {slug} --threads {{threads}} || [ $? -eq 3 ]\""
             );
             assert_eq!(text.matches(&command).count(), 1, "{text}");
             let outcome = format!("\"/tmp/o/cases/{slug}/outcome.json\",");

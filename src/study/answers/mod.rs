@@ -339,3 +339,156 @@ fn prices(results: &[CaseResult], knobs: &[KnobAnswer], heading: &str) -> Vec<Ve
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::cases::{Case, cases, combination};
+    use crate::study::file::Target;
+    use crate::study::knob::{Knob, KnobValue};
+    use crate::study::results::Ended;
+
+    const PEAK: &str = "peak_amplitude_m";
+
+    fn knob(name: &str, sizes: &[f64], base: usize) -> Knob {
+        let value = |size: &f64| KnobValue {
+            label: size.to_string(),
+            set: vec![],
+            size: Some(*size),
+            span: 0..0,
+        };
+        Knob {
+            name: name.to_owned(),
+            values: sizes.iter().map(value).collect(),
+            base,
+            order: 2.0,
+            span: 0..0,
+        }
+    }
+
+    /// Peak 1 + 2 a^2 + 0.5 b; the model costs 1 / a, contact 0.1 / (a b).
+    fn study(mode: Mode, accuracy: f64) -> Study {
+        Study {
+            name: "s".into(),
+            scene: "x".into(),
+            set: vec![],
+            mode,
+            quantities: vec![Quantity::PeakAmplitude],
+            fields: false,
+            knobs: vec![
+                knob("a", &[0.4, 0.2, 0.1, 0.05], 1),
+                knob("b", &[0.2, 0.1, 0.05, 0.025], 1),
+            ],
+            targets: vec![Target {
+                quantity: Quantity::PeakAmplitude,
+                accuracy,
+            }],
+        }
+    }
+
+    fn result(study: &Study, case: &Case) -> CaseResult {
+        let size = |k: usize| study.knobs[k].values[case.values[k]].size.unwrap();
+        let (a, b) = (size(0), size(1));
+        let contact = 0.1 / (a * b);
+        CaseResult {
+            case: case.clone(),
+            ended: Ended::WithFigures(Figures {
+                values: vec![(PEAK.to_owned(), 1.0 + 2.0 * a * a + 0.5 * b)],
+                seconds: 1.0 / a + contact,
+                contact_seconds: contact,
+                processor_seconds: None,
+                contact_processor_seconds: None,
+                peak_memory_mib: None,
+                threads: Some(1),
+                points: 3,
+                unconverged: 0,
+            }),
+        }
+    }
+
+    fn near(found: Option<f64>, wanted: f64) {
+        let found = found.unwrap();
+        assert!((found - wanted).abs() < 1e-9, "{found} is not {wanted}");
+    }
+
+    #[test]
+    fn a_known_function_is_taken_apart_and_put_together() {
+        let study = study(Mode::OneAtATime, 0.05);
+        let mut all = cases(&study);
+        let results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = answers(&study, &results);
+        // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
+        let [a, b] = [0, 1].map(|k| &found.knobs[k].figures[0]);
+        near(a.limit.unwrap().order, 2.0);
+        near(Some(a.limit.unwrap().value), 1.05);
+        near(b.limit.unwrap().order, 1.0);
+        near(a.to_richardson[0], 0.32 / 1.05);
+        near(a.to_finest[1], 0.075 / 1.055);
+        near(b.estimates[0], 0.1 / 1.08);
+        // All together: to 1; the base errs by both.
+        near(found.fronts[0].limit, 1.0);
+        near(found.fronts[0].errors[0], 0.08 / 1.05 + 0.05 / 1.08);
+        // No run is within 5 %: a or b is too coarse in each. Two finer values together are.
+        let advice = &found.advice[0];
+        assert_eq!(advice.run, None);
+        let combined = advice.combination.as_ref().unwrap();
+        assert_eq!(combined.values, [2, 2]);
+        near(Some(combined.seconds), 10.0 + 0.1 / (0.1 * 0.05));
+        // Run, it is judged by the worse of sum and difference, and recommended.
+        all.push(combination(&study, &all, combined.values.clone()));
+        let results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = answers(&study, &results);
+        assert_eq!(
+            (found.advice[0].run, &found.advice[0].combination),
+            (Some(7), &None)
+        );
+        near(found.fronts[0].errors[7], 0.02 + 0.025);
+        assert!(found.fronts[0].on_front[7]);
+    }
+
+    #[test]
+    fn a_combination_that_does_not_keep_its_promise_is_not_recommended() {
+        let study = study(Mode::OneAtATime, 0.05);
+        let mut all = cases(&study);
+        all.push(combination(&study, &all, vec![2, 2]));
+        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let Ended::WithFigures(figures) = &mut results[7].ended else {
+            panic!("no figures");
+        };
+        figures.values[0].1 = 1.2;
+        let found = answers(&study, &results);
+        near(found.fronts[0].errors[7], 0.2);
+        assert_eq!(found.advice[0].run, None);
+    }
+
+    #[test]
+    fn a_grid_counts_from_where_its_finest_corner_leads_to() {
+        let study = study(Mode::Grid, 0.05);
+        let all = cases(&study);
+        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = answers(&study, &results);
+        assert_eq!(found.base, [3, 3]);
+        near(found.fronts[0].limit, 1.0);
+        let chosen = found.advice[0].run.unwrap();
+        // 2 a^2 + 0.5 b within 0.05: of a = 0.1, 0.05 and b = 0.05, 0.025 the cheapest.
+        assert_eq!(all[chosen].values, [2, 2]);
+        near(found.fronts[0].errors[chosen], 0.02 + 0.025);
+        // Without the finest corner the finest there is serves.
+        results[15].ended = Ended::NotRun;
+        let found = answers(&study, &results);
+        assert_eq!(found.base, [2, 3]);
+        near(found.fronts[0].limit, 1.0);
+    }
+
+    #[test]
+    fn a_case_without_result_is_left_out_of_the_series() {
+        let study = study(Mode::OneAtATime, 0.05);
+        let all = cases(&study);
+        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        results[1].ended = Ended::NotRun;
+        let found = answers(&study, &results);
+        let a = &found.knobs[0].figures[0];
+        assert_eq!((a.values[0], a.estimates[0]), (None, None));
+        near(Some(a.limit.unwrap().value), 1.05);
+    }
+}
