@@ -57,6 +57,7 @@ pub fn write(
                 label: label.to_owned(),
                 names: points
                     .iter()
+                    .filter(|_| on_front)
                     .map(|(c, _)| results[*c].case.slug.clone())
                     .collect(),
                 points: points.into_iter().map(|(_, p)| p).collect(),

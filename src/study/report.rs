@@ -338,6 +338,10 @@ fn one_knob(text: &mut String, study: &Study, results: &[CaseResult], answer: &K
         row(name, of_cases(&|r| costs(r)[i].clone()), none());
     }
     row("outcome", of_cases(&|r| r.outcome()), none());
+    let from_finest = match (knob.sizes(), knob.values.last()) {
+        (None, Some(last)) => format!("- from {}", last.label),
+        _ => "- from the finest".to_owned(),
+    };
     for figure in &answer.figures {
         let values = figure.values.iter().map(|v| cell(*v, |v| rounded(v, 6)));
         row(&figure.heading, values.collect(), ends(figure));
@@ -348,9 +352,9 @@ fn one_knob(text: &mut String, study: &Study, results: &[CaseResult], answer: &K
             continue;
         }
         let errors = |errors: &[Option<f64>]| errors.iter().map(|e| cell(*e, percent)).collect();
-        row("- from the finest", errors(&figure.to_finest), none());
+        row(&from_finest, errors(&figure.to_finest), none());
         if figure.to_richardson.iter().any(Option::is_some) {
-            row("- from Richardson's", errors(&figure.to_richardson), none());
+            row("- from Richardson", errors(&figure.to_richardson), none());
         }
     }
     text.push('\n');

@@ -10,6 +10,8 @@ use super::{Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, text_style, write_svg};
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 860);
+/// Height of an entry of the legend, and its share of the frame.
+const LEGEND_PX: u32 = 40;
 
 /// Points of a logarithmic plot; those that are not above 0 on both axes are left out.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +48,11 @@ fn draw(canvas: &Canvas, title: &str, axes: [&str; 2], series: &[LogSeries]) -> 
             .flat_map(|s| s.points.iter().copied().filter(shows))
     };
     let x_range = range(shown().map(|p| p.0), 1.25);
-    let y_range = range(shown().map(|p| p.1), 1.6);
+    let (low, high) = range(shown().map(|p| p.1), 1.6);
+    // The legend stands above the points.
+    let legend = (f64::from(LEGEND_PX) * series.len() as f64 / f64::from(SIZE.1)).min(0.5);
+    let y_range = (low, high * (high / low).powf(legend / (1.0 - legend)));
+    let middle = (x_range.0 * x_range.1).sqrt();
     let mut chart = ChartBuilder::on(canvas)
         .caption(title, text_style(TITLE_PX, HPos::Center, VPos::Top))
         .margin(18)
@@ -90,10 +96,16 @@ fn draw(canvas: &Canvas, title: &str, axes: [&str; 2], series: &[LogSeries]) -> 
             .iter()
             .zip(&series.names)
             .filter(|(p, _)| shows(p));
-        let text = text_style(TEXT_PX - 8, HPos::Left, VPos::Bottom);
-        chart.draw_series(named.map(|(p, name)| {
-            EmptyElement::at(*p) + Text::new(name.clone(), (9, -5), text.clone())
-        }))?;
+        let beside = |(p, name): (&(f64, f64), &String)| {
+            // Towards the middle, so that no name leaves the picture.
+            let (side, shift) = match p.0 < middle {
+                true => (HPos::Left, 9),
+                false => (HPos::Right, -9),
+            };
+            let text = text_style(TEXT_PX - 8, side, VPos::Bottom);
+            EmptyElement::at(*p) + Text::new(name.clone(), (shift, -5), text)
+        };
+        chart.draw_series(named.map(beside))?;
     }
     chart
         .configure_series_labels()
