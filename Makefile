@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint bench peers extremes setup vtk clean
+.PHONY: run test verify calculix lint bench peers extremes study setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -50,6 +50,12 @@ peers: setup
 extremes: setup
 	cargo build --release --locked
 	python3 scripts/extremes.py
+
+# What the settings of the solution cost and buy on the paper's scene; see docs/study.md. The study of the flank mesh takes hours
+# and 3 GB: dovetail study studies/flank_mesh.toml --jobs 1 --threads 2.
+study: setup
+	cargo build --release --locked
+	target/release/dovetail study studies/harmonics.toml
 
 setup:
 	@tools/setup.sh

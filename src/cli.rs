@@ -6,18 +6,19 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::error::{EXIT_OK, Error};
+use crate::error::{EXIT_FAILED, EXIT_OK, Error};
 use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
+use crate::study::{self, Action, StudyOptions};
 
 const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  a computation failed, or a file could not be read or written
   2  the command line or the scene is wrong
-  3  done and written, but some frequencies did not converge (see the column outcome)";
+  3  done and written, but some frequencies (see the column outcome) or cases of a study did not converge";
 
 const SET_HELP: &str = "\
 Set a key of the scene, as if the file said so; may be repeated, the last wins.
@@ -59,7 +60,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// The whole chain: mesh, static state, frequency response, fields and plots
-    Run(SceneFile),
+    Run(Run),
     /// Only mesh the geometry and pair the flanks
     Mesh(SceneFile),
     /// Up to the modes of the stuck assembly; with --rpm over the speed (Campbell)
@@ -72,6 +73,50 @@ enum Command {
     Verify(VerifyArguments),
     /// Only check the scene file; nothing is computed or written
     Check(SceneFile),
+    /// Run a scene over ranges of its keys: what accuracy costs (docs/study.md)
+    Study(StudyArguments),
+}
+
+#[derive(Debug, Args)]
+struct StudyArguments {
+    /// The study: a TOML file that names a scene and its knobs
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+
+    /// Cases side by side [default: one per core]; each takes --threads [default: 1]
+    #[arg(long, value_name = "N", value_parser = at_least_1)]
+    jobs: Option<usize>,
+
+    /// Run nothing: answer with the cases that are there
+    #[arg(long, conflicts_with_all = ["case", "export_workflow", "jobs"])]
+    collect: bool,
+
+    /// Run this case alone, without answers
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["export_workflow", "jobs"])]
+    case: Option<String>,
+
+    /// Run nothing: write a Snakemake workflow into DIR, one rule per case
+    #[arg(long, value_name = "DIR", conflicts_with = "jobs")]
+    export_workflow: Option<PathBuf>,
+}
+
+impl StudyArguments {
+    fn options(&self, cli: &Cli) -> StudyOptions {
+        let action = match (&self.case, &self.export_workflow) {
+            (Some(case), _) => Action::Case(case.clone()),
+            (None, Some(folder)) => Action::ExportWorkflow(folder.clone()),
+            (None, None) if self.collect => Action::Collect,
+            (None, None) => Action::Run,
+        };
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        StudyOptions {
+            action,
+            out: cli.out.clone(),
+            jobs: self.jobs.unwrap_or_else(cores),
+            threads: cli.threads.unwrap_or(1),
+            overrides: cli.overrides.clone(),
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -79,6 +124,24 @@ struct SceneFile {
     /// The scene: a TOML file that describes one run
     #[arg(value_name = "SCENE")]
     scene: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct Run {
+    #[command(flatten)]
+    file: SceneFile,
+
+    /// Write tables and plots only, no fields for ParaView
+    #[arg(long)]
+    no_fields: bool,
+
+    /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
+    #[arg(long)]
+    held_modes: bool,
+
+    /// End when standard input ends: so a case of a study ends with the study
+    #[arg(long, hide = true)]
+    until_stdin_ends: bool,
 }
 
 #[derive(Debug, Args)]
@@ -184,7 +247,7 @@ pub fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> Result<(), Error> {
     let (stage, file): (Stage, &Path) = match &cli.command {
-        Command::Run(file) => (Box::new(pipeline::run), &file.scene),
+        Command::Run(arguments) => (Box::new(pipeline::run), &arguments.file.scene),
         Command::Mesh(file) => (Box::new(pipeline::mesh), &file.scene),
         Command::Modes(Modes { file, rpm: None }) => (Box::new(pipeline::modes), &file.scene),
         Command::Modes(Modes {
@@ -207,6 +270,10 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Reduce(file) => (Box::new(pipeline::reduce), &file.scene),
         Command::Static(file) => (Box::new(pipeline::static_state), &file.scene),
         Command::Check(file) => (Box::new(pipeline::check), &file.scene),
+        Command::Study(arguments) => {
+            let progress = Progress::new(cli.quiet);
+            return study::study(&arguments.study, &arguments.options(cli), &progress);
+        }
     };
     // Dense factorisations split among threads round differently: each runs on one, and the work is shared
     // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
@@ -222,11 +289,28 @@ fn run(cli: &Cli) -> Result<(), Error> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&scene.name));
-    let options = Options {
+    let mut options = Options {
         out,
         scene_file: file.to_path_buf(),
+        fields: true,
+        held_modes: false,
     };
+    if let Command::Run(arguments) = &cli.command {
+        options.fields = !arguments.no_fields;
+        options.held_modes = arguments.held_modes;
+        if arguments.until_stdin_ends {
+            end_with_stdin();
+        }
+    }
     stage(&scene, &options, &Progress::new(cli.quiet))
+}
+
+/// Ends the process when standard input does, which the death of whoever holds its other end brings about.
+fn end_with_stdin() {
+    std::thread::spawn(|| {
+        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
+        std::process::exit(i32::from(EXIT_FAILED));
+    });
 }
 
 type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;
@@ -270,7 +354,7 @@ mod tests {
             assert_eq!(cli.overrides, ["x=1", "y=2"]);
             assert_eq!((cli.threads, cli.quiet), (Some(2), true));
             assert_eq!(cli.out.as_deref(), Some(Path::new("o")));
-            assert!(matches!(cli.command, Command::Run(f) if f.scene == Path::new("a.toml")));
+            assert!(matches!(cli.command, Command::Run(r) if r.file.scene == Path::new("a.toml")));
         }
     }
 

@@ -17,6 +17,7 @@ use crate::reduction::ReductionError;
 use crate::reduction::damping::DampingError;
 use crate::reduction::superelement::SuperelementError;
 use crate::scene::SceneError;
+use crate::study::StudyError;
 
 /// Exit code of a run that did what it was asked.
 pub const EXIT_OK: u8 = 0;
@@ -127,6 +128,27 @@ pub enum Error {
     ))]
     NoRotation,
 
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Study(#[from] StudyError),
+
+    /// The study is complete, its answers are written, but not every case has all its figures.
+    #[error(
+        "of {cases} cases {without} have no result, and {unconverged} have frequencies that did not converge"
+    )]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "study.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
+             when the study is"
+        )
+    )]
+    CasesFailed {
+        without: usize,
+        unconverged: usize,
+        cases: usize,
+    },
+
     /// Reading or writing a file.
     #[error("{action} {} failed", path.display())]
     #[diagnostic(help(
@@ -202,6 +224,11 @@ impl Error {
             | Self::NoStuckMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
+            | Self::Study(
+                StudyError::Read { .. }
+                | StudyError::Invalid { .. }
+                | StudyError::NoSuchCase { .. },
+            )
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 EXIT_BAD_INPUT
@@ -217,8 +244,9 @@ impl Error {
             | Self::NotSteady { .. }
             | Self::Disagreement { .. }
             | Self::StaticState { .. }
+            | Self::Study(_)
             | Self::NothingHolds => EXIT_FAILED,
-            Self::NotConverged { .. } => EXIT_NOT_CONVERGED,
+            Self::NotConverged { .. } | Self::CasesFailed { .. } => EXIT_NOT_CONVERGED,
         }
     }
 }

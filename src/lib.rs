@@ -5,7 +5,8 @@
 //! [`scene`] text -> `Scene`; [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs;
 //! [`fem`] stiffness, mass, rotation; [`reduction`] Craig-Bampton and relative coordinates;
 //! [`contact`] dynamic stiffness and laws; [`dlft`] static state and harmonic balance;
-//! [`integration`] the same motion in time, to check it; [`results`] physical fields; [`export`] files. [`pipeline`] alone knows the sequence.
+//! [`integration`] the same motion in time, to check it; [`results`] physical fields; [`export`] files. [`pipeline`] alone knows the sequence;
+//! [`study`] runs the whole of it many times.
 
 pub mod cli;
 pub mod contact;
@@ -22,3 +23,4 @@ pub mod progress;
 pub mod reduction;
 pub mod results;
 pub mod scene;
+pub mod study;

@@ -13,12 +13,17 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Between two lines of a bar where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
 
+/// The stage in which the modes of each body are computed, its flanks held.
+pub const HELD_MODES_STAGE: &str = "modes of each body, flanks held";
+
 /// A finished stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageRecord {
     pub name: String,
     /// Wall clock.
     pub seconds: f64,
+    /// Of all threads, and of a program waited for (gmsh); `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
     /// Largest resident memory of the process up to the end of the stage, MiB; `None` where the
     /// system does not tell.
     pub peak_rss_mib: Option<f64>,
@@ -27,6 +32,7 @@ pub struct StageRecord {
 /// Where a run reports to.
 #[derive(Debug)]
 pub struct Progress {
+    begin: Instant,
     output: Output,
     lines: MultiProgress,
     records: Mutex<Vec<StageRecord>>,
@@ -55,6 +61,7 @@ impl Progress {
             _ => ProgressDrawTarget::hidden(),
         };
         Self {
+            begin: Instant::now(),
             output,
             lines: MultiProgress::with_draw_target(target),
             records: Mutex::default(),
@@ -76,6 +83,7 @@ impl Progress {
             progress: self,
             name: name.to_owned(),
             begin: Instant::now(),
+            processor_begin: processor_seconds(),
             spinner,
         }
     }
@@ -114,6 +122,11 @@ impl Progress {
         lock(&self.warnings).push(message.to_owned());
     }
 
+    /// Wall clock since the beginning, s.
+    pub fn seconds(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
     /// The stages that have ended, in the order of their ends.
     pub fn records(&self) -> Vec<StageRecord> {
         lock(&self.records).clone()
@@ -139,6 +152,7 @@ pub struct StageGuard<'a> {
     progress: &'a Progress,
     name: String,
     begin: Instant,
+    processor_begin: Option<f64>,
     spinner: Option<ProgressBar>,
 }
 
@@ -152,6 +166,9 @@ impl Drop for StageGuard<'_> {
         let record = StageRecord {
             name: self.name.clone(),
             seconds,
+            processor_seconds: processor_seconds()
+                .zip(self.processor_begin)
+                .map(|(to, from)| to - from),
             peak_rss_mib: peak_rss_mib(),
         };
         let memory = record
@@ -223,6 +240,20 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Processor time of the process so far, all threads and the programs it waited for, s; `None` where the system does not tell.
+pub fn processor_seconds() -> Option<f64> {
+    processor_time_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)
+}
+
+/// `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), which count hundredths of a second.
+fn processor_time_of_stat(stat: &str) -> Option<f64> {
+    // The name of the program stands in brackets and may hold blanks.
+    let (_, rest) = stat.rsplit_once(')')?;
+    let mut ticks = rest.split_whitespace().skip(11);
+    let mut next = || ticks.next()?.parse::<f64>().ok();
+    Some((next()? + next()? + next()? + next()?) / 100.0)
+}
+
 /// `VmHWM` of /proc/self/status (Linux), MiB.
 fn peak_rss_mib() -> Option<f64> {
     peak_of_status(&std::fs::read_to_string("/proc/self/status").ok()?)
@@ -272,6 +303,16 @@ mod tests {
         progress.note("not kept");
         progress.warning("gmsh is missing");
         assert_eq!(progress.warnings(), ["gmsh is missing"]);
+    }
+
+    #[test]
+    fn processor_time_is_read_from_the_status_of_the_process() {
+        let stat = "7 (a b) c) R 1 2 3 4 5 6 7 8 9 10 150 30 15 5 20 0 4";
+        assert_eq!(processor_time_of_stat(stat), Some(2.0));
+        assert_eq!(processor_time_of_stat("7 (a) R 1"), None);
+        if cfg!(target_os = "linux") {
+            assert!(processor_seconds().is_some());
+        }
     }
 
     #[test]

@@ -48,6 +48,8 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let scene = scene::load(&scene_file, set).unwrap();
     let options = Options {
         out: folder.0.clone(),
+        fields: true,
+        held_modes: false,
         scene_file,
     };
     pipeline::run(&scene, &options, &Progress::new(true))

@@ -316,6 +316,16 @@ pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportErr
     table.write()
 }
 
+/// Any table of texts; numbers as [`number`] writes them.
+pub fn write_rows(path: &Path, header: &[String], rows: &[Vec<String>]) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    for row in std::iter::once(header).chain(rows.iter().map(Vec::as_slice)) {
+        row.iter().for_each(|cell| table.text(cell));
+        table.end_row();
+    }
+    table.write()
+}
+
 fn static_word(status: PairStatus) -> &'static str {
     match status {
         PairStatus::Stuck => "stuck",
@@ -460,7 +470,7 @@ impl<'a> Table<'a> {
 }
 
 /// Shortest text that reads back as the same number: plain in the middle, exponent far from 1.
-fn number(v: f64) -> String {
+pub fn number(v: f64) -> String {
     if v == 0.0 {
         "0".to_owned()
     } else if (1e-4..1e9).contains(&v.abs()) {

@@ -13,7 +13,8 @@ use crate::mesh::ElementOrder;
 use crate::model::Model;
 use crate::results::pairs::PairTable;
 use crate::results::quantities::{
-    converged, energy_balance_error, peak, peak_ratio, static_fields, stuck_peak, sweep_fields,
+    converged, energy_balance_error, pair_counts, peak, peak_ratio, static_fields, stuck_peak,
+    sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -29,6 +30,14 @@ pub struct Summary {
     /// Stuck modes kept; `None` where nothing was reduced yet.
     pub stuck_modes: Option<usize>,
     pub pairs: usize,
+    /// First frequency of the fully stuck assembly.
+    pub stuck_frequency_hz: Option<f64>,
+    /// First frequency of the first body with its flanks held; `None` where it was not asked for.
+    pub blade_frequency_hz: Option<f64>,
+    /// Wall clock of the whole run, s.
+    pub seconds: f64,
+    /// Of all its threads and of gmsh, s; `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
@@ -74,6 +83,8 @@ pub struct BodySummary {
 pub struct StageSummary {
     pub name: String,
     pub seconds: f64,
+    /// Of all threads and of gmsh; `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
     /// Peak of the process up to the end of the stage; `None` where the system does not tell.
     pub peak_memory_mib: Option<f64>,
 }
@@ -86,6 +97,8 @@ pub struct StaticSummary {
     pub slipping_pairs: Option<usize>,
     pub open_pairs: Option<usize>,
     pub largest_slip_m: Option<f64>,
+    /// Over the pairs; `None` where the area of a pair is unknown.
+    pub largest_pressure_pa: Option<f64>,
     pub contacts: Vec<ContactSummary>,
     /// Force that holds the blade along its slot, N, where friction does not; else `None`.
     pub retention_n: Option<f64>,
@@ -123,8 +136,15 @@ pub struct ResponseSummary {
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
     pub peak_ratio: Option<f64>,
+    /// At the peak, over a period: pairs that slip, pairs that separate, mean powers.
+    pub peak_slipping_pairs: Option<usize>,
+    pub peak_opening_pairs: Option<usize>,
+    pub peak_friction_power_w: Option<f64>,
+    pub peak_damping_power_w: Option<f64>,
     /// Pairs that separate at any converged frequency.
     pub pairs_that_open: usize,
+    /// Their share of the area of the flanks; `None` where the area of a pair is unknown.
+    pub area_share_that_opens: Option<f64>,
     /// Largest |input - friction - viscous| over the largest of the three powers.
     pub worst_energy_balance_error: Option<f64>,
     pub slip_threshold_m: Option<f64>,
@@ -273,6 +293,9 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
                 .map(|s| s[0].hypot(s[1]))
                 .fold(0.0, f64::max)
         }),
+        largest_pressure_pa: valid
+            .then(|| fields.pressure_pa.iter().copied().fold(0.0, nan_or_max))
+            .and_then(finite),
         contacts: contacts.collect(),
         retention_n: state.retention_n.filter(|_| valid).and_then(finite),
         newton_iterations: state.newton_iterations,
@@ -288,6 +311,7 @@ pub fn response_summary(
     response: &Response,
 ) -> ResponseSummary {
     let top = peak(response, 0);
+    let at_peak = top.map(|p| &response.orbits[p.index]);
     let linear = stuck_peak(response, 0);
     let sums = sweep_fields(response, &pairs.rows);
     let unconverged = response
@@ -312,7 +336,12 @@ pub fn response_summary(
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
         peak_ratio: peak_ratio(response, 0),
+        peak_slipping_pairs: at_peak.map(|o| pair_counts(o).slipping),
+        peak_opening_pairs: at_peak.map(|o| pair_counts(o).opening),
+        peak_friction_power_w: at_peak.and_then(|o| finite(o.friction_power_w)),
+        peak_damping_power_w: at_peak.and_then(|o| finite(o.viscous_power_w)),
         pairs_that_open: sums.opening_points.iter().filter(|&&n| n > 0).count(),
+        area_share_that_opens: opening_share(pairs, &sums.opening_points),
         worst_energy_balance_error: converged(response)
             .filter_map(energy_balance_error)
             .reduce(f64::max),
@@ -402,6 +431,24 @@ pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> 
         })?;
     json.push(b'\n');
     write_file(path, &json)
+}
+
+/// Area of the pairs that open at some frequency over that of all.
+fn opening_share(pairs: &PairTable, opening_points: &[usize]) -> Option<f64> {
+    let areas: Option<Vec<f64>> = pairs.rows.iter().map(|p| p.area_m2).collect();
+    let areas = areas?;
+    let open = areas.iter().zip(opening_points).filter(|(_, n)| **n > 0);
+    let total: f64 = areas.iter().sum();
+    (total > 0.0).then(|| open.map(|(a, _)| a).sum::<f64>() / total)
+}
+
+/// The larger of two, or a NaN that is among them (the pressure of a pair without area).
+fn nan_or_max(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
 }
 
 fn finite(v: f64) -> Option<f64> {

@@ -16,7 +16,7 @@ use crate::export::plots::{
 use crate::export::{csv, flank, manifest, vtu};
 use crate::fem::{expand_to_nodes, stress};
 use crate::model::Model;
-use crate::progress::Progress;
+use crate::progress::{Progress, processor_seconds};
 use crate::reduction::superelement::{self, Superelement};
 use crate::reduction::{PairLaw, ReducedModel};
 use crate::results::quantities::{pair_counts, peak};
@@ -72,7 +72,6 @@ pub(super) fn write_static_state(
     if !state.outcome.is_converged() {
         return Ok(());
     }
-    flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
     let free = reduced.full_static(&state.x);
     let fields: Vec<_> = model
         .bodies
@@ -90,6 +89,10 @@ pub(super) fn write_static_state(
         .collect();
     let displacements = [&fields[0].0[..], &fields[1].0[..]];
     csv::write_static_observations(&out.join("static_observed.csv"), model, displacements)?;
+    if !options.fields {
+        return Ok(());
+    }
+    flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
     let [first, second] =
         [&fields[0], &fields[1]].map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
             displacement_m: displacement,
@@ -118,18 +121,26 @@ pub(super) fn write_response(
     csv::write_contact(&out.join("contact.csv"), &subject.pairs, response)?;
     write_curves(out, &scene.name, &names, response, compared)?;
     if let Some(meshed) = subject.meshed() {
-        write_response_on_mesh(out, meshed, response)?;
+        write_response_on_mesh(options, meshed, response)?;
     }
     Ok(())
 }
 
 /// Flanks at each frequency, maps of them, and the motion of the bodies at the peak.
-fn write_response_on_mesh(out: &Path, meshed: &Meshed, response: &Response) -> Result<(), Error> {
+fn write_response_on_mesh(
+    options: &Options,
+    meshed: &Meshed,
+    response: &Response,
+) -> Result<(), Error> {
     let Meshed { model, reduced, .. } = meshed;
-    flank::write_flank_series(out, model, response)?;
-    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
+    let out = &options.out;
     write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
     write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
+    if !options.fields {
+        return Ok(());
+    }
+    flank::write_flank_series(out, model, response)?;
+    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
     if let Some(peak) = peak(response, 0) {
         write_peak_motion(out, model, reduced, &response.orbits[peak.index])?;
     }
@@ -246,6 +257,10 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
         },
         stuck_modes: None,
         pairs: 0,
+        stuck_frequency_hz: None,
+        blade_frequency_hz: None,
+        seconds: 0.0,
+        processor_seconds: None,
         stages: Vec::new(),
         static_state: None,
         response: None,
@@ -260,6 +275,7 @@ pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) ->
         mesh: subject.meshed().map(Meshed::summary),
         stuck_modes: Some(subject.relative().omega2.len()),
         pairs: subject.pairs.rows.len(),
+        stuck_frequency_hz: subject.relative().omega2.first().copied().map(hertz),
         observations: match subject.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
             None => manifest::probe_summaries(&subject.observations()),
@@ -280,9 +296,12 @@ pub(super) fn finish(
         .map(|record| manifest::StageSummary {
             name: record.name,
             seconds: record.seconds,
+            processor_seconds: record.processor_seconds,
             peak_memory_mib: record.peak_rss_mib,
         })
         .collect();
+    summary.seconds = progress.seconds();
+    summary.processor_seconds = processor_seconds();
     manifest::write_summary(&options.out.join("summary.json"), &summary)?;
     progress.note(&format!("results in {}", options.out.display()));
     Ok(())

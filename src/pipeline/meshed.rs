@@ -13,7 +13,7 @@ use crate::mesh::gmsh::{self, GmshError};
 use crate::mesh::{Mesh, MeshError, msh, quality};
 use crate::model::{self, Model};
 use crate::numerics::factor::{Cholesky, FactorError};
-use crate::progress::Progress;
+use crate::progress::{HELD_MODES_STAGE, Progress};
 use crate::reduction::craig_bampton::held_modes;
 use crate::reduction::{self, ReducedModel, ReductionError};
 use crate::scene::{Assembly, MeshKind, MeshSource};
@@ -83,7 +83,7 @@ impl Meshed {
 
     /// Squared angular frequencies of each body alone, its flanks held (full model).
     pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, ReductionError> {
-        let _stage = progress.stage("modes of each body, flanks held");
+        let _stage = progress.stage(HELD_MODES_STAGE);
         let bodies = self.model.bodies.iter().zip(&self.structure.bodies);
         bodies
             .map(|(body, matrices)| Ok(held_modes(body, matrices, HELD_MODES)?.omega2))

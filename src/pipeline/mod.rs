@@ -24,6 +24,10 @@ use crate::scene::{Scene, Subject};
 pub struct Options {
     pub out: PathBuf,
     pub scene_file: PathBuf,
+    /// [`run`]: write the fields for ParaView (VTU, PVD), too.
+    pub fields: bool,
+    /// [`run`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
+    pub held_modes: bool,
 }
 
 /// Mesh, or reduced model, to results.
@@ -69,6 +73,12 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     files::write_response(options, scene, &subject, &response, compared, progress)?;
     let first = subject.observations().first().copied();
     summary.response = Some(manifest::response_summary(&subject.pairs, first, &response));
+    if let (Some(meshed), true) = (subject.meshed(), options.held_modes) {
+        let held = meshed.held_modes(progress)?;
+        files::write_modes(options, &subject, Some(&held))?;
+        let blade = held.first().and_then(|omega2| omega2.first());
+        summary.blade_frequency_hz = blade.copied().map(hertz);
+    }
     files::finish(options, summary, progress)?;
     files::report(&subject.observations(), &response, resolution, progress);
     all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
@@ -107,11 +117,14 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
             row.kind, row.body, row.mode, row.frequency_hz
         );
     }
-    files::finish(
-        options,
-        files::summarise(scene, options, &subject),
-        progress,
-    )
+    let blade = held
+        .iter()
+        .flatten()
+        .next()
+        .and_then(|omega2| omega2.first());
+    let mut summary = files::summarise(scene, options, &subject);
+    summary.blade_frequency_hz = blade.copied().map(hertz);
+    files::finish(options, summary, progress)
 }
 
 /// Up to the reduced model, written as a folder that `[reduced_model]` reads.

@@ -15,6 +15,7 @@ mod source;
 use std::path::{Path, PathBuf};
 
 pub use error::{Fault, Problem, SceneError};
+pub use keys::nearest;
 
 /// Reads and checks the scene file `path`. Relative paths in it are joined to its folder; `overrides` are
 /// `KEY=VALUE` texts as for [`parse`].

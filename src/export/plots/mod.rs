@@ -7,6 +7,7 @@ mod campbell;
 mod colour;
 mod curves;
 mod flanks;
+mod loglog;
 
 pub use campbell::{CampbellFamily, write_campbell};
 pub use curves::{AmplitudeScale, Curve, response_curve, stuck_curve, write_response_plot};
@@ -14,6 +15,7 @@ pub use flanks::{
     write_dissipation_map, write_flank_flags, write_flank_map, write_separation_map,
     write_static_pressure_map,
 };
+pub use loglog::{LogSeries, write_loglog};
 
 use std::path::Path;
 

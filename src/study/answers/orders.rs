@@ -1,0 +1,253 @@
+//! How a figure converges: the order its differences show, the value they lead to (Richardson, 1911), and the
+//! error of each value.
+//!
+//! Of three values f1, f2, f3 at sizes h1 > h2 > h3 with f = f* + C h^p:
+//! (f1 - f2) / (f2 - f3) = (h1^p - h2^p) / (h2^p - h3^p), the right side growing with p;
+//! f* = f3 - (f2 - f3) h3^p / (h2^p - h3^p).
+
+use serde::Serialize;
+
+/// Differences below this, relative, are taken for rounding and tolerance: such a figure does not depend on the knob.
+pub const SAME: f64 = 1e-7;
+/// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times it.
+pub const LEAST_ORDER: f64 = 0.3;
+pub const MOST_ORDER: f64 = 2.0;
+
+/// The value that errors are counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Limit {
+    pub value: f64,
+    pub how: How,
+    /// Of the last three values, where it shows.
+    pub order: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum How {
+    /// Extrapolated from the last three values, whose differences show an order.
+    Richardson,
+    /// The finest value itself: no order shows.
+    Finest,
+    /// The last value, where nothing says how fine the values are: it is what the others are compared with.
+    Reference,
+    /// All values are the same.
+    Unchanged,
+    /// There is but one value.
+    Single,
+}
+
+/// The order that three values show; `None` where they do not go one way, or at no order between 0.01 and 20.
+pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> Option<f64> {
+    let [h1, h2, h3] = sizes;
+    let (first, second) = (values[0] - values[1], values[1] - values[2]);
+    let scale = values[2].abs();
+    if !(h1 > h2 && h2 > h3 && h3 > 0.0) || second.abs() <= SAME * scale || first * second <= 0.0 {
+        return None;
+    }
+    let ratio = first / second;
+    // Sizes relative to the middle one: powers stay in range.
+    let (a, b) = (h1 / h2, h3 / h2);
+    let excess = |p: f64| (a.powf(p) - 1.0) / (1.0 - b.powf(p)) - ratio;
+    let (mut low, mut high) = (0.01, 20.0);
+    if excess(low) > 0.0 || excess(high) < 0.0 {
+        return None;
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) < 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(0.5 * (low + high))
+}
+
+/// f* of the last two of three values at this order.
+fn extrapolated(sizes: [f64; 3], values: [f64; 3], order: f64) -> f64 {
+    let shrink = (sizes[2] / sizes[1]).powf(order);
+    values[2] + (values[2] - values[1]) * shrink / (1.0 - shrink)
+}
+
+/// The orders of each three successive values, from coarse to fine; the first two entries are `None`.
+pub fn orders(sizes: &[f64], values: &[f64]) -> Vec<Option<f64>> {
+    (0..values.len())
+        .map(|i| {
+            let from = i.checked_sub(2)?;
+            let three = |v: &[f64]| -> Option<[f64; 3]> { v.get(from..=i)?.try_into().ok() };
+            observed_order(three(sizes)?, three(values)?)
+        })
+        .collect()
+}
+
+/// What the values (coarse to fine, at least one) lead to. `order` is the one expected; where the last three show none near it, or
+/// the figure is none to `extrapolate`, the finest value.
+pub fn limit(
+    sizes: Option<&[f64]>,
+    values: &[f64],
+    order: f64,
+    extrapolate: bool,
+) -> Option<Limit> {
+    let (&finest, coarser) = values.split_last()?;
+    let plain = |how| Limit {
+        value: finest,
+        how,
+        order: None,
+    };
+    if coarser.is_empty() {
+        return Some(plain(How::Single));
+    }
+    if coarser
+        .iter()
+        .all(|v| (v - finest).abs() <= SAME * finest.abs())
+    {
+        return Some(plain(How::Unchanged));
+    }
+    let Some(sizes) = sizes.filter(|s| s.len() == values.len()) else {
+        return Some(plain(How::Reference));
+    };
+    if sizes.len() < 3 || !extrapolate {
+        return Some(plain(How::Finest));
+    }
+    let last = |v: &[f64]| [v[v.len() - 3], v[v.len() - 2], v[v.len() - 1]];
+    let (h, f) = (last(sizes), last(values));
+    let near = |p: &f64| (LEAST_ORDER * order..=MOST_ORDER * order).contains(p);
+    match observed_order(h, f).filter(near) {
+        Some(p) => Some(Limit {
+            value: extrapolated(h, f, p),
+            how: How::Richardson,
+            order: Some(p),
+        }),
+        None => Some(plain(How::Finest)),
+    }
+}
+
+/// |v - reference| / |reference|; 0 where both are 0, `None` where only the reference is.
+pub fn relative_error(v: f64, reference: f64) -> Option<f64> {
+    if v == reference {
+        return Some(0.0);
+    }
+    Some((v - reference).abs() / reference.abs()).filter(|e| e.is_finite())
+}
+
+/// The error each value has to be credited with: the largest of its own and those of all finer ones, so that a coarse value
+/// that lies near the limit by chance gains nothing. Where no order shows, the finest is
+/// credited with the last step; a reference with nothing.
+pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
+    let n = values.len();
+    let mut errors: Vec<Option<f64>> = values
+        .iter()
+        .map(|v| relative_error(*v, limit.value))
+        .collect();
+    match limit.how {
+        How::Single => errors[n - 1] = None,
+        How::Finest => errors[n - 1] = relative_error(values[n - 2], values[n - 1]),
+        How::Unchanged | How::Richardson | How::Reference => {}
+    }
+    for i in (0..n.saturating_sub(1)).rev() {
+        errors[i] = match (errors[i], errors[i + 1]) {
+            (Some(own), Some(finer)) => Some(own.max(finer)),
+            _ => None,
+        };
+    }
+    errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(f: impl Fn(f64) -> f64, sizes: &[f64]) -> Vec<f64> {
+        sizes.iter().map(|h| f(*h)).collect()
+    }
+
+    #[test]
+    fn the_order_and_the_limit_of_a_power_are_found_exactly() {
+        let halved = [0.4, 0.2, 0.1];
+        let uneven = [1.0 / 3.0, 1.0 / 7.0, 1.0 / 15.0];
+        for sizes in [halved, uneven] {
+            for p in [0.5, 1.0, 2.0, 4.0] {
+                let values = of(|h| 1.0 + 2.0 * h.powf(p), &sizes);
+                let found = limit(Some(&sizes), &values, p, true).unwrap();
+                assert_eq!(found.how, How::Richardson);
+                assert!(
+                    (found.order.unwrap() / p - 1.0).abs() < 1e-9,
+                    "{p}: {found:?}"
+                );
+                assert!((found.value - 1.0).abs() < 1e-12, "{p}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn errors_are_counted_from_the_limit() {
+        let sizes = [0.4, 0.2, 0.1];
+        let values = of(|h| 1.0 + 2.0 * h * h, &sizes);
+        let limit = limit(Some(&sizes), &values, 2.0, true).unwrap();
+        let errors = estimates(&values, &limit);
+        for (error, h) in errors.iter().zip(sizes) {
+            assert!((error.unwrap() - 2.0 * h * h).abs() < 1e-12);
+        }
+        assert_eq!(orders(&sizes, &values)[..2], [None, None]);
+    }
+
+    #[test]
+    fn no_order_is_made_up() {
+        let sizes = [0.4, 0.2, 0.1];
+        // To and fro; away; far from the order expected.
+        for (values, order) in [
+            ([1.0, 1.2, 1.1], 2.0),
+            ([1.0, 1.1, 1.3], 2.0),
+            ([1.64, 1.04, 1.0025], 1.0),
+        ] {
+            let found = limit(Some(&sizes), &values, order, true).unwrap();
+            assert_eq!((found.how, found.value), (How::Finest, values[2]));
+        }
+        assert_eq!(observed_order([0.1, 0.2, 0.4], [1.0, 2.0, 2.5]), None);
+        let power = [1.32, 1.08, 1.02];
+        let how = |sizes, extrapolate| limit(sizes, &power, 2.0, extrapolate).unwrap().how;
+        assert_eq!(how(Some(&sizes[..]), true), How::Richardson);
+        assert_eq!(how(Some(&sizes[..]), false), How::Finest);
+        assert_eq!(how(None, true), How::Reference);
+        assert_eq!(limit(None, &[], 2.0, true), None);
+    }
+
+    #[test]
+    fn the_finest_value_is_not_taken_for_exact() {
+        let values = [1.3, 1.0];
+        let of =
+            |sizes: Option<&[f64]>| estimates(&values, &limit(sizes, &values, 2.0, true).unwrap());
+        assert!((of(Some(&[0.2, 0.1]))[1].unwrap() - 0.3).abs() < 1e-12);
+        assert_eq!(of(None)[1], Some(0.0));
+        let single = limit(None, &[5.0], 2.0, true).unwrap();
+        assert_eq!(
+            (single.how, estimates(&[5.0], &single)),
+            (How::Single, vec![None])
+        );
+    }
+
+    #[test]
+    fn a_coarse_value_near_the_limit_by_chance_gains_nothing() {
+        let values = [1.001, 1.3, 1.002, 1.0];
+        let limit = limit(None, &values, 2.0, true).unwrap();
+        let errors = estimates(&values, &limit);
+        assert!((errors[0].unwrap() - 0.3).abs() < 1e-12);
+        assert!((errors[2].unwrap() - 0.002).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_does_not_change_has_no_error_and_no_order() {
+        let sizes = [0.4, 0.2, 0.1];
+        let values = [450.0, 450.0 + 1e-9, 450.0];
+        let found = limit(Some(&sizes), &values, 2.0, true).unwrap();
+        assert_eq!(found.how, How::Unchanged);
+        assert!(
+            estimates(&values, &found)
+                .iter()
+                .all(|e| e.unwrap() < 1e-10)
+        );
+        assert_eq!(relative_error(0.0, 0.0), Some(0.0));
+        assert_eq!(relative_error(1.0, 0.0), None);
+    }
+}

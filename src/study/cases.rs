@@ -1,0 +1,218 @@
+//! A study's knobs -> its cases, each a run of its own.
+
+use super::file::{Mode, Study};
+use super::knob::Knob;
+
+/// One run: which value each knob has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Name of its folder.
+    pub slug: String,
+    /// Per knob, position in its values.
+    pub values: Vec<usize>,
+}
+
+impl Case {
+    /// `KEY=VALUE` texts for `--set`, those of the study first.
+    pub fn set(&self, study: &Study) -> Vec<String> {
+        let knobs = study.knobs.iter().zip(&self.values);
+        let of_knobs = knobs.flat_map(|(knob, value)| &knob.values[*value].set);
+        study.set.iter().chain(of_knobs).cloned().collect()
+    }
+
+    /// Label of each knob's value.
+    pub fn labels<'s>(&self, study: &'s Study) -> Vec<&'s str> {
+        let knobs = study.knobs.iter().zip(&self.values);
+        knobs
+            .map(|(knob, value)| knob.values[*value].label.as_str())
+            .collect()
+    }
+}
+
+/// All cases: one at a time the base first, then knob by knob; a grid with the last knob turning fastest.
+pub fn cases(study: &Study) -> Vec<Case> {
+    let combinations = match study.mode {
+        Mode::OneAtATime => one_at_a_time(&study.knobs),
+        Mode::Grid => grid(&study.knobs),
+    };
+    let mut cases: Vec<Case> = Vec::with_capacity(combinations.len());
+    for values in combinations {
+        let slug = match study.mode {
+            Mode::OneAtATime => slug_off_base(&study.knobs, &values),
+            Mode::Grid => slug(study.knobs.iter().zip(&values)),
+        };
+        let slug = distinct(slug, &cases);
+        cases.push(Case { slug, values });
+    }
+    cases
+}
+
+/// A case of other values than those of `cases`, named after what differs from the base.
+pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
+    let slug = format!("combined__{}", slug_off_base(&study.knobs, &values));
+    Case {
+        slug: distinct(slug, cases),
+        values,
+    }
+}
+
+/// Of a study one at a time, what the knobs are turned around; of a grid, the finest corner.
+pub fn base(study: &Study) -> Vec<usize> {
+    match study.mode {
+        Mode::OneAtATime => study.knobs.iter().map(|k| k.base).collect(),
+        Mode::Grid => study.knobs.iter().map(|k| k.values.len() - 1).collect(),
+    }
+}
+
+/// How many steps from the finest a case is, over all knobs.
+pub fn coarseness(study: &Study, case: &Case) -> usize {
+    let steps = study.knobs.iter().zip(&case.values);
+    steps
+        .map(|(knob, value)| knob.values.len() - 1 - value)
+        .sum()
+}
+
+fn one_at_a_time(knobs: &[Knob]) -> Vec<Vec<usize>> {
+    let base: Vec<usize> = knobs.iter().map(|k| k.base).collect();
+    let mut all = vec![base.clone()];
+    for (k, knob) in knobs.iter().enumerate() {
+        for value in (0..knob.values.len()).filter(|v| *v != knob.base) {
+            let mut values = base.clone();
+            values[k] = value;
+            all.push(values);
+        }
+    }
+    all
+}
+
+fn grid(knobs: &[Knob]) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new()];
+    for knob in knobs {
+        let longer = |values: &Vec<usize>| {
+            let values = values.clone();
+            (0..knob.values.len()).map(move |v| [&values[..], &[v]].concat())
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    all
+}
+
+fn slug_off_base(knobs: &[Knob], values: &[usize]) -> String {
+    let turned = knobs.iter().zip(values).filter(|(k, v)| k.base != **v);
+    match slug(turned) {
+        empty if empty.is_empty() => "base".to_owned(),
+        slug => slug,
+    }
+}
+
+fn slug<'a>(turned: impl Iterator<Item = (&'a Knob, &'a usize)>) -> String {
+    let word = |(knob, value): (&Knob, &usize)| {
+        format!("{}_{}", knob.name, clean(&knob.values[*value].label))
+    };
+    turned.map(word).collect::<Vec<_>>().join("__")
+}
+
+/// Letters, digits, points and signs; `4 x 9` becomes `4x9`.
+fn clean(label: &str) -> String {
+    let joined = label.replace(" x ", "x");
+    let mut text = String::new();
+    for c in joined.chars() {
+        if c.is_ascii_alphanumeric() || matches!(c, '.' | '+' | '_') {
+            text.push(c);
+        } else if !text.is_empty() && !text.ends_with('-') {
+            text.push('-');
+        }
+    }
+    let text = text.trim_end_matches('-');
+    let text: String = text.chars().take(40).collect();
+    if text.is_empty() {
+        "value".to_owned()
+    } else {
+        text
+    }
+}
+
+fn distinct(slug: String, taken: &[Case]) -> String {
+    let slug: String = slug.chars().take(180).collect();
+    let free = |candidate: &String| !taken.iter().any(|c| c.slug.eq_ignore_ascii_case(candidate));
+    std::iter::once(slug.clone())
+        .chain((2..).map(|i| format!("{slug}-{i}")))
+        .find(free)
+        .unwrap_or(slug)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::knob::KnobValue;
+
+    fn knob(name: &str, labels: &[&str], base: usize) -> Knob {
+        let value = |label: &&str| KnobValue {
+            label: (*label).to_owned(),
+            set: vec![format!("{name}={label}")],
+            size: None,
+            span: 0..0,
+        };
+        Knob {
+            name: name.to_owned(),
+            values: labels.iter().map(value).collect(),
+            base,
+            order: 2.0,
+            span: 0..0,
+        }
+    }
+
+    fn study(mode: Mode) -> Study {
+        Study {
+            name: "s".into(),
+            scene: "scene.toml".into(),
+            set: vec!["x=1".into()],
+            mode,
+            quantities: vec![],
+            fields: false,
+            knobs: vec![
+                knob("flanks", &["4 x 9", "8 x 18"], 0),
+                knob("h", &["1", "3", "7"], 1),
+            ],
+            targets: vec![],
+        }
+    }
+
+    #[test]
+    fn one_at_a_time_turns_each_knob_around_the_base() {
+        let study = study(Mode::OneAtATime);
+        let cases = cases(&study);
+        let slugs: Vec<&str> = cases.iter().map(|c| c.slug.as_str()).collect();
+        assert_eq!(slugs, ["base", "flanks_8x18", "h_1", "h_7"]);
+        assert_eq!(cases[1].set(&study), ["x=1", "flanks=8 x 18", "h=3"]);
+        assert_eq!(cases[2].labels(&study), ["4 x 9", "1"]);
+        let both = combination(&study, &cases, vec![1, 2]);
+        assert_eq!(both.slug, "combined__flanks_8x18__h_7");
+    }
+
+    #[test]
+    fn a_grid_has_every_combination_once() {
+        let cases = cases(&study(Mode::Grid));
+        assert_eq!(cases.len(), 6);
+        assert_eq!(cases[0].slug, "flanks_4x9__h_1");
+        assert_eq!(cases[5].values, [1, 2]);
+        for (i, case) in cases.iter().enumerate() {
+            assert!(
+                cases[..i]
+                    .iter()
+                    .all(|c| c.slug != case.slug && c.values != case.values)
+            );
+        }
+    }
+
+    #[test]
+    fn folders_have_plain_names_of_their_own() {
+        assert_eq!(clean("[0.98, 1.02]"), "0.98-1.02");
+        assert_eq!(clean("1e-8"), "1e-8");
+        assert_eq!(clean("///"), "value");
+        let mut study = study(Mode::OneAtATime);
+        study.knobs = vec![knob("k", &["a b", "a-b", "a/b"], 0)];
+        let slugs: Vec<String> = cases(&study).into_iter().map(|c| c.slug).collect();
+        assert_eq!(slugs, ["base", "k_a-b", "k_a-b-2"]);
+    }
+}

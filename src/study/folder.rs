@@ -1,0 +1,357 @@
+//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json what came out.
+//!
+//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks what would be asked now:
+//! the same version of the program, overrides and input files, byte for byte.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::cases::Case;
+use super::error::StudyError;
+use super::file::Study;
+use super::quantity::Quantity;
+use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
+use crate::export::write_file;
+use crate::scene::{self, MeshKind, Scene, Subject};
+
+/// case.json.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CaseRecord {
+    /// Of the program.
+    pub version: String,
+    pub study: String,
+    pub case: String,
+    /// Knob and label of its value.
+    pub knobs: Vec<(String, String)>,
+    /// `KEY=VALUE` texts.
+    pub set: Vec<String>,
+    pub fields: bool,
+    pub held_modes: bool,
+    pub inputs: Vec<Input>,
+    /// What is run; with it the folder can be made by hand.
+    pub command: Vec<String>,
+}
+
+/// A file the case depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Input {
+    pub file: String,
+    pub bytes: usize,
+    /// FNV-1a of its bytes, 64 bits, in hexadecimals.
+    pub fnv1a: String,
+}
+
+/// outcome.json.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutcomeRecord {
+    /// `None`: ended by a signal.
+    pub exit_code: Option<i32>,
+    /// Wall clock of the process, s.
+    pub seconds: f64,
+}
+
+/// How cases are run.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Of the study.
+    pub out: PathBuf,
+    /// Of each case.
+    pub threads: u16,
+}
+
+impl Settings {
+    pub fn folder(&self, case: &Case) -> PathBuf {
+        self.out.join("cases").join(&case.slug)
+    }
+}
+
+/// What a case asks for.
+///
+/// # Errors
+/// The scene with the overrides of the case, or a file it names that cannot be read.
+pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRecord, Error> {
+    let set = case.set(study);
+    let scene = scene::load(&study.scene, &set)?;
+    let held_modes =
+        study.quantities.contains(&Quantity::BladeFrequency) && scene.assembly().is_some();
+    let mut command = vec![
+        "dovetail".to_owned(),
+        "run".to_owned(),
+        study.scene.display().to_string(),
+    ];
+    for argument in &set {
+        command.extend(["--set".to_owned(), argument.clone()]);
+    }
+    let out = settings.folder(case).display().to_string();
+    command.extend([
+        "--out".to_owned(),
+        out,
+        "--threads".to_owned(),
+        settings.threads.to_string(),
+    ]);
+    if !study.fields {
+        command.push("--no-fields".to_owned());
+    }
+    if held_modes {
+        command.push("--held-modes".to_owned());
+    }
+    let labels = case.labels(study).into_iter().map(str::to_owned);
+    Ok(CaseRecord {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        study: study.name.clone(),
+        case: case.slug.clone(),
+        knobs: study
+            .knobs
+            .iter()
+            .map(|k| k.name.clone())
+            .zip(labels)
+            .collect(),
+        set,
+        fields: study.fields,
+        held_modes,
+        inputs: inputs(&study.scene, &scene)?,
+        command,
+    })
+}
+
+/// The scene file and the files it names.
+fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
+    let mut files = vec![scene_file.to_path_buf()];
+    match &scene.subject {
+        Subject::ReducedModel(spec) => {
+            let entries =
+                std::fs::read_dir(&spec.folder).map_err(|source| reading(&spec.folder, source))?;
+            let mut inside: Vec<PathBuf> = entries
+                .flatten()
+                .map(|e| e.path())
+                .filter(|p| p.is_file())
+                .collect();
+            inside.sort();
+            files.extend(inside);
+        }
+        Subject::Assembly(assembly) => match &assembly.mesh.kind {
+            MeshKind::File { path } => files.push(path.clone()),
+            MeshKind::Geometry {
+                script, fallback, ..
+            } => {
+                files.push(script.clone());
+                // A ready mesh that is not there is only missed where gmsh is.
+                files.extend(fallback.clone().filter(|f| f.is_file()));
+            }
+        },
+    }
+    files.iter().map(|file| input(file)).collect()
+}
+
+fn input(file: &Path) -> Result<Input, StudyError> {
+    let bytes = std::fs::read(file).map_err(|source| reading(file, source))?;
+    Ok(Input {
+        file: file.display().to_string(),
+        bytes: bytes.len(),
+        fnv1a: format!("{:016x}", fnv1a(&bytes)),
+    })
+}
+
+/// Fowler, Noll and Vo's hash: tells an edited file from the one a case was run with.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+impl CaseRecord {
+    /// Whether a result of `earlier` is a result of this, too: paths and threads do not matter.
+    fn is_answered_by(&self, earlier: &CaseRecord) -> bool {
+        let contents = |r: &CaseRecord| -> Vec<(usize, String)> {
+            r.inputs
+                .iter()
+                .map(|i| (i.bytes, i.fnv1a.clone()))
+                .collect()
+        };
+        self.version == earlier.version
+            && self.set == earlier.set
+            && (earlier.fields || !self.fields)
+            && (earlier.held_modes || !self.held_modes)
+            && contents(self) == contents(earlier)
+    }
+}
+
+/// What stands in the folder of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Found {
+    /// With its summary and how long the process took.
+    Complete {
+        summary: Box<serde_json::Value>,
+        threads: Option<u16>,
+    },
+    /// Ended without a result.
+    Failed {
+        exit_code: Option<i32>,
+        message: String,
+    },
+    /// Never run to its end, or with other settings.
+    Nothing,
+}
+
+/// Reads the folder of a case.
+///
+/// # Errors
+/// A file that is there but cannot be read or understood.
+pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
+    let (Some(earlier), Some(outcome)) = (
+        read_json::<CaseRecord>(&folder.join("case.json"))?,
+        read_json::<OutcomeRecord>(&folder.join("outcome.json"))?,
+    ) else {
+        return Ok(Found::Nothing);
+    };
+    if !record.is_answered_by(&earlier) {
+        return Ok(Found::Nothing);
+    }
+    let ended_well = [EXIT_OK, EXIT_NOT_CONVERGED].map(|c| Some(i32::from(c)));
+    if !ended_well.contains(&outcome.exit_code) {
+        let message = logged_error(&folder.join("log.txt"));
+        return Ok(Found::Failed {
+            exit_code: outcome.exit_code,
+            message,
+        });
+    }
+    let threads = earlier.command.iter().position(|word| word == "--threads");
+    let threads = threads.and_then(|at| earlier.command.get(at + 1)?.parse().ok());
+    Ok(match read_json(&folder.join("summary.json"))? {
+        Some(summary) => Found::Complete {
+            summary: Box::new(summary),
+            threads,
+        },
+        None => Found::Nothing,
+    })
+}
+
+/// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json is written.
+pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), Error> {
+    for name in ["outcome.json", "summary.json"] {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(StudyError::File {
+                    action: "removing",
+                    path,
+                    source,
+                }
+                .into());
+            }
+            _ => {}
+        }
+    }
+    write_json(&folder.join("case.json"), record)
+}
+
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let mut text = serde_json::to_vec_pretty(value).map_err(|e| StudyError::Malformed {
+        path: path.to_owned(),
+        message: e.to_string(),
+    })?;
+    text.push(b'\n');
+    Ok(write_file(path, &text)?)
+}
+
+/// `None` where there is no such file.
+fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, StudyError> {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(reading(path, error)),
+    };
+    serde_json::from_slice(&bytes)
+        .map(Some)
+        .map_err(|e| StudyError::Malformed {
+            path: path.to_owned(),
+            message: e.to_string(),
+        })
+}
+
+fn reading(path: &Path, source: std::io::Error) -> StudyError {
+    StudyError::File {
+        action: "reading",
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// The first error of a log with its causes, on one line; else the last line of the log.
+fn logged_error(log: &Path) -> String {
+    let text = std::fs::read_to_string(log).unwrap_or_default();
+    error_of(&text)
+}
+
+fn error_of(log: &str) -> String {
+    let lines: Vec<&str> = log.lines().filter(|l| !l.trim().is_empty()).collect();
+    let Some(start) = lines.iter().position(|l| l.starts_with("  x ")) else {
+        let last = lines.last().map_or("nothing was logged", |l| l.trim());
+        return last.to_owned();
+    };
+    let mut message = lines[start][4..].trim().to_owned();
+    // The message goes on, then its causes come, then places in texts and help.
+    for line in lines[start + 1..].iter().map(|l| l.trim()) {
+        if [",-[", "help:", "Error:"]
+            .iter()
+            .any(|end| line.starts_with(end))
+        {
+            break;
+        }
+        let is_cause = line.starts_with("|->") || line.starts_with("`->");
+        let rest = line.trim_start_matches(['|', '`', '-', '>', ' ']);
+        message = format!("{message}{} {rest}", if is_cause { ":" } else { "" });
+    }
+    message
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_is_that_of_its_authors() {
+        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
+        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
+    }
+
+    #[test]
+    fn the_error_is_found_in_a_log() {
+        let log = "  mesh   1.0 s\n  x meshing failed\n  |-> gmsh was stopped\n  `-> after\n      2 s\n  help: more\n";
+        assert_eq!(error_of(log), "meshing failed: gmsh was stopped: after 2 s");
+        let log = "  x `a` is wrong,\n  | truly\n   ,-[x:1:1]\n 1 | a\n\nError:\n  x `b`\n";
+        assert_eq!(error_of(log), "`a` is wrong, truly");
+        assert_eq!(error_of("  mesh 1.0 s\nKilled\n"), "Killed");
+    }
+
+    #[test]
+    fn a_result_counts_for_what_asks_no_more() {
+        let record = CaseRecord {
+            version: "1".into(),
+            study: "s".into(),
+            case: "base".into(),
+            knobs: vec![],
+            set: vec!["a=1".into()],
+            fields: false,
+            held_modes: false,
+            inputs: vec![Input {
+                file: "a".into(),
+                bytes: 3,
+                fnv1a: "0".into(),
+            }],
+            command: vec![],
+        };
+        let but = |change: fn(&mut CaseRecord)| {
+            let mut other = record.clone();
+            change(&mut other);
+            other
+        };
+        assert!(record.is_answered_by(&but(|r| r.inputs[0].file = "b/a".into())));
+        assert!(record.is_answered_by(&but(|r| r.held_modes = true)));
+        assert!(!but(|r| r.held_modes = true).is_answered_by(&record));
+        assert!(!record.is_answered_by(&but(|r| r.set.clear())));
+        assert!(!record.is_answered_by(&but(|r| r.version = "2".into())));
+        assert!(!record.is_answered_by(&but(|r| r.inputs[0].fnv1a = "1".into())));
+    }
+}

@@ -1,0 +1,134 @@
+//! Runs cases: each a process of this program of its own, several side by side.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use super::cases::Case;
+use super::error::StudyError;
+use super::file::Study;
+use super::folder::{self, Found, OutcomeRecord, Settings};
+use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
+use crate::progress::Progress;
+
+/// Runs those of the cases that are not complete, `jobs` at a time, in their order. Returns how many were run.
+///
+/// # Errors
+/// The first failure to start a process or to write its folder; cases under way are finished. A case that
+/// fails is no error.
+pub fn run(
+    study: &Study,
+    cases: &[Case],
+    settings: &Settings,
+    jobs: usize,
+    progress: &Progress,
+) -> Result<usize, Error> {
+    let mut pending = Vec::new();
+    for case in cases {
+        let record = folder::record(study, case, settings)?;
+        let found = folder::find(&record, &settings.folder(case))?;
+        if !matches!(found, Found::Complete { .. }) {
+            pending.push((case, record));
+        }
+    }
+    let complete = cases.len() - pending.len();
+    if complete > 0 {
+        progress.note(&format!(
+            "{complete} of {} cases are complete already",
+            cases.len()
+        ));
+    }
+    let program = std::env::current_exe().map_err(|source| StudyError::Start {
+        program: PathBuf::from("dovetail"),
+        source,
+    })?;
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let failure: Mutex<Option<Error>> = Mutex::new(None);
+    let lock = || failure.lock().unwrap_or_else(PoisonError::into_inner);
+    std::thread::scope(|scope| {
+        for _ in 0..jobs.min(pending.len()) {
+            scope.spawn(|| {
+                while let Some((case, record)) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if lock().is_some() {
+                        return;
+                    }
+                    match one(&program, record, &settings.folder(case)) {
+                        Ok(outcome) => {
+                            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                            progress.note(&format!(
+                                "[{done}/{}] {:<28} {:8.2} s{}",
+                                pending.len(),
+                                case.slug,
+                                outcome.seconds,
+                                remark(&outcome)
+                            ));
+                        }
+                        Err(error) => {
+                            lock().get_or_insert(error);
+                            return;
+                        }
+                    }
+                }
+            });
+        }
+    });
+    let failed = lock().take();
+    match failed {
+        Some(error) => Err(error),
+        None => Ok(pending.len()),
+    }
+}
+
+fn remark(outcome: &OutcomeRecord) -> String {
+    let is = |code: u8| outcome.exit_code == Some(i32::from(code));
+    match outcome.exit_code {
+        _ if is(EXIT_OK) => String::new(),
+        _ if is(EXIT_NOT_CONVERGED) => "  some frequencies did not converge".to_owned(),
+        Some(code) => format!("  failed with exit code {code}: see its log.txt"),
+        None => "  ended by a signal".to_owned(),
+    }
+}
+
+/// Runs one case in its folder and records how it ended.
+fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<OutcomeRecord, Error> {
+    folder::prepare(record, folder)?;
+    let path = folder.join("log.txt");
+    let failed = |action| {
+        let path = path.clone();
+        move |source| StudyError::File {
+            action,
+            path,
+            source,
+        }
+    };
+    let log = std::fs::File::create(&path).map_err(failed("creating"))?;
+    let also = log.try_clone().map_err(failed("creating"))?;
+    let begin = Instant::now();
+    // The pipe to its standard input ends with this process, however it ends, and the case with it: nobody
+    // writes into the folder any more when the study is taken up again.
+    let mut child = Command::new(program)
+        .args(&record.command[1..])
+        .arg("--until-stdin-ends")
+        .stdin(Stdio::piped())
+        .stdout(log)
+        .stderr(also)
+        .spawn()
+        .map_err(|source| StudyError::Start {
+            program: program.to_owned(),
+            source,
+        })?;
+    let held = child.stdin.take();
+    let status = child.wait().map_err(|source| StudyError::Start {
+        program: program.to_owned(),
+        source,
+    })?;
+    drop(held);
+    let outcome = OutcomeRecord {
+        exit_code: status.code(),
+        seconds: begin.elapsed().as_secs_f64(),
+    };
+    folder::write_json(&folder.join("outcome.json"), &outcome)?;
+    Ok(outcome)
+}

@@ -1,0 +1,592 @@
+//! `dovetail study`: cases in folders of their own, taken up again after a kill, gathered, exported; what it refuses.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant, SystemTime};
+
+/// A folder for one test with a scene and a study, gone at its end.
+struct Folder(PathBuf);
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+struct Ended {
+    code: i32,
+    stdout: String,
+    /// On one line.
+    stderr: String,
+}
+
+const SCENE: &str = r#"
+name = "dovetail72"
+[reduced_model]
+folder = "ROOT/tests/data/dovetail72"
+friction = 0.3
+force_n = 1.0
+[damping]
+ratio = 0.001
+[response]
+times_first_stuck_mode = [0.99, 1.01]
+points = 3
+harmonics = 1
+stuck_modes = 40
+"#;
+
+const HARMONICS: &str = r#"
+name = "small"
+scene = "scene.toml"
+set = ["response.samples=32"]
+
+[[knob]]
+key = "response.harmonics"
+values = [1, 2, 3]
+base = 2
+size = "1/(value+1)"
+
+[[knob]]
+name = "grid"
+values = [
+    { label = "3 points", set = { "response.points" = 3, "response.times_first_stuck_mode" = [0.99, 1.01] } },
+    { label = "5 points", set = { "response.points" = 5, "response.times_first_stuck_mode" = [0.99, 1.01] } },
+]
+base = "3 points"
+
+[[recommend]]
+quantity = "peak_amplitude_m"
+accuracy = 0.5
+
+[[recommend]]
+quantity = "peak_amplitude_m"
+accuracy = 1e-12
+"#;
+
+impl Folder {
+    fn new(name: &str, study: &str) -> Self {
+        let name = format!("dovetail-study-{name}-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        let scene = SCENE.replace("ROOT", env!("CARGO_MANIFEST_DIR"));
+        std::fs::write(path.join("scene.toml"), scene).unwrap();
+        std::fs::write(path.join("study.toml"), study).unwrap();
+        Self(path)
+    }
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program.arg("study").arg(self.0.join("study.toml"));
+        program.arg("--out").arg(self.0.join("out")).args(arguments);
+        program
+    }
+    fn study(&self, arguments: &[&str]) -> Ended {
+        let output = self.command(arguments).output().unwrap();
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let stderr = text(&output.stderr).replace('|', " ");
+        Ended {
+            code: output.status.code().unwrap(),
+            stdout: text(&output.stdout),
+            stderr: stderr.split_whitespace().collect::<Vec<_>>().join(" "),
+        }
+    }
+    fn text(&self, file: &str) -> String {
+        let path = self.0.join(file);
+        std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+    /// Rows of study.csv by heading.
+    fn table(&self) -> Vec<Vec<(String, String)>> {
+        let text = self.text("out/study.csv");
+        let mut lines = text
+            .lines()
+            .map(|l| l.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let header = lines.next().unwrap();
+        lines
+            .map(|row| header.iter().cloned().zip(row).collect())
+            .collect()
+    }
+    fn case(&self, slug: &str, file: &str) -> PathBuf {
+        self.0.join("out/cases").join(slug).join(file)
+    }
+    fn changed(&self, slug: &str) -> SystemTime {
+        let path = self.case(slug, "outcome.json");
+        std::fs::metadata(path).unwrap().modified().unwrap()
+    }
+}
+
+fn cell<'r>(row: &'r [(String, String)], heading: &str) -> &'r str {
+    let found = row.iter().find(|(h, _)| h == heading);
+    &found.unwrap_or_else(|| panic!("no {heading} in {row:?}")).1
+}
+
+#[test]
+fn a_study_runs_its_cases_and_answers() {
+    let folder = Folder::new("runs", HARMONICS);
+    let ended = folder.study(&["--jobs", "2"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let rows = folder.table();
+    let slugs: Vec<&str> = rows.iter().map(|r| cell(r, "case")).collect();
+    let own = ["base", "harmonics_1", "harmonics_3", "grid_5-points"];
+    assert_eq!(slugs[..4], own);
+    for row in &rows {
+        assert_eq!(cell(row, "outcome"), "converged", "{row:?}");
+        assert!(cell(row, "seconds").parse::<f64>().unwrap() > 0.0);
+    }
+    assert_eq!(cell(&rows[1], "harmonics"), "1");
+    assert_eq!(cell(&rows[3], "points"), "5");
+    // The numbers are those of the run itself.
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.case("harmonics_3", "summary.json")).unwrap())
+            .unwrap();
+    let peak = summary["response"]["peak_amplitude_m"].as_f64().unwrap();
+    assert_eq!(
+        cell(&rows[2], "peak_amplitude_m").parse::<f64>().unwrap(),
+        peak
+    );
+    // A case is the run that its case.json says.
+    let record: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.case("harmonics_3", "case.json")).unwrap())
+            .unwrap();
+    let words: Vec<String> = serde_json::from_value(record["command"].clone()).unwrap();
+    let by_hand = folder.0.join("by_hand");
+    let at = words.iter().position(|w| w == "--out").unwrap();
+    let mut again = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    again
+        .args(&words[1..at])
+        .args(&words[at + 2..])
+        .arg("--out")
+        .arg(&by_hand);
+    assert!(again.arg("--quiet").status().unwrap().success());
+    let table = |path: PathBuf| std::fs::read_to_string(path).unwrap();
+    assert_eq!(
+        table(by_hand.join("response.csv")),
+        table(folder.case("harmonics_3", "response.csv"))
+    );
+    let report = folder.text("out/study.md");
+    for words in [
+        "for 50 % on peak_amplitude_m: harmonics",
+        "no run is that accurate",
+        "## Knob harmonics",
+        "## Knob grid",
+    ] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    assert!(
+        ended.stdout.starts_with("for 50 % on peak_amplitude_m: "),
+        "{}",
+        ended.stdout
+    );
+    for plot in ["harmonics", "harmonics_seconds", "pareto_peak_amplitude_m"] {
+        assert!(
+            folder
+                .text(&format!("out/plots/{plot}.svg"))
+                .contains("</svg>")
+        );
+    }
+    let summary: serde_json::Value =
+        serde_json::from_str(&folder.text("out/summary.json")).unwrap();
+    assert_eq!(summary["recommendations"][0]["accuracy"], 0.5);
+    assert!(
+        rows.iter()
+            .any(|r| cell(r, "on_pareto_front_peak_amplitude_m") == "true")
+    );
+    // Again: nothing is left to do.
+    let before: Vec<SystemTime> = slugs.iter().map(|s| folder.changed(s)).collect();
+    let ended = folder.study(&[]);
+    assert!(
+        ended.code == 0 && ended.stderr.contains("4 of 4 cases are complete already"),
+        "{}",
+        ended.stderr
+    );
+    let after: Vec<SystemTime> = slugs.iter().map(|s| folder.changed(s)).collect();
+    assert_eq!(before, after);
+    // A scene that was edited makes them all stale.
+    let scene = folder
+        .text("scene.toml")
+        .replace("friction = 0.3", "friction = 0.2");
+    std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
+    let ended = folder.study(&["--collect"]);
+    assert!(
+        ended.code == 3 && ended.stderr.contains("of 4 cases 4 have no result"),
+        "{}",
+        ended.stderr
+    );
+}
+
+#[test]
+fn a_killed_study_is_taken_up_where_it_was() {
+    let study = HARMONICS.replace("[1, 2, 3]", "[1, 2, 3, 4, 5, 6, 7]");
+    let folder = Folder::new("killed", &study);
+    let mut child = folder
+        .command(&["--jobs", "1", "--quiet", "--set", "response.samples=64"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let all = [
+        "base",
+        "harmonics_1",
+        "harmonics_3",
+        "harmonics_4",
+        "harmonics_5",
+        "harmonics_6",
+        "harmonics_7",
+        "grid_5-points",
+    ];
+    let complete = || {
+        all.iter()
+            .filter(|s| folder.case(s, "outcome.json").exists())
+            .count()
+    };
+    let begin = Instant::now();
+    while complete() < 2 || !folder.case(all[complete()], "case.json").exists() {
+        assert!(
+            begin.elapsed() < Duration::from_secs(100),
+            "two cases take too long"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // The case under way ends with the study: no summary comes any more.
+    std::thread::sleep(Duration::from_millis(100));
+    let done = complete();
+    let summaries = || {
+        all.iter()
+            .filter(|s| folder.case(s, "summary.json").exists())
+            .count()
+    };
+    let summaries_then = summaries();
+    std::thread::sleep(Duration::from_secs(1));
+    assert_eq!((complete(), summaries()), (done, summaries_then));
+    assert!((2..all.len()).contains(&done));
+    let before: Vec<SystemTime> = all[..done].iter().map(|s| folder.changed(s)).collect();
+    let ended = folder.study(&["--set", "response.samples=64"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    assert!(
+        ended
+            .stderr
+            .contains(&format!("{done} of 8 cases are complete already")),
+        "{}",
+        ended.stderr
+    );
+    let rerun = format!("/{}] ", all.len() - done);
+    assert_eq!(
+        ended.stderr.matches(&rerun).count(),
+        all.len() - done,
+        "{}",
+        ended.stderr
+    );
+    let after: Vec<SystemTime> = all[..done].iter().map(|s| folder.changed(s)).collect();
+    assert_eq!(before, after);
+    assert!(
+        folder
+            .table()
+            .iter()
+            .all(|r| cell(r, "outcome") == "converged")
+    );
+}
+
+#[test]
+fn a_case_that_fails_is_told_and_stops_nothing() {
+    let study = r#"
+name = "gap"
+scene = "scene.toml"
+mode = "grid"
+quantities = ["peak_amplitude_m"]
+[[knob]]
+key = "reduced_model.gap_m"
+values = [1.0, 0.0]
+[[knob]]
+key = "response.points"
+values = [3]
+"#;
+    let folder = Folder::new("fails", study);
+    let ended = folder.study(&["--jobs", "1"]);
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    assert!(
+        ended.stderr.contains("of 2 cases 1 have no result"),
+        "{}",
+        ended.stderr
+    );
+    let words = "gap_m_1.0__points_3 failed (1): the static state under rotation was not found";
+    assert!(ended.stderr.contains(words), "{}", ended.stderr);
+    assert!(
+        folder
+            .text("out/study.md")
+            .contains("the static state under rotation was not found")
+    );
+    let rows = folder.table();
+    assert_eq!(
+        (
+            cell(&rows[0], "outcome"),
+            cell(&rows[0], "peak_amplitude_m")
+        ),
+        ("failed", "")
+    );
+    assert_eq!(cell(&rows[1], "outcome"), "converged");
+    // It is tried again, the other is not.
+    let ended = folder.study(&["--jobs", "1"]);
+    assert!(
+        ended.stderr.contains("1 of 2 cases are complete already"),
+        "{}",
+        ended.stderr
+    );
+}
+
+#[test]
+fn frequencies_that_do_not_converge_are_marked() {
+    let study = r#"
+name = "hard"
+scene = "scene.toml"
+[[knob]]
+key = "response.max_newton_iterations"
+values = [1, 60]
+"#;
+    let folder = Folder::new("unconverged", study);
+    let ended = folder.study(&[]);
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    let rows = folder.table();
+    assert_eq!(cell(&rows[0], "outcome"), "some_unconverged");
+    assert_ne!(cell(&rows[0], "unconverged_points"), "0");
+    assert_eq!(cell(&rows[1], "outcome"), "converged");
+}
+
+#[test]
+fn cases_run_one_by_one_are_gathered() {
+    let folder = Folder::new("gathered", HARMONICS);
+    let ended = folder.study(&["--collect"]);
+    assert!(
+        ended.code == 3 && ended.stderr.contains("of 4 cases 4 have no result"),
+        "{}",
+        ended.stderr
+    );
+    for case in ["base", "harmonics_3"] {
+        let ended = folder.study(&["--case", case]);
+        assert_eq!(ended.code, 0, "{}", ended.stderr);
+    }
+    let ended = folder.study(&["--collect"]);
+    assert!(
+        ended.code == 3 && ended.stderr.contains("of 4 cases 2 have no result"),
+        "{}",
+        ended.stderr
+    );
+    let outcomes: Vec<String> = folder
+        .table()
+        .iter()
+        .map(|r| cell(r, "outcome").to_owned())
+        .collect();
+    assert_eq!(outcomes, ["converged", "not_run", "converged", "not_run"]);
+    let ended = folder.study(&["--case", "harmonics_9"]);
+    assert_eq!(ended.code, 2);
+    assert!(
+        ended
+            .stderr
+            .contains("base, harmonics_1, harmonics_3, grid_5-points"),
+        "{}",
+        ended.stderr
+    );
+}
+
+#[test]
+fn the_workflow_has_each_case_once() {
+    let folder = Folder::new("workflow", HARMONICS);
+    let workflow = folder.0.join("flow");
+    let ended = folder.study(&[
+        "--export-workflow",
+        workflow.to_str().unwrap(),
+        "--threads",
+        "2",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let text = folder.text("flow/Snakefile");
+    let study = folder.0.join("study.toml");
+    for case in ["base", "harmonics_1", "harmonics_3", "grid_5-points"] {
+        let command = format!(
+            "{{DOVETAIL}} study {} --out {} --case {case} --threads {{threads}}",
+            study.display(),
+            folder.0.join("out").display()
+        );
+        assert_eq!(text.matches(&command).count(), 1, "{text}");
+    }
+    assert_eq!(
+        text.matches("\nrule ").count(),
+        4 + 2,
+        "four cases, all, collect"
+    );
+    // Where there is a Snakemake, it reads the file.
+    let known = Command::new("snakemake")
+        .arg("--version")
+        .output()
+        .is_ok_and(|o| o.status.success());
+    if known {
+        let output = Command::new("snakemake")
+            .args(["-n", "--cores", "1"])
+            .current_dir(&workflow)
+            .output()
+            .unwrap();
+        let text = String::from_utf8_lossy(&output.stdout).into_owned()
+            + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{text}");
+        assert!(text.contains("case_3"), "{text}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
+    let told = |name: &str, study: &str, words: &[&str]| {
+        let folder = Folder::new(name, study);
+        let ended = folder.study(&[]);
+        assert_eq!(ended.code, 2, "{}", ended.stderr);
+        for word in words {
+            assert!(ended.stderr.contains(word), "{word}: {}", ended.stderr);
+        }
+        assert!(!folder.0.join("out").exists());
+    };
+    let changed = |from: &str, to: &str| {
+        assert!(HARMONICS.contains(from), "{from}");
+        HARMONICS.replacen(from, to, 1)
+    };
+    told("toml", "name = ", &["this is not TOML"]);
+    told(
+        "empty",
+        "",
+        &[
+            "`name` is missing",
+            "`scene` is missing",
+            "`knob` is missing",
+            "[[knob]] key = ",
+        ],
+    );
+    told(
+        "key",
+        &changed("base = 2", "bse = 2"),
+        &[
+            "unknown key `knob.0.bse`",
+            "did you mean `base`?",
+            "the keys of [[knob]] are: name, key, values, base, size, order",
+        ],
+    );
+    told(
+        "no-base",
+        &changed("base = 2", ""),
+        &["`knob.0.base` is missing", "base = 1"],
+    );
+    told(
+        "base",
+        &changed("base = 2", "base = 9"),
+        &[
+            "`knob.0.base` is not one of the values",
+            "the values are: 1, 2, 3",
+        ],
+    );
+    told(
+        "size",
+        &changed("1/(value+1)", "1/value2"),
+        &["there is no choice \"1/value2\"", "\"1/(value+1)\""],
+    );
+    told(
+        "sizes",
+        &changed("\"1/(value+1)\"", "[1, 2]"),
+        &["has 2 sizes for 3 values"],
+    );
+    told(
+        "values",
+        &changed("[1, 2, 3]", "[1, 2, 2]"),
+        &["\"2\" is taken already"],
+    );
+    told(
+        "none",
+        &changed("values = [1, 2, 3]", "values = []"),
+        &["at least one value is expected"],
+    );
+    told(
+        "twice",
+        &changed("\"response.points\" = 5", "\"response.harmonics\" = 5"),
+        &[
+            "both harmonics and grid set `response.harmonics`",
+            "one knob set both together",
+        ],
+    );
+    told(
+        "set",
+        &changed("response.samples=32", "samples"),
+        &["\"samples\" is not KEY=VALUE"],
+    );
+    told(
+        "mode",
+        &changed("[[knob]]", "mode = \"gird\"\n[[knob]]"),
+        &[
+            "there is no choice \"gird\"",
+            "did you mean `grid`?",
+            "\"one_at_a_time\", \"grid\"",
+        ],
+    );
+    told(
+        "quantity",
+        &changed("\"peak_amplitude_m\"", "\"peak_amplitude\""),
+        &["did you mean `peak_amplitude_m`?", "\"normal_force_n\""],
+    );
+    told(
+        "accuracy",
+        &changed("accuracy = 0.5", "accuracy = 5"),
+        &["`recommend.0.accuracy` is 5; it must be above 0 and below 1"],
+    );
+    told(
+        "joint",
+        &changed("label = \"3 points\", ", ""),
+        &["`knob.1.values.label` is missing", "{ label = \"4 x 9\""],
+    );
+    // The scene of one case: the place is the value in the study, the remedy the scene's.
+    told(
+        "case",
+        &changed("[1, 2, 3]", "[1, 2, 0]"),
+        &[
+            "case \"harmonics_0",
+            "is no possible run: `response.harmonics` is 0",
+            "set response.harmonics to 1 or more",
+            "study.toml:8:",
+        ],
+    );
+    told(
+        "scene-key",
+        &changed("\"response.harmonics\"", "\"response.harmonic\""),
+        &[
+            "unknown key `response.harmonic`",
+            "the keys of `response` are",
+        ],
+    );
+    told(
+        "scene",
+        &changed("scene.toml", "nowhere.toml"),
+        &["nowhere.toml cannot be read"],
+    );
+    told(
+        "base-scene",
+        &changed("response.samples=32", "response.samples=1"),
+        &["1 samples of a period cannot carry"],
+    );
+    let grid = "name = \"x\"\nscene = \"scene.toml\"\nmode = \"grid\"\n";
+    let knob = |k: usize| {
+        format!(
+            "[[knob]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {:?}\n",
+            (0..30).collect::<Vec<_>>()
+        )
+    };
+    told(
+        "many",
+        &format!("{grid}{}{}{}", knob(0), knob(1), knob(2)),
+        &["a grid of 27000 cases is more than 10000"],
+    );
+    let folder = Folder::new("folder", &changed("scene = ", "scene = "));
+    let broken = folder
+        .text("scene.toml")
+        .replace("dovetail72\"\nfriction", "nowhere\"\nfriction");
+    std::fs::write(folder.0.join("scene.toml"), broken).unwrap();
+    let ended = folder.study(&[]);
+    assert!(
+        ended.code == 2 && ended.stderr.contains("nowhere/"),
+        "{}",
+        ended.stderr
+    );
+    assert!(!Path::new(&folder.0.join("out")).exists());
+}
