@@ -139,6 +139,14 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// A variable of the environment that cannot be understood.
+    #[error("the environment variable {variable}: {problem}")]
+    #[diagnostic(help("correct it, or unset it"))]
+    Environment {
+        variable: &'static str,
+        problem: String,
+    },
+
     /// The threads of `--threads` could not be started.
     #[error("{threads} threads could not be started")]
     #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
@@ -202,6 +210,7 @@ impl Error {
             | Self::NoStuckMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
+            | Self::Environment { .. }
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 EXIT_BAD_INPUT

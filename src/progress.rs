@@ -4,7 +4,7 @@
 //! [`LINE_INTERVAL`]. All of it can be used from several threads at once.
 
 use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -22,6 +22,8 @@ pub struct StageRecord {
     /// Largest resident memory of the process up to the end of the stage, MiB; `None` where the
     /// system does not tell.
     pub peak_rss_mib: Option<f64>,
+    /// What it makes was kept from an earlier run.
+    pub from_cache: bool,
 }
 
 /// Where a run reports to.
@@ -77,7 +79,20 @@ impl Progress {
             name: name.to_owned(),
             begin: Instant::now(),
             spinner,
+            from_cache: AtomicBool::new(false),
         }
+    }
+
+    /// Records a stage that took `time`, its result kept from an earlier run.
+    pub fn kept_stage(&self, name: &str, time: Duration) {
+        let now = Instant::now();
+        drop(StageGuard {
+            progress: self,
+            name: name.to_owned(),
+            begin: now.checked_sub(time).unwrap_or(now),
+            spinner: None,
+            from_cache: AtomicBool::new(true),
+        });
     }
 
     /// A bar for a loop of `len` steps, which goes away when it is dropped.
@@ -140,6 +155,14 @@ pub struct StageGuard<'a> {
     name: String,
     begin: Instant,
     spinner: Option<ProgressBar>,
+    from_cache: AtomicBool,
+}
+
+impl StageGuard<'_> {
+    /// What the stage makes was kept from an earlier run.
+    pub fn from_cache(&self) {
+        self.from_cache.store(true, Ordering::Relaxed);
+    }
 }
 
 impl Drop for StageGuard<'_> {
@@ -153,12 +176,16 @@ impl Drop for StageGuard<'_> {
             name: self.name.clone(),
             seconds,
             peak_rss_mib: peak_rss_mib(),
+            from_cache: self.from_cache.load(Ordering::Relaxed),
         };
         let memory = record
             .peak_rss_mib
             .map_or(String::new(), |m| format!("{m:8.0} MiB"));
-        self.progress
-            .note(&format!("  {:<28} {seconds:8.2} s {memory}", self.name));
+        let kept = if record.from_cache { "  cache" } else { "" };
+        self.progress.note(&format!(
+            "  {:<28} {seconds:8.2} s {memory}{kept}",
+            self.name
+        ));
         lock(&self.progress.records).push(record);
     }
 }

@@ -132,9 +132,10 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
             (model.excitations.len(), model.observations[0].terms.len()),
             (1, 1)
         );
-        assert_eq!(model.excitations[0].vector_n, [0.0, 6.0, 0.0]);
+        assert_eq!(model.excitations[0].force_n, 6.0);
+        let (body, node, direction) = model.excitations[0].terms[0];
+        assert_eq!(direction, [0.0, 1.0, 0.0]);
         assert_eq!(model.observations[0].terms[0].2, [0.0, 0.6, 0.8]);
-        let (body, node) = (model.excitations[0].body, model.excitations[0].node);
         assert_eq!(body, 0);
         assert!((blade.nodes_m[node as usize][2] - 0.54).abs() < 1e-12);
         let last = blade.dofs.free_nodes() as u32 - 1;
@@ -328,8 +329,9 @@ fn groups_of_several_nodes_share_the_force() {
     assembly.observations[0].points = "upper_bottom".into();
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!(model.pairs.len(), 9);
-    let forces: Vec<f64> = model.excitations.iter().map(|f| f.vector_n[1]).collect();
-    assert_eq!(forces, [1.2; 5]);
+    let force = &model.excitations[0];
+    let forces: Vec<f64> = force.terms.iter().map(|t| force.force_n * t.2[1]).collect();
+    assert_eq!(forces, [6.0 * 0.2; 5]);
     // The flank as probe: 9 pair nodes and 16 tied ones, none of them a free node of its own.
     let terms = &model.observations[0].terms;
     assert_eq!(terms.len(), 25);

@@ -49,6 +49,7 @@ fn summary(run: &Run) -> Summary {
         stuck_modes: Some(3),
         pairs: run.model.pairs.len(),
         stages: vec![StageSummary {
+            from_cache: false,
             name: "none".into(),
             seconds: f64::NAN,
             peak_memory_mib: None,

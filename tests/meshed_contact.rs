@@ -28,7 +28,7 @@ impl Run {
                     .join(scene)
                     .with_extension("toml"),
             )
-            .args(["--quiet", "--out"])
+            .args(["--no-cache", "--quiet", "--out"])
             .arg(&run.0);
         for argument in set {
             program.args(["--set", argument]);
@@ -364,6 +364,7 @@ fn refusal(index: usize, set: &[&str]) -> String {
         .args([
             "static",
             "scenes/verification/patch.toml",
+            "--no-cache",
             "--quiet",
             "--out",
         ])

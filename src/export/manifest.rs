@@ -76,6 +76,8 @@ pub struct StageSummary {
     pub seconds: f64,
     /// Peak of the process up to the end of the stage; `None` where the system does not tell.
     pub peak_memory_mib: Option<f64>,
+    /// What it makes was kept from an earlier run.
+    pub from_cache: bool,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

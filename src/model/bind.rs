@@ -5,7 +5,7 @@ use super::crown::add_crown;
 use super::dofs::{Roles, number};
 use super::loads::static_load;
 use super::{
-    Body, ContactPair, DofMap, Model, ModelError, NodeMotion, Observation, PointForce, Rotation,
+    Body, ContactPair, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation,
     StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
@@ -79,14 +79,17 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             &spec.points,
             format!("excitation {}", i + 1),
         )?;
-        let share = spec.force_n / nodes.len() as f64;
-        excitations.extend(nodes.into_iter().map(|(body, node)| PointForce {
-            body,
-            node,
-            vector_n: bodies[body].movable(node, spec.direction.map(|d| d * share)),
+        let share = 1.0 / nodes.len() as f64;
+        let term = |(body, node): (usize, u32)| {
+            let direction = spec.direction.map(|d| d * share);
+            (body, node, bodies[body].movable(node, direction))
+        };
+        excitations.push(Excitation {
+            terms: nodes.into_iter().map(term).collect(),
+            force_n: spec.force_n,
             harmonic: spec.harmonic,
             phase_rad: spec.phase_rad,
-        }));
+        });
     }
     let mut observations = Vec::new();
     for spec in &assembly.observations {

@@ -3,6 +3,8 @@
 //! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
 
+use serde::Serialize;
+
 use crate::mesh::ElementOrder;
 use crate::scene::{Material, Prestress};
 
@@ -20,7 +22,7 @@ pub use bind::bind;
 pub use error::{ModelError, Unmatched};
 
 /// What the finite elements and the contact need, with every name resolved.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Model {
     /// First the body that vibrates (blade), then the one that holds it (jaw).
     pub bodies: [Body; 2],
@@ -30,14 +32,14 @@ pub struct Model {
     pub flank_triangles: Vec<[u32; 3]>,
     /// Names of the contacts, in the order of the scene.
     pub contact_names: Vec<String>,
-    pub excitations: Vec<PointForce>,
+    pub excitations: Vec<Excitation>,
     pub observations: Vec<Observation>,
     /// Largest distance between the two nodes of a pair, m.
     pub largest_mismatch_m: f64,
 }
 
 /// One body: its own node numbering, elements, and degrees of freedom.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Body {
     pub name: String,
     pub material: Material,
@@ -62,7 +64,7 @@ pub struct Body {
 }
 
 /// A steady load on one body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StaticLoad {
     /// On one (local) node.
     Point { node: u32, vector_n: [f64; 3] },
@@ -74,7 +76,7 @@ pub enum StaticLoad {
     },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Traction {
     /// The same vector everywhere; its integral, N.
     Total([f64; 3]),
@@ -95,7 +97,7 @@ impl Body {
 /// How a body's nodes move. *Free nodes* are numbered interior first, then kept ones: flank corner
 /// nodes in the order of the pairs, then excited and observed nodes. Free node `i` owns the degrees
 /// of freedom `3 i, 3 i + 1, 3 i + 2` (x, y, z).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DofMap {
     pub nodes: Vec<NodeMotion>,
     /// Free nodes condensed by Craig-Bampton.
@@ -106,7 +108,7 @@ pub struct DofMap {
     pub probe_nodes: usize,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum NodeMotion {
     Fixed,
     /// Free node number.
@@ -141,7 +143,7 @@ impl DofMap {
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rotation {
     pub point_m: [f64; 3],
     pub axis: [f64; 3],
@@ -151,7 +153,7 @@ pub struct Rotation {
 
 /// A node of the first body against the coincident node of the second (sign conventions:
 /// [`crate::contact`]). Pair `i` owns flank free node `i` of both bodies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
     /// Which contact of the scene it belongs to.
     pub contact: usize,
@@ -168,19 +170,18 @@ pub struct ContactPair {
     pub friction: f64,
 }
 
-/// A harmonic force on one node: `vector_n cos(harmonic omega t - phase_rad)`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointForce {
-    pub body: usize,
-    /// Local node.
-    pub node: u32,
-    pub vector_n: [f64; 3],
+/// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Excitation {
+    /// Body, local node, direction scaled by the node's share.
+    pub terms: Vec<(usize, u32, [f64; 3])>,
+    pub force_n: f64,
     pub harmonic: usize,
     pub phase_rad: f64,
 }
 
 /// A displacement watched: sum over `terms` of `direction . u(node)`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     pub name: String,
     /// Body, local node, direction scaled by the node's share.

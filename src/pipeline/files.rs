@@ -4,7 +4,8 @@ use std::path::Path;
 
 use faer::Mat;
 
-use super::meshed::{Meshed, create_folder};
+use super::meshed::Meshed;
+use super::meshing::create_folder;
 use super::prepared::Prepared;
 use super::{Options, hertz};
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
@@ -18,7 +19,7 @@ use crate::fem::{expand_to_nodes, stress};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::reduction::superelement::{self, Superelement};
-use crate::reduction::{PairLaw, ReducedModel};
+use crate::reduction::{PairLaw, Recovery};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
 use crate::scene::{Scene, Subject};
@@ -43,12 +44,13 @@ pub(super) fn write_modes(
             });
         }
     };
-    if let Some(Meshed { model, reduced, .. }) = subject.meshed() {
+    if let Some(meshed) = subject.meshed() {
+        let model = &meshed.model;
         for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
             add("flanks_held", &body.name, omega2);
         }
-        for (body, of_body) in model.bodies.iter().zip(&reduced.bodies) {
-            add("fixed_interface", &body.name, &of_body.omega2);
+        for (body, omega2) in model.bodies.iter().zip(&meshed.fixed_interface_omega2) {
+            add("fixed_interface", &body.name, omega2);
         }
     }
     add("stuck", "assembly", &subject.relative().omega2);
@@ -62,18 +64,23 @@ pub(super) fn write_static_state(
     state: &StaticState,
     progress: &Progress,
 ) -> Result<(), Error> {
+    let converged = state.outcome.is_converged();
+    let recovery = match subject.meshed().filter(|_| converged) {
+        Some(meshed) => Some(meshed.recovery(progress)?),
+        None => None,
+    };
     let _stage = progress.stage("static files");
     let out = &options.out;
     csv::write_static(&out.join("static.csv"), &subject.pairs, state)?;
-    let Some(Meshed { model, reduced, .. }) = subject.meshed() else {
+    let Some(Meshed { model, .. }) = subject.meshed() else {
         return Ok(());
     };
     write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
-    if !state.outcome.is_converged() {
+    let Some(recovery) = recovery else {
         return Ok(());
-    }
+    };
     flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
-    let free = reduced.full_static(&state.x);
+    let free = recovery.full_static(&state.x);
     let fields: Vec<_> = model
         .bodies
         .iter()
@@ -108,6 +115,10 @@ pub(super) fn write_response(
     compared: Option<&(usize, Response)>,
     progress: &Progress,
 ) -> Result<(), Error> {
+    let recovery = match subject.meshed() {
+        Some(meshed) => Some((&meshed.model, meshed.recovery(progress)?)),
+        None => None,
+    };
     let _stage = progress.stage("response files");
     let out = &options.out;
     let names = subject.observations();
@@ -117,21 +128,25 @@ pub(super) fn write_response(
     }
     csv::write_contact(&out.join("contact.csv"), &subject.pairs, response)?;
     write_curves(out, &scene.name, &names, response, compared)?;
-    if let Some(meshed) = subject.meshed() {
-        write_response_on_mesh(out, meshed, response)?;
+    if let Some((model, recovery)) = recovery {
+        write_response_on_mesh(out, model, recovery, response)?;
     }
     Ok(())
 }
 
 /// Flanks at each frequency, maps of them, and the motion of the bodies at the peak.
-fn write_response_on_mesh(out: &Path, meshed: &Meshed, response: &Response) -> Result<(), Error> {
-    let Meshed { model, reduced, .. } = meshed;
+fn write_response_on_mesh(
+    out: &Path,
+    model: &Model,
+    recovery: &Recovery,
+    response: &Response,
+) -> Result<(), Error> {
     flank::write_flank_series(out, model, response)?;
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
     write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
     write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
     if let Some(peak) = peak(response, 0) {
-        write_peak_motion(out, model, reduced, &response.orbits[peak.index])?;
+        write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
     }
     Ok(())
 }
@@ -177,7 +192,7 @@ fn response_harmonics(response: &Response) -> usize {
 fn write_peak_motion(
     out: &Path,
     model: &Model,
-    reduced: &ReducedModel,
+    recovery: &Recovery,
     orbit: &Orbit,
 ) -> Result<(), Error> {
     let blocks = 2 * orbit.harmonics + 1;
@@ -185,10 +200,10 @@ fn write_peak_motion(
         let rows = v.len() / blocks;
         Mat::from_fn(rows, blocks, |i, j| v[j * rows + i])
     };
-    let motion = reduced.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
+    let motion = recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
     // The mean: what the static load does to the interior is not in the modes.
     let n = orbit.x.len() / blocks;
-    let mean = reduced.full_static(&orbit.x[..n]);
+    let mean = recovery.full_static(&orbit.x[..n]);
     let fields: Vec<Vec<NodalField>> = model
         .bodies
         .iter()
@@ -280,6 +295,7 @@ pub(super) fn finish(
             name: record.name,
             seconds: record.seconds,
             peak_memory_mib: record.peak_rss_mib,
+            from_cache: record.from_cache,
         })
         .collect();
     manifest::write_summary(&options.out.join("summary.json"), &summary)?;

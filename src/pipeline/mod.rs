@@ -1,14 +1,17 @@
 //! The sequence of stages: what the program does, in the order in which it does it.
 
+mod cache;
 mod campbell;
 mod files;
 mod meshed;
+mod meshing;
 mod prepared;
 mod solve;
 pub mod verify;
 
 use std::path::PathBuf;
 
+pub use self::cache::CacheSettings;
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
@@ -24,6 +27,8 @@ use crate::scene::{Scene, Subject};
 pub struct Options {
     pub out: PathBuf,
     pub scene_file: PathBuf,
+    /// `None`: nothing is kept for later runs, nothing taken from earlier ones.
+    pub cache: Option<CacheSettings>,
 }
 
 /// Mesh, or reduced model, to results.
@@ -157,7 +162,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 /// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
     match &scene.subject {
-        Subject::Assembly(assembly) => meshed::check(&assembly.mesh)?,
+        Subject::Assembly(assembly) => meshing::check(&assembly.mesh)?,
         Subject::ReducedModel(spec) => prepared::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));

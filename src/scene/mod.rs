@@ -176,7 +176,7 @@ pub struct BodySpec {
 }
 
 /// Isotropic linear elasticity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Material {
     pub young_pa: f64,
     pub poisson: f64,
@@ -197,7 +197,7 @@ pub struct RotationSpec {
 }
 
 /// What the rotation adds to the stiffness.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Prestress {
     /// The centrifugal load only.
     None,
