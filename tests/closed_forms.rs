@@ -49,6 +49,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let options = Options {
         out: folder.0.clone(),
         scene_file,
+        cache: None,
     };
     pipeline::run(&scene, &options, &Progress::new(true))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));

@@ -151,6 +151,8 @@ fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Optio
     // gmsh takes some tenths of a second to say its version: only where there is a cache.
     cache.is_on().then_some(())?;
     let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
+    let mut parameters = parameters.to_vec();
+    parameters.sort_by(|a, b| a.0.cmp(&b.0));
     cache.key("mesh", &(inputs::inputs(script)?, parameters, version))
 }
 
