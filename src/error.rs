@@ -90,6 +90,15 @@ pub enum Error {
         mode: usize,
     },
 
+    /// `dovetail verify` without pairs.
+    #[error(
+        "all contacts are bonded: the response is linear and solved in closed form, there is nothing to compare"
+    )]
+    #[diagnostic(help(
+        "give a contact law = \"unilateral_coulomb\" and a coefficient of friction"
+    ))]
+    AllBonded,
+
     #[error(transparent)]
     Integration(#[from] IntegrationError),
 
@@ -210,6 +219,7 @@ impl Error {
             | Self::NoStuckMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
+            | Self::AllBonded
             | Self::Environment { .. }
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {

@@ -24,6 +24,8 @@ pub struct StageRecord {
     pub peak_rss_mib: Option<f64>,
     /// What it makes was kept from an earlier run.
     pub from_cache: bool,
+    /// Unknowns it solves for; `None` for a stage that solves nothing.
+    pub unknowns: Option<usize>,
 }
 
 /// Where a run reports to.
@@ -80,6 +82,7 @@ impl Progress {
             begin: Instant::now(),
             spinner,
             from_cache: AtomicBool::new(false),
+            unknowns: None,
         }
     }
 
@@ -92,6 +95,7 @@ impl Progress {
             begin: now.checked_sub(time).unwrap_or(now),
             spinner: None,
             from_cache: AtomicBool::new(true),
+            unknowns: None,
         });
     }
 
@@ -156,12 +160,25 @@ pub struct StageGuard<'a> {
     begin: Instant,
     spinner: Option<ProgressBar>,
     from_cache: AtomicBool,
+    unknowns: Option<usize>,
 }
 
 impl StageGuard<'_> {
     /// What the stage makes was kept from an earlier run.
     pub fn from_cache(&self) {
         self.from_cache.store(true, Ordering::Relaxed);
+    }
+
+    /// As [`StageGuard::of_unknowns`], known at the end only.
+    pub fn set_unknowns(&mut self, unknowns: usize) {
+        self.unknowns = Some(unknowns);
+    }
+
+    /// How many unknowns the stage solves for.
+    #[must_use = "the stage ends when the guard is dropped"]
+    pub fn of_unknowns(mut self, unknowns: usize) -> Self {
+        self.unknowns = Some(unknowns);
+        self
     }
 }
 
@@ -177,6 +194,7 @@ impl Drop for StageGuard<'_> {
             seconds,
             peak_rss_mib: peak_rss_mib(),
             from_cache: self.from_cache.load(Ordering::Relaxed),
+            unknowns: self.unknowns,
         };
         let memory = record
             .peak_rss_mib

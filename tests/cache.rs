@@ -185,6 +185,7 @@ fn laws_forces_and_frequencies_change_without_another_reduction() {
         "static.load_steps=2",
         "mesh.pairing_tolerance=1e-5",
         "mesh.time_limit_s=60",
+        "mesh.parameters.nx=5",
     ] {
         // The name of a contact heads columns: it is part of the model, and the price of a new one is a reduction.
         let reduced = set != "contact.0.name=other";
@@ -211,6 +212,7 @@ fn whatever_the_reduced_model_depends_on_is_noticed() {
         "observe.0.direction=[1, 0, 0]",
         "observe.0.points=upper_top",
         "response.stuck_modes=20",
+        "contact.0.law=bonded",
         "mesh.metres_per_unit=2e-3",
         "rotation={ axis = [0, 0, 1], speed_rpm = 10 }",
         "rotation={ axis = [0, 0, 1], speed_rpm = 11 }",

@@ -48,8 +48,10 @@ fn summary(run: &Run) -> Summary {
         reduced_model: None,
         stuck_modes: Some(3),
         pairs: run.model.pairs.len(),
+        bonded_pairs: 0,
         stages: vec![StageSummary {
             from_cache: false,
+            unknowns: None,
             name: "none".into(),
             seconds: f64::NAN,
             peak_memory_mib: None,

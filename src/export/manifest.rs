@@ -29,6 +29,8 @@ pub struct Summary {
     /// Stuck modes kept; `None` where nothing was reduced yet.
     pub stuck_modes: Option<usize>,
     pub pairs: usize,
+    /// Pairs of nodes tied by bonded contacts; none of them is among `pairs`.
+    pub bonded_pairs: usize,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
@@ -78,6 +80,8 @@ pub struct StageSummary {
     pub peak_memory_mib: Option<f64>,
     /// What it makes was kept from an earlier run.
     pub from_cache: bool,
+    /// Unknowns it solves for; `None` for a stage that solves nothing.
+    pub unknowns: Option<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -208,6 +212,7 @@ pub fn mesh_summary(
     let bodies: Vec<BodySummary> = model
         .bodies
         .iter()
+        .filter(|b| !b.is_ground())
         .map(|b| BodySummary {
             name: b.name.clone(),
             nodes: b.nodes_m.len(),

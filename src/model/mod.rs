@@ -24,13 +24,17 @@ pub use error::{ModelError, Unmatched};
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]
 pub struct Model {
-    /// First the body that vibrates (blade), then the one that holds it (jaw).
+    /// First the body that vibrates (blade), then the one that holds it (jaw). A second body without nodes is
+    /// rigid ground.
     pub bodies: [Body; 2],
     pub rotation: Option<Rotation>,
     pub pairs: Vec<ContactPair>,
+    /// Local nodes of the first and of the second body that move as one (bonded contacts). Pair `i` of these owns the
+    /// flank free node `pairs.len() + i` of both bodies.
+    pub bonded: Vec<[u32; 2]>,
     /// Flank facets as triangles of pair indices (corner nodes only), for fields on the flanks.
     pub flank_triangles: Vec<[u32; 3]>,
-    /// Names of the contacts, in the order of the scene.
+    /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
     pub excitations: Vec<Excitation>,
     pub observations: Vec<Observation>,
@@ -85,6 +89,10 @@ pub enum Traction {
 }
 
 impl Body {
+    /// Rigid ground.
+    pub fn is_ground(&self) -> bool {
+        self.nodes_m.is_empty()
+    }
     pub fn tet_count(&self) -> usize {
         self.tet_tags.len()
     }
@@ -102,7 +110,7 @@ pub struct DofMap {
     pub nodes: Vec<NodeMotion>,
     /// Free nodes condensed by Craig-Bampton.
     pub interior_nodes: usize,
-    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs.
+    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs, bonded ones last.
     pub flank_nodes: usize,
     /// Free nodes excited or observed that are not flank nodes, last.
     pub probe_nodes: usize,
@@ -151,13 +159,16 @@ pub struct Rotation {
     pub prestress: Prestress,
 }
 
+/// Stands for the node of a body that has none.
+pub const NO_NODE: u32 = u32::MAX;
+
 /// A node of the first body against the coincident node of the second (sign conventions:
 /// [`crate::contact`]). Pair `i` owns flank free node `i` of both bodies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
-    /// Which contact of the scene it belongs to.
+    /// Which of [`Model::contact_names`] it belongs to.
     pub contact: usize,
-    /// Local node of the first and of the second body.
+    /// Local node of the first and of the second body ([`NO_NODE`] for rigid ground).
     pub nodes: [u32; 2],
     pub position_m: [f64; 3],
     /// Rows n, t1, t2: unit normal from the second body (jaw) into the first (blade), and two

@@ -75,11 +75,16 @@ pub(super) fn write_static_state(
     let Some(Meshed { model, .. }) = subject.meshed() else {
         return Ok(());
     };
-    write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
+    let opens = !model.pairs.is_empty();
+    if opens {
+        write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
+    }
     let Some(recovery) = recovery else {
         return Ok(());
     };
-    flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
+    if opens {
+        flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
+    }
     let free = recovery.full_static(&state.x);
     let fields: Vec<_> = model
         .bodies
@@ -141,13 +146,20 @@ fn write_response_on_mesh(
     recovery: &Recovery,
     response: &Response,
 ) -> Result<(), Error> {
+    if !model.pairs.is_empty() {
+        write_flanks(out, model, response)?;
+    }
+    if let Some(peak) = peak(response, 0) {
+        write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
+    }
+    Ok(())
+}
+
+fn write_flanks(out: &Path, model: &Model, response: &Response) -> Result<(), Error> {
     flank::write_flank_series(out, model, response)?;
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
     write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
     write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
-    if let Some(peak) = peak(response, 0) {
-        write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
-    }
     Ok(())
 }
 
@@ -260,6 +272,7 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
         },
         stuck_modes: None,
         pairs: 0,
+        bonded_pairs: 0,
         stages: Vec::new(),
         static_state: None,
         response: None,
@@ -274,12 +287,22 @@ pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) ->
         mesh: subject.meshed().map(Meshed::summary),
         stuck_modes: Some(subject.relative().omega2.len()),
         pairs: subject.pairs.rows.len(),
+        bonded_pairs: subject.meshed().map_or(0, |m| m.model.bonded.len()),
         observations: match subject.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
             None => manifest::probe_summaries(&subject.observations()),
         },
         ..empty_summary(scene, options)
     }
+}
+
+/// Where there are pairs.
+pub(super) fn static_summary(
+    subject: &Prepared,
+    state: &StaticState,
+) -> Option<manifest::StaticSummary> {
+    let pairs = &subject.pairs;
+    (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state))
 }
 
 /// Writes summary.json with the times of the stages.
@@ -296,6 +319,7 @@ pub(super) fn finish(
             seconds: record.seconds,
             peak_memory_mib: record.peak_rss_mib,
             from_cache: record.from_cache,
+            unknowns: record.unknowns,
         })
         .collect();
     manifest::write_summary(&options.out.join("summary.json"), &summary)?;

@@ -140,7 +140,10 @@ impl Meshed {
         let _stage = progress.stage("modes of each body, flanks held");
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
-            .map(|(body, matrices)| Ok(held_modes(body, matrices, HELD_MODES)?.omega2))
+            .map(|(body, matrices)| match body.is_ground() {
+                true => Ok(Vec::new()),
+                false => Ok(held_modes(body, matrices, HELD_MODES)?.omega2),
+            })
             .collect()
     }
 }
@@ -163,8 +166,10 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 }
 
 pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
-    let _stage = progress.stage("finite elements");
+    let free = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
+    let _stage = progress.stage("finite elements").of_unknowns(free);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
+        let _stage = progress.stage("prestress").of_unknowns(k.ncols());
         let factor = Cholesky::factor(k).map_err(|error| match error {
             FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
                 SolveFailure::NotPositiveDefinite { dof }
@@ -212,6 +217,9 @@ fn reduce(
     stuck_modes: Option<usize>,
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
-    let _stage = progress.stage("reduction");
-    Ok(reduction::reduce(model, structure, stuck_modes)?)
+    let mut stage = progress.stage("reduction");
+    let reduced = reduction::reduce(model, structure, stuck_modes)?;
+    let relative = &reduced.relative;
+    stage.set_unknowns(relative.stiffness.nrows() + relative.omega2.len());
+    Ok(reduced)
 }

@@ -43,7 +43,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     solve::off_undamped_modes(relative, damping, &frequencies_hz, scene.response.harmonics)?;
     let state = solve::statics(scene, relative, progress);
     let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    summary.static_state = files::static_summary(&subject, &state);
     files::write_modes(options, &subject, None)?;
     files::write_static_state(options, &subject, &state, progress)?;
     if let Err(error) = solve::usable(&state) {
@@ -149,7 +149,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
     let subject = Prepared::of(scene, options, progress)?;
     let state = solve::statics(scene, subject.relative(), progress);
     let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    summary.static_state = files::static_summary(&subject, &state);
     files::write_modes(options, &subject, None)?;
     files::write_static_state(options, &subject, &state, progress)?;
     files::finish(options, summary, progress)?;

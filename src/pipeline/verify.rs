@@ -48,6 +48,9 @@ pub fn verify(
 ) -> Result<(), Error> {
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
+    if relative.pairs.is_empty() {
+        return Err(Error::AllBonded);
+    }
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;

@@ -204,31 +204,35 @@ type Block = [[f64; 3]; 3];
 impl Numbering {
     fn new(model: &Model) -> Result<Self, ReductionError> {
         let pairs = model.pairs.len();
+        let on_flank = pairs + model.bonded.len();
         let [first, second] = &model.bodies;
         for (b, body) in model.bodies.iter().enumerate() {
             let rigid = b == 1 && body.dofs.free_nodes() == 0;
-            if body.dofs.flank_nodes != pairs && !rigid {
+            if body.dofs.flank_nodes != on_flank && !rigid {
                 return Err(ReductionError::FlankMismatch {
                     body: body.name.clone(),
                     flank_nodes: body.dofs.flank_nodes,
-                    pairs,
+                    pairs: on_flank,
                 });
             }
         }
-        let own = first.dofs.free_nodes() - pairs;
+        let own = first.dofs.free_nodes() - on_flank;
         let second_nodes = second.dofs.free_nodes();
-        let flank = first.dofs.interior_nodes..first.dofs.interior_nodes + pairs;
+        let flank = first.dofs.interior_nodes..first.dofs.interior_nodes + on_flank;
         let targets = (0..first.dofs.free_nodes()).map(|node| {
             if node < flank.start {
                 Target::Node(node)
             } else if node >= flank.end {
-                Target::Node(node - pairs)
+                Target::Node(node - on_flank)
             } else {
                 let pair = node - flank.start;
                 let partner = own + second.dofs.interior_nodes + pair;
-                Target::Pair {
-                    pair,
-                    partner: (second_nodes > 0).then_some(partner),
+                match pair < pairs {
+                    true => Target::Pair {
+                        pair,
+                        partner: (second_nodes > 0).then_some(partner),
+                    },
+                    false => Target::Node(partner),
                 }
             }
         });

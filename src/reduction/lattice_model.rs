@@ -67,6 +67,7 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
         bodies: [bar_body, block_body],
         rotation: None,
         pairs,
+        bonded: Vec::new(),
         flank_triangles: Vec::new(),
         contact_names: vec!["flank".into()],
         excitations: vec![

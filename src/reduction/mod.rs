@@ -40,7 +40,7 @@ pub fn reduce(
     structure: &Structure,
     stuck_modes: Option<usize>,
 ) -> Result<ReducedModel, ReductionError> {
-    if model.pairs.len() > JOINED_ABOVE_PAIRS {
+    if model.pairs.len() + model.bonded.len() > JOINED_ABOVE_PAIRS {
         return reduce_joined(model, structure, stuck_modes.unwrap_or(JOINED_STUCK_MODES));
     }
     let condense = |b: usize| craig_bampton::condense(&model.bodies[b], &structure.bodies[b]);

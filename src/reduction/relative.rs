@@ -37,6 +37,8 @@ use crate::numerics::eigen::{EigenError, dense};
 use crate::numerics::sparse::{product, symmetrised};
 use crate::numerics::stored;
 
+const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// The way back from (X, q) to the bodies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Recovery {
@@ -76,7 +78,14 @@ pub fn relative(
     stuck_modes: Option<usize>,
 ) -> Result<ReducedModel, ReductionError> {
     let layout = Layout::new(model, &bodies)?;
-    let frames: Vec<_> = model.pairs.iter().map(|pair| pair.frame).collect();
+    // What is bonded moves with the other body in any frame.
+    let bonded = std::iter::repeat_n(GLOBAL, model.bonded.len());
+    let frames: Vec<_> = model
+        .pairs
+        .iter()
+        .map(|pair| pair.frame)
+        .chain(bonded)
+        .collect();
     let assemble = |matrix: fn(&ReducedBody) -> &Mat<f64>| {
         let local =
             [0, 1].map(|b| in_frames(matrix(&bodies[b]).as_ref(), layout.flank(b), &frames));
@@ -251,12 +260,16 @@ impl Separate {
             let mut all = Mat::zeros(bodies[b].coordinates(), columns);
             for j in 0..columns {
                 let local = |i: usize| {
-                    let second = if layout.second_flank > 0 {
+                    let second = if layout.flanks[1] > 0 {
                         rest[(i, j)]
                     } else {
                         0.0
                     };
-                    if b == 0 { x[(i, j)] + second } else { second }
+                    if b == 0 && i < x.nrows() {
+                        x[(i, j)] + second
+                    } else {
+                        second
+                    }
                 };
                 for (pair, frame) in self.frames.iter().enumerate().take(flank / 3) {
                     for axis in 0..3 {
@@ -279,58 +292,61 @@ impl Separate {
 struct Layout {
     /// 3 pairs
     pairs: usize,
-    /// 3 pairs, or 0 where the second body is rigid.
-    second_flank: usize,
+    /// Dofs of the flank, those of bonded nodes included; of the second body 0 where it is rigid.
+    flanks: [usize; 2],
     /// Probe dofs and modes of each body.
     others: [usize; 2],
 }
 
 impl Layout {
     fn new(model: &Model, bodies: &[ReducedBody; 2]) -> Result<Self, ReductionError> {
-        let pairs = 3 * model.pairs.len();
+        let flank = model.pairs.len() + model.bonded.len();
         for (b, body) in bodies.iter().enumerate() {
             let rigid = b == 1 && body.coordinates() == 0;
-            if body.flank_dofs != pairs && !rigid {
+            if body.flank_dofs != 3 * flank && !rigid {
                 return Err(ReductionError::FlankMismatch {
                     body: model.bodies[b].name.clone(),
                     flank_nodes: body.flank_dofs / 3,
-                    pairs: model.pairs.len(),
+                    pairs: flank,
                 });
             }
         }
-        Ok(Self::of(pairs, bodies))
+        Ok(Self::of(3 * model.pairs.len(), bodies))
     }
 
     fn of(pairs: usize, bodies: &[ReducedBody]) -> Self {
         let others = [0, 1].map(|b: usize| bodies[b].coordinates() - bodies[b].flank_dofs);
         Self {
             pairs,
-            second_flank: bodies[1].flank_dofs,
+            flanks: [0, 1].map(|b: usize| bodies[b].flank_dofs),
             others,
         }
     }
 
     fn flank(&self, body: usize) -> usize {
-        [self.pairs, self.second_flank][body]
+        self.flanks[body]
     }
 
     fn rest(&self) -> usize {
-        self.second_flank + self.others[0] + self.others[1]
+        self.flanks[1] + self.others[0] + self.others[1]
     }
 
     /// Position in r of the other coordinates of a body.
     fn other(&self, body: usize) -> usize {
-        self.second_flank + if body == 0 { 0 } else { self.others[0] }
+        self.flanks[1] + if body == 0 { 0 } else { self.others[0] }
     }
 
     /// Positions in (X, r) to which coordinate `i` of a body contributes: a flank dof of the first
-    /// body moves with X and with the second body's flank.
+    /// body moves with X and with the second body's flank, a bonded one with the latter alone.
     fn targets(&self, body: usize, i: usize) -> impl Iterator<Item = usize> + use<> {
         let flank = self.flank(body);
         let (a, b) = if i >= flank {
             (Some(self.pairs + self.other(body) + i - flank), None)
         } else if body == 0 {
-            (Some(i), (self.second_flank > 0).then_some(self.pairs + i))
+            (
+                (i < self.pairs).then_some(i),
+                (self.flanks[1] > 0).then_some(self.pairs + i),
+            )
         } else {
             (Some(self.pairs + i), None)
         };
@@ -711,6 +727,55 @@ mod tests {
         }
         let [first, second] = reduced.recovery.full_static(&[0.0; 15]);
         assert_eq!((first.len(), second.len()), (matrices.load_n.len(), 0));
+    }
+
+    #[test]
+    fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
+        let (model, structure) = assembly([1000, 1000]);
+        let whole = reduce(&model, &structure, None).unwrap();
+        for left in [3, 0] {
+            let mut tied = model.clone();
+            let gone = tied.pairs.split_off(left);
+            tied.bonded = gone.iter().map(|p| p.nodes).collect();
+            let few = 3 * left;
+            for reduced in [
+                reduce(&tied, &structure, None).unwrap(),
+                reduce_joined(&tied, &structure, 1000).unwrap(),
+            ] {
+                let (all, some) = (&whole.relative, &reduced.relative);
+                assert_eq!((some.stiffness.nrows(), some.pairs.len()), (few, left));
+                let same = |a: &Mat<f64>, b: &Mat<f64>| {
+                    let error = (a - b.get(..few, ..few)).norm_max();
+                    assert!(error <= 1e-9 * b.norm_max(), "{error}");
+                };
+                same(&some.stiffness, &all.stiffness);
+                same(&some.mass, &all.mass);
+                assert_eq!(some.omega2.len(), all.omega2.len());
+                for (a, b) in some.omega2.iter().zip(&all.omega2) {
+                    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+                }
+                for w in FREQUENCIES {
+                    let a = lambda(some, w);
+                    let b = lambda(all, w);
+                    let error = (&a - b.get(..few, ..few)).norm_max();
+                    assert!(error <= 1e-9 * b.norm_max(), "{w}: {error}");
+                }
+                // With what is left stuck both move alike.
+                let u = reduced.recovery.full_static(&vec![0.0; few]);
+                let v = whole.recovery.full_static(&[0.0; 15]);
+                for (u, v) in u.iter().flatten().zip(v.iter().flatten()) {
+                    assert!((u - v).abs() < 1e-9 * 1e-5, "{u} {v}");
+                }
+                for (a, b) in some.observations.iter().zip(&all.observations) {
+                    for (a, b) in a.on_x.iter().zip(&b.on_x) {
+                        assert!((a - b).abs() < 1e-9, "{a} {b}");
+                    }
+                }
+                for (a, b) in some.static_load.on_x.iter().zip(&all.static_load.on_x) {
+                    assert!((a - b).abs() < 1e-9 * 100.0, "{a} {b}");
+                }
+            }
+        }
     }
 
     #[test]
