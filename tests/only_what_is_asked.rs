@@ -1,9 +1,10 @@
 //! What a scene leaves out costs nothing: stages and unknowns of runs of one joint, from summary.json; and what is left
 //! gives the results that it must.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
+const PAPER: &str = include_str!("../scenes/paper.toml");
 const PATCH: &str = include_str!("../scenes/verification/patch.toml");
 const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50 }";
 const HARMONICS: &str = "response.harmonics=3";
@@ -13,23 +14,32 @@ struct Run(PathBuf);
 
 impl Run {
     fn new(name: &str, scene: &str, set: &[&str]) -> Self {
+        Self::of(
+            "run",
+            name,
+            scene,
+            &[&["mesh.file=meshes/verification/patch.msh"], set].concat(),
+        )
+    }
+
+    fn of(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
         let folder =
             std::env::temp_dir().join(format!("dovetail-asked-{name}-{}", std::process::id()));
         let run = Self(folder);
         std::fs::create_dir_all(&run.0).unwrap();
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        // Paths count from the folder of the scene.
+        let root = env!("CARGO_MANIFEST_DIR");
         let file = run.0.join("scene.toml");
         std::fs::write(&file, scene).unwrap();
-        let mesh = root.join("meshes/verification/patch.msh");
         let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
         program
-            .arg("run")
+            .arg(command)
             .arg(&file)
             .args(["--no-cache", "--quiet", "--out"])
             .arg(&run.0);
-        program.args(["--set", &format!("mesh.file={}", mesh.display())]);
         for set in set {
-            program.args(["--set", set]);
+            let set = set.replace("=meshes/", &format!("={root}/meshes/"));
+            program.args(["--set", &set]);
         }
         let output = program.output().unwrap();
         let message = String::from_utf8_lossy(&output.stderr);
@@ -75,9 +85,16 @@ impl Drop for Run {
 
 /// The upper block alone, on rigid ground.
 fn alone() -> String {
-    let at = PATCH.rfind("[[body]]").unwrap();
-    let end = at + PATCH[at..].find("[[contact]]").unwrap();
-    format!("{}{}", &PATCH[..at], &PATCH[end..]).replace("second = \"lower_flank\"\n", "")
+    without_second(PATCH, "[[contact]]")
+}
+
+/// The scene without its second body, whose table ends before `next`.
+fn without_second(scene: &str, next: &str) -> String {
+    let at = scene.rfind("[[body]]").unwrap();
+    let end = at + scene[at..].find(next).unwrap();
+    let all = format!("{}{}", &scene[..at], &scene[end..]);
+    let kept = all.lines().filter(|l| !l.starts_with("second = "));
+    kept.collect::<Vec<_>>().join("\n")
 }
 
 fn stages(of: &[(&str, u64)]) -> Vec<(String, u64)> {
@@ -218,5 +235,49 @@ fn rigid_ground_is_the_limit_of_a_stiff_second_body() {
     let (stiff, stiffer) = (against(1e3), against(1e5));
     for (coarse, fine) in stiff.into_iter().zip(stiffer) {
         assert!(fine < 2e-4 && fine < 0.05 * coarse, "{coarse:e} {fine:e}");
+    }
+}
+
+/// The flanks stand at 45 degrees and carry the blade's centrifugal force by their normals: statics alone gives their sum,
+/// whatever the bodies are made of.
+#[test]
+fn frictionless_flanks_carry_the_load_by_their_normals() {
+    let mesh = dovetail::mesh::read(
+        &PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_order1.msh"),
+        1e-3,
+    )
+    .unwrap();
+    let omega = 5000.0 * std::f64::consts::PI / 30.0;
+    let of_tet = |&e: &u32| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.tet(e as usize)[i] as usize]);
+        let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
+        let [u, v, w] = [b, c, d].map(edge);
+        let volume = (u[0] * (v[1] * w[2] - v[2] * w[1])
+            + u[1] * (v[2] * w[0] - v[0] * w[2])
+            + u[2] * (v[0] * w[1] - v[1] * w[0]))
+            .abs()
+            / 6.0;
+        4430.0 * omega * omega * volume * (a[2] + b[2] + c[2] + d[2]) / 4.0
+    };
+    let upwards_n: f64 = mesh.groups["blade"].elements.iter().map(of_tet).sum();
+    assert!(upwards_n > 7e3);
+    let rigid = without_second(PAPER, "[rotation]").replace("\"blade\", \"jaw\"", "\"blade\"");
+    for (name, scene) in [("frictionless", PAPER), ("frictionless_rigid", &rigid)] {
+        let set = [
+            "mesh.file=meshes/dovetail_order1.msh",
+            "contact.*.friction=0",
+            "rotation.prestress=none",
+        ];
+        let run = Run::of("static", name, scene, &set);
+        let sum = |column: &str| -> f64 { run.column("static.csv", column).iter().sum() };
+        let carried_n = sum("normal_force_n") * 0.5f64.sqrt();
+        let error = carried_n / upwards_n - 1.0;
+        assert!(
+            error.abs() < 1e-9,
+            "{name}: {carried_n} {upwards_n} {error:e}"
+        );
+        for column in ["friction_t1_n", "friction_t2_n"] {
+            assert!(run.column("static.csv", column).iter().all(|f| *f == 0.0));
+        }
     }
 }
