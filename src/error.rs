@@ -90,14 +90,12 @@ pub enum Error {
         mode: usize,
     },
 
-    /// `dovetail verify` without pairs.
-    #[error(
-        "all contacts are bonded: the response is linear and solved in closed form, there is nothing to compare"
-    )]
+    /// What needs pairs, without any.
+    #[error("all contacts are bonded: {why}")]
     #[diagnostic(help(
-        "give a contact law = \"unilateral_coulomb\" and a coefficient of friction"
+        "give a contact law = \"unilateral_coulomb\" and a coefficient of friction; `dovetail run` computes the linear response"
     ))]
-    AllBonded,
+    AllBonded { why: &'static str },
 
     #[error(transparent)]
     Integration(#[from] IntegrationError),
@@ -219,7 +217,7 @@ impl Error {
             | Self::NoStuckMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
-            | Self::AllBonded
+            | Self::AllBonded { .. }
             | Self::Environment { .. }
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {

@@ -125,6 +125,10 @@ pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(
         return Err(no_mesh(scene));
     }
     let subject = Prepared::of(scene, options, progress)?;
+    if subject.pairs.rows.is_empty() {
+        let why = "a reduced model is about the pairs of its contacts";
+        return Err(Error::AllBonded { why });
+    }
     let law = files::write_reduced_model(options, &subject, progress)?;
     progress.note(&format!("reduced model in {}", options.out.display()));
     match law {

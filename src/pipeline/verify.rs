@@ -49,7 +49,8 @@ pub fn verify(
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
     if relative.pairs.is_empty() {
-        return Err(Error::AllBonded);
+        let why = "the response is linear and in closed form, there is nothing to compare";
+        return Err(Error::AllBonded { why });
     }
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let state = solve::statics(scene, relative, progress);
