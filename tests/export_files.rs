@@ -52,7 +52,10 @@ fn summary(run: &Run) -> Summary {
         blade_frequency_hz: None,
         seconds: 2.5,
         processor_seconds: Some(2.0),
+        bonded_pairs: 0,
         stages: vec![StageSummary {
+            from_cache: false,
+            unknowns: None,
             name: "none".into(),
             seconds: f64::NAN,
             processor_seconds: None,

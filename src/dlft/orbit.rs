@@ -72,6 +72,33 @@ pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f
     }
 }
 
+/// The motion of an assembly without pairs: the stuck assembly's, in closed form.
+pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, None);
+    let observed = observe(system, harmonics, None, &modal);
+    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, &[], &modal);
+    Orbit {
+        frequency_hz,
+        outcome: Outcome::Converged,
+        harmonics,
+        x: Vec::new(),
+        lambda: Vec::new(),
+        modal,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed,
+        friction_power_w: 0.0,
+        viscous_power_w,
+        input_power_w,
+        cycles: Vec::new(),
+        newton_iterations: 0,
+        krylov_iterations: 0,
+        residual: 0.0,
+        estimated_error: None,
+        retention_n: 0.0,
+    }
+}
+
 /// Largest departure from the mean over a period of a signal given by its coefficients.
 pub fn amplitude(coefficients: &[f64]) -> f64 {
     let harmonics = coefficients.len() / 2;

@@ -78,9 +78,7 @@ pub fn sweep(
     progress: &(dyn Fn(&Orbit) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
-    let excited = model.excitations.iter().map(|e| e.harmonic);
-    let highest_excited = excited.max().unwrap_or(0);
-    let transforms = transforms(settings.resolution, highest_excited);
+    let transforms = transforms(settings.resolution, model.highest_excited());
     let retention = OnceLock::new();
     let largest_slip = static_state
         .x

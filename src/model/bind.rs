@@ -1,26 +1,33 @@
 //! The binding itself: groups looked up, bodies numbered, contacts and probes tied to nodes.
 
-use super::contacts::{Part, contact};
+use super::contacts::{Contact, Part, contact, ground_contact};
 use super::crown::add_crown;
 use super::dofs::{Roles, number};
 use super::loads::static_load;
 use super::{
-    Body, ContactPair, DofMap, Model, ModelError, NodeMotion, Observation, PointForce, Rotation,
+    Body, ContactPair, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation,
     StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
-use crate::scene::{Assembly, BodySpec};
+use crate::scene::{Assembly, BodySpec, ContactLaw, ContactSpec};
 
 const NONE: u32 = u32::MAX;
+
+/// Name of the second body where there is none.
+const GROUND: &str = "ground";
 
 /// Resolves every name of the scene against the mesh.
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
-    let [first, second] = &assembly.bodies[..] else {
-        let found = assembly.bodies.len();
-        return Err(ModelError::BodyCount { found });
+    let (first, second) = match &assembly.bodies[..] {
+        [first] => (first, None),
+        [first, second] => (first, Some(second)),
+        others => {
+            let found = others.len();
+            return Err(ModelError::BodyCount { found });
+        }
     };
     let rotation = assembly.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
     for name in rotation.iter().flat_map(|r| &r.bodies) {
@@ -32,44 +39,16 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             });
         }
     }
-    let mut bodies = [Draft::new(first, mesh)?, Draft::new(second, mesh)?];
+    let on_ground = || Ok(Draft::ground(mesh));
+    let jaw = second.map_or_else(on_ground, |second| Draft::new(second, mesh))?;
+    let mut bodies = [Draft::new(first, mesh)?, jaw];
     check_disjoint(&bodies, mesh)?;
-    for (draft, spec) in bodies.iter_mut().zip([first, second]) {
-        draft.fix(spec, mesh)?;
-    }
-
-    let contact_names: Vec<String> = assembly.contacts.iter().map(|c| c.name.clone()).collect();
-    let mut model_pairs = Vec::new();
-    let mut flank_triangles = Vec::new();
-    let mut largest_mismatch_m = 0.0f64;
-    for (c, spec) in assembly.contacts.iter().enumerate() {
-        let used_by = format!("contact `{}`", spec.name);
-        let group = |name| find_group(mesh, name, Some(2), &used_by);
-        let groups = [group(&spec.first)?, group(&spec.second)?];
-        let [blade, jaw] = &bodies;
-        let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
-        let parts = [&blade.part(&on_blade), &jaw.part(&on_jaw)];
-        let tolerance = assembly.mesh.pairing_tolerance;
-        let mut found = contact(mesh, spec, c, groups, parts, tolerance)?;
-        for (b, draft) in bodies.iter_mut().enumerate() {
-            for pair in &mut found.pairs {
-                pair.nodes[b] = draft.local[pair.nodes[b] as usize];
-            }
-            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
-            draft.add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
+    for (draft, spec) in bodies.iter_mut().zip([Some(first), second]) {
+        if let Some(spec) = spec {
+            draft.fix(spec, mesh)?;
         }
-        if let Some(crown) = &spec.crown {
-            add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
-                contact: spec.name.clone(),
-                axis: crown.axis.unwrap_or_default(),
-            })?;
-        }
-        check_held_flanks(&bodies, &found.pairs, &spec.name, mesh)?;
-        let before = model_pairs.len() as u32;
-        flank_triangles.extend(found.triangles.iter().map(|t| t.map(|i| i + before)));
-        model_pairs.append(&mut found.pairs);
-        largest_mismatch_m = largest_mismatch_m.max(found.largest_mismatch_m);
     }
+    let joints = joints(assembly, mesh, &mut bodies)?;
 
     let mut excitations = Vec::new();
     for (i, spec) in assembly.excitations.iter().enumerate() {
@@ -79,14 +58,17 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             &spec.points,
             format!("excitation {}", i + 1),
         )?;
-        let share = spec.force_n / nodes.len() as f64;
-        excitations.extend(nodes.into_iter().map(|(body, node)| PointForce {
-            body,
-            node,
-            vector_n: bodies[body].movable(node, spec.direction.map(|d| d * share)),
+        let share = 1.0 / nodes.len() as f64;
+        let term = |(body, node): (usize, u32)| {
+            let direction = spec.direction.map(|d| d * share);
+            (body, node, bodies[body].movable(node, direction))
+        };
+        excitations.push(Excitation {
+            terms: nodes.into_iter().map(term).collect(),
+            force_n: spec.force_n,
             harmonic: spec.harmonic,
             phase_rad: spec.phase_rad,
-        }));
+        });
     }
     let mut observations = Vec::new();
     for spec in &assembly.observations {
@@ -115,7 +97,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     Ok(Model {
         bodies: [
             blade.finish(first, rotates(first), mesh)?,
-            jaw.finish(second, rotates(second), mesh)?,
+            match second {
+                Some(second) => jaw.finish(second, rotates(second), mesh)?,
+                None => jaw.finish_ground(first, mesh),
+            },
         ],
         rotation: rotation.map(|r| Rotation {
             point_m: r.point_m,
@@ -123,13 +108,102 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             speed_rad_s: r.speed_rad_s,
             prestress: r.prestress,
         }),
-        pairs: model_pairs,
-        flank_triangles,
-        contact_names,
+        pairs: joints.pairs,
+        bonded: joints.bonded,
+        flank_triangles: joints.triangles,
+        contact_names: joints.names,
         excitations,
         observations,
-        largest_mismatch_m,
+        largest_mismatch_m: joints.largest_mismatch_m,
     })
+}
+
+/// What the contacts of a scene make of the flanks.
+#[derive(Default)]
+struct Joints {
+    names: Vec<String>,
+    pairs: Vec<ContactPair>,
+    triangles: Vec<[u32; 3]>,
+    bonded: Vec<[u32; 2]>,
+    largest_mismatch_m: f64,
+}
+
+/// Pairs the flanks, the bonded ones last, and gives the bodies their flank nodes.
+fn joints(assembly: &Assembly, mesh: &Mesh, bodies: &mut [Draft; 2]) -> Result<Joints, ModelError> {
+    let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
+    let mut joints = Joints::default();
+    let mut all_names = Vec::new();
+    let opening = assembly.contacts.iter().filter(|c| !is_bonded(c));
+    for spec in opening.chain(assembly.contacts.iter().filter(is_bonded)) {
+        all_names.push(spec.name.clone());
+        let mut found = paired(assembly, spec, joints.names.len(), mesh, bodies)?;
+        for (b, draft) in bodies.iter_mut().enumerate() {
+            if draft.is_ground() {
+                continue;
+            }
+            for pair in &mut found.pairs {
+                pair.nodes[b] = draft.local[pair.nodes[b] as usize];
+            }
+            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
+            draft.add_flank(
+                &flank,
+                &found.tied[b],
+                all_names.len() - 1,
+                &all_names,
+                mesh,
+            )?;
+        }
+        joints.largest_mismatch_m = joints.largest_mismatch_m.max(found.largest_mismatch_m);
+        check_held_flanks(bodies, &found.pairs, spec, mesh)?;
+        if is_bonded(&spec) {
+            let nodes = found.pairs.iter().map(|p| p.nodes);
+            match bodies[1].is_ground() {
+                true => bodies[0].hold_flank(nodes.map(|n| n[0]), &found.tied[0]),
+                false => joints.bonded.extend(nodes),
+            }
+            continue;
+        }
+        if let Some(crown) = &spec.crown {
+            add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
+                contact: spec.name.clone(),
+                axis: crown.axis.unwrap_or_default(),
+            })?;
+        }
+        let before = joints.pairs.len() as u32;
+        let triangles = found.triangles.iter().map(|t| t.map(|i| i + before));
+        joints.triangles.extend(triangles);
+        joints.pairs.append(&mut found.pairs);
+        joints.names.push(spec.name.clone());
+    }
+    Ok(joints)
+}
+
+/// The pairs of one contact, node numbers still the mesh's.
+fn paired(
+    assembly: &Assembly,
+    spec: &ContactSpec,
+    number: usize,
+    mesh: &Mesh,
+    bodies: &[Draft; 2],
+) -> Result<Contact, ModelError> {
+    let used_by = format!("contact `{}`", spec.name);
+    let group = |name| find_group(mesh, name, Some(2), &used_by);
+    let first = group(&spec.first)?;
+    let [blade, jaw] = bodies;
+    let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
+    let blade = blade.part(&on_blade);
+    match &spec.second {
+        None if jaw.is_ground() => ground_contact(mesh, spec, number, first, &blade),
+        Some(second) if !jaw.is_ground() => {
+            let (groups, parts) = ([first, group(second)?], [&blade, &jaw.part(&on_jaw)]);
+            let tolerance = assembly.mesh.pairing_tolerance;
+            contact(mesh, (spec, second), number, groups, parts, tolerance)
+        }
+        _ => Err(ModelError::SecondFlank {
+            contact: spec.name.clone(),
+            bodies: assembly.bodies.len(),
+        }),
+    }
 }
 
 pub(super) fn kind(dimension: u8) -> &'static str {
@@ -241,18 +315,25 @@ fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
 }
 
 /// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
-/// Contact forces then never act on a support.
+/// Contact forces then never act on a support. Bonded nodes may be held in any direction, both alike.
 fn check_held_flanks(
     bodies: &[Draft; 2],
     pairs: &[ContactPair],
-    contact: &str,
+    contact: &ContactSpec,
     mesh: &Mesh,
 ) -> Result<(), ModelError> {
     for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
-        let held = |p: &ContactPair| [0, 1].map(|b| bodies[b].held[p.nodes[b] as usize][axis]);
+        let held_in = |b: usize, node: u32| bodies[b].held[node as usize][axis];
+        let held = |p: &ContactPair| match bodies[1].is_ground() {
+            // A support along the flank opposes no contact force.
+            true => [held_in(0, p.nodes[0]); 2],
+            false => [0, 1].map(|b| held_in(b, p.nodes[b])),
+        };
         let is_wrong = |p: &ContactPair| match held(p) {
             [false, false] => false,
-            [true, true] => p.frame[0][axis].abs() > ALONG_FLANK,
+            [true, true] => {
+                contact.law != ContactLaw::Bonded && p.frame[0][axis].abs() > ALONG_FLANK
+            }
             _ => true,
         };
         let wrong: Vec<&ContactPair> = pairs.iter().filter(|p| is_wrong(p)).collect();
@@ -265,7 +346,7 @@ fn check_held_flanks(
             return Err(ModelError::FlankHeld {
                 body: bodies[body].name.clone(),
                 key,
-                contact: contact.to_string(),
+                contact: contact.name.clone(),
                 count: wrong.len(),
                 tags: first_tags(mesh, nodes.iter()).1,
             });
@@ -317,6 +398,54 @@ impl Draft {
             loads: Vec::new(),
             contact_of: vec![None; group.nodes.len()],
         })
+    }
+
+    /// A body without nodes.
+    fn ground(mesh: &Mesh) -> Self {
+        Self {
+            name: GROUND.to_string(),
+            tets: Vec::new(),
+            nodes: Vec::new(),
+            local: vec![NONE; mesh.nodes_m.len()],
+            roles: Roles::default(),
+            held: Vec::new(),
+            loads: Vec::new(),
+            contact_of: Vec::new(),
+        }
+    }
+
+    fn is_ground(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Flank nodes that rigid ground holds: fixed, no longer flank.
+    fn hold_flank(&mut self, flank: impl Iterator<Item = u32>, tied: &[(u32, [u32; 2])]) {
+        let held: Vec<u32> = flank.chain(tied.iter().map(|t| self.local(t.0))).collect();
+        for &node in &held {
+            self.roles.fixed[node as usize] = true;
+        }
+        let is_fixed = |node: u32| self.roles.fixed[node as usize];
+        self.roles.flank.retain(|n| !is_fixed(*n));
+        self.roles.tied.retain(|t| !is_fixed(t.0));
+    }
+
+    /// As [`Draft::finish`]; `other` lends what a body without nodes has no use for.
+    fn finish_ground(self, other: &BodySpec, mesh: &Mesh) -> Body {
+        Body {
+            name: self.name,
+            material: other.material,
+            rotates: false,
+            fixed_interface_modes: 0,
+            order: mesh.order,
+            nodes_m: Vec::new(),
+            mesh_nodes: Vec::new(),
+            node_tags: Vec::new(),
+            tets: Vec::new(),
+            tet_tags: Vec::new(),
+            dofs: number(&self.roles),
+            held_dofs: Vec::new(),
+            loads: Vec::new(),
+        }
     }
 
     pub(super) fn name(&self) -> &str {

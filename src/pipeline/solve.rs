@@ -1,10 +1,12 @@
 //! From a reduced model to its static state and its response.
 
 use super::hertz;
+use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::dlft::accuracy::samples_for;
+use crate::dlft::orbit::{linear_orbit, stuck_point};
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
-use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
+use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
@@ -15,8 +17,22 @@ use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Scene};
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
+/// With friction; where no pair can open or slip there is nothing to solve.
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
-    let _stage = progress.stage("static state");
+    if relative.pairs.is_empty() {
+        return StaticState {
+            outcome: Outcome::Converged,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            status: Vec::new(),
+            newton_iterations: 0,
+            residual: 0.0,
+            retention_n: None,
+        };
+    }
+    let _stage = progress
+        .stage("static state")
+        .of_unknowns(relative.stiffness.nrows());
     // The static state does not depend on eps, only the way to it does.
     let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
@@ -35,7 +51,8 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
 
 /// Whether there is a static state to vibrate about.
 pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
-    if state.status.iter().all(|s| *s == PairStatus::Open) {
+    let open = |s: &PairStatus| *s == PairStatus::Open;
+    if !state.status.is_empty() && state.status.iter().all(open) {
         return Err(Error::NothingHolds);
     }
     if !state.outcome.is_converged() {
@@ -123,11 +140,22 @@ pub(super) fn respond(
     resolution: Resolution,
     progress: &Progress,
 ) -> Response {
-    let _stage = progress.stage(&match resolution {
+    if relative.pairs.is_empty() {
+        let harmonics = match resolution {
+            Resolution::Fixed { harmonics, .. } => harmonics,
+            Resolution::Accuracy(_) => relative.highest_excited().max(1),
+        };
+        return linear(relative, damping, frequencies_hz, harmonics, progress);
+    }
+    let title = match resolution {
         Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
         Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
-    });
+    };
+    let blocks = 2 * resolution.most_harmonics() + 1;
+    let _stage = progress
+        .stage(&title)
+        .of_unknowns(blocks * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
@@ -143,4 +171,29 @@ pub(super) fn respond(
     let eps = eps_of(relative, spec.eps, spec.eps_scale);
     let step = |_: &Orbit| bar.step();
     sweep(relative, damping, &eps, state, &settings, &step)
+}
+
+/// The response where all flanks are bonded: the stuck modes', each by itself.
+fn linear(
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    harmonics: usize,
+    progress: &Progress,
+) -> Response {
+    let _stage = progress
+        .stage("linear response")
+        .of_unknowns(relative.omega2.len());
+    let system = ContactSystem::new(relative, damping);
+    let frequencies = frequencies_hz.iter();
+    Response {
+        stuck: frequencies
+            .clone()
+            .map(|&f| stuck_point(&system, harmonics, f))
+            .collect(),
+        orbits: frequencies
+            .map(|&f| linear_orbit(&system, harmonics, f))
+            .collect(),
+        slip_threshold_m: 0.0,
+    }
 }

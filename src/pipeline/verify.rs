@@ -48,6 +48,10 @@ pub fn verify(
 ) -> Result<(), Error> {
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
+    if relative.pairs.is_empty() {
+        let why = "the response is linear and in closed form, there is nothing to compare";
+        return Err(Error::AllBonded { why });
+    }
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;

@@ -100,6 +100,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
         ("contact", "name") => "name = \"left\"",
         ("contact", "first") => "first = \"blade_flank_left\"  # a physical surface of the blade",
         ("contact", "second") => "second = \"jaw_flank_left\"  # a physical surface of the jaw",
+        ("contact", "law") => "law = \"bonded\"",
         ("contact", "friction") => "friction = 0.3",
         ("contact", "gap_m") => "gap_m = 0.0",
         ("contact", "crown_radius_m") => "crown_radius_m = 2.0",

@@ -89,6 +89,7 @@ pub struct RawContact {
     pub name: Located<String>,
     pub first: Located<String>,
     pub second: Located<String>,
+    pub law: Located<String>,
     pub friction: Located<Number>,
     pub gap_m: Located<Number>,
     pub crown_radius_m: Located<Number>,

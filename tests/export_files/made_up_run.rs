@@ -189,6 +189,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         bodies: [blade, jaw],
         rotation: None,
         pairs,
+        bonded: Vec::new(),
         flank_triangles: triangles,
         contact_names: vec!["left".into(), "right, \"skewed\"".into()],
         excitations: vec![],
