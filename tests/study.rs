@@ -247,8 +247,9 @@ fn a_killed_study_is_taken_up_where_it_was() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    // The case under way ends with the study: no summary comes any more.
+    // The case under way ends with the study: nobody works on it any more.
     std::thread::sleep(Duration::from_millis(100));
+    assert_eq!(at_work(&folder.0), Vec::<String>::new());
     let done = complete();
     let summaries = || {
         all.iter()
@@ -284,6 +285,51 @@ fn a_killed_study_is_taken_up_where_it_was() {
             .iter()
             .all(|r| cell(r, "outcome") == "converged")
     );
+}
+
+/// Command lines of processes that name the folder (Linux).
+fn at_work(folder: &Path) -> Vec<String> {
+    let folder = folder.to_str().unwrap();
+    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    entries
+        .filter_map(|e| std::fs::read(e.path().join("cmdline")).ok())
+        .map(|bytes| String::from_utf8_lossy(&bytes).replace('\0', " "))
+        .filter(|line| line.contains(folder))
+        .collect()
+}
+
+#[test]
+fn a_case_ends_when_its_study_does() {
+    let folder = Folder::new("orphan", HARMONICS);
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.arg("run").arg(folder.0.join("scene.toml"));
+    program.arg("--out").arg(folder.0.join("out"));
+    // Far longer than the test waits.
+    program.args(["--set", "response.points=100000", "--until-stdin-ends"]);
+    let mut child = program
+        .stdin(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(
+        child.try_wait().unwrap().is_none(),
+        "ended while its input was open"
+    );
+    drop(child.stdin.take());
+    let begin = Instant::now();
+    let ended = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break Some(status);
+        }
+        if begin.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            break None;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(ended.and_then(|s| s.code()), Some(1));
 }
 
 #[test]

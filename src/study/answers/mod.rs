@@ -227,7 +227,8 @@ fn common_limit(
 }
 
 /// Errors of all runs. One at a time: the sum of what the values of its knobs are credited with (no run gains by errors that
-/// cancel), of a combination no less than its difference from the common limit. Grid: the difference from the common limit, for the finest corner the sum.
+/// cancel), of a combination no less than its difference from the common limit. Grid: the difference from the common limit, for the
+/// finest corner the sum, and no less than what finer runs err.
 fn front(
     study: &Study,
     results: &[CaseResult],
@@ -247,7 +248,7 @@ fn front(
                 Some(sum + of_heading(knob, heading)?.estimates[*value]?)
             })
     };
-    let errors: Vec<Option<f64>> = results
+    let mut errors: Vec<Option<f64>> = results
         .iter()
         .map(|result| {
             let value = result.value(heading)?;
@@ -271,6 +272,9 @@ fn front(
             }
         })
         .collect();
+    if study.mode == Mode::Grid {
+        errors = with_finer(study, results, &errors);
+    }
     let points: Vec<(f64, Option<f64>)> = results
         .iter()
         .zip(&errors)
@@ -285,6 +289,24 @@ fn front(
         on_front: pareto_front(&points),
         errors,
     }
+}
+
+/// Each error raised to the largest of all runs that are no coarser in any knob with sizes and alike in the others.
+fn with_finer(study: &Study, results: &[CaseResult], errors: &[Option<f64>]) -> Vec<Option<f64>> {
+    let sized: Vec<bool> = study.knobs.iter().map(|k| k.sizes().is_some()).collect();
+    let no_coarser = |finer: &[usize], than: &[usize]| {
+        let mut knobs = finer.iter().zip(than).zip(&sized);
+        knobs.all(|((f, t), sized)| f == t || (*sized && f > t))
+    };
+    results
+        .iter()
+        .zip(errors)
+        .map(|(result, own)| {
+            let finer = results.iter().zip(errors);
+            let finer = finer.filter(|(r, _)| no_coarser(&r.case.values, &result.case.values));
+            own.map(|own| finer.filter_map(|(_, e)| *e).fold(own, f64::max))
+        })
+        .collect()
 }
 
 fn advise(
@@ -473,6 +495,13 @@ mod tests {
         // 2 a^2 + 0.5 b within 0.05: of a = 0.1, 0.05 and b = 0.05, 0.025 the cheapest.
         assert_eq!(all[chosen].values, [2, 2]);
         near(found.fronts[0].errors[chosen], 0.02 + 0.025);
+        // A coarse run near the limit by chance gains nothing.
+        let Ended::WithFigures(figures) = &mut results[0].ended else {
+            panic!("no figures");
+        };
+        figures.values[0].1 = 1.0;
+        let errors = answers(&study, &results).fronts[0].errors.clone();
+        near(errors[0], 0.32 + 0.05);
         // Without the finest corner the finest there is serves.
         results[15].ended = Ended::NotRun;
         let found = answers(&study, &results);
