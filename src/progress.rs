@@ -24,8 +24,8 @@ pub struct StageRecord {
     pub peak_rss_mib: Option<f64>,
     /// What it makes was kept from an earlier run.
     pub from_cache: bool,
-    /// Unknowns it solves for; `None` for a stage that solves nothing.
-    pub unknowns: Option<usize>,
+    /// Unknowns of each system that it solves, the largest first.
+    pub unknowns: Vec<usize>,
 }
 
 /// Where a run reports to.
@@ -82,7 +82,7 @@ impl Progress {
             begin: Instant::now(),
             spinner,
             from_cache: AtomicBool::new(false),
-            unknowns: None,
+            unknowns: Mutex::default(),
         }
     }
 
@@ -95,7 +95,7 @@ impl Progress {
             begin: now.checked_sub(time).unwrap_or(now),
             spinner: None,
             from_cache: AtomicBool::new(true),
-            unknowns: None,
+            unknowns: Mutex::default(),
         });
     }
 
@@ -160,7 +160,7 @@ pub struct StageGuard<'a> {
     begin: Instant,
     spinner: Option<ProgressBar>,
     from_cache: AtomicBool,
-    unknowns: Option<usize>,
+    unknowns: Mutex<Vec<usize>>,
 }
 
 impl StageGuard<'_> {
@@ -169,16 +169,9 @@ impl StageGuard<'_> {
         self.from_cache.store(true, Ordering::Relaxed);
     }
 
-    /// As [`StageGuard::of_unknowns`], known at the end only.
-    pub fn set_unknowns(&mut self, unknowns: usize) {
-        self.unknowns = Some(unknowns);
-    }
-
-    /// How many unknowns the stage solves for.
-    #[must_use = "the stage ends when the guard is dropped"]
-    pub fn of_unknowns(mut self, unknowns: usize) -> Self {
-        self.unknowns = Some(unknowns);
-        self
+    /// One more system that the stage solves, with so many unknowns.
+    pub fn solves(&self, unknowns: usize) {
+        lock(&self.unknowns).push(unknowns);
     }
 }
 
@@ -189,12 +182,14 @@ impl Drop for StageGuard<'_> {
             self.progress.lines.remove(spinner);
         }
         let seconds = self.begin.elapsed().as_secs_f64();
+        let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
+        unknowns.sort_unstable_by(|a, b| b.cmp(a));
         let record = StageRecord {
             name: self.name.clone(),
             seconds,
             peak_rss_mib: peak_rss_mib(),
             from_cache: self.from_cache.load(Ordering::Relaxed),
-            unknowns: self.unknowns,
+            unknowns,
         };
         let memory = record
             .peak_rss_mib

@@ -29,9 +29,8 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
             retention_n: None,
         };
     }
-    let _stage = progress
-        .stage("static state")
-        .of_unknowns(relative.stiffness.nrows());
+    let stage = progress.stage("static state");
+    stage.solves(relative.stiffness.nrows());
     // The static state does not depend on eps, only the way to it does.
     let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
@@ -134,9 +133,8 @@ pub(super) fn respond(
         return linear(relative, damping, frequencies_hz, harmonics, progress);
     }
     let plural = if harmonics == 1 { "" } else { "s" };
-    let _stage = progress
-        .stage(&format!("response, {harmonics} harmonic{plural}"))
-        .of_unknowns((2 * harmonics + 1) * relative.stiffness.nrows());
+    let stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
+    stage.solves((2 * harmonics + 1) * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
@@ -163,9 +161,7 @@ fn linear(
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
-    let _stage = progress
-        .stage("linear response")
-        .of_unknowns(relative.omega2.len());
+    let _stage = progress.stage("linear response");
     let system = ContactSystem::new(relative, damping);
     let frequencies = frequencies_hz.iter();
     Response {
