@@ -36,7 +36,7 @@ def main():
     parser.add_argument("--points", type=int, default=200, help="frequencies of the response")
     parser.add_argument("--out", default=os.path.join(ROOT, "output/asked"))
     arguments = parser.parse_args()
-    head = ["left out", "unknowns: finite elements", "reduced model", "static state", "response",
+    head = ["left out", "unknowns solved for: prestress", "interiors", "static state", "response",
             "s: finite elements", "reduction", "static state", "response", "processor s, whole run"]
     print("| " + " | ".join(head) + " |\n|" + " --- |" * len(head))
     for name, (sets, alone) in ROWS.items():
@@ -62,7 +62,7 @@ def row(sets, alone, arguments):
     stages["response"] = stages.get("response") or stages.get("linear response")
     wanted = [stages.get(n) for n in ("finite elements", "reduction", "static state", "response")]
     unconverged = len(summary["response"]["unconverged"])
-    unknowns = [str(s["unknowns"]) if s else "none" for s in wanted]
+    unknowns = [" + ".join(map(str, s["unknowns"])) if s and s["unknowns"] else "none" for s in wanted]
     seconds = [f"{s['seconds']:.2f}" if s else "none" for s in wanted]
     note = f" ({unconverged} of {arguments.points} open)" if unconverged else ""
     return unknowns + seconds + [f"{used:.1f}{note}"]

@@ -29,8 +29,8 @@ pub struct StageRecord {
     pub peak_rss_mib: Option<f64>,
     /// What it makes was kept from an earlier run.
     pub from_cache: bool,
-    /// Unknowns it solves for; `None` for a stage that solves nothing.
-    pub unknowns: Option<usize>,
+    /// Unknowns of each system that it solves, the largest first.
+    pub unknowns: Vec<usize>,
 }
 
 /// Where a run reports to.
@@ -90,7 +90,7 @@ impl Progress {
             processor_begin: processor_seconds(),
             spinner,
             from_cache: AtomicBool::new(false),
-            unknowns: None,
+            unknowns: Mutex::default(),
         }
     }
 
@@ -104,7 +104,7 @@ impl Progress {
             processor_begin: None,
             spinner: None,
             from_cache: AtomicBool::new(true),
-            unknowns: None,
+            unknowns: Mutex::default(),
         });
     }
 
@@ -175,7 +175,7 @@ pub struct StageGuard<'a> {
     processor_begin: Option<f64>,
     spinner: Option<ProgressBar>,
     from_cache: AtomicBool,
-    unknowns: Option<usize>,
+    unknowns: Mutex<Vec<usize>>,
 }
 
 impl StageGuard<'_> {
@@ -184,16 +184,9 @@ impl StageGuard<'_> {
         self.from_cache.store(true, Ordering::Relaxed);
     }
 
-    /// As [`StageGuard::of_unknowns`], known at the end only.
-    pub fn set_unknowns(&mut self, unknowns: usize) {
-        self.unknowns = Some(unknowns);
-    }
-
-    /// How many unknowns the stage solves for.
-    #[must_use = "the stage ends when the guard is dropped"]
-    pub fn of_unknowns(mut self, unknowns: usize) -> Self {
-        self.unknowns = Some(unknowns);
-        self
+    /// One more system that the stage solves, with so many unknowns.
+    pub fn solves(&self, unknowns: usize) {
+        lock(&self.unknowns).push(unknowns);
     }
 }
 
@@ -204,6 +197,8 @@ impl Drop for StageGuard<'_> {
             self.progress.lines.remove(spinner);
         }
         let seconds = self.begin.elapsed().as_secs_f64();
+        let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
+        unknowns.sort_unstable_by(|a, b| b.cmp(a));
         let record = StageRecord {
             name: self.name.clone(),
             seconds,
@@ -212,7 +207,7 @@ impl Drop for StageGuard<'_> {
                 .map(|(to, from)| to - from),
             peak_rss_mib: peak_rss_mib(),
             from_cache: self.from_cache.load(Ordering::Relaxed),
-            unknowns: self.unknowns,
+            unknowns,
         };
         let memory = record
             .peak_rss_mib

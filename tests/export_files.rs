@@ -55,7 +55,7 @@ fn summary(run: &Run) -> Summary {
         bonded_pairs: 0,
         stages: vec![StageSummary {
             from_cache: false,
-            unknowns: None,
+            unknowns: Vec::new(),
             name: "none".into(),
             seconds: f64::NAN,
             processor_seconds: None,

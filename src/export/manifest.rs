@@ -91,8 +91,8 @@ pub struct StageSummary {
     pub peak_memory_mib: Option<f64>,
     /// What it makes was kept from an earlier run.
     pub from_cache: bool,
-    /// Unknowns it solves for; `None` for a stage that solves nothing.
-    pub unknowns: Option<usize>,
+    /// Unknowns of each system that it solves, the largest first.
+    pub unknowns: Vec<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

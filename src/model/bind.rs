@@ -1,15 +1,14 @@
 //! The binding itself: groups looked up, bodies numbered, contacts and probes tied to nodes.
 
-use super::contacts::{Contact, Part, contact, ground_contact};
-use super::crown::add_crown;
+use super::contacts::Part;
 use super::dofs::{Roles, number};
+use super::joints::joints;
 use super::loads::static_load;
 use super::{
-    Body, ContactPair, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation,
-    StaticLoad,
+    Body, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation, StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
-use crate::scene::{Assembly, BodySpec, ContactLaw, ContactSpec};
+use crate::scene::{Assembly, BodySpec};
 
 const NONE: u32 = u32::MAX;
 
@@ -116,94 +115,6 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         observations,
         largest_mismatch_m: joints.largest_mismatch_m,
     })
-}
-
-/// What the contacts of a scene make of the flanks.
-#[derive(Default)]
-struct Joints {
-    names: Vec<String>,
-    pairs: Vec<ContactPair>,
-    triangles: Vec<[u32; 3]>,
-    bonded: Vec<[u32; 2]>,
-    largest_mismatch_m: f64,
-}
-
-/// Pairs the flanks, the bonded ones last, and gives the bodies their flank nodes.
-fn joints(assembly: &Assembly, mesh: &Mesh, bodies: &mut [Draft; 2]) -> Result<Joints, ModelError> {
-    let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
-    let mut joints = Joints::default();
-    let mut all_names = Vec::new();
-    let opening = assembly.contacts.iter().filter(|c| !is_bonded(c));
-    for spec in opening.chain(assembly.contacts.iter().filter(is_bonded)) {
-        all_names.push(spec.name.clone());
-        let mut found = paired(assembly, spec, joints.names.len(), mesh, bodies)?;
-        for (b, draft) in bodies.iter_mut().enumerate() {
-            if draft.is_ground() {
-                continue;
-            }
-            for pair in &mut found.pairs {
-                pair.nodes[b] = draft.local[pair.nodes[b] as usize];
-            }
-            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
-            draft.add_flank(
-                &flank,
-                &found.tied[b],
-                all_names.len() - 1,
-                &all_names,
-                mesh,
-            )?;
-        }
-        joints.largest_mismatch_m = joints.largest_mismatch_m.max(found.largest_mismatch_m);
-        check_held_flanks(bodies, &found.pairs, spec, mesh)?;
-        if is_bonded(&spec) {
-            let nodes = found.pairs.iter().map(|p| p.nodes);
-            match bodies[1].is_ground() {
-                true => bodies[0].hold_flank(nodes.map(|n| n[0]), &found.tied[0]),
-                false => joints.bonded.extend(nodes),
-            }
-            continue;
-        }
-        if let Some(crown) = &spec.crown {
-            add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
-                contact: spec.name.clone(),
-                axis: crown.axis.unwrap_or_default(),
-            })?;
-        }
-        let before = joints.pairs.len() as u32;
-        let triangles = found.triangles.iter().map(|t| t.map(|i| i + before));
-        joints.triangles.extend(triangles);
-        joints.pairs.append(&mut found.pairs);
-        joints.names.push(spec.name.clone());
-    }
-    Ok(joints)
-}
-
-/// The pairs of one contact, node numbers still the mesh's.
-fn paired(
-    assembly: &Assembly,
-    spec: &ContactSpec,
-    number: usize,
-    mesh: &Mesh,
-    bodies: &[Draft; 2],
-) -> Result<Contact, ModelError> {
-    let used_by = format!("contact `{}`", spec.name);
-    let group = |name| find_group(mesh, name, Some(2), &used_by);
-    let first = group(&spec.first)?;
-    let [blade, jaw] = bodies;
-    let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
-    let blade = blade.part(&on_blade);
-    match &spec.second {
-        None if jaw.is_ground() => ground_contact(mesh, spec, number, first, &blade),
-        Some(second) if !jaw.is_ground() => {
-            let (groups, parts) = ([first, group(second)?], [&blade, &jaw.part(&on_jaw)]);
-            let tolerance = assembly.mesh.pairing_tolerance;
-            contact(mesh, (spec, second), number, groups, parts, tolerance)
-        }
-        _ => Err(ModelError::SecondFlank {
-            contact: spec.name.clone(),
-            bodies: assembly.bodies.len(),
-        }),
-    }
 }
 
 pub(super) fn kind(dimension: u8) -> &'static str {
@@ -314,50 +225,6 @@ fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
     }
 }
 
-/// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
-/// Contact forces then never act on a support. Bonded nodes may be held in any direction, both alike.
-fn check_held_flanks(
-    bodies: &[Draft; 2],
-    pairs: &[ContactPair],
-    contact: &ContactSpec,
-    mesh: &Mesh,
-) -> Result<(), ModelError> {
-    for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
-        let held_in = |b: usize, node: u32| bodies[b].held[node as usize][axis];
-        let held = |p: &ContactPair| match bodies[1].is_ground() {
-            // A support along the flank opposes no contact force.
-            true => [held_in(0, p.nodes[0]); 2],
-            false => [0, 1].map(|b| held_in(b, p.nodes[b])),
-        };
-        let is_wrong = |p: &ContactPair| match held(p) {
-            [false, false] => false,
-            [true, true] => {
-                contact.law != ContactLaw::Bonded && p.frame[0][axis].abs() > ALONG_FLANK
-            }
-            _ => true,
-        };
-        let wrong: Vec<&ContactPair> = pairs.iter().filter(|p| is_wrong(p)).collect();
-        if let Some(first) = wrong.first() {
-            let body = usize::from(!held(first)[0]);
-            let nodes: Vec<u32> = wrong
-                .iter()
-                .map(|p| bodies[body].nodes[p.nodes[body] as usize])
-                .collect();
-            return Err(ModelError::FlankHeld {
-                body: bodies[body].name.clone(),
-                key,
-                contact: contact.name.clone(),
-                count: wrong.len(),
-                tags: first_tags(mesh, nodes.iter()).1,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Sine of the largest angle between a held direction and the flank.
-const ALONG_FLANK: f64 = 1e-6;
-
 /// A body on its way into the model.
 pub(super) struct Draft {
     name: String,
@@ -414,12 +281,16 @@ impl Draft {
         }
     }
 
-    fn is_ground(&self) -> bool {
+    pub(super) fn is_ground(&self) -> bool {
         self.nodes.is_empty()
     }
 
     /// Flank nodes that rigid ground holds: fixed, no longer flank.
-    fn hold_flank(&mut self, flank: impl Iterator<Item = u32>, tied: &[(u32, [u32; 2])]) {
+    pub(super) fn hold_flank(
+        &mut self,
+        flank: impl Iterator<Item = u32>,
+        tied: &[(u32, [u32; 2])],
+    ) {
         let held: Vec<u32> = flank.chain(tied.iter().map(|t| self.local(t.0))).collect();
         for &node in &held {
             self.roles.fixed[node as usize] = true;
@@ -460,6 +331,16 @@ impl Draft {
         self.local[mesh_node as usize]
     }
 
+    /// Of a local node.
+    pub(super) fn mesh_node(&self, node: u32) -> u32 {
+        self.nodes[node as usize]
+    }
+
+    /// Whether a local node is held along x, y, z.
+    pub(super) fn held(&self, node: u32) -> [bool; 3] {
+        self.held[node as usize]
+    }
+
     pub(super) fn has(&self, mesh_node: u32) -> bool {
         self.local[mesh_node as usize] != NONE
     }
@@ -468,7 +349,7 @@ impl Draft {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }
 
-    fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
+    pub(super) fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
         Part {
             name: &self.name,
             tets: &self.tets,
@@ -532,7 +413,7 @@ impl Draft {
 
     /// Adds the flank nodes (local, in the order of the pairs) and mid-edge nodes (mesh) of contact
     /// number `contact`.
-    fn add_flank(
+    pub(super) fn add_flank(
         &mut self,
         flank: &[u32],
         tied: &[(u32, [u32; 2])],

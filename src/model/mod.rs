@@ -14,6 +14,7 @@ mod crown;
 mod dofs;
 mod error;
 mod flank;
+mod joints;
 mod loads;
 pub mod pairing;
 mod vector;

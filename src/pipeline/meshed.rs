@@ -166,10 +166,9 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 }
 
 pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
-    let free = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
-    let _stage = progress.stage("finite elements").of_unknowns(free);
+    let stage = progress.stage("finite elements");
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
-        let _stage = progress.stage("prestress").of_unknowns(k.ncols());
+        stage.solves(k.ncols());
         let factor = Cholesky::factor(k).map_err(|error| match error {
             FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
                 SolveFailure::NotPositiveDefinite { dof }
@@ -217,9 +216,10 @@ fn reduce(
     stuck_modes: Option<usize>,
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
-    let mut stage = progress.stage("reduction");
-    let reduced = reduction::reduce(model, structure, stuck_modes)?;
-    let relative = &reduced.relative;
-    stage.set_unknowns(relative.stiffness.nrows() + relative.omega2.len());
-    Ok(reduced)
+    let stage = progress.stage("reduction");
+    // The interior of each body; with many pairs both are condensed as one.
+    for body in model.bodies.iter().filter(|body| !body.is_ground()) {
+        stage.solves(3 * body.dofs.interior_nodes);
+    }
+    Ok(reduction::reduce(model, structure, stuck_modes)?)
 }

@@ -30,9 +30,8 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
             retention_n: None,
         };
     }
-    let _stage = progress
-        .stage("static state")
-        .of_unknowns(relative.stiffness.nrows());
+    let stage = progress.stage("static state");
+    stage.solves(relative.stiffness.nrows());
     // The static state does not depend on eps, only the way to it does.
     let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
@@ -153,9 +152,8 @@ pub(super) fn respond(
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
     };
     let blocks = 2 * resolution.most_harmonics() + 1;
-    let _stage = progress
-        .stage(&title)
-        .of_unknowns(blocks * relative.stiffness.nrows());
+    let stage = progress.stage(&title);
+    stage.solves(blocks * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
@@ -181,9 +179,7 @@ fn linear(
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
-    let _stage = progress
-        .stage("linear response")
-        .of_unknowns(relative.omega2.len());
+    let _stage = progress.stage("linear response");
     let system = ContactSystem::new(relative, damping);
     let frequencies = frequencies_hz.iter();
     Response {

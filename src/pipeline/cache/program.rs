@@ -1,11 +1,13 @@
 //! Which program computes, to the last bit of its results.
 
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::sync::OnceLock;
 
-/// A hash of the executable, the libraries that it has loaded, and the processor: libraries and compilers choose
-/// their kernels by it. `None` where the executable cannot be read.
+/// A hash of the executable, the libraries that it has loaded, and what their kernels are chosen by: the processor and
+/// the settings of numerical libraries in the environment. `None` where the executable cannot be read.
 pub(super) fn fingerprint() -> Option<[u8; 32]> {
     static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
     *FINGERPRINT.get_or_init(|| {
@@ -15,6 +17,9 @@ pub(super) fn fingerprint() -> Option<[u8; 32]> {
             hasher.update(library.as_bytes());
         }
         hasher.update(processor().as_bytes());
+        for (name, value) in settings() {
+            hasher.update(format!("\n{name:?}={value:?}").as_bytes());
+        }
         Some(*hasher.finalize().as_bytes())
     })
 }
@@ -42,6 +47,18 @@ fn libraries() -> Vec<String> {
         )
     };
     paths.into_iter().map(about).collect()
+}
+
+/// Variables by which numerical libraries are told their threads and kernels.
+fn settings() -> BTreeMap<OsString, OsString> {
+    let prefixes = ["OPENBLAS_", "GOTO_", "OMP_", "MKL_", "BLIS_"];
+    let tells = |name: &OsString| {
+        let name = name.to_string_lossy();
+        prefixes.iter().any(|prefix| name.starts_with(prefix))
+    };
+    std::env::vars_os()
+        .filter(|(name, _)| tells(name))
+        .collect()
 }
 
 /// Model and features of the first processor.
