@@ -106,7 +106,10 @@ impl Cache {
             return Err(None);
         };
         let turn = Turn::wait(&path, || {
-            progress.note(&format!("another run makes the same entry ({}): waiting for it", key.kind));
+            progress.note(&format!(
+                "another run makes the same entry ({}): waiting for it",
+                key.kind
+            ));
         });
         match self.get(Some(key), progress) {
             Some(found) => Ok(found),
