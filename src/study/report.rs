@@ -372,7 +372,7 @@ fn ends(figure: &FigureAnswer) -> [String; 2] {
         ],
         How::Unchanged => ["no influence".to_owned(), String::new()],
         How::Single | How::Reference => [String::new(), String::new()],
-        How::Finest => match figure.orders.last().copied().flatten() {
+        How::Finest => match figure.seen_order() {
             Some(p) => [format!("no order shows ({})", rounded(p, 2)), String::new()],
             None => ["no order shows".to_owned(), String::new()],
         },

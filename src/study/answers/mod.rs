@@ -35,6 +35,14 @@ pub struct FigureAnswer {
     pub estimates: Vec<Option<f64>>,
 }
 
+impl FigureAnswer {
+    /// The order of the last three values there are, whether it counts or not.
+    pub fn seen_order(&self) -> Option<f64> {
+        let last = self.values.iter().rposition(Option::is_some)?;
+        self.orders[last]
+    }
+}
+
 /// Error against time over all runs, for one figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Front {
