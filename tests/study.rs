@@ -478,6 +478,39 @@ fn the_workflow_has_each_case_once() {
 }
 
 #[test]
+fn every_study_of_the_repository_is_possible() {
+    let folder = Folder::new("ours", HARMONICS);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut checked = 0;
+    for entry in std::fs::read_dir(root.join("studies")).unwrap() {
+        let study = entry.unwrap().path();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .arg("study")
+            .arg(&study)
+            .arg("--export-workflow")
+            .arg(&folder.0);
+        let output = program.output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {stderr}", study.display());
+        assert!(folder.text("Snakefile").matches("--case").count() > 6);
+        checked += 1;
+    }
+    assert_eq!(checked, 3);
+}
+
+/// A scene that is possible only with what the knobs set: each case counts, not the scene alone.
+#[test]
+fn a_scene_may_leave_out_what_a_knob_sets() {
+    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[knob]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
+    let folder = Folder::new("leaves-out", study);
+    let scene = folder.text("scene.toml").replace("friction = 0.3\n", "");
+    std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
+    let ended = folder.study(&["--export-workflow", folder.0.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+}
+
+#[test]
 fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     let told = |name: &str, study: &str, words: &[&str]| {
         let folder = Folder::new(name, study);

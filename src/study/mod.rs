@@ -128,8 +128,15 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
 
 /// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told before the first is run.
 fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
-    // Without a possible base nothing is wrong with the cases in particular.
-    scene::load(&study.scene, &study.set)?;
+    // Where neither the scene alone nor the first case is possible, nothing is wrong with that case in particular.
+    if let (Err(error), Some(Err(_))) = (
+        scene::load(&study.scene, &study.set),
+        cases
+            .first()
+            .map(|c| scene::load(&study.scene, &c.set(study))),
+    ) {
+        return Err(error.into());
+    }
     let mut subjects: Vec<Subject> = Vec::new();
     let mut faults: Vec<(std::ops::Range<usize>, StudyFault)> = Vec::new();
     for case in cases {
