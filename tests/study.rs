@@ -477,6 +477,103 @@ fn the_workflow_has_each_case_once() {
     }
 }
 
+/// The figures of a case against the tables of the run, which come another way.
+#[test]
+fn figures_are_those_of_the_tables() {
+    let study = r#"
+name = "meshed"
+scene = "ROOT/scenes/paper.toml"
+set = [
+    "mesh.file=ROOT/meshes/dovetail_small.msh", "response.points=3", "response.harmonics=1", "response.samples=32",
+    "response.compare_harmonics=",
+]
+[[knob]]
+key = "excitation.0.force_n"
+values = [2.0]
+"#;
+    let folder = Folder::new("meshed", &study.replace("ROOT", env!("CARGO_MANIFEST_DIR")));
+    let ended = folder.study(&[]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let rows = folder.table();
+    let number = |heading: &str| cell(&rows[0], heading).parse::<f64>().unwrap();
+    let column = |file: &str, heading: &str| -> Vec<String> {
+        let text = folder.text(&format!("out/cases/base/{file}"));
+        let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
+        let at = lines
+            .next()
+            .unwrap()
+            .iter()
+            .position(|h| *h == heading)
+            .unwrap();
+        lines.map(|l| l[at].to_owned()).collect()
+    };
+    let numbers = |file: &str, heading: &str| -> Vec<f64> {
+        column(file, heading)
+            .iter()
+            .map(|c| c.parse().unwrap())
+            .collect()
+    };
+    let near = |heading: &str, wanted: f64| {
+        let found = number(heading);
+        assert!(
+            (found - wanted).abs() <= 1e-12 * wanted.abs(),
+            "{heading}: {found}, not {wanted}"
+        );
+    };
+    let largest = |v: Vec<f64>| v.into_iter().fold(0.0, f64::max);
+    near(
+        "static_pressure_pa",
+        largest(numbers("static.csv", "pressure_pa")),
+    );
+    near("static_slip_m", largest(numbers("static.csv", "slip_m")));
+    for contact in ["left", "right"] {
+        let forces = numbers("static.csv", "normal_force_n")
+            .into_iter()
+            .zip(column("static.csv", "contact"));
+        let sum: f64 = forces.filter(|(_, c)| c == contact).map(|(f, _)| f).sum();
+        near(&format!("{contact}_normal_force_n"), sum);
+    }
+    let amplitudes = numbers("response.csv", "tip_amplitude_m");
+    near("peak_amplitude_m", largest(amplitudes.clone()));
+    let row = amplitudes
+        .iter()
+        .position(|a| *a == number("peak_amplitude_m"))
+        .unwrap();
+    for (figure, heading) in [
+        ("peak_frequency_hz", "frequency_hz"),
+        ("peak_friction_power_w", "friction_power_w"),
+        ("peak_damping_power_w", "viscous_power_w"),
+        ("peak_slipping_pairs", "slipping_pairs"),
+        ("peak_opening_pairs", "opening_pairs"),
+    ] {
+        near(figure, numbers("response.csv", heading)[row]);
+    }
+    let areas = numbers("contact.csv", "area_m2");
+    let opens = column("contact.csv", "opens_at_any_frequency");
+    let open: Vec<f64> = areas
+        .iter()
+        .zip(&opens)
+        .filter(|(_, o)| *o == "true")
+        .map(|(a, _)| *a)
+        .collect();
+    near("opening_pairs", open.len() as f64);
+    near(
+        "opening_area_share",
+        open.iter().sum::<f64>() / areas.iter().sum::<f64>(),
+    );
+    let modes = column("modes.csv", "kind")
+        .into_iter()
+        .zip(numbers("modes.csv", "frequency_hz"));
+    let first = |kind: &str| modes.clone().find(|(k, _)| k == kind).unwrap().1;
+    near("stuck_frequency_hz", first("stuck"));
+    near("blade_frequency_hz", first("flanks_held"));
+    // Fields were not asked for.
+    assert!(
+        !folder.case("base", "static.vtu").exists() && !folder.case("base", "flank.pvd").exists()
+    );
+    assert!(folder.case("base", "plots/static_pressure.svg").exists());
+}
+
 #[test]
 fn every_study_of_the_repository_is_possible() {
     let folder = Folder::new("ours", HARMONICS);
