@@ -369,7 +369,10 @@ def main():
         expect = "less than 0.5|below 0.5" if poisson == "0.5" else CONVERGED
         meshed("Poisson's ratio", poisson, f"body.*.poisson={poisson}", expect=expect)
     for blade, jaw in [("1.138e17", "1.138e11"), ("1.138e11", "1.138e17"), ("1.138e11", "1.138e5")]:
-        meshed("moduli, blade and jaw, Pa", f"{blade}, {jaw}", f"body.0.young_pa={blade}", f"body.1.young_pa={jaw}")
+        # A jaw as soft as jelly does not stand 5000 rpm.
+        expect = "more than the body is large.*lower the speed" if jaw == "1.138e5" else CONVERGED
+        sets = [f"body.0.young_pa={blade}", f"body.1.young_pa={jaw}"]
+        meshed("moduli, blade and jaw, Pa", f"{blade}, {jaw}", *sets, expect=expect)
     for gap in ["1e-9", "1e-6", "1e-5", "1e-4", "1e-2"]:
         reduced("gap of all pairs, m", gap, f"reduced_model.gap_m={gap}")
     for gap in ["1e-6", "1e-5", "1e-3"]:

@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::error::{EXIT_FAILED, EXIT_OK, Error};
 use crate::pipeline::verify::{Verification, verify};
-use crate::pipeline::{self, Options, SpeedRange};
+use crate::pipeline::{self, CacheSettings, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
 use crate::study::{self, Action, StudyOptions};
@@ -51,6 +51,18 @@ struct Cli {
     /// Number of threads [default: all cores]; the results do not depend on it
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+
+    /// Folder in which meshes and reduced models are kept for later runs [default: $DOVETAIL_CACHE, else output/.cache]
+    #[arg(long, value_name = "DIR", global = true)]
+    cache: Option<PathBuf>,
+
+    /// Most that is kept there, GiB; 0 keeps nothing [default: $DOVETAIL_CACHE_LIMIT_GIB, else 4]
+    #[arg(long, value_name = "GIB", global = true, value_parser = gibibytes)]
+    cache_limit_gib: Option<f64>,
+
+    /// Keep nothing for later runs, and take nothing from earlier ones; the results are the same
+    #[arg(long, global = true, conflicts_with_all = ["cache", "cache_limit_gib"])]
+    no_cache: bool,
 
     /// No progress on stderr; warnings and errors only
     #[arg(long, short, global = true)]
@@ -131,7 +143,7 @@ struct Run {
     #[command(flatten)]
     file: SceneFile,
 
-    /// Write tables and plots only, no fields for ParaView
+    /// Write tables and plots only: no fields for ParaView, no static_observed.csv
     #[arg(long)]
     no_fields: bool,
 
@@ -294,6 +306,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         scene_file: file.to_path_buf(),
         fields: true,
         held_modes: false,
+        cache: cache_settings(cli)?,
     };
     if let Command::Run(arguments) = &cli.command {
         options.fields = !arguments.no_fields;
@@ -311,6 +324,43 @@ fn end_with_stdin() {
         let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
         std::process::exit(i32::from(EXIT_FAILED));
     });
+}
+
+/// Where entries are kept, by the command line, the environment, or the defaults.
+fn cache_settings(cli: &Cli) -> Result<Option<CacheSettings>, Error> {
+    if cli.no_cache {
+        return Ok(None);
+    }
+    let given = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let limit_gib = match (cli.cache_limit_gib, given(CACHE_LIMIT)) {
+        (Some(limit), _) => limit,
+        (None, Some(text)) => {
+            let text = text.to_string_lossy();
+            gibibytes(&text).map_err(|problem| Error::Environment {
+                variable: CACHE_LIMIT,
+                problem,
+            })?
+        }
+        (None, None) => DEFAULT_CACHE_GIB,
+    };
+    let folder = cli
+        .cache
+        .clone()
+        .or(given("DOVETAIL_CACHE").map(PathBuf::from));
+    Ok(Some(CacheSettings {
+        folder: folder.unwrap_or_else(|| Path::new("output").join(".cache")),
+        limit_bytes: (limit_gib * (1u64 << 30) as f64) as u64,
+    }))
+}
+
+const CACHE_LIMIT: &str = "DOVETAIL_CACHE_LIMIT_GIB";
+const DEFAULT_CACHE_GIB: f64 = 4.0;
+
+fn gibibytes(text: &str) -> Result<f64, String> {
+    match text.trim().parse() {
+        Ok(gib) if (0.0..=1e6).contains(&gib) => Ok(gib),
+        _ => Err(format!("`{text}` is not a number of GiB from 0 to 1e6")),
+    }
 }
 
 type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;

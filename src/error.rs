@@ -91,6 +91,13 @@ pub enum Error {
         mode: usize,
     },
 
+    /// What needs pairs, without any.
+    #[error("all contacts are bonded: {why}")]
+    #[diagnostic(help(
+        "give a contact law = \"unilateral_coulomb\" and a coefficient of friction; `dovetail run` computes the linear response"
+    ))]
+    AllBonded { why: &'static str },
+
     #[error(transparent)]
     Integration(#[from] IntegrationError),
 
@@ -161,6 +168,14 @@ pub enum Error {
         source: std::io::Error,
     },
 
+    /// A variable of the environment that cannot be understood.
+    #[error("the environment variable {variable}: {problem}")]
+    #[diagnostic(help("correct it, or unset it"))]
+    Environment {
+        variable: &'static str,
+        problem: String,
+    },
+
     /// The threads of `--threads` could not be started.
     #[error("{threads} threads could not be started")]
     #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
@@ -229,6 +244,8 @@ impl Error {
                 | StudyError::Invalid { .. }
                 | StudyError::NoSuchCase { .. },
             )
+            | Self::AllBonded { .. }
+            | Self::Environment { .. }
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 EXIT_BAD_INPUT

@@ -4,7 +4,7 @@
 //! [`LINE_INTERVAL`]. All of it can be used from several threads at once.
 
 use std::io::{IsTerminal, Write};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -27,6 +27,10 @@ pub struct StageRecord {
     /// Largest resident memory of the process up to the end of the stage, MiB; `None` where the
     /// system does not tell.
     pub peak_rss_mib: Option<f64>,
+    /// What it makes was kept from an earlier run.
+    pub from_cache: bool,
+    /// Unknowns of each system that it solves, the largest first.
+    pub unknowns: Vec<usize>,
 }
 
 /// Where a run reports to.
@@ -85,7 +89,23 @@ impl Progress {
             begin: Instant::now(),
             processor_begin: processor_seconds(),
             spinner,
+            from_cache: AtomicBool::new(false),
+            unknowns: Mutex::default(),
         }
+    }
+
+    /// Records a stage that took `time`, its result kept from an earlier run.
+    pub fn kept_stage(&self, name: &str, time: Duration) {
+        let now = Instant::now();
+        drop(StageGuard {
+            progress: self,
+            name: name.to_owned(),
+            begin: now.checked_sub(time).unwrap_or(now),
+            processor_begin: None,
+            spinner: None,
+            from_cache: AtomicBool::new(true),
+            unknowns: Mutex::default(),
+        });
     }
 
     /// A bar for a loop of `len` steps, which goes away when it is dropped.
@@ -154,6 +174,20 @@ pub struct StageGuard<'a> {
     begin: Instant,
     processor_begin: Option<f64>,
     spinner: Option<ProgressBar>,
+    from_cache: AtomicBool,
+    unknowns: Mutex<Vec<usize>>,
+}
+
+impl StageGuard<'_> {
+    /// What the stage makes was kept from an earlier run.
+    pub fn from_cache(&self) {
+        self.from_cache.store(true, Ordering::Relaxed);
+    }
+
+    /// One more system that the stage solves, with so many unknowns.
+    pub fn solves(&self, unknowns: usize) {
+        lock(&self.unknowns).push(unknowns);
+    }
 }
 
 impl Drop for StageGuard<'_> {
@@ -163,6 +197,8 @@ impl Drop for StageGuard<'_> {
             self.progress.lines.remove(spinner);
         }
         let seconds = self.begin.elapsed().as_secs_f64();
+        let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
+        unknowns.sort_unstable_by(|a, b| b.cmp(a));
         let record = StageRecord {
             name: self.name.clone(),
             seconds,
@@ -170,12 +206,17 @@ impl Drop for StageGuard<'_> {
                 .zip(self.processor_begin)
                 .map(|(to, from)| to - from),
             peak_rss_mib: peak_rss_mib(),
+            from_cache: self.from_cache.load(Ordering::Relaxed),
+            unknowns,
         };
         let memory = record
             .peak_rss_mib
             .map_or(String::new(), |m| format!("{m:8.0} MiB"));
-        self.progress
-            .note(&format!("  {:<28} {seconds:8.2} s {memory}", self.name));
+        let kept = if record.from_cache { "  cache" } else { "" };
+        self.progress.note(&format!(
+            "  {:<28} {seconds:8.2} s {memory}{kept}",
+            self.name
+        ));
         lock(&self.progress.records).push(record);
     }
 }

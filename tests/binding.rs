@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail::mesh::{self, ElementOrder, Mesh, quality};
 use dovetail::model::{Model, ModelError, NodeMotion, bind};
-use dovetail::scene::Assembly;
+use dovetail::scene::{Assembly, ContactLaw, ContactSpec};
 use shared_scenes::*;
 
 // --------------------------------------------------------------------------- binding a scene
@@ -132,9 +132,10 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
             (model.excitations.len(), model.observations[0].terms.len()),
             (1, 1)
         );
-        assert_eq!(model.excitations[0].vector_n, [0.0, 6.0, 0.0]);
+        assert_eq!(model.excitations[0].force_n, 6.0);
+        let (body, node, direction) = model.excitations[0].terms[0];
+        assert_eq!(direction, [0.0, 1.0, 0.0]);
         assert_eq!(model.observations[0].terms[0].2, [0.0, 0.6, 0.8]);
-        let (body, node) = (model.excitations[0].body, model.excitations[0].node);
         assert_eq!(body, 0);
         assert!((blade.nodes_m[node as usize][2] - 0.54).abs() < 1e-12);
         let last = blade.dofs.free_nodes() as u32 - 1;
@@ -238,7 +239,8 @@ fn bodies_named_the_other_way_round_have_the_opposite_normals() {
     let mut assembly = dovetail_assembly();
     assembly.bodies.reverse();
     for c in &mut assembly.contacts {
-        std::mem::swap(&mut c.first, &mut c.second);
+        let second = c.second.replace(c.first.clone());
+        c.first = second.unwrap();
     }
     let other = bind(&assembly, &mesh).unwrap();
     let by_place: BTreeMap<[i64; 3], _> = other
@@ -328,8 +330,9 @@ fn groups_of_several_nodes_share_the_force() {
     assembly.observations[0].points = "upper_bottom".into();
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!(model.pairs.len(), 9);
-    let forces: Vec<f64> = model.excitations.iter().map(|f| f.vector_n[1]).collect();
-    assert_eq!(forces, [1.2; 5]);
+    let force = &model.excitations[0];
+    let forces: Vec<f64> = force.terms.iter().map(|t| force.force_n * t.2[1]).collect();
+    assert_eq!(forces, [6.0 * 0.2; 5]);
     // The flank as probe: 9 pair nodes and 16 tied ones, none of them a free node of its own.
     let terms = &model.observations[0].terms;
     assert_eq!(terms.len(), 25);
@@ -373,13 +376,18 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     assert!(matches!(e, ModelError::FixedElsewhere { .. }));
     let e = error(&|s| s.bodies[1].volume = "blade".into());
     assert!(matches!(e, ModelError::SharedNodes { .. }));
+    let e = error(&|s| s.bodies.clear());
+    assert!(matches!(e, ModelError::BodyCount { found: 0 }));
     let e = error(&|s| s.bodies.truncate(1));
-    assert!(matches!(e, ModelError::BodyCount { found: 1 }));
+    assert!(matches!(e, ModelError::SecondFlank { bodies: 1, .. }));
+    let e = error(&|s| s.contacts[1].second = None);
+    assert!(matches!(e, ModelError::SecondFlank { bodies: 2, .. }));
     let e = error(&|s| s.rotation.as_mut().unwrap().bodies = vec!["disc".into()]);
     assert!(matches!(e, ModelError::UnknownBody { .. }));
     let e = error(&|s| {
         let c = &mut s.contacts[0];
-        std::mem::swap(&mut c.first, &mut c.second);
+        let second = c.second.replace(c.first.clone());
+        c.first = second.unwrap();
     });
     assert!(matches!(
         e,
@@ -395,7 +403,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     assert!(matches!(e, ModelError::FlankFixed { count: 36, .. }));
     let e = error(&|s| s.bodies[0].fixed = vec!["blade_tip".into()]);
     assert!(matches!(e, ModelError::ProbeFixed { count: 1, .. }));
-    let e = error(&|s| s.contacts[0].second = "jaw_flank_right".into());
+    let e = error(&|s| s.contacts[0].second = Some("jaw_flank_right".into()));
     assert!(matches!(
         e,
         ModelError::Unmatched {
@@ -514,5 +522,74 @@ fn impossible_dimensions_are_explained_by_the_script() {
             Err(error) => assert!(error.to_string().contains(told), "{error}"),
             Ok(_) => panic!("{name} = {value} gave a mesh"),
         }
+    }
+}
+
+// -------------------------------------------------------------------- bonded flanks, rigid ground
+
+fn bonded(mut spec: ContactSpec) -> ContactSpec {
+    spec.law = ContactLaw::Bonded;
+    spec
+}
+
+#[test]
+fn a_body_alone_stands_on_rigid_ground() {
+    let mut assembly = blocks_assembly();
+    assembly.bodies.truncate(1);
+    assembly.contacts[0].second = None;
+    let two = bind(&blocks_assembly(), &ready("blocks_order2.msh")).unwrap();
+    let one = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    assert!(one.bodies[1].is_ground() && !two.bodies[1].is_ground());
+    assert_eq!(one.bodies[1].dofs.free_nodes(), 0);
+    assert_eq!(one.bodies[0].dofs, two.bodies[0].dofs);
+    assert_eq!(one.flank_triangles, two.flank_triangles);
+    assert_eq!(one.pairs.len(), 9);
+    for (one, two) in one.pairs.iter().zip(&two.pairs) {
+        assert_eq!(one.nodes, [two.nodes[0], dovetail::model::NO_NODE]);
+        assert_eq!(one.position_m, two.position_m);
+        assert!((one.area_m2 - two.area_m2).abs() < 1e-15);
+        for (a, b) in one.frame.iter().zip(two.frame) {
+            assert_vector(*a, b, 1e-14);
+        }
+    }
+    assert_eq!(one.largest_mismatch_m, 0.0);
+    // Bonded to the ground its flank is fixed, mid-edge nodes too.
+    assembly.contacts = vec![bonded(assembly.contacts.remove(0))];
+    let held = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
+    assert!(held.pairs.is_empty() && held.bonded.is_empty() && held.contact_names.is_empty());
+    let fixed = |m: &&NodeMotion| **m == NodeMotion::Fixed;
+    assert_eq!(held.bodies[0].dofs.nodes.iter().filter(fixed).count(), 25);
+    let free = |model: &dovetail::model::Model| model.bodies[0].dofs.free_nodes();
+    assert_eq!(free(&held), free(&one) - 9);
+}
+
+#[test]
+fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
+    let mesh = ready("dovetail_order1.msh");
+    let mut assembly = dovetail_assembly();
+    let plain = bind(&assembly, &mesh).unwrap();
+    assembly.contacts[0] = bonded(assembly.contacts[0].clone());
+    let model = bind(&assembly, &mesh).unwrap();
+    assert_eq!((model.pairs.len(), model.bonded.len()), (36, 36));
+    assert_eq!(model.contact_names, ["right"]);
+    assert!(model.pairs.iter().all(|p| p.contact == 0));
+    assert_eq!(model.flank_triangles.len(), plain.flank_triangles.len() / 2);
+    for b in 0..2 {
+        let dofs = &model.bodies[b].dofs;
+        assert_eq!(dofs.flank_nodes, 72);
+        let flank = model
+            .pairs
+            .iter()
+            .map(|p| p.nodes)
+            .chain(model.bonded.iter().copied());
+        for (i, nodes) in flank.enumerate() {
+            let free = (dofs.interior_nodes + i) as u32;
+            assert_eq!(dofs.nodes[nodes[b] as usize], NodeMotion::Free(free));
+        }
+    }
+    let positions = |nodes: [u32; 2]| [0, 1].map(|b| model.bodies[b].nodes_m[nodes[b] as usize]);
+    for nodes in &model.bonded {
+        let [blade, jaw] = positions(*nodes);
+        assert!(distance(blade, jaw) < 1e-9);
     }
 }

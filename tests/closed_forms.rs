@@ -51,6 +51,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
         fields: true,
         held_modes: false,
         scene_file,
+        cache: None,
     };
     pipeline::run(&scene, &options, &Progress::new(true))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));

@@ -77,7 +77,7 @@ fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args([command, "scenes/paper.toml", "--out"])
+        .args([command, "scenes/paper.toml", "--no-cache", "--out"])
         .arg(&out.0);
     for set in set {
         program.args(["--set", set]);
@@ -388,7 +388,10 @@ fn every_scene_is_sound_and_runs() {
         let folder = Folder::new("scenes");
         let dovetail = |command: &str, set: &[&str]| {
             let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-            program.arg(command).arg(&scene).arg("--out").arg(&folder.0);
+            program
+                .args([command, "--no-cache", "--out"])
+                .arg(&folder.0)
+                .arg(&scene);
             for set in set {
                 program.args(["--set", set]);
             }

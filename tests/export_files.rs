@@ -52,7 +52,10 @@ fn summary(run: &Run) -> Summary {
         blade_frequency_hz: None,
         seconds: 2.5,
         processor_seconds: Some(2.0),
+        bonded_pairs: 0,
         stages: vec![StageSummary {
+            from_cache: false,
+            unknowns: Vec::new(),
             name: "none".into(),
             seconds: f64::NAN,
             processor_seconds: None,
@@ -191,6 +194,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
             "frequency_hz",
             "outcome",
             "residual",
+            "harmonics",
         ];
         !kept.contains(&k) && !k.contains("_linear_")
     };

@@ -11,7 +11,7 @@ use dovetail::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Solver};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -44,8 +44,10 @@ fn respond(
             .iter()
             .map(|r| r * first / std::f64::consts::TAU)
             .collect(),
-        harmonics,
-        samples: (2 * harmonics + 2).max(64),
+        resolution: Resolution::Fixed {
+            harmonics,
+            samples: (2 * harmonics + 2).max(64),
+        },
         newton: NewtonOptions {
             tolerance: 1e-8,
             max_iterations: 60,

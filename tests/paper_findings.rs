@@ -17,7 +17,7 @@ use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::{Rayleigh, rayleigh};
 use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
 use dovetail::results::quantities::pair_counts;
-use dovetail::scene::{self, MeshKind, Scene};
+use dovetail::scene::{self, MeshKind, Resolution, Scene};
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -88,6 +88,9 @@ fn eps(scene: &Scene, model: &RelativeModel) -> Vec<f64> {
     eps_of(model, scene.response.eps, scene.response.eps_scale)
 }
 
+/// Of a period.
+const SAMPLES: usize = 128;
+
 /// The reduced model with another force than the scene's (loads are linear in it).
 fn with_force(force_n: f64) -> RelativeModel {
     let joint = joint();
@@ -107,8 +110,10 @@ fn respond(model: &RelativeModel, harmonics: usize, grid: &[f64]) -> Response {
     let first_hz = model.omega2[0].sqrt() / TAU;
     let settings = SweepSettings {
         frequencies_hz: grid.iter().map(|r| r * first_hz).collect(),
-        harmonics,
-        samples: joint.scene.response.samples,
+        resolution: Resolution::Fixed {
+            harmonics,
+            samples: SAMPLES,
+        },
         newton: NEWTON,
         periods: Periods::UntilPeriodic,
         solver: joint.scene.response.solver,

@@ -149,10 +149,12 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let mut force = Mat::zeros(c.ncols(), 1);
         for f in model.excitations.iter().filter(|f| f.harmonic == 1) {
             let phase = c64::new(0.0, -f.phase_rad).exp();
-            for (free, weight) in model.bodies[f.body].dofs.weights(f.node as usize) {
-                for axis in 0..3 {
-                    force[(f.body * sizes[0] + 3 * free + axis, 0)] +=
-                        phase * weight * f.vector_n[axis];
+            for &(body, node, direction) in &f.terms {
+                for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+                    for axis in 0..3 {
+                        force[(body * sizes[0] + 3 * free + axis, 0)] +=
+                            phase * weight * f.force_n * direction[axis];
+                    }
                 }
             }
         }

@@ -10,7 +10,7 @@ use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::superelement;
 use dovetail::reduction::{PairLaw, RelativeModel};
-use dovetail::scene::{EpsChoice, Solver};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
 use std::path::Path;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -57,8 +57,10 @@ fn respond(
 ) -> Response {
     let settings = SweepSettings {
         frequencies_hz,
-        harmonics,
-        samples: 256,
+        resolution: Resolution::Fixed {
+            harmonics,
+            samples: 256,
+        },
         newton: NEWTON,
         // The reference marched three periods, whether the forces were periodic by then or not.
         periods: Periods::Exactly(3),
@@ -211,8 +213,10 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
     let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
     let settings = SweepSettings {
         frequencies_hz: [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
-        harmonics: 3,
-        samples: 64,
+        resolution: Resolution::Fixed {
+            harmonics: 3,
+            samples: 64,
+        },
         newton: NEWTON,
         periods: Periods::UntilPeriodic,
         solver: Solver::NewtonKrylov,

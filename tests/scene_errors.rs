@@ -626,7 +626,7 @@ fn a_scene_without_a_section_says_which_and_how_it_begins() {
         );
     }
     assert!(
-        message.contains("the scene has 0 bodies; it needs two"),
+        message.contains("the scene has 0 bodies; it needs one or two"),
         "{message}"
     );
     assert!(
@@ -638,10 +638,13 @@ fn a_scene_without_a_section_says_which_and_how_it_begins() {
 }
 
 #[test]
-fn there_are_exactly_two_bodies_and_one_is_fixed() {
+fn there_are_one_or_two_bodies_and_of_two_one_is_fixed() {
     let third =
         "[[body]]\nname = \"c\"\nvolume = \"c\"\nyoung_pa = 1\npoisson = 0\ndensity_kg_m3 = 1\n";
-    let words = ["the scene has 3 bodies; it needs two", "one body too many"];
+    let words = [
+        "the scene has 3 bodies; it needs one or two",
+        "one body too many",
+    ];
     refused_on(
         &format!("{PAPER}{third}"),
         1 + PAPER.matches('\n').count(),
@@ -656,6 +659,45 @@ fn there_are_exactly_two_bodies_and_one_is_fixed() {
         second,
         &["no body is fixed anywhere", "fixed = [\"jaw_base\"]"],
     );
+}
+
+#[test]
+fn a_body_alone_has_no_second_flank_and_a_bonded_one_needs_no_friction() {
+    let at = PAPER.rfind("[[body]]").unwrap();
+    let end = at + PAPER[at..].find("[rotation]").unwrap();
+    let alone =
+        format!("{}{}", &PAPER[..at], &PAPER[end..]).replace("\"blade\", \"jaw\"", "\"blade\"");
+    let line = line_of(&alone, "second = \"jaw_flank_left\"");
+    let one = alone.replacen("second = \"jaw_flank_right\"", "", 1);
+    let words = [
+        "`contact.left.second` is given, and the scene has no second [[body]]",
+        "rigid ground",
+    ];
+    refused_on(&one, line, &words);
+    let scene = parse(&one.replacen("second = \"jaw_flank_left\"", "", 1), &[]).unwrap();
+    let assembly = scene.assembly().unwrap();
+    assert_eq!(
+        (assembly.bodies.len(), &assembly.contacts[1].second),
+        (1, &None)
+    );
+
+    refused(
+        "friction = 0.3",
+        "law = \"glued\"\nfriction = 0.3",
+        &["glued", "bonded"],
+    );
+    let (bonded, _) = edited("friction = 0.3", 0, "law = \"bonded\"");
+    let scene = parse(&bonded, &[]).unwrap();
+    let laws = scene.assembly().unwrap().contacts.iter().map(|c| c.law);
+    use dovetail::scene::ContactLaw::{Bonded, UnilateralCoulomb};
+    assert_eq!(laws.collect::<Vec<_>>(), [Bonded, UnilateralCoulomb]);
+    let (plain, line) = edited("friction = 0.3", 0, "");
+    let contact = plain[..plain.find("\nname = \"left\"").unwrap()]
+        .matches('\n')
+        .count()
+        + 1;
+    assert!(line > contact);
+    refused_on(&plain, contact, &["`contact.left.friction`"]);
 }
 
 // --- the whole ----------------------------------------------------------------------------------
@@ -734,8 +776,14 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     );
     let response = &scene.response;
     assert_eq!(
-        (response.harmonics, response.samples, response.points),
-        (3, 128, 200)
+        (response.resolution, response.points),
+        (
+            scene::Resolution::Fixed {
+                harmonics: 3,
+                samples: 128
+            },
+            200
+        )
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(

@@ -10,7 +10,7 @@ use dovetail::integration::step::{State, Stepper};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Solver};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -296,8 +296,10 @@ fn balanced(
     let state = static_state(model, &eps, 10, SETTLE);
     let settings = SweepSettings {
         frequencies_hz,
-        harmonics,
-        samples: 256,
+        resolution: Resolution::Fixed {
+            harmonics,
+            samples: 256,
+        },
         newton: SETTLE,
         periods: Periods::UntilPeriodic,
         solver: Solver::NewtonKrylov,

@@ -8,7 +8,7 @@ use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, superelement};
-use dovetail::scene::{EpsChoice, Solver};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
 use std::path::Path;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -45,8 +45,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         for frequencies_hz in cold.into_iter().chain([warm]) {
             let settings = SweepSettings {
                 frequencies_hz,
-                harmonics,
-                samples,
+                resolution: Resolution::Fixed { harmonics, samples },
                 newton: NEWTON,
                 periods: Periods::UntilPeriodic,
                 solver: Solver::NewtonKrylov,

@@ -267,8 +267,11 @@ impl<T: Real> HarmonicStiffness<'_, T> {
             );
             out
         };
-        let stiff = product(stiffness.as_ref().as_ref(), &v);
-        let inert = product(mass.as_ref().as_ref(), &v[n..]);
+        // Side by side where a core is free, as at the end of a sweep when its other half is done.
+        let (stiff, inert) = rayon::join(
+            || product(stiffness.as_ref().as_ref(), &v),
+            || product(mass.as_ref().as_ref(), &v[n..]),
+        );
         let mut modal = vec![T::of(0.0); count * n];
         if modes > 0 {
             let mut amplitudes = product(coupling.transpose(), &v[n..]);

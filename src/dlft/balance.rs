@@ -14,6 +14,7 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
 
 /// Everything that is the same at all frequencies of a sweep.
+#[derive(Clone, Copy)]
 pub struct Setting<'a> {
     pub system: &'a ContactSystem<'a>,
     pub fourier: &'a Fourier,

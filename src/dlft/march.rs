@@ -106,6 +106,10 @@ fn march_pair(
     }
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
+    if input.friction == 0.0 {
+        // No force depends on what was: the state is that of the last sample, and one period is periodic.
+        state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
+    }
     let mut end = PairEnd {
         periodic: false,
         always_stuck: true,

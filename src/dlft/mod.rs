@@ -87,6 +87,9 @@ pub struct Orbit {
     pub krylov_iterations: usize,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
+    /// Estimated relative error of the observed amplitudes for the harmonics left out, where an accuracy was asked for
+    /// ([`accuracy`]).
+    pub estimated_error: Option<f64>,
     /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
     /// then held at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
     /// is itself held.
@@ -129,6 +132,7 @@ pub struct Response {
     pub slip_threshold_m: f64,
 }
 
+pub mod accuracy;
 pub mod balance;
 pub mod march;
 pub mod newton_krylov;

@@ -149,6 +149,30 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let tolerance = self.krylov_tolerance;
+        self.solve(f, tolerance, dx)
+    }
+
+    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
+    }
+    fn is_astray(&self, x: &[f64]) -> bool {
+        (self.has_left)(x)
+    }
+
+    fn length(&self, dx: &[f64]) -> f64 {
+        // In forces: steps of pairs of unlike stiffness weigh alike.
+        dx.iter()
+            .enumerate()
+            .map(|(i, d)| (self.balance.eps_at(i) * d).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+}
+
+impl KrylovSystem<'_, '_> {
+    /// J dx = -f to the relative residual `tolerance`; false without a usable answer.
+    fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
         let Some(linear) = &self.linear else {
             return false;
         };
@@ -185,7 +209,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
             |v| preconditioner.apply(&cover, &eps, v),
             &rhs,
             &mut solution,
-            self.krylov_tolerance,
+            tolerance,
             MOST_KRYLOV_ITERATIONS,
         );
         self.krylov_iterations += end.iterations;
@@ -197,19 +221,6 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         }
         // A direction that is not exact still serves: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
-    }
-
-    fn is_astray(&self, x: &[f64]) -> bool {
-        (self.has_left)(x)
-    }
-
-    fn length(&self, dx: &[f64]) -> f64 {
-        // In forces: steps of pairs of unlike stiffness weigh alike.
-        dx.iter()
-            .enumerate()
-            .map(|(i, d)| (self.balance.eps_at(i) * d).powi(2))
-            .sum::<f64>()
-            .sqrt()
     }
 }
 
@@ -301,35 +312,56 @@ impl Preconditioner {
 
     /// v := P^-1 v; pairs the blocks do not cover count as sticking.
     fn apply(&self, cover: &Cover, eps: &[f64], v: &mut [f64]) {
-        let Some(mean) = &self.mean else { return };
-        let (m, size) = (eps.len(), 3 * self.pairs.len());
-        let places = &cover.places;
-        let mut local = vec![0.0_f32; size];
-        for &(i, s) in places {
-            local[s] = v[i] as f32;
-        }
-        mean.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, 1));
-        for block in v.chunks_exact_mut(m) {
+        let (Some(mean), m) = (&self.mean, eps.len()) else {
+            return;
+        };
+        let (on_mean, on_harmonics) = v.split_at_mut(m);
+        for block in std::iter::once(&mut *on_mean).chain(on_harmonics.chunks_exact_mut(m)) {
             cover.outside.iter().for_each(|&i| block[i] /= eps[i]);
         }
+        let size = 3 * self.pairs.len();
+        rayon::join(
+            || solve_mean(mean, &cover.places, size, on_mean),
+            || {
+                if let Some(block) = &self.vibration {
+                    solve_harmonics(block, &cover.places, size, m, on_harmonics);
+                }
+            },
+        );
+    }
+}
+
+/// v := A^-1 v on the entries that have a place in the factored A of `size` rows.
+fn solve_mean(a: &PartialPivLu<f32>, places: &[(usize, usize)], size: usize, v: &mut [f64]) {
+    let mut local = vec![0.0_f32; size];
+    for &(i, s) in places {
+        local[s] = v[i] as f32;
+    }
+    a.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, 1));
+    for &(i, s) in places {
+        v[i] = f64::from(local[s]);
+    }
+}
+
+/// The same for each harmonic of a vector without its mean: cosine and sine block of m entries, `cosine - i sine`.
+fn solve_harmonics(
+    a: &PartialPivLu<c32>,
+    places: &[(usize, usize)],
+    size: usize,
+    m: usize,
+    v: &mut [f64],
+) {
+    let count = v.len() / (2 * m);
+    let mut local = vec![c32::new(0.0, 0.0); size * count];
+    for (v, local) in v.chunks_exact(2 * m).zip(local.chunks_exact_mut(size)) {
         for &(i, s) in places {
-            v[i] = f64::from(local[s]);
+            local[s] = c32::new(v[i] as f32, -v[m + i] as f32);
         }
-        if let Some(block) = &self.vibration {
-            let v = &mut v[m..];
-            let count = v.len() / (2 * m);
-            let mut local = vec![c32::new(0.0, 0.0); size * count];
-            for (v, local) in v.chunks_exact(2 * m).zip(local.chunks_exact_mut(size)) {
-                for &(i, s) in places {
-                    local[s] = c32::new(v[i] as f32, -v[m + i] as f32);
-                }
-            }
-            block.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, count));
-            for (v, local) in v.chunks_exact_mut(2 * m).zip(local.chunks_exact(size)) {
-                for &(i, s) in places {
-                    (v[i], v[m + i]) = (f64::from(local[s].re), -f64::from(local[s].im));
-                }
-            }
+    }
+    a.solve_in_place(MatMut::from_column_major_slice_mut(&mut local, size, count));
+    for (v, local) in v.chunks_exact_mut(2 * m).zip(local.chunks_exact(size)) {
+        for &(i, s) in places {
+            (v[i], v[m + i]) = (f64::from(local[s].re), -f64::from(local[s].im));
         }
     }
 }

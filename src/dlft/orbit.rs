@@ -46,8 +46,19 @@ pub fn orbit(
         newton_iterations: 0,
         krylov_iterations: 0,
         residual: 0.0,
+        estimated_error: None,
         retention_n: balance.retention_n(u),
     }
+}
+
+/// Amplitudes of the observed displacements of U, m: the largest departures from their means.
+pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    let system = balance.setting.system;
+    let harmonics = balance.setting.fourier.harmonics();
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
+    let observed = observe(system, harmonics, Some(u), &modal);
+    observed.iter().map(|c| amplitude(c)).collect()
 }
 
 /// The fully stuck assembly at one frequency (X = 0 in every harmonic): no contact to solve.
@@ -58,6 +69,33 @@ pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f
     StuckPoint {
         frequency_hz,
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+    }
+}
+
+/// The motion of an assembly without pairs: the stuck assembly's, in closed form.
+pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, None);
+    let observed = observe(system, harmonics, None, &modal);
+    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, &[], &modal);
+    Orbit {
+        frequency_hz,
+        outcome: Outcome::Converged,
+        harmonics,
+        x: Vec::new(),
+        lambda: Vec::new(),
+        modal,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed,
+        friction_power_w: 0.0,
+        viscous_power_w,
+        input_power_w,
+        cycles: Vec::new(),
+        newton_iterations: 0,
+        krylov_iterations: 0,
+        residual: 0.0,
+        estimated_error: None,
+        retention_n: 0.0,
     }
 }
 

@@ -11,13 +11,17 @@ use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
     relative_residual,
 };
+use super::orbit::observed_amplitudes_m;
 use super::powell::powell;
 use super::retention::{Retention, may_have_left};
 use crate::numerics::gmres::norm;
-use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
+use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::scene::Solver;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
+
+/// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
+const MOST_ATTEMPTS: usize = 8;
 
 /// The dense dogleg is tried up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 2000;
@@ -28,7 +32,7 @@ pub struct Frequencies<'a> {
     pub setting: Setting<'a>,
     pub newton: NewtonOptions,
     pub solver: Solver,
-    retention: OnceLock<Retention>,
+    retention: &'a OnceLock<Retention>,
 }
 
 /// A converged frequency, to start the next from.
@@ -46,7 +50,8 @@ impl Neighbour {
     pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, held: bool) -> Self {
         let slope = last.filter(|l| l.held == held).map(|l| {
             let step = frequency_hz - l.frequency_hz;
-            u.iter().zip(&l.u).map(|(u, v)| (u - v) / step).collect()
+            let before = resized(&l.u, u.len());
+            u.iter().zip(&before).map(|(u, v)| (u - v) / step).collect()
         });
         Self {
             frequency_hz,
@@ -56,14 +61,15 @@ impl Neighbour {
         }
     }
 
-    /// Its U continued to `frequency_hz`, and as it is.
-    fn starts(&self, frequency_hz: f64) -> Vec<Vec<f64>> {
+    /// Its U continued to `frequency_hz`, and as it is; of `unknowns` entries: further harmonics are none.
+    fn starts(&self, frequency_hz: f64, unknowns: usize) -> Vec<Vec<f64>> {
         let step = frequency_hz - self.frequency_hz;
         let continued = self.slope.as_ref().map(|slope| {
             let ends = self.u.iter().zip(slope);
             ends.map(|(u, s)| u + step * s).collect()
         });
-        continued.into_iter().chain([self.u.clone()]).collect()
+        let starts = continued.into_iter().chain([self.u.clone()]);
+        starts.map(|u| resized(&u, unknowns)).collect()
     }
 }
 
@@ -89,6 +95,19 @@ pub struct Solved<'b> {
     pub end: NewtonEnd,
 }
 
+impl Solved<'_> {
+    pub fn is_converged(&self) -> bool {
+        self.end.status == NewtonStatus::Converged
+    }
+}
+
+/// U with so many entries: harmonics beyond the last are none, those beyond `entries` are left out.
+fn resized(u: &[f64], entries: usize) -> Vec<f64> {
+    let mut u = u[..u.len().min(entries)].to_vec();
+    u.resize(entries, 0.0);
+    u
+}
+
 /// How a balance is approached.
 #[derive(Debug, Clone, Copy)]
 enum Way {
@@ -112,12 +131,18 @@ enum Method {
 }
 
 impl<'a> Frequencies<'a> {
-    pub fn new(setting: Setting<'a>, newton: NewtonOptions, solver: Solver) -> Self {
+    /// `retention` is filled when first asked for.
+    pub fn new(
+        setting: Setting<'a>,
+        newton: NewtonOptions,
+        solver: Solver,
+        retention: &'a OnceLock<Retention>,
+    ) -> Self {
         Self {
             setting,
             newton,
             solver,
-            retention: OnceLock::new(),
+            retention,
         }
     }
 
@@ -149,6 +174,56 @@ impl<'a> Frequencies<'a> {
             ways = self.ways();
         }
         self.solve_by(&ways, frequency_hz, Some(neighbour), work)
+    }
+
+    /// A solution with fewer harmonics after one Newton correction in which those of this balance take part, and the largest
+    /// relative change of an observed amplitude in it (of all the vibration, in forces, where nothing is observed).
+    pub fn let_in(
+        &self,
+        coarse: &Solved<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> (Vec<f64>, f64) {
+        let u = resized(&coarse.u, self.unknowns());
+        let Some(balance) = self.balance(frequency_hz, coarse.balance.is_held()) else {
+            return (u, 0.0);
+        };
+        let anywhere = |_: &[f64]| false;
+        let mut system = KrylovSystem::new(
+            &balance,
+            &mut work.preconditioner,
+            KRYLOV_TOLERANCE,
+            self.newton.tolerance,
+            &anywhere,
+        );
+        let (mut f, mut dx) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        system.residual(&u, &mut f);
+        if system.measure(&f) <= self.newton.tolerance {
+            return (u, 0.0);
+        }
+        system.linearise(&u);
+        let solved = system.correction(&f, &mut dx);
+        work.newton_iterations += 1;
+        work.krylov_iterations += system.krylov_iterations;
+        if !solved {
+            return (u, f64::INFINITY);
+        }
+        let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
+        let amplitudes = [&u, &corrected].map(|u| observed_amplitudes_m(&balance, u, frequency_hz));
+        let changes = amplitudes[0].iter().zip(&amplitudes[1]).map(|(a, b)| {
+            let change = (b - a).abs();
+            if change == 0.0 { 0.0 } else { change / a }
+        });
+        let change = changes.reduce(f64::max).unwrap_or_else(|| {
+            let n = balance.unknowns_per_block();
+            let vibration = |v: &[f64]| {
+                let mut v = v.to_vec();
+                v[..n].fill(0.0);
+                system.length(&v)
+            };
+            vibration(&dx) / vibration(&u)
+        });
+        (corrected, change)
     }
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
@@ -184,10 +259,13 @@ impl<'a> Frequencies<'a> {
         };
         for &way in ways {
             for &hold in free_and_held {
+                if best.is_some() && self.is_tired(work) {
+                    break;
+                }
                 let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
                     continue;
                 };
-                if solved.end.status == NewtonStatus::Converged {
+                if solved.is_converged() {
                     if hold && !self.must_hold() {
                         return self
                             .released(frequency_hz, &solved.u, work)
@@ -210,6 +288,10 @@ impl<'a> Frequencies<'a> {
         best.expect("the static state is always a start")
     }
 
+    fn is_tired(&self, work: &Work) -> bool {
+        work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
+    }
+
     fn ways(&self) -> Vec<Way> {
         use Way::{Directly, InForce, InFrequency, InFriction};
         let in_friction =
@@ -225,7 +307,6 @@ impl<'a> Frequencies<'a> {
                 .chain(small_steps)
                 .collect();
         }
-        let unknowns = self.setting.fourier.width() * self.setting.system.unknowns();
         if self.is_overpowered() {
             return vec![Directly(Method::Krylov(KRYLOV_TOLERANCE))];
         }
@@ -234,7 +315,7 @@ impl<'a> Frequencies<'a> {
             .into_iter()
             .chain(in_friction)
             .chain(steps)
-            .chain((unknowns <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
+            .chain((self.unknowns() <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
             .chain(small_steps)
             .collect()
     }
@@ -252,7 +333,7 @@ impl<'a> Frequencies<'a> {
             Way::Directly(method) => {
                 let balance = self.balance(frequency_hz, hold)?;
                 let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-                let mut starts = last.map_or(vec![], |l| l.starts(frequency_hz));
+                let mut starts = last.map_or(vec![], |l| l.starts(frequency_hz, self.unknowns()));
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
                     let scale = load_scale(&balance, self.newton.tolerance);
@@ -285,7 +366,7 @@ impl<'a> Frequencies<'a> {
                 let at = |fraction: f64| {
                     self.balance(from_hz + (frequency_hz - from_hz) * fraction, hold)
                 };
-                self.walk(last.u.clone(), steps, &at, work)
+                self.walk(resized(&last.u, self.unknowns()), steps, &at, work)
             }
             Way::InForce(steps) => {
                 let at = |fraction: f64| {
@@ -354,6 +435,9 @@ impl<'a> Frequencies<'a> {
         let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
+            if self.is_tired(work) {
+                return None;
+            }
             let balance = at(f64::from(step) / f64::from(steps))?;
             let end = self.iterate(&balance, &mut u, method, self.newton, work);
             if end.status != NewtonStatus::Converged {
@@ -432,10 +516,15 @@ impl<'a> Frequencies<'a> {
         })
     }
 
+    /// Entries of U.
+    fn unknowns(&self) -> usize {
+        self.setting.fourier.width() * self.setting.system.unknowns()
+    }
+
     /// The static state, no vibration.
     fn cold(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
-        let mut u = vec![0.0; self.setting.fourier.width() * n];
+        let mut u = vec![0.0; self.unknowns()];
         u[..n].copy_from_slice(self.setting.x_static);
         u
     }

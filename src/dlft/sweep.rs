@@ -3,17 +3,18 @@
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
 //! two cores share the work, and the answer does not depend on how many there are.
 
+use super::accuracy::{Ladder, Resolved, transforms};
 use super::balance::Setting;
 use super::march::Periods;
 use super::orbit::{orbit, stuck_point};
-use super::point::{Frequencies, Neighbour, Solved, Work};
+use super::point::{Neighbour, Solved, Work};
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
-use crate::numerics::fourier::Fourier;
 use crate::numerics::newton::NewtonOptions;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{EpsChoice, Solver};
+use crate::scene::{EpsChoice, Resolution, Solver};
+use std::sync::OnceLock;
 
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
@@ -22,8 +23,7 @@ const SLIP_THRESHOLD: f64 = 1e-5;
 #[derive(Debug, Clone)]
 pub struct SweepSettings {
     pub frequencies_hz: Vec<f64>,
-    pub harmonics: usize,
-    pub samples: usize,
+    pub resolution: Resolution,
     pub newton: NewtonOptions,
     pub periods: Periods,
     pub solver: Solver,
@@ -78,7 +78,8 @@ pub fn sweep(
     progress: &(dyn Fn(&Orbit) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
-    let fourier = Fourier::new(settings.harmonics, settings.samples);
+    let transforms = transforms(settings.resolution, model.highest_excited());
+    let retention = OnceLock::new();
     let largest_slip = static_state
         .x
         .chunks_exact(3)
@@ -88,7 +89,7 @@ pub fn sweep(
         .unwrap_or(SLIP_THRESHOLD * largest_slip);
     let setting = Setting {
         system: &system,
-        fourier: &fourier,
+        fourier: &transforms[0],
         eps,
         x_static: &static_state.x,
         held_statically: static_state.retention_n.is_some(),
@@ -96,7 +97,14 @@ pub fn sweep(
         periods: settings.periods,
     };
     let run = Run {
-        frequencies: Frequencies::new(setting, settings.newton, settings.solver),
+        ladder: Ladder::new(
+            setting,
+            &transforms,
+            settings.resolution,
+            settings.newton,
+            settings.solver,
+            &retention,
+        ),
         slip_threshold_m,
     };
     let middle = settings.frequencies_hz.len().div_ceil(2);
@@ -110,7 +118,7 @@ pub fn sweep(
     let stuck = settings
         .frequencies_hz
         .iter()
-        .map(|&f| stuck_point(&system, settings.harmonics, f))
+        .map(|&f| stuck_point(&system, transforms[0].harmonics(), f))
         .collect();
     Response {
         stuck,
@@ -119,8 +127,15 @@ pub fn sweep(
     }
 }
 
+/// Where the sweep stands: the last converged frequency, and the rung to begin the next on.
+#[derive(Default)]
+struct Last {
+    neighbour: Option<Neighbour>,
+    rung: usize,
+}
+
 struct Run<'a> {
-    frequencies: Frequencies<'a>,
+    ladder: Ladder<'a>,
     slip_threshold_m: f64,
 }
 
@@ -131,7 +146,7 @@ impl Run<'_> {
         progress: &(dyn Fn(&Orbit) + Sync),
     ) -> Vec<Orbit> {
         let mut work = Work::default();
-        let mut last: Option<Neighbour> = None;
+        let mut last = Last::default();
         frequencies_hz
             .map(|frequency_hz| {
                 let orbit = self.point(frequency_hz, &mut last, &mut work);
@@ -141,14 +156,23 @@ impl Run<'_> {
             .collect()
     }
 
-    fn point(&self, frequency_hz: f64, last: &mut Option<Neighbour>, work: &mut Work) -> Orbit {
+    fn point(&self, frequency_hz: f64, last: &mut Last, work: &mut Work) -> Orbit {
         work.start_counting();
-        let solved = self.frequencies.solve(frequency_hz, last.as_ref(), work);
-        let held = solved.balance.is_held();
-        let u = solved.u.clone();
-        let orbit = self.orbit_of(solved, frequency_hz, work);
+        let resolved = self
+            .ladder
+            .resolve(frequency_hz, last.rung, work, |rung, work| {
+                rung.solve(frequency_hz, last.neighbour.as_ref(), work)
+            });
+        let held = resolved.solved.balance.is_held();
+        let u = resolved.solved.u.clone();
+        let rung = resolved.next_rung;
+        let orbit = self.orbit_of(resolved, frequency_hz, work);
         if orbit.outcome.is_converged() {
-            *last = Some(Neighbour::after(last.as_ref(), frequency_hz, u, held));
+            let neighbour = Neighbour::after(last.neighbour.as_ref(), frequency_hz, u, held);
+            *last = Last {
+                neighbour: Some(neighbour),
+                rung,
+            };
         }
         orbit
     }
@@ -175,10 +199,12 @@ impl Run<'_> {
             work.start_counting();
             work.newton_iterations = orbits[i].newton_iterations;
             work.krylov_iterations = orbits[i].krylov_iterations;
-            let solved = self
-                .frequencies
-                .solve_from(frequency_hz, &neighbour, &mut work);
-            let again = self.orbit_of(solved, frequency_hz, &work);
+            let resolved = self
+                .ladder
+                .resolve(frequency_hz, 0, &mut work, |rung, work| {
+                    rung.solve_from(frequency_hz, &neighbour, work)
+                });
+            let again = self.orbit_of(resolved, frequency_hz, &work);
             if again.outcome.is_converged() {
                 orbits[i] = again;
             } else {
@@ -188,18 +214,19 @@ impl Run<'_> {
         }
     }
 
-    fn orbit_of(&self, solved: Solved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
-        let Solved { balance, u, end } = solved;
+    fn orbit_of(&self, resolved: Resolved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
+        let Solved { balance, u, end } = resolved.solved;
         let evaluation = balance.evaluate(&u);
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
-        } else if !outcome.is_converged() && self.frequencies.is_overpowered() {
+        } else if !outcome.is_converged() && self.ladder.lowest().is_overpowered() {
             outcome = Outcome::LeavesSlot;
         }
         let threshold = self.slip_threshold_m;
         let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome, threshold);
         orbit.residual = end.measure;
+        orbit.estimated_error = resolved.estimated_error;
         orbit.newton_iterations = work.newton_iterations;
         orbit.krylov_iterations = work.krylov_iterations;
         orbit

@@ -74,6 +74,7 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     ]);
     table.header(&["viscous_power_w", "input_power_w", "retention_n"]);
     table.header(&["newton_iterations", "krylov_iterations", "residual"]);
+    table.header(&["harmonics", "estimated_error"]);
     table.end_row();
     for orbit in &response.orbits {
         response_row(&mut table, response, orbit, names, harmonics)?;
@@ -125,6 +126,9 @@ fn response_row(
     table.integer(Some(orbit.newton_iterations));
     table.integer(Some(orbit.krylov_iterations));
     table.number("residual", Some(orbit.residual).filter(|r| r.is_finite()))?;
+    table.integer(Some(orbit.harmonics));
+    let estimated = orbit.estimated_error.filter(|e| valid && e.is_finite());
+    table.number("estimated_error", estimated)?;
     table.end_row();
     Ok(())
 }

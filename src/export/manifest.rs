@@ -38,6 +38,8 @@ pub struct Summary {
     pub seconds: f64,
     /// Of all its threads and of gmsh, s; `None` where the system does not tell.
     pub processor_seconds: Option<f64>,
+    /// Pairs of nodes tied by bonded contacts; none of them is among `pairs`.
+    pub bonded_pairs: usize,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
@@ -87,6 +89,10 @@ pub struct StageSummary {
     pub processor_seconds: Option<f64>,
     /// Peak of the process up to the end of the stage; `None` where the system does not tell.
     pub peak_memory_mib: Option<f64>,
+    /// What it makes was kept from an earlier run.
+    pub from_cache: bool,
+    /// Unknowns of each system that it solves, the largest first.
+    pub unknowns: Vec<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -226,6 +232,7 @@ pub fn mesh_summary(
     let bodies: Vec<BodySummary> = model
         .bodies
         .iter()
+        .filter(|b| !b.is_ground())
         .map(|b| BodySummary {
             name: b.name.clone(),
             nodes: b.nodes_m.len(),

@@ -72,6 +72,14 @@ pub fn assemble_body(
     rotation: Option<&Rotation>,
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
+    if body.is_ground() {
+        return Ok(BodyMatrices {
+            stiffness: CscMatrix::zeros(0, 0),
+            mass: CscMatrix::zeros(0, 0),
+            load_n: Vec::new(),
+            total_mass_kg: 0.0,
+        });
+    }
     let rotation = rotation.filter(|_| body.rotates);
     match body.order {
         ElementOrder::Linear => assemble_order(body, &tet4::tables(), rotation, solve),

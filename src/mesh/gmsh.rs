@@ -199,7 +199,7 @@ fn check_parameters(script: &Path, parameters: &[(String, f64)]) -> Result<(), G
     Ok(())
 }
 
-fn without_comments(text: &str) -> String {
+pub(super) fn without_comments(text: &str) -> String {
     let mut kept = String::new();
     let mut rest = text;
     while let Some(at) = rest.find('/') {

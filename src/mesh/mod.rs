@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 mod error;
 pub mod gmsh;
+pub mod inputs;
 pub mod msh;
 pub mod quality;
 mod sections;
@@ -19,7 +20,7 @@ pub use msh::{parse, read};
 pub use quality::{Quality, QualityError};
 
 /// Order of the tetrahedra (and of the facets) of a mesh; one mesh has one order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum ElementOrder {
     /// Four-node tetrahedra, three-node facets.
     Linear,

@@ -1,26 +1,32 @@
 //! The binding itself: groups looked up, bodies numbered, contacts and probes tied to nodes.
 
-use super::contacts::{Part, contact};
-use super::crown::add_crown;
+use super::contacts::Part;
 use super::dofs::{Roles, number};
+use super::joints::joints;
 use super::loads::static_load;
 use super::{
-    Body, ContactPair, DofMap, Model, ModelError, NodeMotion, Observation, PointForce, Rotation,
-    StaticLoad,
+    Body, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation, StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
 use crate::scene::{Assembly, BodySpec};
 
 const NONE: u32 = u32::MAX;
 
+/// Name of the second body where there is none.
+const GROUND: &str = "ground";
+
 /// Resolves every name of the scene against the mesh.
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
-    let [first, second] = &assembly.bodies[..] else {
-        let found = assembly.bodies.len();
-        return Err(ModelError::BodyCount { found });
+    let (first, second) = match &assembly.bodies[..] {
+        [first] => (first, None),
+        [first, second] => (first, Some(second)),
+        others => {
+            let found = others.len();
+            return Err(ModelError::BodyCount { found });
+        }
     };
     let rotation = assembly.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
     for name in rotation.iter().flat_map(|r| &r.bodies) {
@@ -32,44 +38,16 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             });
         }
     }
-    let mut bodies = [Draft::new(first, mesh)?, Draft::new(second, mesh)?];
+    let on_ground = || Ok(Draft::ground(mesh));
+    let jaw = second.map_or_else(on_ground, |second| Draft::new(second, mesh))?;
+    let mut bodies = [Draft::new(first, mesh)?, jaw];
     check_disjoint(&bodies, mesh)?;
-    for (draft, spec) in bodies.iter_mut().zip([first, second]) {
-        draft.fix(spec, mesh)?;
-    }
-
-    let contact_names: Vec<String> = assembly.contacts.iter().map(|c| c.name.clone()).collect();
-    let mut model_pairs = Vec::new();
-    let mut flank_triangles = Vec::new();
-    let mut largest_mismatch_m = 0.0f64;
-    for (c, spec) in assembly.contacts.iter().enumerate() {
-        let used_by = format!("contact `{}`", spec.name);
-        let group = |name| find_group(mesh, name, Some(2), &used_by);
-        let groups = [group(&spec.first)?, group(&spec.second)?];
-        let [blade, jaw] = &bodies;
-        let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
-        let parts = [&blade.part(&on_blade), &jaw.part(&on_jaw)];
-        let tolerance = assembly.mesh.pairing_tolerance;
-        let mut found = contact(mesh, spec, c, groups, parts, tolerance)?;
-        for (b, draft) in bodies.iter_mut().enumerate() {
-            for pair in &mut found.pairs {
-                pair.nodes[b] = draft.local[pair.nodes[b] as usize];
-            }
-            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
-            draft.add_flank(&flank, &found.tied[b], c, &contact_names, mesh)?;
+    for (draft, spec) in bodies.iter_mut().zip([Some(first), second]) {
+        if let Some(spec) = spec {
+            draft.fix(spec, mesh)?;
         }
-        if let Some(crown) = &spec.crown {
-            add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
-                contact: spec.name.clone(),
-                axis: crown.axis.unwrap_or_default(),
-            })?;
-        }
-        check_held_flanks(&bodies, &found.pairs, &spec.name, mesh)?;
-        let before = model_pairs.len() as u32;
-        flank_triangles.extend(found.triangles.iter().map(|t| t.map(|i| i + before)));
-        model_pairs.append(&mut found.pairs);
-        largest_mismatch_m = largest_mismatch_m.max(found.largest_mismatch_m);
     }
+    let joints = joints(assembly, mesh, &mut bodies)?;
 
     let mut excitations = Vec::new();
     for (i, spec) in assembly.excitations.iter().enumerate() {
@@ -79,14 +57,17 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             &spec.points,
             format!("excitation {}", i + 1),
         )?;
-        let share = spec.force_n / nodes.len() as f64;
-        excitations.extend(nodes.into_iter().map(|(body, node)| PointForce {
-            body,
-            node,
-            vector_n: bodies[body].movable(node, spec.direction.map(|d| d * share)),
+        let share = 1.0 / nodes.len() as f64;
+        let term = |(body, node): (usize, u32)| {
+            let direction = spec.direction.map(|d| d * share);
+            (body, node, bodies[body].movable(node, direction))
+        };
+        excitations.push(Excitation {
+            terms: nodes.into_iter().map(term).collect(),
+            force_n: spec.force_n,
             harmonic: spec.harmonic,
             phase_rad: spec.phase_rad,
-        }));
+        });
     }
     let mut observations = Vec::new();
     for spec in &assembly.observations {
@@ -115,7 +96,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     Ok(Model {
         bodies: [
             blade.finish(first, rotates(first), mesh)?,
-            jaw.finish(second, rotates(second), mesh)?,
+            match second {
+                Some(second) => jaw.finish(second, rotates(second), mesh)?,
+                None => jaw.finish_ground(first, mesh),
+            },
         ],
         rotation: rotation.map(|r| Rotation {
             point_m: r.point_m,
@@ -123,12 +107,13 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             speed_rad_s: r.speed_rad_s,
             prestress: r.prestress,
         }),
-        pairs: model_pairs,
-        flank_triangles,
-        contact_names,
+        pairs: joints.pairs,
+        bonded: joints.bonded,
+        flank_triangles: joints.triangles,
+        contact_names: joints.names,
         excitations,
         observations,
-        largest_mismatch_m,
+        largest_mismatch_m: joints.largest_mismatch_m,
     })
 }
 
@@ -240,43 +225,6 @@ fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
     }
 }
 
-/// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
-/// Contact forces then never act on a support.
-fn check_held_flanks(
-    bodies: &[Draft; 2],
-    pairs: &[ContactPair],
-    contact: &str,
-    mesh: &Mesh,
-) -> Result<(), ModelError> {
-    for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
-        let held = |p: &ContactPair| [0, 1].map(|b| bodies[b].held[p.nodes[b] as usize][axis]);
-        let is_wrong = |p: &ContactPair| match held(p) {
-            [false, false] => false,
-            [true, true] => p.frame[0][axis].abs() > ALONG_FLANK,
-            _ => true,
-        };
-        let wrong: Vec<&ContactPair> = pairs.iter().filter(|p| is_wrong(p)).collect();
-        if let Some(first) = wrong.first() {
-            let body = usize::from(!held(first)[0]);
-            let nodes: Vec<u32> = wrong
-                .iter()
-                .map(|p| bodies[body].nodes[p.nodes[body] as usize])
-                .collect();
-            return Err(ModelError::FlankHeld {
-                body: bodies[body].name.clone(),
-                key,
-                contact: contact.to_string(),
-                count: wrong.len(),
-                tags: first_tags(mesh, nodes.iter()).1,
-            });
-        }
-    }
-    Ok(())
-}
-
-/// Sine of the largest angle between a held direction and the flank.
-const ALONG_FLANK: f64 = 1e-6;
-
 /// A body on its way into the model.
 pub(super) struct Draft {
     name: String,
@@ -319,6 +267,58 @@ impl Draft {
         })
     }
 
+    /// A body without nodes.
+    fn ground(mesh: &Mesh) -> Self {
+        Self {
+            name: GROUND.to_string(),
+            tets: Vec::new(),
+            nodes: Vec::new(),
+            local: vec![NONE; mesh.nodes_m.len()],
+            roles: Roles::default(),
+            held: Vec::new(),
+            loads: Vec::new(),
+            contact_of: Vec::new(),
+        }
+    }
+
+    pub(super) fn is_ground(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Flank nodes that rigid ground holds: fixed, no longer flank.
+    pub(super) fn hold_flank(
+        &mut self,
+        flank: impl Iterator<Item = u32>,
+        tied: &[(u32, [u32; 2])],
+    ) {
+        let held: Vec<u32> = flank.chain(tied.iter().map(|t| self.local(t.0))).collect();
+        for &node in &held {
+            self.roles.fixed[node as usize] = true;
+        }
+        let is_fixed = |node: u32| self.roles.fixed[node as usize];
+        self.roles.flank.retain(|n| !is_fixed(*n));
+        self.roles.tied.retain(|t| !is_fixed(t.0));
+    }
+
+    /// As [`Draft::finish`]; `other` lends what a body without nodes has no use for.
+    fn finish_ground(self, other: &BodySpec, mesh: &Mesh) -> Body {
+        Body {
+            name: self.name,
+            material: other.material,
+            rotates: false,
+            fixed_interface_modes: 0,
+            order: mesh.order,
+            nodes_m: Vec::new(),
+            mesh_nodes: Vec::new(),
+            node_tags: Vec::new(),
+            tets: Vec::new(),
+            tet_tags: Vec::new(),
+            dofs: number(&self.roles),
+            held_dofs: Vec::new(),
+            loads: Vec::new(),
+        }
+    }
+
     pub(super) fn name(&self) -> &str {
         &self.name
     }
@@ -331,6 +331,16 @@ impl Draft {
         self.local[mesh_node as usize]
     }
 
+    /// Of a local node.
+    pub(super) fn mesh_node(&self, node: u32) -> u32 {
+        self.nodes[node as usize]
+    }
+
+    /// Whether a local node is held along x, y, z.
+    pub(super) fn held(&self, node: u32) -> [bool; 3] {
+        self.held[node as usize]
+    }
+
     pub(super) fn has(&self, mesh_node: u32) -> bool {
         self.local[mesh_node as usize] != NONE
     }
@@ -339,7 +349,7 @@ impl Draft {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }
 
-    fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
+    pub(super) fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
         Part {
             name: &self.name,
             tets: &self.tets,
@@ -403,7 +413,7 @@ impl Draft {
 
     /// Adds the flank nodes (local, in the order of the pairs) and mid-edge nodes (mesh) of contact
     /// number `contact`.
-    fn add_flank(
+    pub(super) fn add_flank(
         &mut self,
         flank: &[u32],
         tied: &[(u32, [u32; 2])],

@@ -3,7 +3,7 @@
 use super::flank::{Flank, Side, flank};
 use super::pairing::{nearest_distance, pair};
 use super::vector::{Vector, cross, dot, scaled, sub, unit};
-use super::{ContactPair, ModelError};
+use super::{ContactPair, ModelError, NO_NODE};
 use crate::mesh::{Group, Mesh};
 use crate::model::error::Unmatched;
 use crate::scene::ContactSpec;
@@ -27,16 +27,16 @@ pub(super) struct Part<'a> {
     pub has: &'a dyn Fn(u32) -> bool,
 }
 
-/// Finds the pairs of contact number `number` of the scene.
+/// Finds the pairs of a contact, number `number` among those of the model, with the flank `second` of the second body.
 pub(super) fn contact(
     mesh: &Mesh,
-    spec: &ContactSpec,
+    (spec, second): (&ContactSpec, &str),
     number: usize,
     groups: [&Group; 2],
     parts: [&Part; 2],
     tolerance: f64,
 ) -> Result<Contact, ModelError> {
-    let names = [&spec.first, &spec.second];
+    let names = [spec.first.as_str(), second];
     let side = |i: usize, other: usize| {
         let side = Side {
             contact: &spec.name,
@@ -63,35 +63,76 @@ pub(super) fn contact(
         })
     };
     let flanks = [side(0, 1)?, side(1, 0)?];
-    let partners = partners(mesh, spec, &flanks, tolerance)?;
+    let partners = partners(mesh, (spec, second), &flanks, tolerance)?;
     let mut pairs = Vec::with_capacity(partners.len());
     for &(i, j, _) in &partners {
         pairs.push(contact_pair(mesh, spec, number, &flanks, i, j)?);
     }
-    let order = order_along(&pairs, flanks[0].along);
-    let mut place = vec![0u32; pairs.len()]; // `partners` stand in the order of the first flank's nodes
+    let largest_mismatch_m = partners.iter().map(|p| p.2).fold(0.0, f64::max);
+    let [first, second] = flanks;
+    let tied = second.tied.into_iter().collect();
+    Ok(ordered(pairs, first, tied, largest_mismatch_m))
+}
+
+/// Every corner node of the flank `group` of the first body against rigid ground at the same place.
+pub(super) fn ground_contact(
+    mesh: &Mesh,
+    spec: &ContactSpec,
+    number: usize,
+    group: &Group,
+    part: &Part,
+) -> Result<Contact, ModelError> {
+    let side = Side {
+        contact: &spec.name,
+        group: &spec.first,
+        body: part.name,
+    };
+    let flank = flank(mesh, group, part.tets, part.has, &side)?;
+    let pair = |i: usize| ContactPair {
+        contact: number,
+        nodes: [flank.nodes[i], NO_NODE],
+        position_m: mesh.nodes_m[flank.nodes[i] as usize],
+        // Out of the ground is into the blade.
+        frame: frame(flank.normals[i].map(|n| -n), flank.along),
+        area_m2: flank.areas_m2[i],
+        gap_m: spec.gap_m,
+        friction: spec.friction,
+    };
+    let pairs = (0..flank.nodes.len()).map(pair).collect();
+    Ok(ordered(pairs, flank, Vec::new(), 0.0))
+}
+
+/// Pairs in the order of the nodes of the `first` flank, put along the slot.
+fn ordered(
+    pairs: Vec<ContactPair>,
+    first: Flank,
+    second_tied: Vec<(u32, [u32; 2])>,
+    largest_mismatch_m: f64,
+) -> Contact {
+    let order = order_along(&pairs, first.along);
+    let mut place = vec![0u32; pairs.len()];
     for (new, &old) in (0..).zip(&order) {
         place[old] = new;
     }
     let pairs: Vec<ContactPair> = order.iter().map(|&old| pairs[old].clone()).collect();
-    let triangles = flanks[0].triangles.iter().map(|t| {
+    let triangles = first.triangles.iter().map(|t| {
         let [a, b, c] = t.map(|i| place[i as usize]);
         let [x, y, z] = [a, b, c].map(|i| pairs[i as usize].position_m);
         let facing = dot(cross(sub(y, x), sub(z, x)), pairs[a as usize].frame[0]) > 0.0;
         if facing { [a, b, c] } else { [a, c, b] }
     });
-    Ok(Contact {
+    Contact {
         triangles: triangles.collect(),
         pairs,
-        largest_mismatch_m: partners.iter().map(|p| p.2).fold(0.0, f64::max),
-        tied: flanks.map(|f| f.tied.into_iter().collect()),
-    })
+        largest_mismatch_m,
+        tied: [first.tied.into_iter().collect(), second_tied],
+    }
 }
 
 /// (node of the first flank, node of the second, distance), all nodes of both.
 fn partners(
     mesh: &Mesh,
-    spec: &ContactSpec,
+    (spec, second_group): (&ContactSpec, &str),
     flanks: &[Flank; 2],
     tolerance: f64,
 ) -> Result<Vec<(usize, usize, f64)>, ModelError> {
@@ -126,7 +167,7 @@ fn partners(
     Err(ModelError::Unmatched {
         contact: spec.name.clone(),
         first: spec.first.clone(),
-        second: spec.second.clone(),
+        second: second_group.to_owned(),
         first_count: found.unmatched_first.len(),
         second_count: found.unmatched_second.len(),
         tolerance,

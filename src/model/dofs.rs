@@ -3,6 +3,7 @@
 use super::{DofMap, NodeMotion};
 
 /// How each node of a body moves, before numbering.
+#[derive(Default)]
 pub(super) struct Roles {
     pub fixed: Vec<bool>,
     /// Local nodes of the flanks' corners, in the order of the pairs.

@@ -7,7 +7,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
     #[error(
-        "the scene has {found} bodies: name two, first the one that vibrates, then the one that holds it"
+        "the scene has {found} bodies: name two, first the one that vibrates, then the one that holds it, or the first alone"
     )]
     BodyCount { found: usize },
     #[error(
@@ -36,6 +36,10 @@ pub enum ModelError {
     },
     #[error("{used_by}: group `{name}` has no elements in the mesh")]
     EmptyGroup { used_by: String, name: String },
+    #[error(
+        "contact `{contact}`: with {bodies} {} {}", if *bodies == 1 { "body" } else { "bodies" }, if *bodies == 1 { "there is no second flank: leave `second` out" } else { "name the flank of the second, `second`" }
+    )]
+    SecondFlank { contact: String, bodies: usize },
     #[error("{used_by}: there is no body `{name}`; bodies: {}", list(available))]
     UnknownBody {
         used_by: String,

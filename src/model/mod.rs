@@ -3,6 +3,8 @@
 //! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
 
+use serde::Serialize;
+
 use crate::mesh::ElementOrder;
 use crate::scene::{Material, Prestress};
 
@@ -12,6 +14,7 @@ mod crown;
 mod dofs;
 mod error;
 mod flank;
+mod joints;
 mod loads;
 pub mod pairing;
 mod vector;
@@ -20,24 +23,28 @@ pub use bind::bind;
 pub use error::{ModelError, Unmatched};
 
 /// What the finite elements and the contact need, with every name resolved.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Model {
-    /// First the body that vibrates (blade), then the one that holds it (jaw).
+    /// First the body that vibrates (blade), then the one that holds it (jaw). A second body without nodes is
+    /// rigid ground.
     pub bodies: [Body; 2],
     pub rotation: Option<Rotation>,
     pub pairs: Vec<ContactPair>,
+    /// Local nodes of the first and of the second body that move as one (bonded contacts). Pair `i` of these owns the
+    /// flank free node `pairs.len() + i` of both bodies.
+    pub bonded: Vec<[u32; 2]>,
     /// Flank facets as triangles of pair indices (corner nodes only), for fields on the flanks.
     pub flank_triangles: Vec<[u32; 3]>,
-    /// Names of the contacts, in the order of the scene.
+    /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
-    pub excitations: Vec<PointForce>,
+    pub excitations: Vec<Excitation>,
     pub observations: Vec<Observation>,
     /// Largest distance between the two nodes of a pair, m.
     pub largest_mismatch_m: f64,
 }
 
 /// One body: its own node numbering, elements, and degrees of freedom.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Body {
     pub name: String,
     pub material: Material,
@@ -62,7 +69,7 @@ pub struct Body {
 }
 
 /// A steady load on one body.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StaticLoad {
     /// On one (local) node.
     Point { node: u32, vector_n: [f64; 3] },
@@ -74,7 +81,7 @@ pub enum StaticLoad {
     },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Traction {
     /// The same vector everywhere; its integral, N.
     Total([f64; 3]),
@@ -83,6 +90,10 @@ pub enum Traction {
 }
 
 impl Body {
+    /// Rigid ground.
+    pub fn is_ground(&self) -> bool {
+        self.nodes_m.is_empty()
+    }
     pub fn tet_count(&self) -> usize {
         self.tet_tags.len()
     }
@@ -95,18 +106,18 @@ impl Body {
 /// How a body's nodes move. *Free nodes* are numbered interior first, then kept ones: flank corner
 /// nodes in the order of the pairs, then excited and observed nodes. Free node `i` owns the degrees
 /// of freedom `3 i, 3 i + 1, 3 i + 2` (x, y, z).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DofMap {
     pub nodes: Vec<NodeMotion>,
     /// Free nodes condensed by Craig-Bampton.
     pub interior_nodes: usize,
-    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs.
+    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs, bonded ones last.
     pub flank_nodes: usize,
     /// Free nodes excited or observed that are not flank nodes, last.
     pub probe_nodes: usize,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum NodeMotion {
     Fixed,
     /// Free node number.
@@ -141,7 +152,7 @@ impl DofMap {
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rotation {
     pub point_m: [f64; 3],
     pub axis: [f64; 3],
@@ -149,13 +160,16 @@ pub struct Rotation {
     pub prestress: Prestress,
 }
 
+/// Stands for the node of a body that has none.
+pub const NO_NODE: u32 = u32::MAX;
+
 /// A node of the first body against the coincident node of the second (sign conventions:
 /// [`crate::contact`]). Pair `i` owns flank free node `i` of both bodies.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
-    /// Which contact of the scene it belongs to.
+    /// Which of [`Model::contact_names`] it belongs to.
     pub contact: usize,
-    /// Local node of the first and of the second body.
+    /// Local node of the first and of the second body ([`NO_NODE`] for rigid ground).
     pub nodes: [u32; 2],
     pub position_m: [f64; 3],
     /// Rows n, t1, t2: unit normal from the second body (jaw) into the first (blade), and two
@@ -168,19 +182,18 @@ pub struct ContactPair {
     pub friction: f64,
 }
 
-/// A harmonic force on one node: `vector_n cos(harmonic omega t - phase_rad)`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointForce {
-    pub body: usize,
-    /// Local node.
-    pub node: u32,
-    pub vector_n: [f64; 3],
+/// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Excitation {
+    /// Body, local node, direction scaled by the node's share.
+    pub terms: Vec<(usize, u32, [f64; 3])>,
+    pub force_n: f64,
     pub harmonic: usize,
     pub phase_rad: f64,
 }
 
 /// A displacement watched: sum over `terms` of `direction . u(node)`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     pub name: String,
     /// Body, local node, direction scaled by the node's share.

@@ -23,8 +23,9 @@ use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::iter::ParallelIterator;
 
-use super::order::{OrderError, nested_dissection};
+use super::order::{Order, OrderError, nested_dissection};
 use super::sparse::{symbolic_view, view};
+use super::stored::Packed;
 
 /// A pivot below this share of its diagonal entry is rounding, not stiffness: a structure that
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
@@ -72,6 +73,7 @@ pub struct Symbolic {
 #[derive(Debug)]
 struct Analysis {
     symbolic: SymbolicCholesky<usize>,
+    pattern: Packed,
     fingerprint: u64,
 }
 
@@ -87,7 +89,26 @@ impl Symbolic {
         if rows != columns {
             return Err(FactorError::NotSquare { rows, columns });
         }
-        let order = nested_dissection(pattern, 3)?;
+        Self::ordered(pattern, &nested_dissection(pattern, 3)?)
+    }
+
+    /// The analysis of a pattern in an order found earlier, new to old.
+    ///
+    /// # Errors
+    /// As [`Symbolic::analyse`]; an order that is no permutation.
+    pub(super) fn of_order(
+        pattern: &SparsityPattern,
+        new_to_old: Vec<usize>,
+    ) -> Result<Self, FactorError> {
+        let order = Order::of(new_to_old).filter(|order| {
+            let unknowns = order.new_to_old.len();
+            (pattern.minor_dim(), pattern.major_dim()) == (unknowns, unknowns)
+        });
+        Self::ordered(pattern, &order.ok_or(FactorError::PatternDiffers)?)
+    }
+
+    fn ordered(pattern: &SparsityPattern, order: &Order) -> Result<Self, FactorError> {
+        let rows = pattern.minor_dim();
         let permutation = PermRef::new_checked(&order.new_to_old, &order.old_to_new, rows);
         let symbolic = factorize_symbolic_cholesky(
             symbolic_view(pattern),
@@ -102,9 +123,15 @@ impl Symbolic {
         Ok(Self {
             inner: Arc::new(Analysis {
                 symbolic,
+                pattern: Packed::of(pattern),
                 fingerprint: fingerprint(pattern),
             }),
         })
+    }
+
+    /// The pattern that was analysed.
+    pub(super) fn pattern(&self) -> &Packed {
+        &self.inner.pattern
     }
 
     /// Number of unknowns.
@@ -289,6 +316,16 @@ impl Cholesky {
 
     pub fn symbolic(&self) -> &Symbolic {
         &self.symbolic
+    }
+
+    /// Entries of the factor, laid out by supernodes.
+    pub(super) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The factor of these [`values`](Self::values); `None` where they are not as many as it has.
+    pub(super) fn of_values(symbolic: Symbolic, values: Vec<f64>) -> Option<Self> {
+        (values.len() == symbolic.factor_entries()).then_some(Self { symbolic, values })
     }
 
     /// Replaces each column of `rhs` (unknowns x columns) by the solution. Panics if the number of

@@ -11,6 +11,7 @@ pub mod inertia;
 pub mod newton;
 pub mod order;
 pub mod sparse;
+pub mod stored;
 
 #[cfg(test)]
 pub(crate) mod lattice;

@@ -13,6 +13,10 @@ pub trait NonlinearSystem {
     fn linearise(&mut self, x: &[f64]);
     /// Solves J dx = -f with the prepared Jacobian; false when there is no usable answer.
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool;
+    /// The same for a residual whose correction is only measured, not taken: it may be rough.
+    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        self.correction(f, dx)
+    }
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
     /// Whether an accepted x is a place no solution is wanted at: the iteration then ends as stagnated.
@@ -86,7 +90,7 @@ pub fn newton(
             system.residual(&trial, &mut f_trial);
             let new = system.measure(&f_trial);
             let mut accepted = new <= (1.0 - 0.5 * step) * measure;
-            if !accepted && new.is_finite() && system.correction(&f_trial, &mut simplified) {
+            if !accepted && new.is_finite() && system.simplified(&f_trial, &mut simplified) {
                 accepted = system.length(&simplified) <= (1.0 - 0.25 * step) * length;
             }
             if accepted {

@@ -17,6 +17,23 @@ pub struct Order {
     pub old_to_new: Vec<usize>,
 }
 
+impl Order {
+    /// `None` where the list is no permutation.
+    pub fn of(new_to_old: Vec<usize>) -> Option<Self> {
+        let mut seen = vec![false; new_to_old.len()];
+        for &old in &new_to_old {
+            if std::mem::replace(seen.get_mut(old)?, true) {
+                return None;
+            }
+        }
+        let old_to_new = inverse(&new_to_old);
+        Some(Self {
+            new_to_old,
+            old_to_new,
+        })
+    }
+}
+
 #[derive(Debug, thiserror::Error)]
 pub enum OrderError {
     #[error("a pattern of {rows} rows and {columns} columns cannot be ordered: it must be square")]

@@ -1,7 +1,7 @@
 //! When a factor that is kept as a preconditioner, while the matrix changes, is worth making anew.
 
 /// Making a dense factor anew costs about as much as one linear iteration for every so many unknowns.
-const UNKNOWNS_PER_ITERATION: usize = 30;
+const UNKNOWNS_PER_ITERATION: usize = 60;
 
 /// What a kept factor has cost: iterations of its first linear solve, and by how many all later ones together
 /// exceeded that.
@@ -34,10 +34,10 @@ mod tests {
         for _ in 0..100 {
             wear.serve(12);
         }
-        assert!(!wear.is_worn(60));
+        assert!(!wear.is_worn(120));
         wear.serve(14);
-        assert!(!wear.is_worn(60));
+        assert!(!wear.is_worn(120));
         wear.serve(13);
-        assert!(wear.is_worn(60) && !wear.is_worn(90));
+        assert!(wear.is_worn(120) && !wear.is_worn(180));
     }
 }

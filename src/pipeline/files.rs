@@ -4,7 +4,8 @@ use std::path::Path;
 
 use faer::Mat;
 
-use super::meshed::{Meshed, create_folder};
+use super::meshed::Meshed;
+use super::meshing::create_folder;
 use super::prepared::Prepared;
 use super::{Options, hertz};
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
@@ -18,10 +19,10 @@ use crate::fem::{expand_to_nodes, stress};
 use crate::model::Model;
 use crate::progress::{Progress, processor_seconds};
 use crate::reduction::superelement::{self, Superelement};
-use crate::reduction::{PairLaw, ReducedModel};
+use crate::reduction::{PairLaw, Recovery};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
-use crate::scene::{Scene, Subject};
+use crate::scene::{Resolution, Scene, Subject};
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;
@@ -43,12 +44,13 @@ pub(super) fn write_modes(
             });
         }
     };
-    if let Some(Meshed { model, reduced, .. }) = subject.meshed() {
+    if let Some(meshed) = subject.meshed() {
+        let model = &meshed.model;
         for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
             add("flanks_held", &body.name, omega2);
         }
-        for (body, of_body) in model.bodies.iter().zip(&reduced.bodies) {
-            add("fixed_interface", &body.name, &of_body.omega2);
+        for (body, omega2) in model.bodies.iter().zip(&meshed.fixed_interface_omega2) {
+            add("fixed_interface", &body.name, omega2);
         }
     }
     add("stuck", "assembly", &subject.relative().omega2);
@@ -62,17 +64,28 @@ pub(super) fn write_static_state(
     state: &StaticState,
     progress: &Progress,
 ) -> Result<(), Error> {
+    let converged = state.outcome.is_converged();
+    let recovery = match subject.meshed().filter(|_| converged && options.fields) {
+        Some(meshed) => Some(meshed.recovery(progress)?),
+        None => None,
+    };
     let _stage = progress.stage("static files");
     let out = &options.out;
     csv::write_static(&out.join("static.csv"), &subject.pairs, state)?;
-    let Some(Meshed { model, reduced, .. }) = subject.meshed() else {
+    let Some(Meshed { model, .. }) = subject.meshed() else {
         return Ok(());
     };
-    write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
-    if !state.outcome.is_converged() {
-        return Ok(());
+    let opens = !model.pairs.is_empty();
+    if opens {
+        write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
     }
-    let free = reduced.full_static(&state.x);
+    let Some(recovery) = recovery else {
+        return Ok(());
+    };
+    if opens {
+        flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
+    }
+    let free = recovery.full_static(&state.x);
     let fields: Vec<_> = model
         .bodies
         .iter()
@@ -89,10 +102,6 @@ pub(super) fn write_static_state(
         .collect();
     let displacements = [&fields[0].0[..], &fields[1].0[..]];
     csv::write_static_observations(&out.join("static_observed.csv"), model, displacements)?;
-    if !options.fields {
-        return Ok(());
-    }
-    flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
     let [first, second] =
         [&fields[0], &fields[1]].map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
             displacement_m: displacement,
@@ -111,6 +120,11 @@ pub(super) fn write_response(
     compared: Option<&(usize, Response)>,
     progress: &Progress,
 ) -> Result<(), Error> {
+    let meshed = subject.meshed();
+    let recovery = match meshed.filter(|_| options.fields) {
+        Some(meshed) => Some(meshed.recovery(progress)?),
+        None => None,
+    };
     let _stage = progress.stage("response files");
     let out = &options.out;
     let names = subject.observations();
@@ -120,29 +134,32 @@ pub(super) fn write_response(
     }
     csv::write_contact(&out.join("contact.csv"), &subject.pairs, response)?;
     write_curves(out, &scene.name, &names, response, compared)?;
-    if let Some(meshed) = subject.meshed() {
-        write_response_on_mesh(options, meshed, response)?;
+    if let Some(meshed) = meshed {
+        write_response_on_mesh(out, &meshed.model, recovery, response)?;
     }
     Ok(())
 }
 
-/// Flanks at each frequency, maps of them, and the motion of the bodies at the peak.
+/// Maps of the flanks; with `recovery` the flanks at each frequency and the motion of the bodies at the peak.
 fn write_response_on_mesh(
-    options: &Options,
-    meshed: &Meshed,
+    out: &Path,
+    model: &Model,
+    recovery: Option<&Recovery>,
     response: &Response,
 ) -> Result<(), Error> {
-    let Meshed { model, reduced, .. } = meshed;
-    let out = &options.out;
-    write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
-    write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
-    if !options.fields {
-        return Ok(());
+    if !model.pairs.is_empty() {
+        write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
+        write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
     }
-    flank::write_flank_series(out, model, response)?;
-    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
+    let Some(recovery) = recovery else {
+        return Ok(());
+    };
+    if !model.pairs.is_empty() {
+        flank::write_flank_series(out, model, response)?;
+        flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
+    }
     if let Some(peak) = peak(response, 0) {
-        write_peak_motion(out, model, reduced, &response.orbits[peak.index])?;
+        write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
     }
     Ok(())
 }
@@ -159,7 +176,7 @@ fn write_curves(
     for (i, name) in names.iter().enumerate() {
         let quantity = format!("amplitude of {name}");
         let stuck = stuck_curve("linear (stuck)", response, i);
-        let own = response_curve(&label(response_harmonics(response)), response, i);
+        let own = response_curve(&harmonics_label(response), response, i);
         let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
         if let Some((h, other)) = compared {
             let other = response_curve(&label(*h), other, i);
@@ -175,20 +192,21 @@ fn write_curves(
     Ok(())
 }
 
-fn response_harmonics(response: &Response) -> usize {
-    response
-        .orbits
-        .iter()
-        .map(|o| o.harmonics)
-        .max()
-        .unwrap_or(0)
+/// `H = 3`, or `H = 1 to 7` where the frequencies chose their own.
+fn harmonics_label(response: &Response) -> String {
+    let harmonics = || response.orbits.iter().map(|o| o.harmonics);
+    let (least, most) = (harmonics().min(), harmonics().max());
+    match (least.unwrap_or(0), most.unwrap_or(0)) {
+        (least, most) if least == most => format!("H = {most}"),
+        (least, most) => format!("H = {least} to {most}"),
+    }
 }
 
 /// Both bodies over one period of an orbit.
 fn write_peak_motion(
     out: &Path,
     model: &Model,
-    reduced: &ReducedModel,
+    recovery: &Recovery,
     orbit: &Orbit,
 ) -> Result<(), Error> {
     let blocks = 2 * orbit.harmonics + 1;
@@ -196,10 +214,10 @@ fn write_peak_motion(
         let rows = v.len() / blocks;
         Mat::from_fn(rows, blocks, |i, j| v[j * rows + i])
     };
-    let motion = reduced.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
+    let motion = recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
     // The mean: what the static load does to the interior is not in the modes.
     let n = orbit.x.len() / blocks;
-    let mean = reduced.full_static(&orbit.x[..n]);
+    let mean = recovery.full_static(&orbit.x[..n]);
     let fields: Vec<Vec<NodalField>> = model
         .bodies
         .iter()
@@ -260,6 +278,7 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
         blade_frequency_hz: None,
         seconds: 0.0,
         processor_seconds: None,
+        bonded_pairs: 0,
         stages: Vec::new(),
         static_state: None,
         response: None,
@@ -275,12 +294,22 @@ pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) ->
         stuck_modes: Some(subject.relative().omega2.len()),
         pairs: subject.pairs.rows.len(),
         stuck_frequency_hz: subject.relative().omega2.first().copied().map(hertz),
+        bonded_pairs: subject.meshed().map_or(0, |m| m.model.bonded.len()),
         observations: match subject.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
             None => manifest::probe_summaries(&subject.observations()),
         },
         ..empty_summary(scene, options)
     }
+}
+
+/// Where there are pairs.
+pub(super) fn static_summary(
+    subject: &Prepared,
+    state: &StaticState,
+) -> Option<manifest::StaticSummary> {
+    let pairs = &subject.pairs;
+    (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state))
 }
 
 /// Writes summary.json with the times of the stages.
@@ -297,6 +326,8 @@ pub(super) fn finish(
             seconds: record.seconds,
             processor_seconds: record.processor_seconds,
             peak_memory_mib: record.peak_rss_mib,
+            from_cache: record.from_cache,
+            unknowns: record.unknowns,
         })
         .collect();
     summary.seconds = progress.seconds();
@@ -307,7 +338,16 @@ pub(super) fn finish(
 }
 
 /// The figures a reader asks for first, on the terminal.
-pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
+pub(super) fn report(
+    names: &[&str],
+    response: &Response,
+    resolution: Resolution,
+    progress: &Progress,
+) {
+    let accuracy = match resolution {
+        Resolution::Accuracy(accuracy) => Some(accuracy),
+        Resolution::Fixed { .. } => None,
+    };
     let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     if !held.is_empty() {
@@ -328,6 +368,19 @@ pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
              (rotation.speed_rpm, [[load]])",
             response.orbits.len(),
         ));
+    }
+    if let Some(accuracy) = accuracy {
+        let short =
+            |o: &&Orbit| o.outcome.is_converged() && o.estimated_error.is_none_or(|e| e > accuracy);
+        let short = response.orbits.iter().filter(short).count();
+        if short > 0 {
+            progress.warning(&format!(
+                "at {short} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
+                 motion was found or the estimate did not fall (column estimated_error of response.csv)",
+                response.orbits.len(),
+                Resolution::MOST_ADAPTED,
+            ));
+        }
     }
     for (i, name) in names.iter().enumerate() {
         let Some(peak) = peak(response, i) else {

@@ -1,22 +1,24 @@
 //! A scene about a mesh, taken to its reduced model: mesh, model, finite elements, reduction.
 
-use std::path::{Path, PathBuf};
+use std::cell::OnceCell;
+use std::time::{Duration, Instant};
 
 use nalgebra_sparse::CscMatrix;
 
 use super::Options;
+use super::cache::{Cache, Key, reduction_inputs};
+use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
 use crate::fem::statics::SolveFailure;
 use crate::fem::{self, FemError, Structure};
-use crate::mesh::gmsh::{self, GmshError};
-use crate::mesh::{Mesh, MeshError, msh, quality};
+use crate::mesh::Mesh;
 use crate::model::{self, Model};
 use crate::numerics::factor::{Cholesky, FactorError};
 use crate::progress::{HELD_MODES_STAGE, Progress};
 use crate::reduction::craig_bampton::held_modes;
-use crate::reduction::{self, ReducedModel, ReductionError};
-use crate::scene::{Assembly, MeshKind, MeshSource};
+use crate::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
+use crate::scene::Assembly;
 
 /// Modes of each body alone, flanks held, that `dovetail modes` lists.
 pub(super) const HELD_MODES: usize = 6;
@@ -27,19 +29,19 @@ pub(super) struct Bound {
     origin: Origin,
 }
 
-/// A meshed assembly and its reduced model.
+/// A meshed assembly and its reduced model. What only fields and modes of single bodies need is made, or taken from the
+/// cache, when it is first asked for.
 pub(super) struct Meshed {
     pub model: Model,
-    pub structure: Structure,
-    pub reduced: ReducedModel,
+    pub relative: RelativeModel,
+    /// Per body; none where the bodies were condensed together.
+    pub fixed_interface_omega2: Vec<Vec<f64>>,
+    stuck_modes: Option<usize>,
+    structure: OnceCell<Structure>,
+    recovery: OnceCell<Recovery>,
+    cache: Cache,
+    recovery_key: Option<Key>,
     origin: Origin,
-}
-
-/// Where the mesh came from, for the summary.
-struct Origin {
-    source: PathBuf,
-    gmsh: Option<String>,
-    fallback: bool,
 }
 
 impl Bound {
@@ -67,14 +69,65 @@ impl Meshed {
         progress: &Progress,
     ) -> Result<Self, Error> {
         let Bound { model, origin } = Bound::of(assembly, options, progress)?;
-        let structure = assemble(&model, progress)?;
-        let reduced = reduce(stuck_modes, &model, &structure, progress)?;
+        let cache = Cache::new(options.cache.as_ref());
+        let [key, recovery_key] = {
+            let inputs = reduction_inputs(&model, stuck_modes);
+            ["reduced", "recovery"].map(|kind| cache.key(kind, &inputs))
+        };
+        let (structure, recovery) = (OnceCell::new(), OnceCell::new());
+        let (relative, fixed_interface_omega2) = match kept(&cache, key.as_ref(), &model, progress)
+        {
+            Some(kept) => kept,
+            None => {
+                let matrices = structure_of(&structure, &model, progress)?;
+                let reduced = reduce(&model, matrices, stuck_modes, progress)?;
+                if key.is_some() {
+                    let _stage = progress.stage("cache");
+                    let parts = (
+                        &reduced.relative,
+                        &reduced.unit_loads,
+                        &reduced.fixed_interface_omega2,
+                    );
+                    cache.put(key.as_ref(), &parts, progress);
+                    cache.put(recovery_key.as_ref(), &reduced.recovery, progress);
+                }
+                recovery.get_or_init(|| reduced.recovery);
+                (reduced.relative, reduced.fixed_interface_omega2)
+            }
+        };
         Ok(Self {
             model,
+            relative,
+            fixed_interface_omega2,
+            stuck_modes,
             structure,
-            reduced,
+            recovery,
+            cache,
+            recovery_key,
             origin,
         })
+    }
+
+    /// The way back from the reduced model to the bodies.
+    pub(super) fn recovery(&self, progress: &Progress) -> Result<&Recovery, Error> {
+        if let Some(recovery) = self.recovery.get() {
+            return Ok(recovery);
+        }
+        let begin = Instant::now();
+        let key = self.recovery_key.as_ref();
+        let recovery = match self.cache.get::<Recovery>(key, progress) {
+            Some(recovery) => {
+                progress.kept_stage("recovery", begin.elapsed());
+                recovery
+            }
+            None => {
+                let matrices = structure_of(&self.structure, &self.model, progress)?;
+                let reduced = reduce(&self.model, matrices, self.stuck_modes, progress)?;
+                self.cache.put(key, &reduced.recovery, progress);
+                reduced.recovery
+            }
+        };
+        Ok(self.recovery.get_or_init(|| recovery))
     }
 
     pub(super) fn summary(&self) -> manifest::MeshSummary {
@@ -82,105 +135,17 @@ impl Meshed {
     }
 
     /// Squared angular frequencies of each body alone, its flanks held (full model).
-    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, ReductionError> {
+    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, Error> {
+        let structure = structure_of(&self.structure, &self.model, progress)?;
         let _stage = progress.stage(HELD_MODES_STAGE);
-        let bodies = self.model.bodies.iter().zip(&self.structure.bodies);
+        let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
-            .map(|(body, matrices)| Ok(held_modes(body, matrices, HELD_MODES)?.omega2))
+            .map(|(body, matrices)| match body.is_ground() {
+                true => Ok(Vec::new()),
+                false => Ok(held_modes(body, matrices, HELD_MODES)?.omega2),
+            })
             .collect()
     }
-}
-
-impl Origin {
-    fn summary(&self, model: &Model) -> manifest::MeshSummary {
-        manifest::mesh_summary(
-            model,
-            self.source.display().to_string(),
-            self.gmsh.clone(),
-            self.fallback,
-        )
-    }
-}
-
-/// That what the scene names as its mesh is there.
-pub(super) fn check(mesh: &MeshSource) -> Result<(), Error> {
-    match &mesh.kind {
-        MeshKind::File { path } => {
-            std::fs::metadata(path).map_err(|source| MeshError::Io {
-                path: path.clone(),
-                source,
-            })?;
-        }
-        MeshKind::Geometry { script, .. } => {
-            std::fs::metadata(script).map_err(|source| GmshError::Script {
-                path: script.clone(),
-                source,
-            })?;
-        }
-    }
-    Ok(())
-}
-
-fn make_mesh(
-    source: &MeshSource,
-    options: &Options,
-    progress: &Progress,
-) -> Result<(Mesh, Origin), Error> {
-    let _stage = progress.stage("mesh");
-    let origin = match &source.kind {
-        MeshKind::File { path } => Origin {
-            source: path.clone(),
-            gmsh: None,
-            fallback: false,
-        },
-        MeshKind::Geometry {
-            script,
-            parameters,
-            time_limit_s,
-            ..
-        } => {
-            let out = options.out.join("mesh.msh");
-            create_folder(&options.out)?;
-            match gmsh::generate(script, parameters, *time_limit_s, &out) {
-                Ok(made) => {
-                    for warning in &made.warnings {
-                        progress.warning(&format!("gmsh: {warning}"));
-                    }
-                    Origin {
-                        source: out,
-                        gmsh: Some(made.version),
-                        fallback: false,
-                    }
-                }
-                Err(missing @ GmshError::Missing { .. }) => {
-                    let Some(ready) = source.kind.equivalent_fallback() else {
-                        return Err(missing.into());
-                    };
-                    progress.warning(&format!(
-                        "gmsh is not installed: using the ready mesh {}, made with the same parameters",
-                        ready.display()
-                    ));
-                    Origin {
-                        source: ready.to_path_buf(),
-                        gmsh: None,
-                        fallback: true,
-                    }
-                }
-                Err(error) => return Err(error.into()),
-            }
-        }
-    };
-    let mesh = msh::read(&origin.source, source.metres_per_unit)?;
-    quality::check(&mesh)?;
-    Ok((mesh, origin))
-}
-
-pub(super) fn create_folder(path: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(path).map_err(|source| Error::Io {
-        action: "creating the folder",
-        path: path.to_path_buf(),
-        source,
-    })
 }
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, Error> {
@@ -201,8 +166,9 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 }
 
 pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
-    let _stage = progress.stage("finite elements");
+    let stage = progress.stage("finite elements");
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
+        stage.solves(k.ncols());
         let factor = Cholesky::factor(k).map_err(|error| match error {
             FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
                 SolveFailure::NotPositiveDefinite { dof }
@@ -216,12 +182,44 @@ pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, 
     fem::assemble(model, &solve)
 }
 
+/// The reduced model of an earlier run, with the laws and the excitation of this one, and the modes of the bodies.
+fn kept(
+    cache: &Cache,
+    key: Option<&Key>,
+    model: &Model,
+    progress: &Progress,
+) -> Option<(RelativeModel, Vec<Vec<f64>>)> {
+    let begin = Instant::now();
+    let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) = cache.get(key, progress)?;
+    let relative = relative.under(model, &unit_loads);
+    progress.kept_stage("finite elements", Duration::ZERO);
+    progress.kept_stage("reduction", begin.elapsed());
+    Some((relative, omega2))
+}
+
+/// Matrices of the bodies, assembled once.
+fn structure_of<'a>(
+    cell: &'a OnceCell<Structure>,
+    model: &Model,
+    progress: &Progress,
+) -> Result<&'a Structure, FemError> {
+    if let Some(structure) = cell.get() {
+        return Ok(structure);
+    }
+    let structure = assemble(model, progress)?;
+    Ok(cell.get_or_init(|| structure))
+}
+
 fn reduce(
-    stuck_modes: Option<usize>,
     model: &Model,
     structure: &Structure,
+    stuck_modes: Option<usize>,
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
-    let _stage = progress.stage("reduction");
+    let stage = progress.stage("reduction");
+    // The interior of each body; with many pairs both are condensed as one.
+    for body in model.bodies.iter().filter(|body| !body.is_ground()) {
+        stage.solves(3 * body.dofs.interior_nodes);
+    }
     Ok(reduction::reduce(model, structure, stuck_modes)?)
 }

@@ -1,14 +1,17 @@
 //! The sequence of stages: what the program does, in the order in which it does it.
 
+mod cache;
 mod campbell;
 mod files;
 mod meshed;
+mod meshing;
 mod prepared;
 mod solve;
 pub mod verify;
 
 use std::path::PathBuf;
 
+pub use self::cache::CacheSettings;
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
@@ -28,6 +31,8 @@ pub struct Options {
     pub fields: bool,
     /// [`run`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
     pub held_modes: bool,
+    /// `None`: nothing is kept for later runs, nothing taken from earlier ones.
+    pub cache: Option<CacheSettings>,
 }
 
 /// Mesh, or reduced model, to results.
@@ -39,33 +44,36 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let relative = subject.relative();
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
-    solve::off_undamped_modes(relative, damping, &frequencies_hz, scene.response.harmonics)?;
+    let most_harmonics = scene.response.resolution.most_harmonics();
+    solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
     let state = solve::statics(scene, relative, progress);
     let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    summary.static_state = files::static_summary(&subject, &state);
     files::write_modes(options, &subject, None)?;
     files::write_static_state(options, &subject, &state, progress)?;
     if let Err(error) = solve::usable(&state) {
         files::finish(options, summary, progress)?;
         return Err(error);
     }
-    let respond = |harmonics| {
+    let respond = |resolution| {
         solve::respond(
             &scene.response,
             relative,
             damping,
             &state,
             &frequencies_hz,
-            harmonics,
+            resolution,
             progress,
         )
     };
-    let response = respond(scene.response.harmonics);
+    let resolution = scene.response.resolution;
+    let response = respond(resolution);
     let compared = scene
         .response
         .compare_harmonics
-        .filter(|h| *h != scene.response.harmonics)
-        .map(|h| (h, respond(h)));
+        .map(|h| (h, solve::compared(resolution, h)))
+        .filter(|(_, other)| *other != resolution)
+        .map(|(h, other)| (h, respond(other)));
     let compared = compared.as_ref();
     files::write_response(options, scene, &subject, &response, compared, progress)?;
     let first = subject.observations().first().copied();
@@ -77,7 +85,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
         summary.blade_frequency_hz = blade.copied().map(hertz);
     }
     files::finish(options, summary, progress)?;
-    files::report(&subject.observations(), &response, progress);
+    files::report(&subject.observations(), &response, resolution, progress);
     all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
 }
 
@@ -133,6 +141,10 @@ pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(
         return Err(no_mesh(scene));
     }
     let subject = Prepared::of(scene, options, progress)?;
+    if subject.pairs.rows.is_empty() {
+        let why = "a reduced model is about the pairs of its contacts";
+        return Err(Error::AllBonded { why });
+    }
     let law = files::write_reduced_model(options, &subject, progress)?;
     progress.note(&format!("reduced model in {}", options.out.display()));
     match law {
@@ -157,7 +169,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
     let subject = Prepared::of(scene, options, progress)?;
     let state = solve::statics(scene, subject.relative(), progress);
     let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    summary.static_state = files::static_summary(&subject, &state);
     files::write_modes(options, &subject, None)?;
     files::write_static_state(options, &subject, &state, progress)?;
     files::finish(options, summary, progress)?;
@@ -170,7 +182,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 /// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
     match &scene.subject {
-        Subject::Assembly(assembly) => meshed::check(&assembly.mesh)?,
+        Subject::Assembly(assembly) => meshing::check(&assembly.mesh)?,
         Subject::ReducedModel(spec) => prepared::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));

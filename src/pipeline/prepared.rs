@@ -61,7 +61,7 @@ impl Prepared {
 
     fn limit_friction(&mut self, progress: &Progress) {
         let relative = match &mut self.origin {
-            Origin::Mesh(meshed) => &mut meshed.reduced.relative,
+            Origin::Mesh(meshed) => &mut meshed.relative,
             Origin::Folder(relative) => relative,
         };
         let largest = relative
@@ -81,7 +81,7 @@ impl Prepared {
 
     pub(super) fn relative(&self) -> &RelativeModel {
         match &self.origin {
-            Origin::Mesh(meshed) => &meshed.reduced.relative,
+            Origin::Mesh(meshed) => &meshed.relative,
             Origin::Folder(relative) => relative,
         }
     }

@@ -1,21 +1,37 @@
 //! From a reduced model to its static state and its response.
 
 use super::hertz;
+use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::dlft::accuracy::samples_for;
+use crate::dlft::orbit::{linear_orbit, stuck_point};
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
-use crate::dlft::{Orbit, PairStatus, Response, StaticState, march::Periods};
+use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{EpsChoice, FrequencyRange, ResponseSpec, Scene};
+use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
+/// With friction; where no pair can open or slip there is nothing to solve.
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
-    let _stage = progress.stage("static state");
+    if relative.pairs.is_empty() {
+        return StaticState {
+            outcome: Outcome::Converged,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            status: Vec::new(),
+            newton_iterations: 0,
+            residual: 0.0,
+            retention_n: None,
+        };
+    }
+    let stage = progress.stage("static state");
+    stage.solves(relative.stiffness.nrows());
     // The static state does not depend on eps, only the way to it does.
     let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
@@ -34,7 +50,8 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
 
 /// Whether there is a static state to vibrate about.
 pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
-    if state.status.iter().all(|s| *s == PairStatus::Open) {
+    let open = |s: &PairStatus| *s == PairStatus::Open;
+    if !state.status.is_empty() && state.status.iter().all(open) {
         return Err(Error::NothingHolds);
     }
     if !state.outcome.is_converged() {
@@ -104,22 +121,43 @@ pub(super) fn off_undamped_modes(
     Ok(())
 }
 
+/// A response with `harmonics` beside one of another resolution: with its samples, where it says how many.
+pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
+    let samples = match own {
+        Resolution::Fixed { samples, .. } => samples,
+        Resolution::Accuracy(accuracy) => samples_for(accuracy, harmonics),
+    };
+    Resolution::Fixed { harmonics, samples }
+}
+
 pub(super) fn respond(
     spec: &ResponseSpec,
     relative: &RelativeModel,
     damping: Rayleigh,
     state: &StaticState,
     frequencies_hz: &[f64],
-    harmonics: usize,
+    resolution: Resolution,
     progress: &Progress,
 ) -> Response {
-    let plural = if harmonics == 1 { "" } else { "s" };
-    let _stage = progress.stage(&format!("response, {harmonics} harmonic{plural}"));
+    if relative.pairs.is_empty() {
+        let harmonics = match resolution {
+            Resolution::Fixed { harmonics, .. } => harmonics,
+            Resolution::Accuracy(_) => relative.highest_excited().max(1),
+        };
+        return linear(relative, damping, frequencies_hz, harmonics, progress);
+    }
+    let title = match resolution {
+        Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
+        Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
+        Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
+    };
+    let blocks = 2 * resolution.most_harmonics() + 1;
+    let stage = progress.stage(&title);
+    stage.solves(blocks * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
-        harmonics,
-        samples: spec.samples,
+        resolution,
         newton: NewtonOptions {
             tolerance: spec.tolerance,
             max_iterations: spec.max_newton_iterations,
@@ -131,4 +169,27 @@ pub(super) fn respond(
     let eps = eps_of(relative, spec.eps, spec.eps_scale);
     let step = |_: &Orbit| bar.step();
     sweep(relative, damping, &eps, state, &settings, &step)
+}
+
+/// The response where all flanks are bonded: the stuck modes', each by itself.
+fn linear(
+    relative: &RelativeModel,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    harmonics: usize,
+    progress: &Progress,
+) -> Response {
+    let _stage = progress.stage("linear response");
+    let system = ContactSystem::new(relative, damping);
+    let frequencies = frequencies_hz.iter();
+    Response {
+        stuck: frequencies
+            .clone()
+            .map(|&f| stuck_point(&system, harmonics, f))
+            .collect(),
+        orbits: frequencies
+            .map(|&f| linear_orbit(&system, harmonics, f))
+            .collect(),
+        slip_threshold_m: 0.0,
+    }
 }

@@ -48,6 +48,10 @@ pub fn verify(
 ) -> Result<(), Error> {
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
+    if relative.pairs.is_empty() {
+        let why = "the response is linear and in closed form, there is nothing to compare";
+        return Err(Error::AllBonded { why });
+    }
     let damping = rayleigh(&scene.damping, &relative.omega2)?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
@@ -128,14 +132,13 @@ fn orbits(
         spec.points = spec.points.min(MOST_POINTS);
         frequencies_hz = solve::frequencies_hz(&spec, relative)?;
     }
-    let harmonics = scene.response.harmonics;
     let response = solve::respond(
         &scene.response,
         relative,
         damping,
         state,
         &frequencies_hz,
-        harmonics,
+        scene.response.resolution,
         progress,
     );
     let chosen = if given {

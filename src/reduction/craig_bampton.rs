@@ -13,6 +13,7 @@
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
 use crate::fem::BodyMatrices;
@@ -21,14 +22,17 @@ use crate::numerics::condense;
 use crate::numerics::eigen::{Modes, lowest_modes};
 use crate::numerics::factor::{Cholesky, FactorError};
 use crate::numerics::sparse::{lean, product, submatrix, times};
+use crate::numerics::stored;
 
 /// One body on its kept dofs (flank nodes in the order of the pairs, then probe nodes) and the
 /// amplitudes of its fixed-interface modes: n = kept + modes coordinates, in this order.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReducedBody {
     /// N/m, n x n.
+    #[serde(with = "stored::matrix")]
     pub stiffness: Mat<f64>,
     /// kg, n x n (modes mass-normalised).
+    #[serde(with = "stored::matrix")]
     pub mass: Mat<f64>,
     /// Centrifugal load, N, n.
     pub load_n: Vec<f64>,
@@ -40,13 +44,16 @@ pub struct ReducedBody {
 }
 
 /// What gives the interior back.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Interior {
     factor: Cholesky,
     /// K_ib
+    #[serde(with = "stored::sparse_matrix")]
     coupling: CscMatrix<f64>,
     /// Phi
+    #[serde(with = "stored::matrix")]
     modes: Mat<f64>,
+    #[serde(with = "stored::numbers")]
     load_n: Vec<f64>,
 }
 

@@ -16,30 +16,35 @@
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
+use serde::{Deserialize, Serialize};
 
-use super::relative::{loads_and_probes, pair_law, stuck_error};
-use super::{Load, ReductionError, RelativeModel};
+use super::relative::{Recovery, Way, loads_and_probes, stuck_error};
+use super::{Load, ReducedModel, ReductionError, RelativeModel};
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::Model;
 use crate::numerics::condense::condense;
 use crate::numerics::eigen::lowest_modes;
 use crate::numerics::factor::{Cholesky, FactorError};
 use crate::numerics::sparse::{lean, product, submatrix, times};
+use crate::numerics::stored;
 
 /// What gives the motion of the bodies back: one solve for each column.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Joined {
     numbering: Numbering,
     factor: Cholesky,
     /// K_gx
+    #[serde(with = "stored::sparse_matrix")]
     coupling: CscMatrix<f64>,
     /// Phi
+    #[serde(with = "stored::matrix")]
     modes: Mat<f64>,
     /// Centrifugal load on g, N.
+    #[serde(with = "stored::numbers")]
     load_n: Vec<f64>,
 }
 
-/// The assembly on X with the `stuck_modes` lowest stuck modes, and the number of modes there are.
+/// The assembly on X with the `stuck_modes` lowest stuck modes.
 ///
 /// # Errors
 /// [`ReductionError::NotHeld`], [`ReductionError::Factor`], [`ReductionError::Stuck`],
@@ -48,7 +53,7 @@ pub(super) fn join(
     model: &Model,
     structure: &Structure,
     stuck_modes: usize,
-) -> Result<(RelativeModel, usize, Joined), ReductionError> {
+) -> Result<ReducedModel, ReductionError> {
     let numbering = Numbering::new(model)?;
     for (body, matrices) in model.bodies.iter().zip(&structure.bodies) {
         super::craig_bampton::check_size(body, matrices)?;
@@ -118,7 +123,7 @@ pub(super) fn join(
         }
         Ok(())
     };
-    let (excitations, observations) = loads_and_probes(model, nothing, add, project)?;
+    let (unit_loads, observations) = loads_and_probes(model, nothing, add, project)?;
     let given = structure.bodies.each_ref().map(|b| b.load_n.as_slice());
     let static_load = project(given);
     let load_n = numbering.gather(given).0;
@@ -128,10 +133,11 @@ pub(super) fn join(
         coupling,
         omega2: modes.omega2,
         static_load,
-        excitations,
+        excitations: Vec::new(),
         observations,
-        pairs: model.pairs.iter().map(pair_law).collect(),
+        pairs: Vec::new(),
     };
+
     let joined = Joined {
         numbering,
         factor,
@@ -139,11 +145,20 @@ pub(super) fn join(
         modes: modes.vectors,
         load_n,
     };
-    Ok((relative, interior, joined))
+    Ok(ReducedModel {
+        relative: relative.under(model, &unit_loads),
+        unit_loads,
+        all_stuck_modes: interior,
+        fixed_interface_omega2: Vec::new(),
+        recovery: Recovery {
+            bodies: Vec::new(),
+            way: Way::Joined(joined),
+        },
+    })
 }
 
 impl Joined {
-    /// As [`ReducedModel::full_motion`](super::ReducedModel::full_motion).
+    /// As [`Recovery::full_motion`](super::Recovery::full_motion).
     pub(super) fn motion(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> [Mat<f64>; 2] {
         let mut g = times(&self.coupling, x);
         self.factor.solve_in_place(g.as_mut());
@@ -151,7 +166,7 @@ impl Joined {
         self.numbering.scatter(g.as_ref(), x)
     }
 
-    /// As [`ReducedModel::full_static`](super::ReducedModel::full_static).
+    /// As [`Recovery::full_static`](super::Recovery::full_static).
     pub(super) fn static_displacement(&self, x: &[f64]) -> [Vec<f64>; 2] {
         let x = MatRef::from_column_major_slice(x, x.len(), 1);
         let mut g = times(&self.coupling, x);
@@ -166,7 +181,7 @@ impl Joined {
 }
 
 /// Where the free nodes of the bodies stand in (g, X).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Numbering {
     frames: Vec<[[f64; 3]; 3]>,
     /// Nodes of g; pair k is node `interior_nodes + k`.
@@ -175,7 +190,7 @@ struct Numbering {
     targets: [Vec<Target>; 2],
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 enum Target {
     /// The node itself.
     Node(usize),
@@ -189,31 +204,35 @@ type Block = [[f64; 3]; 3];
 impl Numbering {
     fn new(model: &Model) -> Result<Self, ReductionError> {
         let pairs = model.pairs.len();
+        let on_flank = pairs + model.bonded.len();
         let [first, second] = &model.bodies;
         for (b, body) in model.bodies.iter().enumerate() {
             let rigid = b == 1 && body.dofs.free_nodes() == 0;
-            if body.dofs.flank_nodes != pairs && !rigid {
+            if body.dofs.flank_nodes != on_flank && !rigid {
                 return Err(ReductionError::FlankMismatch {
                     body: body.name.clone(),
                     flank_nodes: body.dofs.flank_nodes,
-                    pairs,
+                    pairs: on_flank,
                 });
             }
         }
-        let own = first.dofs.free_nodes() - pairs;
+        let own = first.dofs.free_nodes() - on_flank;
         let second_nodes = second.dofs.free_nodes();
-        let flank = first.dofs.interior_nodes..first.dofs.interior_nodes + pairs;
+        let flank = first.dofs.interior_nodes..first.dofs.interior_nodes + on_flank;
         let targets = (0..first.dofs.free_nodes()).map(|node| {
             if node < flank.start {
                 Target::Node(node)
             } else if node >= flank.end {
-                Target::Node(node - pairs)
+                Target::Node(node - on_flank)
             } else {
                 let pair = node - flank.start;
                 let partner = own + second.dofs.interior_nodes + pair;
-                Target::Pair {
-                    pair,
-                    partner: (second_nodes > 0).then_some(partner),
+                match pair < pairs {
+                    true => Target::Pair {
+                        pair,
+                        partner: (second_nodes > 0).then_some(partner),
+                    },
+                    false => Target::Node(partner),
                 }
             }
         });
@@ -403,9 +422,36 @@ mod tests {
     }
 
     #[test]
+    fn what_was_written_and_read_back_gives_the_same_bits() {
+        let (model, structure) = assembly([5, 7]);
+        for reduced in [
+            reduce(&model, &structure, Some(9)).unwrap(),
+            reduce_joined(&model, &structure, 9).unwrap(),
+        ] {
+            let bytes = postcard::to_stdvec(&(&reduced.relative, &reduced.unit_loads)).unwrap();
+            let (relative, unit_loads): (RelativeModel, Vec<Load>) =
+                postcard::from_bytes(&bytes).unwrap();
+            let (relative, own) = (relative.under(&model, &unit_loads), &reduced.relative);
+            assert_eq!(relative.stiffness, own.stiffness);
+            assert_eq!(relative.coupling, own.coupling);
+            assert_eq!(relative.excitations, own.excitations);
+            assert_eq!(relative.observations, own.observations);
+            assert_eq!(relative.pairs, own.pairs);
+            let bytes = postcard::to_stdvec(&reduced.recovery).unwrap();
+            let recovery: Recovery = postcard::from_bytes(&bytes).unwrap();
+            let value = |i: usize, j: usize| (i as f64 - 3.0 * j as f64).sin();
+            let (x, q) = (Mat::from_fn(15, 3, value), Mat::from_fn(9, 3, value));
+            let motion = recovery.full_motion(x.as_ref(), q.as_ref());
+            assert_eq!(motion, reduced.recovery.full_motion(x.as_ref(), q.as_ref()));
+            let x = x.col_as_slice(1);
+            assert_eq!(recovery.full_static(x), reduced.recovery.full_static(x));
+        }
+    }
+
+    #[test]
     fn a_rigid_second_body_leaves_the_flanks_to_x_alone() {
         let (mut model, mut structure) = assembly([1000, 0]);
-        model.excitations.retain(|force| force.body == 0);
+        model.excitations.retain(|force| force.terms[0].0 == 0);
         model.observations.truncate(1);
         let dofs = &mut model.bodies[1].dofs;
         dofs.nodes.fill(crate::model::NodeMotion::Fixed);
@@ -418,7 +464,7 @@ mod tests {
         let joined = reduce_joined(&model, &structure, 5).unwrap();
         close(&joined.relative.stiffness, &apart.stiffness);
         close(&joined.relative.mass, &apart.mass);
-        let [first, second] = joined.full_static(&[0.0; 15]);
+        let [first, second] = joined.recovery.full_static(&[0.0; 15]);
         assert_eq!(
             (first.len(), second.len()),
             (structure.bodies[0].load_n.len(), 0)

@@ -2,7 +2,7 @@
 
 use crate::fem::{BodyMatrices, Structure};
 use crate::mesh::ElementOrder;
-use crate::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation, PointForce};
+use crate::model::{Body, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation};
 use crate::numerics::lattice::{Lattice, scattered};
 use crate::scene::Material;
 
@@ -57,10 +57,9 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
         })
         .collect();
     let (tip, tied) = (bar.node([3, 2, 2]) as u32, bar.nodes() as u32);
-    let force = |body, node, vector_n, harmonic, phase_rad| PointForce {
-        body,
-        node,
-        vector_n,
+    let force = |body, node, direction, harmonic, phase_rad| Excitation {
+        terms: vec![(body, node, direction)],
+        force_n: 1.5,
         harmonic,
         phase_rad,
     };
@@ -68,6 +67,7 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
         bodies: [bar_body, block_body],
         rotation: None,
         pairs,
+        bonded: Vec::new(),
         flank_triangles: Vec::new(),
         contact_names: vec!["flank".into()],
         excitations: vec![

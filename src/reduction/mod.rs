@@ -12,13 +12,16 @@ mod lattice_model;
 
 use faer::Mat;
 
+use serde::{Deserialize, Serialize};
+
 use crate::fem::Structure;
-use crate::model::Model;
+use crate::model::{ContactPair, Excitation, Model};
 use crate::numerics::eigen::EigenError;
 use crate::numerics::factor::FactorError;
+use crate::numerics::stored;
 
 pub use craig_bampton::ReducedBody;
-pub use relative::ReducedModel;
+pub use relative::Recovery;
 
 /// More pairs than this, and the bodies are condensed together ([`reduce_joined`]).
 pub const JOINED_ABOVE_PAIRS: usize = 400;
@@ -37,7 +40,7 @@ pub fn reduce(
     structure: &Structure,
     stuck_modes: Option<usize>,
 ) -> Result<ReducedModel, ReductionError> {
-    if model.pairs.len() > JOINED_ABOVE_PAIRS {
+    if model.pairs.len() + model.bonded.len() > JOINED_ABOVE_PAIRS {
         return reduce_joined(model, structure, stuck_modes.unwrap_or(JOINED_STUCK_MODES));
     }
     let condense = |b: usize| craig_bampton::condense(&model.bodies[b], &structure.bodies[b]);
@@ -55,13 +58,20 @@ pub fn reduce_joined(
     structure: &Structure,
     stuck_modes: usize,
 ) -> Result<ReducedModel, ReductionError> {
-    let (relative, all_stuck_modes, joined) = joined::join(model, structure, stuck_modes)?;
-    Ok(ReducedModel {
-        bodies: Vec::new(),
-        relative,
-        all_stuck_modes,
-        recovery: relative::Recovery::Joined(joined),
-    })
+    joined::join(model, structure, stuck_modes)
+}
+
+/// The assembly as the contact solver sees it, and the way back to the bodies.
+#[derive(Debug, Clone)]
+pub struct ReducedModel {
+    pub relative: RelativeModel,
+    /// One newton of each excitation of the model.
+    pub unit_loads: Vec<Load>,
+    /// Number of stuck modes there are; `relative` may keep fewer.
+    pub all_stuck_modes: usize,
+    /// Per body; none where the bodies were condensed together.
+    pub fixed_interface_omega2: Vec<Vec<f64>>,
+    pub recovery: Recovery,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -115,26 +125,48 @@ pub enum ReductionError {
 ///
 /// With q the modal amplitudes: `K X + M X'' + p q'' + lambda = F`, `q'' + w^2 q + p^T X'' = fm`
 /// (Rayleigh damping `a K + b M` alongside).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RelativeModel {
     /// Static stiffness on X, N/m, n x n.
+    #[serde(with = "stored::matrix")]
     pub stiffness: Mat<f64>,
     /// Mass on X with the rest following statically, kg, n x n.
+    #[serde(with = "stored::matrix")]
     pub mass: Mat<f64>,
     /// p: mass coupling of X to the stuck modes (mass-normalised), n x m.
+    #[serde(with = "stored::matrix")]
     pub coupling: Mat<f64>,
     /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, m.
     pub omega2: Vec<f64>,
     /// Static (centrifugal) load on X and on the modes.
     pub static_load: Load,
     /// Harmonic loads, by harmonic; several of one harmonic are already added.
+    #[serde(skip)]
     pub excitations: Vec<HarmonicLoad>,
     pub observations: Vec<Probe>,
     /// One entry per pair.
+    #[serde(skip)]
     pub pairs: Vec<PairLaw>,
 }
 
 impl RelativeModel {
+    /// Highest harmonic of the excitations; 0 without any.
+    pub fn highest_excited(&self) -> usize {
+        let excited = self.excitations.iter().map(|e| e.harmonic);
+        excited.max().unwrap_or(0)
+    }
+
+    /// With the laws of the model's pairs, and excited as the model says; `unit_loads` as in [`ReducedModel`].
+    pub fn under(mut self, model: &Model, unit_loads: &[Load]) -> Self {
+        let law = |pair: &ContactPair| PairLaw {
+            friction: pair.friction,
+            gap_m: pair.gap_m,
+        };
+        self.pairs = model.pairs.iter().map(law).collect();
+        self.excitations = excited(&model.excitations, unit_loads);
+        self
+    }
+
     /// The model with the `modes` lowest stuck modes only.
     pub fn with_modes(mut self, modes: usize) -> Self {
         let kept = modes.min(self.omega2.len());
@@ -152,8 +184,40 @@ impl RelativeModel {
     }
 }
 
+/// Loads by harmonic, ascending; forces of one harmonic are added.
+fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
+    let mut harmonics: Vec<usize> = forces.iter().map(|f| f.harmonic).collect();
+    harmonics.sort_unstable();
+    harmonics.dedup();
+    let load = |harmonic: usize, share: fn(f64) -> f64| {
+        let mut sum: Option<Load> = None;
+        let of_harmonic = forces.iter().zip(unit_loads);
+        for (force, unit) in of_harmonic.filter(|(f, _)| f.harmonic == harmonic) {
+            let amplitude_n = force.force_n * share(force.phase_rad);
+            let zero = || Load {
+                on_x: vec![0.0; unit.on_x.len()],
+                on_modes: vec![0.0; unit.on_modes.len()],
+            };
+            let sum = sum.get_or_insert_with(zero);
+            let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
+            for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
+                *into += amplitude_n * unit;
+            }
+        }
+        sum
+    };
+    let both = |harmonic| {
+        Some(HarmonicLoad {
+            harmonic,
+            cosine: load(harmonic, f64::cos)?,
+            sine: load(harmonic, f64::sin)?,
+        })
+    };
+    harmonics.into_iter().filter_map(both).collect()
+}
+
 /// A load on X (n) and on the stuck modes (m).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Load {
     pub on_x: Vec<f64>,
     pub on_modes: Vec<f64>,
@@ -168,7 +232,7 @@ pub struct HarmonicLoad {
 }
 
 /// An observed displacement `on_x . X + on_modes . q`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probe {
     pub name: String,
     pub on_x: Vec<f64>,

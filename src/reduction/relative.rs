@@ -27,39 +27,43 @@
 //! stiffnesses at the flanks.
 
 use faer::{Mat, MatRef};
+use serde::{Deserialize, Serialize};
 
 use super::craig_bampton::ReducedBody;
 use super::joined::Joined;
-use super::{HarmonicLoad, Load, PairLaw, Probe, ReductionError, RelativeModel};
-use crate::model::{ContactPair, Model};
+use super::{Load, Probe, ReducedModel, ReductionError, RelativeModel};
+use crate::model::Model;
 use crate::numerics::eigen::{EigenError, dense};
 use crate::numerics::sparse::{product, symmetrised};
+use crate::numerics::stored;
 
-/// The assembly as the contact solver sees it, and the way back to the bodies.
-#[derive(Debug, Clone)]
-pub struct ReducedModel {
+const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// The way back from (X, q) to the bodies.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Recovery {
     /// The bodies by Craig-Bampton; none where they were condensed together.
     pub bodies: Vec<ReducedBody>,
-    pub relative: RelativeModel,
-    /// Number of stuck modes there are; `relative` may keep fewer.
-    pub all_stuck_modes: usize,
-    pub(super) recovery: Recovery,
+    pub(super) way: Way,
 }
 
-#[derive(Debug, Clone)]
-pub(super) enum Recovery {
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) enum Way {
     Bodies(Separate),
     Joined(Joined),
 }
 
 /// From (X, q) to the coordinates of the bodies.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Separate {
     frames: Vec<[[f64; 3]; 3]>,
     /// Psi, Phi on r.
+    #[serde(with = "stored::matrix")]
     constraint: Mat<f64>,
+    #[serde(with = "stored::matrix")]
     modes: Mat<f64>,
     /// K_rr^-1 f_r under the static load.
+    #[serde(with = "stored::numbers")]
     static_rest: Vec<f64>,
 }
 
@@ -74,7 +78,14 @@ pub fn relative(
     stuck_modes: Option<usize>,
 ) -> Result<ReducedModel, ReductionError> {
     let layout = Layout::new(model, &bodies)?;
-    let frames: Vec<_> = model.pairs.iter().map(|pair| pair.frame).collect();
+    // What is bonded moves with the other body in any frame.
+    let bonded = std::iter::repeat_n(GLOBAL, model.bonded.len());
+    let frames: Vec<_> = model
+        .pairs
+        .iter()
+        .map(|pair| pair.frame)
+        .chain(bonded)
+        .collect();
     let assemble = |matrix: fn(&ReducedBody) -> &Mat<f64>| {
         let local =
             [0, 1].map(|b| in_frames(matrix(&bodies[b]).as_ref(), layout.flank(b), &frames));
@@ -130,98 +141,84 @@ pub fn relative(
     let add = |body: usize, node: u32, vector: [f64; 3], target: &mut [f64], what: &str| {
         add_at_node(model, body, node, vector, target, what)
     };
-    let (excitations, observations) = loads_and_probes(model, nothing, add, project)?;
+    let (unit_loads, observations) = loads_and_probes(model, nothing, add, project)?;
     let relative = RelativeModel {
         stiffness: symmetrised(stiffness.as_ref()),
         mass: symmetrised(mass.as_ref()),
         coupling,
         omega2: modes.omega2[..kept].to_vec(),
         static_load,
-        excitations,
+        excitations: Vec::new(),
         observations,
-        pairs: model.pairs.iter().map(pair_law).collect(),
+        pairs: Vec::new(),
     };
     Ok(ReducedModel {
-        bodies: bodies.into(),
-        relative,
+        relative: relative.under(model, &unit_loads),
+        unit_loads,
         all_stuck_modes,
-        recovery: Recovery::Bodies(Separate {
-            frames,
-            constraint,
-            modes: phi,
-            static_rest,
-        }),
+        fixed_interface_omega2: bodies.iter().map(|b| b.omega2.clone()).collect(),
+        recovery: Recovery {
+            bodies: bodies.into(),
+            way: Way::Bodies(Separate {
+                frames,
+                constraint,
+                modes: phi,
+                static_rest,
+            }),
+        },
     })
 }
 
-/// Harmonic loads and observed points of the model, built from `nothing` by `add` (body, node, vector,
+/// A unit of each excitation and the observed points of the model, built from `nothing` by `add` (body, node, vector,
 /// target, what it is for) on coordinates of the bodies, then projected.
 pub(super) fn loads_and_probes(
     model: &Model,
     nothing: impl Fn() -> [Vec<f64>; 2],
     add: impl Fn(usize, u32, [f64; 3], &mut [f64], &str) -> Result<(), ReductionError>,
     project: impl Fn([&[f64]; 2]) -> Load,
-) -> Result<(Vec<HarmonicLoad>, Vec<Probe>), ReductionError> {
+) -> Result<(Vec<Load>, Vec<Probe>), ReductionError> {
+    let projected = |terms: &[(usize, u32, [f64; 3])], what: &str| {
+        let mut vectors = nothing();
+        for &(body, node, direction) in terms {
+            add(body, node, direction, &mut vectors[body], what)?;
+        }
+        Ok(project([&vectors[0], &vectors[1]]))
+    };
     let mut observations = Vec::with_capacity(model.observations.len());
     for observation in &model.observations {
-        let mut vectors = nothing();
-        for &(body, node, direction) in &observation.terms {
-            add(body, node, direction, &mut vectors[body], &observation.name)?;
-        }
-        let Load { on_x, on_modes } = project([&vectors[0], &vectors[1]]);
+        let Load { on_x, on_modes } = projected(&observation.terms, &observation.name)?;
         observations.push(Probe {
             name: observation.name.clone(),
             on_x,
             on_modes,
         });
     }
-    let mut excitations: Vec<HarmonicLoad> = Vec::new();
-    let mut harmonics: Vec<usize> = model.excitations.iter().map(|f| f.harmonic).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
-    for harmonic in harmonics {
-        let mut phases = [(); 2].map(|()| nothing());
-        for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
-            for (vectors, share) in phases
-                .iter_mut()
-                .zip([force.phase_rad.cos(), force.phase_rad.sin()])
-            {
-                let part = force.vector_n.map(|f| f * share);
-                let target = &mut vectors[force.body];
-                add(force.body, force.node, part, target, "an excitation")?;
-            }
-        }
-        let [cosine, sine] = phases.map(|vectors| project([&vectors[0], &vectors[1]]));
-        excitations.push(HarmonicLoad {
-            harmonic,
-            cosine,
-            sine,
-        });
-    }
-    Ok((excitations, observations))
+    let forces = model.excitations.iter();
+    let unit_loads = forces.map(|force| projected(&force.terms, "an excitation"));
+    Ok((unit_loads.collect::<Result<_, _>>()?, observations))
 }
 
-impl ReducedModel {
+impl Recovery {
     /// Motion of all free dofs of each body, one column per column of `x` and `modal` (amplitudes of
     /// one harmonic, or instants), without the static load.
     pub fn full_motion(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> [Mat<f64>; 2] {
-        match &self.recovery {
-            Recovery::Bodies(way) => {
+        match &self.way {
+            Way::Bodies(way) => {
                 let coordinates = way.expand(&self.bodies, x, modal);
                 let motion = |b: usize| self.bodies[b].motion(coordinates[b].as_ref());
                 let (first, second) = rayon::join(|| motion(0), || motion(1));
                 [first, second]
             }
-            Recovery::Joined(joined) => joined.motion(x, modal),
+            Way::Joined(joined) => joined.motion(x, modal),
         }
     }
 
     /// Static displacement of all free dofs of each body, under the centrifugal load and the
     /// contact forces that go with the static `x`; exact, whatever the number of modes kept.
     pub fn full_static(&self, x: &[f64]) -> [Vec<f64>; 2] {
-        let way = match &self.recovery {
-            Recovery::Bodies(way) => way,
-            Recovery::Joined(joined) => return joined.static_displacement(x),
+        let way = match &self.way {
+            Way::Bodies(way) => way,
+            Way::Joined(joined) => return joined.static_displacement(x),
         };
         let x = MatRef::from_column_major_slice(x, x.len(), 1);
         let mut rest = product(way.constraint.as_ref(), x);
@@ -263,12 +260,16 @@ impl Separate {
             let mut all = Mat::zeros(bodies[b].coordinates(), columns);
             for j in 0..columns {
                 let local = |i: usize| {
-                    let second = if layout.second_flank > 0 {
+                    let second = if layout.flanks[1] > 0 {
                         rest[(i, j)]
                     } else {
                         0.0
                     };
-                    if b == 0 { x[(i, j)] + second } else { second }
+                    if b == 0 && i < x.nrows() {
+                        x[(i, j)] + second
+                    } else {
+                        second
+                    }
                 };
                 for (pair, frame) in self.frames.iter().enumerate().take(flank / 3) {
                     for axis in 0..3 {
@@ -291,58 +292,61 @@ impl Separate {
 struct Layout {
     /// 3 pairs
     pairs: usize,
-    /// 3 pairs, or 0 where the second body is rigid.
-    second_flank: usize,
+    /// Dofs of the flank, those of bonded nodes included; of the second body 0 where it is rigid.
+    flanks: [usize; 2],
     /// Probe dofs and modes of each body.
     others: [usize; 2],
 }
 
 impl Layout {
     fn new(model: &Model, bodies: &[ReducedBody; 2]) -> Result<Self, ReductionError> {
-        let pairs = 3 * model.pairs.len();
+        let flank = model.pairs.len() + model.bonded.len();
         for (b, body) in bodies.iter().enumerate() {
             let rigid = b == 1 && body.coordinates() == 0;
-            if body.flank_dofs != pairs && !rigid {
+            if body.flank_dofs != 3 * flank && !rigid {
                 return Err(ReductionError::FlankMismatch {
                     body: model.bodies[b].name.clone(),
                     flank_nodes: body.flank_dofs / 3,
-                    pairs: model.pairs.len(),
+                    pairs: flank,
                 });
             }
         }
-        Ok(Self::of(pairs, bodies))
+        Ok(Self::of(3 * model.pairs.len(), bodies))
     }
 
     fn of(pairs: usize, bodies: &[ReducedBody]) -> Self {
         let others = [0, 1].map(|b: usize| bodies[b].coordinates() - bodies[b].flank_dofs);
         Self {
             pairs,
-            second_flank: bodies[1].flank_dofs,
+            flanks: [0, 1].map(|b: usize| bodies[b].flank_dofs),
             others,
         }
     }
 
     fn flank(&self, body: usize) -> usize {
-        [self.pairs, self.second_flank][body]
+        self.flanks[body]
     }
 
     fn rest(&self) -> usize {
-        self.second_flank + self.others[0] + self.others[1]
+        self.flanks[1] + self.others[0] + self.others[1]
     }
 
     /// Position in r of the other coordinates of a body.
     fn other(&self, body: usize) -> usize {
-        self.second_flank + if body == 0 { 0 } else { self.others[0] }
+        self.flanks[1] + if body == 0 { 0 } else { self.others[0] }
     }
 
     /// Positions in (X, r) to which coordinate `i` of a body contributes: a flank dof of the first
-    /// body moves with X and with the second body's flank.
+    /// body moves with X and with the second body's flank, a bonded one with the latter alone.
     fn targets(&self, body: usize, i: usize) -> impl Iterator<Item = usize> + use<> {
         let flank = self.flank(body);
         let (a, b) = if i >= flank {
             (Some(self.pairs + self.other(body) + i - flank), None)
         } else if body == 0 {
-            (Some(i), (self.second_flank > 0).then_some(self.pairs + i))
+            (
+                (i < self.pairs).then_some(i),
+                (self.flanks[1] > 0).then_some(self.pairs + i),
+            )
         } else {
             (Some(self.pairs + i), None)
         };
@@ -429,13 +433,6 @@ fn add_at_node(
     Ok(())
 }
 
-pub(super) fn pair_law(pair: &ContactPair) -> PairLaw {
-    PairLaw {
-        friction: pair.friction,
-        gap_m: pair.gap_m,
-    }
-}
-
 pub(super) fn stuck_error(source: EigenError) -> ReductionError {
     ReductionError::Stuck { source }
 }
@@ -493,7 +490,7 @@ mod tests {
         let frames: Vec<_> = model.pairs.iter().map(|pair| pair.frame).collect();
         for w in FREQUENCIES {
             let z = [0, 1].map(|b| {
-                let body = &reduced.bodies[b];
+                let body = &reduced.recovery.bodies[b];
                 let k = in_frames(body.stiffness.as_ref(), body.flank_dofs, &frames);
                 let m = in_frames(body.mass.as_ref(), body.flank_dofs, &frames);
                 let z = dynamic_stiffness(&k, &m, w);
@@ -518,9 +515,12 @@ mod tests {
         let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
         for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
             let phase = c64::new(0.0, -force.phase_rad).exp();
-            for (free, weight) in model.bodies[force.body].dofs.weights(force.node as usize) {
-                for axis in 0..3 {
-                    f[force.body][(3 * free + axis, 0)] += phase * weight * force.vector_n[axis];
+            for &(body, node, direction) in &force.terms {
+                for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+                    for axis in 0..3 {
+                        f[body][(3 * free + axis, 0)] +=
+                            phase * weight * force.force_n * direction[axis];
+                    }
                 }
             }
         }
@@ -592,7 +592,9 @@ mod tests {
                     if j == 0 { a[(i, 0)].re } else { a[(i, 0)].im }
                 })
             };
-            let motion = reduced.full_motion(parts(&x).as_ref(), parts(&q).as_ref());
+            let motion = reduced
+                .recovery
+                .full_motion(parts(&x).as_ref(), parts(&q).as_ref());
             for b in 0..2 {
                 let found = complex(motion[b].col_as_slice(0), motion[b].col_as_slice(1));
                 close(&found, &exact[b], 1e-8);
@@ -640,7 +642,7 @@ mod tests {
         let x: Vec<f64> = (0..n).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
         let column = Mat::from_fn(n, 1, |i, _| x[i]);
         let elastic = &reduced.relative.stiffness * &column;
-        let u = reduced.full_static(&x);
+        let u = reduced.recovery.full_static(&x);
         for (b, sign) in [(0, 1.0), (1, -1.0)] {
             let body = &structure.bodies[b];
             let displacement = Mat::from_fn(u[b].len(), 1, |i, _| u[b][i]);
@@ -702,7 +704,7 @@ mod tests {
     #[test]
     fn a_rigid_second_body_leaves_the_first_alone() {
         let (mut model, mut structure) = assembly([1000, 7]);
-        model.excitations.retain(|force| force.body == 0);
+        model.excitations.retain(|force| force.terms[0].0 == 0);
         model.observations.truncate(1);
         let rigid = &mut model.bodies[1];
         rigid.dofs.nodes.fill(crate::model::NodeMotion::Fixed);
@@ -723,8 +725,57 @@ mod tests {
         for (a, b) in held.omega2.iter().zip(&reduced.relative.omega2) {
             assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
         }
-        let [first, second] = reduced.full_static(&[0.0; 15]);
+        let [first, second] = reduced.recovery.full_static(&[0.0; 15]);
         assert_eq!((first.len(), second.len()), (matrices.load_n.len(), 0));
+    }
+
+    #[test]
+    fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
+        let (model, structure) = assembly([1000, 1000]);
+        let whole = reduce(&model, &structure, None).unwrap();
+        for left in [3, 0] {
+            let mut tied = model.clone();
+            let gone = tied.pairs.split_off(left);
+            tied.bonded = gone.iter().map(|p| p.nodes).collect();
+            let few = 3 * left;
+            for reduced in [
+                reduce(&tied, &structure, None).unwrap(),
+                reduce_joined(&tied, &structure, 1000).unwrap(),
+            ] {
+                let (all, some) = (&whole.relative, &reduced.relative);
+                assert_eq!((some.stiffness.nrows(), some.pairs.len()), (few, left));
+                let same = |a: &Mat<f64>, b: &Mat<f64>| {
+                    let error = (a - b.get(..few, ..few)).norm_max();
+                    assert!(error <= 1e-9 * b.norm_max(), "{error}");
+                };
+                same(&some.stiffness, &all.stiffness);
+                same(&some.mass, &all.mass);
+                assert_eq!(some.omega2.len(), all.omega2.len());
+                for (a, b) in some.omega2.iter().zip(&all.omega2) {
+                    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+                }
+                for w in FREQUENCIES {
+                    let a = lambda(some, w);
+                    let b = lambda(all, w);
+                    let error = (&a - b.get(..few, ..few)).norm_max();
+                    assert!(error <= 1e-9 * b.norm_max(), "{w}: {error}");
+                }
+                // With what is left stuck both move alike.
+                let u = reduced.recovery.full_static(&vec![0.0; few]);
+                let v = whole.recovery.full_static(&[0.0; 15]);
+                for (u, v) in u.iter().flatten().zip(v.iter().flatten()) {
+                    assert!((u - v).abs() < 1e-9 * 1e-5, "{u} {v}");
+                }
+                for (a, b) in some.observations.iter().zip(&all.observations) {
+                    for (a, b) in a.on_x.iter().zip(&b.on_x) {
+                        assert!((a - b).abs() < 1e-9, "{a} {b}");
+                    }
+                }
+                for (a, b) in some.static_load.on_x.iter().zip(&all.static_load.on_x) {
+                    assert!((a - b).abs() < 1e-9 * 100.0, "{a} {b}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -769,7 +820,7 @@ mod tests {
             "{message}"
         );
 
-        model.excitations[0].node = model.bodies[0]
+        model.excitations[0].terms[0].1 = model.bodies[0]
             .dofs
             .nodes
             .iter()

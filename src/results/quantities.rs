@@ -333,6 +333,7 @@ mod tests {
             input_power_w: 6.0,
             newton_iterations: 3,
             krylov_iterations: 9,
+            estimated_error: None,
             retention_n: 0.0,
             residual: 1e-10,
         }

@@ -187,8 +187,10 @@ pub enum Fault {
     },
     #[error("`damping.stuck_mode` is {stuck_mode}, but only {kept} stuck modes are kept")]
     StuckModeNotKept { stuck_mode: usize, kept: usize },
-    #[error("the scene has {found} {}; it needs two", if *found == 1 { "body" } else { "bodies" })]
+    #[error("the scene has {found} bodies; it needs one or two")]
     BodyCount { found: usize },
+    #[error("`{path}` is given, and the scene has no second [[body]]")]
+    NoSecondBody { path: String },
     #[error("no body is fixed anywhere")]
     NothingFixed,
     #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
@@ -256,7 +258,8 @@ impl Fault {
             Self::TooFewSamples { least, .. } => format!("at least {least}"),
             Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
             Self::StuckModeNotKept { kept, .. } => format!("at most {kept}"),
-            Self::BodyCount { found: 0 | 1 } => "another body is needed".to_owned(),
+            Self::BodyCount { found: 0 } => "a body is needed".to_owned(),
+            Self::NoSecondBody { .. } => "no such body".to_owned(),
             Self::BodyCount { .. } => "one body too many".to_owned(),
             Self::NothingFixed => "every body floats".to_owned(),
             Self::OverrideSyntax { .. } => "no `=` with a key before it".to_owned(),
@@ -320,8 +323,11 @@ impl Fault {
             Self::StuckModeNotKept { stuck_mode, .. } => format!(
                 "set response.stuck_modes to {stuck_mode} or more, or leave it out to keep all of them"
             ),
-            Self::BodyCount { .. } => "write exactly two [[body]] tables: first the one that vibrates (blade), \
-                 then the one that holds it (jaw)"
+            Self::BodyCount { .. } => "write two [[body]] tables: first the one that vibrates (blade), then the one \
+                 that holds it (jaw); or only the first, held by rigid ground"
+                .to_owned(),
+            Self::NoSecondBody { .. } => "leave it out: the flank `first` then touches rigid ground; or write a \
+                 second [[body]], the one that holds the first"
                 .to_owned(),
             Self::NothingFixed => {
                 "name a group of the mesh that does not move in at least one [[body]], for example: fixed = \

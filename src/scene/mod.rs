@@ -102,7 +102,8 @@ pub struct ReducedModelSpec {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
     pub mesh: MeshSource,
-    /// First the body that vibrates (blade), then the one that holds it (jaw).
+    /// First the body that vibrates (blade), then the one that holds it (jaw); without the second the contacts are
+    /// with rigid ground.
     pub bodies: Vec<BodySpec>,
     /// `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
@@ -177,7 +178,7 @@ pub struct BodySpec {
 }
 
 /// Isotropic linear elasticity.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Material {
     pub young_pa: f64,
     pub poisson: f64,
@@ -198,7 +199,7 @@ pub struct RotationSpec {
 }
 
 /// What the rotation adds to the stiffness.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Prestress {
     /// The centrifugal load only.
     None,
@@ -212,14 +213,24 @@ pub struct ContactSpec {
     pub name: String,
     /// Surface group of the first body.
     pub first: String,
-    /// Surface group of the second body.
-    pub second: String,
+    /// Surface group of the second body; `None` where there is no second body.
+    pub second: Option<String>,
+    pub law: ContactLaw,
     /// Coulomb coefficient.
     pub friction: f64,
     /// Initial clearance along the normal, m (0: the flanks touch).
     pub gap_m: f64,
     /// Clearance that grows away from a point or line of the flank.
     pub crown: Option<CrownSpec>,
+}
+
+/// What joins the two sides of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactLaw {
+    /// Compression only, dry friction.
+    UnilateralCoulomb,
+    /// Nothing moves: friction, clearance and crown are not used.
+    Bonded,
 }
 
 /// A crowned flank: to the clearance is added d^2 / (2 radius_m), d the distance in the flank's tangent plane
@@ -297,11 +308,9 @@ pub struct ResponseSpec {
     pub range: FrequencyRange,
     /// Number of frequencies, evenly spaced.
     pub points: usize,
-    pub harmonics: usize,
+    pub resolution: Resolution,
     /// A second response with this many harmonics, drawn beside the first.
     pub compare_harmonics: Option<usize>,
-    /// Samples of a period in the alternating frequency-time step.
-    pub samples: usize,
     pub eps: EpsChoice,
     /// eps is multiplied by this (1 = the choice itself).
     pub eps_scale: f64,
@@ -315,6 +324,29 @@ pub struct ResponseSpec {
     /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
     /// static slip.
     pub slip_threshold_m: Option<f64>,
+}
+
+/// What each frequency is resolved with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Resolution {
+    /// Harmonics of the motion, and samples of a period in the alternating frequency-time step.
+    Fixed { harmonics: usize, samples: usize },
+    /// As few as keep the estimated error of the observed amplitudes below this fraction of them.
+    Accuracy(f64),
+}
+
+impl Resolution {
+    /// Most harmonics kept for an accuracy: with more, what the march of a pair leaves open (its parameter eps, the
+    /// way to the periodic state) weighs more than what the harmonics add.
+    pub const MOST_ADAPTED: usize = 31;
+
+    /// The most harmonics any frequency may have.
+    pub fn most_harmonics(self) -> usize {
+        match self {
+            Self::Fixed { harmonics, .. } => harmonics,
+            Self::Accuracy(_) => Self::MOST_ADAPTED,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]

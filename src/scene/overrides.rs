@@ -15,7 +15,7 @@ use super::keys;
 use super::source::Source;
 
 /// Keys of a section of which only one group may be given.
-const ALTERNATIVES: [(&str, &[&[&str]]); 3] = [
+const ALTERNATIVES: [(&str, &[&[&str]]); 4] = [
     (
         "mesh",
         &[
@@ -36,6 +36,10 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 3] = [
     (
         "response",
         &[&["frequency_hz"], &["times_first_stuck_mode"]],
+    ),
+    (
+        "response",
+        &[&["accuracy"], &["harmonics", "samples", "tolerance"]],
     ),
 ];
 
@@ -274,18 +278,15 @@ fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Bo
 
 /// Takes out what `section.key` excludes, where the file (not another argument) has set it.
 fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key: &str) {
-    let groups = ALTERNATIVES
-        .iter()
-        .find(|(s, _)| *s == section)
-        .map(|(_, groups)| *groups);
     let Some(DeValue::Table(table)) = root.get_mut(section).map(|v| v.get_mut()) else {
         return;
     };
-    for group in groups.unwrap_or(&[]).iter().filter(|g| !g.contains(&key)) {
-        // A key that belongs to no group excludes nothing.
-        if !groups.unwrap_or(&[]).iter().any(|g| g.contains(&key)) {
-            return;
-        }
+    // A key that belongs to no group excludes nothing.
+    let choices = ALTERNATIVES
+        .iter()
+        .filter(|(s, groups)| *s == section && groups.iter().any(|g| g.contains(&key)));
+    let others = choices.flat_map(|(_, groups)| groups.iter().filter(|g| !g.contains(&key)));
+    for group in others {
         for other in *group {
             if table
                 .get(*other)

@@ -151,6 +151,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
                     scene_file: study.scene.clone(),
                     fields: false,
                     held_modes: false,
+                    cache: None,
                 };
                 pipeline::check(&scene, &options, &Progress::new(true))?;
                 subjects.push(scene.subject);

@@ -189,6 +189,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         bodies: [blade, jaw],
         rotation: None,
         pairs,
+        bonded: Vec::new(),
         flank_triangles: triangles,
         contact_names: vec!["left".into(), "right, \"skewed\"".into()],
         excitations: vec![],
@@ -345,6 +346,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             input_power_w: friction_power_w + 0.01 * g * g,
             newton_iterations: 5 + i % 3,
             krylov_iterations: 40,
+            estimated_error: Some(0.004),
             retention_n: 0.0,
             residual: 1e-9 * bad,
         }

@@ -114,8 +114,7 @@ impl Joint {
         program
             .arg("run")
             .arg(&scene)
-            .arg("--quiet")
-            .arg("--out")
+            .args(["--no-cache", "--quiet", "--out"])
             .arg(&folder.0);
         if let Some(threads) = self.threads {
             program.args(["--threads", threads]);

@@ -44,7 +44,8 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
     ContactSpec {
         name: name.into(),
         first: first.into(),
-        second: second.into(),
+        second: Some(second.into()),
+        law: dovetail::scene::ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
         crown: None,

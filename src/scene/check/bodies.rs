@@ -19,7 +19,7 @@ pub fn bodies(checker: &mut Checker, raw: &[Spanned<RawBody>]) -> Option<Vec<Bod
         .enumerate()
         .map(|(i, b)| body(checker, i, b))
         .collect();
-    if raw.len() != 2 {
+    if !(1..=2).contains(&raw.len()) {
         let end = checker.source.text.len();
         let span = raw.get(2).or(raw.last()).map_or(end..end, Spanned::span);
         checker.fault(span, Fault::BodyCount { found: raw.len() });
@@ -31,7 +31,8 @@ pub fn bodies(checker: &mut Checker, raw: &[Spanned<RawBody>]) -> Option<Vec<Bod
             .as_ref()
             .is_some_and(|f| !f.get_ref().is_empty())
     };
-    if !raw.iter().any(is_fixed) {
+    // A body alone is held by rigid ground.
+    if raw.len() == 2 && !raw.iter().any(is_fixed) {
         checker.fault(raw[1].span(), Fault::NothingFixed);
     }
     let located = |key: &str, i: usize, value: &Located<String>| {

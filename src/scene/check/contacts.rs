@@ -6,9 +6,14 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
-use crate::scene::{ContactSpec, CrownSpec, DampingSpec, ResponseSpec};
+use crate::scene::{ContactLaw, ContactSpec, CrownSpec, DampingSpec, ResponseSpec};
 
-pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
+/// `bodies`: how many the scene has.
+pub fn contacts(
+    checker: &mut Checker,
+    raw: &[Spanned<RawContact>],
+    bodies: usize,
+) -> Option<Vec<ContactSpec>> {
     let (mut specs, mut names, mut groups) = (Vec::new(), Vec::new(), Vec::new());
     for (index, table) in raw.iter().enumerate() {
         let at = Table::of(
@@ -31,8 +36,16 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
         );
         let name = checker.required_name(&at, &raw.name);
         let first = checker.text(&at, "first", &raw.first);
-        let second = checker.text(&at, "second", &raw.second);
-        let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
+        let second = second(checker, &at, raw, bodies);
+        let law = checker.choice(
+            &at,
+            "law",
+            &raw.law,
+            &["unilateral_coulomb", "bonded"],
+            &[ContactLaw::UnilateralCoulomb, ContactLaw::Bonded],
+        );
+        let unused = (law == Some(ContactLaw::Bonded)).then_some(0.0);
+        let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, unused);
         let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
         let crown = crown(checker, &at, raw);
         specs.push((|| {
@@ -40,6 +53,7 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
                 name: name?,
                 first: first?,
                 second: second?,
+                law: law?,
                 friction: friction?,
                 gap_m: gap_m?,
                 crown: crown?,
@@ -49,6 +63,24 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
     checker.distinct(&names);
     checker.distinct(&groups);
     specs.into_iter().collect()
+}
+
+/// The second body's flank, `Some(None)` where there is no second body.
+fn second(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawContact,
+    bodies: usize,
+) -> Option<Option<String>> {
+    match (&raw.second, bodies) {
+        (None, 1) => Some(None),
+        (Some(given), 1) => {
+            let path = at.key("second");
+            checker.fault(given.span(), Fault::NoSecondBody { path });
+            None
+        }
+        (given, _) => checker.text(at, "second", given).map(Some),
+    }
 }
 
 /// The crown of a flank, `Some(None)` where it has none.

@@ -109,7 +109,7 @@ fn assembly(
         .rotation
         .as_ref()
         .map(|r| bodies::rotation(checker, &body_names, r));
-    let contacts = contacts::contacts(checker, &raw.contact);
+    let contacts = contacts::contacts(checker, &raw.contact, raw.body.len());
     let loads = loads::loads(checker, &raw.load);
     let excitations = probes::excitations(checker, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);

@@ -23,9 +23,9 @@ pub fn excitations(
         let harmonic = checker.count(&at, "harmonic", &raw.harmonic, 1..=MOST_HARMONICS, 1);
         let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg, Limits::ANY, Some(0.0));
         if let (Some(harmonic), Some(response)) = (harmonic, response)
-            && harmonic > response.harmonics
+            && harmonic > response.resolution.most_harmonics()
         {
-            let (path, harmonics) = (at.key("harmonic"), response.harmonics);
+            let (path, harmonics) = (at.key("harmonic"), response.resolution.most_harmonics());
             let span = raw.harmonic.as_ref().map_or(at.span.clone(), Spanned::span);
             checker.fault(
                 span,

@@ -5,8 +5,8 @@ use serde_spanned::Spanned;
 use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
-use crate::scene::raw::RawResponse;
-use crate::scene::{EpsChoice, FrequencyRange, ResponseSpec, Solver};
+use crate::scene::raw::{Number, RawResponse};
+use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Solver};
 
 /// More harmonics, samples or frequencies than these are taken for a slip of the pen.
 pub const MOST_HARMONICS: usize = 1_000;
@@ -18,15 +18,26 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let raw = raw.get_ref();
     let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
     let range = frequency_range(checker, &at, raw, points);
-    let harmonics = match &raw.harmonics {
-        Some(none) if none.get_ref().0 == 0 => {
-            checker.fault(none.span(), Fault::NoHarmonic);
-            None
-        }
-        _ => checker.count(&at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3),
+    let (resolution, tolerance) = match &raw.accuracy {
+        Some(accuracy) => (
+            adapted(checker, &at, raw, accuracy),
+            raw.accuracy
+                .as_ref()
+                .map(|a| adapted_tolerance(a.get_ref().0)),
+        ),
+        None => (
+            fixed(checker, &at, raw),
+            checker.number(
+                &at,
+                "tolerance",
+                &raw.tolerance,
+                Limits::between(0.0, 1.0),
+                Some(1e-8),
+            ),
+        ),
     };
     let compare = raw.compare_harmonics.as_ref().map(|_| {
-        let most = harmonics.unwrap_or(MOST_HARMONICS);
+        let most = resolution.map_or(MOST_HARMONICS, Resolution::most_harmonics);
         checker.count(
             &at,
             "compare_harmonics",
@@ -35,22 +46,6 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
             1,
         )
     });
-    let samples = checker.count(&at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
-    if let (Some(harmonics), Some(samples)) = (harmonics, samples)
-        && samples <= 2 * harmonics + 1
-    {
-        let span = raw
-            .samples
-            .as_ref()
-            .map(Spanned::span)
-            .or(raw.harmonics.as_ref().map(Spanned::span));
-        let fault = Fault::TooFewSamples {
-            samples,
-            harmonics,
-            least: 2 * harmonics + 2,
-        };
-        checker.fault(span.unwrap_or(at.span.clone()), fault);
-    }
     let eps = checker.choice(
         &at,
         "eps",
@@ -64,13 +59,6 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         &raw.eps_scale,
         Limits::POSITIVE,
         Some(1.0),
-    );
-    let tolerance = checker.number(
-        &at,
-        "tolerance",
-        &raw.tolerance,
-        Limits::between(0.0, 1.0),
-        Some(1e-8),
     );
     let iterations = checker.count(
         &at,
@@ -102,12 +90,11 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     Some(ResponseSpec {
         range: range?,
         points: points?,
-        harmonics: harmonics?,
+        resolution: resolution?,
         compare_harmonics: match compare {
             None => None,
             Some(compare) => Some(compare?),
         },
-        samples: samples?,
         eps: eps?,
         eps_scale: eps_scale?,
         tolerance: tolerance?,
@@ -122,6 +109,60 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
             Some(threshold) => Some(threshold?),
         },
     })
+}
+
+/// Harmonics and samples as given.
+fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
+    let harmonics = match &raw.harmonics {
+        Some(none) if none.get_ref().0 == 0 => {
+            checker.fault(none.span(), Fault::NoHarmonic);
+            None
+        }
+        _ => checker.count(at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3),
+    };
+    let samples = checker.count(at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
+    let (harmonics, samples) = (harmonics?, samples?);
+    if samples <= 2 * harmonics + 1 {
+        let span = raw
+            .samples
+            .as_ref()
+            .map(Spanned::span)
+            .or(raw.harmonics.as_ref().map(Spanned::span));
+        let fault = Fault::TooFewSamples {
+            samples,
+            harmonics,
+            least: 2 * harmonics + 2,
+        };
+        checker.fault(span.unwrap_or(at.span.clone()), fault);
+    }
+    Some(Resolution::Fixed { harmonics, samples })
+}
+
+/// What an accuracy leaves to the program must not be given.
+fn adapted(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawResponse,
+    accuracy: &Spanned<Number>,
+) -> Option<Resolution> {
+    let others = [
+        ("harmonics", raw.harmonics.as_ref().map(Spanned::span)),
+        ("samples", raw.samples.as_ref().map(Spanned::span)),
+        ("tolerance", raw.tolerance.as_ref().map(Spanned::span)),
+    ];
+    let remedy =
+        "keep `accuracy`, from which harmonics, samples and tolerance follow, or those, not both";
+    checker.exclude(at, ("accuracy", accuracy.span()), &others, remedy)?;
+    let accuracy = checker.number(at, "accuracy", &raw.accuracy, ACCURACY, None)?;
+    Some(Resolution::Accuracy(accuracy))
+}
+
+/// Accuracies that can be asked for: below, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
+const ACCURACY: Limits = Limits::between(1e-4, 0.5);
+
+/// Residual that an accuracy needs: what is left of it is far below what is cut off.
+fn adapted_tolerance(accuracy: f64) -> f64 {
+    (1e-4 * accuracy).clamp(1e-10, 1e-6)
 }
 
 fn frequency_range(

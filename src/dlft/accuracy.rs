@@ -1,0 +1,145 @@
+//! As many harmonics as a frequency needs for an accuracy: the truncation error, estimated from the harmonics
+//! left out.
+//!
+//! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves out. Let in, they are
+//! a residual of the finer balance; its first Newton correction says how far the observed amplitudes would
+//! move. Where that is more than the accuracy asked for, the finer balance is solved, from the corrected motion.
+
+use super::balance::Setting;
+use super::point::{Frequencies, Neighbour, Solved, Work};
+use super::retention::Retention;
+use crate::numerics::fourier::Fourier;
+use crate::numerics::newton::NewtonOptions;
+use crate::scene::{Resolution, Solver};
+use std::sync::OnceLock;
+
+/// Harmonics that are tried one after the other.
+const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
+/// Harmonics that serve the estimate of the last of them.
+const BEYOND: usize = 43;
+
+/// The error is estimated at this multiple of the first correction, which lets in the next harmonics only, in one linear step: of
+/// 65 motions at five accuracies 16 were further off than so estimated, none by more than its accuracy (docs/method.md).
+const SHORTFALL: f64 = 2.5;
+
+/// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
+const PLENTY: f64 = 0.2;
+
+/// Balances with more and more harmonics.
+pub struct Ladder<'a> {
+    rungs: Vec<Frequencies<'a>>,
+    /// Relative; `None`: there is one rung, and nothing is estimated.
+    accuracy: Option<f64>,
+}
+
+/// A frequency solved with the harmonics it needs.
+pub struct Resolved<'b> {
+    pub solved: Solved<'b>,
+    /// Of the observed amplitudes, relative.
+    pub estimated_error: Option<f64>,
+    /// Where to begin at a frequency beside this.
+    pub next_rung: usize,
+}
+
+/// Samples and harmonics of each rung.
+pub fn transforms(resolution: Resolution, highest_excited: usize) -> Vec<Fourier> {
+    match resolution {
+        Resolution::Fixed { harmonics, samples } => vec![Fourier::new(harmonics, samples)],
+        Resolution::Accuracy(accuracy) => {
+            let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
+            steps
+                .chain([BEYOND.max(2 * highest_excited + 1)])
+                .map(|h| Fourier::new(h, samples_for(accuracy, h)))
+                .collect()
+        }
+    }
+}
+
+/// Samples of a period that keep their error, which was found to be at most `2 / samples^2` of the amplitude
+/// (docs/method.md), at an eighth of `accuracy`, and carry the harmonics.
+pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
+    let for_accuracy = (16.0 / accuracy).sqrt().ceil() as usize;
+    for_accuracy.max(4 * (harmonics + 1)).next_power_of_two()
+}
+
+impl<'a> Ladder<'a> {
+    /// One rung for each of `transforms`, of which the last serves estimates alone where an accuracy is asked for.
+    pub fn new(
+        setting: Setting<'a>,
+        transforms: &'a [Fourier],
+        resolution: Resolution,
+        newton: NewtonOptions,
+        solver: Solver,
+        retention: &'a OnceLock<Retention>,
+    ) -> Self {
+        let rung = |fourier| {
+            let setting = Setting { fourier, ..setting };
+            Frequencies::new(setting, newton, solver, retention)
+        };
+        Self {
+            rungs: transforms.iter().map(rung).collect(),
+            accuracy: match resolution {
+                Resolution::Fixed { .. } => None,
+                Resolution::Accuracy(accuracy) => Some(accuracy),
+            },
+        }
+    }
+
+    /// What is the same on all rungs.
+    pub fn lowest(&self) -> &Frequencies<'a> {
+        &self.rungs[0]
+    }
+
+    /// Solves one frequency by `solve`, beginning at rung `from`; by those above where its error is estimated above the
+    /// accuracy. Where more harmonics have no solution the one found stands, with its estimate.
+    pub fn resolve<'b>(
+        &'b self,
+        frequency_hz: f64,
+        from: usize,
+        work: &mut Work,
+        solve: impl Fn(&'b Frequencies<'a>, &mut Work) -> Solved<'b>,
+    ) -> Resolved<'b> {
+        let Some(accuracy) = self.accuracy else {
+            return Resolved {
+                solved: solve(&self.rungs[0], work),
+                estimated_error: None,
+                next_rung: 0,
+            };
+        };
+        let highest = self.rungs.len() - 2;
+        let mut rung = from.min(highest);
+        let mut solved = solve(&self.rungs[rung], work);
+        if !solved.is_converged() && rung < highest {
+            rung += 1;
+            solved = solve(&self.rungs[rung], work);
+        }
+        loop {
+            if !solved.is_converged() {
+                return Resolved {
+                    solved,
+                    estimated_error: None,
+                    next_rung: rung,
+                };
+            }
+            let (corrected, change) = self.rungs[rung + 1].let_in(&solved, frequency_hz, work);
+            let estimated_error = SHORTFALL * change;
+            let fine = estimated_error <= accuracy;
+            if !fine && rung < highest {
+                let start =
+                    Neighbour::after(None, frequency_hz, corrected, solved.balance.is_held());
+                let finer = self.rungs[rung + 1].solve_from(frequency_hz, &start, work);
+                if finer.is_converged() {
+                    solved = finer;
+                    rung += 1;
+                    continue;
+                }
+            }
+            let plenty = estimated_error <= PLENTY * accuracy;
+            return Resolved {
+                solved,
+                estimated_error: Some(estimated_error),
+                next_rung: rung - usize::from(plenty && rung > 0),
+            };
+        }
+    }
+}

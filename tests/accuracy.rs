@@ -1,0 +1,129 @@
+//! An accuracy in place of knobs: the error it leaves, against a response with many harmonics.
+
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::{Orbit, Response};
+use dovetail::numerics::newton::NewtonOptions;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{PairLaw, RelativeModel, superelement};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::OnceLock;
+
+const FORCE_N: f64 = 1.5;
+
+fn model() -> &'static RelativeModel {
+    static MODEL: OnceLock<RelativeModel> = OnceLock::new();
+    MODEL.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        superelement::read(&folder, law, FORCE_N).unwrap().relative
+    })
+}
+
+/// From where few pairs slip, across the peak, where some open.
+fn respond(resolution: Resolution) -> Response {
+    let model = model();
+    let damping = Rayleigh {
+        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        mass_per_s: 0.0,
+    };
+    let eps = eps_of(model, EpsChoice::Pair, 1.0);
+    let newton = NewtonOptions {
+        tolerance: 1e-8,
+        max_iterations: 60,
+    };
+    let statics = static_state(model, &eps, 10, newton);
+    let first_hz = model.omega2[0].sqrt() / TAU;
+    let settings = SweepSettings {
+        frequencies_hz: (0..13)
+            .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
+            .collect(),
+        resolution,
+        newton,
+        periods: Periods::UntilPeriodic,
+        solver: Solver::NewtonKrylov,
+        slip_threshold_m: None,
+    };
+    sweep(model, damping, &eps, &statics, &settings, &|_| ())
+}
+
+fn fine() -> &'static Response {
+    static FINE: OnceLock<Response> = OnceLock::new();
+    FINE.get_or_init(|| {
+        respond(Resolution::Fixed {
+            harmonics: 11,
+            samples: 128,
+        })
+    })
+}
+
+fn errors(response: &Response) -> Vec<f64> {
+    let orbits = response.orbits.iter().zip(&fine().orbits);
+    orbits
+        .map(|(orbit, fine)| {
+            assert!(orbit.outcome.is_converged() && fine.outcome.is_converged());
+            (orbit.observed_amplitude_m[0] / fine.observed_amplitude_m[0] - 1.0).abs()
+        })
+        .collect()
+}
+
+fn unknowns(response: &Response) -> usize {
+    response.orbits.iter().map(|o| 2 * o.harmonics + 1).sum()
+}
+
+#[test]
+fn the_accuracy_asked_for_is_kept_with_fewer_harmonics_where_little_slips() {
+    let mut before = 0;
+    for accuracy in [0.1, 0.03, 0.01] {
+        let response = respond(Resolution::Accuracy(accuracy));
+        for (orbit, error) in response.orbits.iter().zip(errors(&response)) {
+            let (hz, estimated) = (orbit.frequency_hz, orbit.estimated_error.unwrap());
+            assert!(error <= accuracy, "{accuracy}: {error} off at {hz} Hz");
+            assert!(estimated <= accuracy, "{accuracy}: {estimated} at {hz} Hz");
+        }
+        let harmonics: Vec<usize> = response.orbits.iter().map(|o| o.harmonics).collect();
+        let (least, most) = (harmonics.iter().min(), harmonics.iter().max());
+        assert_eq!(least, Some(&1), "{accuracy}: {harmonics:?}");
+        assert!(
+            accuracy > 0.03 || most >= Some(&3),
+            "{accuracy}: {harmonics:?}"
+        );
+        let now = unknowns(&response);
+        assert!(now >= before, "{accuracy}: {now} blocks, {before} before");
+        before = now;
+    }
+}
+
+#[test]
+fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
+    let one = respond(Resolution::Fixed {
+        harmonics: 1,
+        samples: 128,
+    });
+    let worst = |response: &Response| errors(response).into_iter().fold(0.0, f64::max);
+    assert!(worst(&one) > 0.06);
+    assert!(
+        one.orbits
+            .iter()
+            .all(|o: &Orbit| o.estimated_error.is_none())
+    );
+}
+
+#[test]
+fn the_estimate_is_of_the_size_of_the_error() {
+    // Of motions of one harmonic, whose errors are far above those of the fine response.
+    let response = respond(Resolution::Accuracy(0.1));
+    let estimates = response.orbits.iter().zip(errors(&response));
+    let ratios: Vec<f64> = estimates
+        .filter(|(orbit, _)| orbit.harmonics == 1)
+        .map(|(orbit, error)| orbit.estimated_error.unwrap() / error)
+        .collect();
+    let near = ratios.iter().filter(|r| (0.4..4.0).contains(*r)).count();
+    assert!(ratios.len() >= 10 && near + 2 >= ratios.len(), "{ratios:?}");
+}

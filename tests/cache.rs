@@ -1,0 +1,373 @@
+//! What an earlier run left is taken where nothing it depends on has changed, and the results are the same to the
+//! last bit.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = "scenes/verification/patch.toml";
+
+/// A cache, results, and a program that stands in for gmsh: it gives out a ready mesh.
+struct Bench(PathBuf);
+
+impl Bench {
+    fn new(name: &str) -> Self {
+        let folder =
+            std::env::temp_dir().join(format!("dovetail-cache-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        let bench = Self(folder);
+        bench.gmsh("4.99");
+        bench
+    }
+
+    /// Written by a shell of its own: starting a file that this process has open for writing may fail.
+    fn gmsh(&self, version: &str) {
+        let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
+        let text = format!(
+            "#!/bin/sh\nif [ \"$1\" = --version ]; then echo {version}; exit; fi\necho run >> \"$0.runs\"\n\
+             for last; do :; done\ncp '{}' \"$last\"\necho \"Info : Running [Gmsh {version}, 1 node]\"\necho 'Warning : thin'\n",
+            mesh.display()
+        );
+        let shell = "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"";
+        let gmsh = self.0.join("gmsh");
+        let arguments = ["-c", shell, "sh", &text].map(std::ffi::OsStr::new);
+        let status = Command::new("sh").args(arguments).arg(&gmsh).status();
+        assert!(status.unwrap().success());
+    }
+
+    fn meshed(&self) -> usize {
+        let runs = std::fs::read_to_string(self.0.join("gmsh.runs"));
+        runs.map_or(0, |runs| runs.lines().count())
+    }
+
+    fn cache(&self) -> PathBuf {
+        self.0.join("cache")
+    }
+
+    fn command(&self, command: &str, out: &str, set: &[&str]) -> Command {
+        let path = std::env::var("PATH").unwrap_or_default();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .env("PATH", format!("{}:{path}", self.0.display()))
+            .env("HOME", &self.0)
+            .env_remove("GMSH_HOME")
+            .env("DOVETAIL_CACHE", self.cache())
+            .env_remove("DOVETAIL_CACHE_LIMIT_GIB")
+            .args([command, SCENE, "--out"])
+            .arg(self.0.join(out))
+            // No modes of single bodies: most of the time of this small reduction.
+            .args(["--set", "body.*.fixed_interface_modes=0"]);
+        for set in set {
+            program.args(["--set", set]);
+        }
+        program
+    }
+
+    /// Which stages of `dovetail static` came from the cache: mesh, reduction.
+    fn kept(&self, set: &[&str]) -> [bool; 2] {
+        ended(self.command("static", "kept", set), 0);
+        self.stages("kept")
+    }
+
+    fn stages(&self, out: &str) -> [bool; 2] {
+        let text = std::fs::read(self.0.join(out).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let stages = summary["stages"].as_array().unwrap();
+        ["mesh", "reduction"].map(|name| {
+            let stage = stages.iter().find(|s| s["name"] == name).unwrap();
+            stage["from_cache"].as_bool().unwrap()
+        })
+    }
+
+    /// Every file of a run but summary.json, which has times.
+    fn files(&self, out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+        let root = self.0.join(out);
+        let (mut folders, mut files) = (vec![root.clone()], BTreeMap::new());
+        while let Some(folder) = folders.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    folders.push(path);
+                } else if !path.ends_with("summary.json") {
+                    let name = path.strip_prefix(&root).unwrap().to_path_buf();
+                    files.insert(name, std::fs::read(&path).unwrap());
+                }
+            }
+        }
+        files
+    }
+
+    fn entries(&self) -> Vec<PathBuf> {
+        let files = std::fs::read_dir(self.cache());
+        let files = files.map_or(Vec::new(), |files| files.flatten().collect());
+        files.into_iter().map(|f| f.path()).collect()
+    }
+
+    fn entry(&self, kind: &str) -> PathBuf {
+        let is_it = |path: &PathBuf| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            name.starts_with(kind)
+        };
+        self.entries().into_iter().find(is_it).unwrap()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn ended(mut command: Command, code: i32) -> Output {
+    let output = command.output().expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
+    output
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[track_caller]
+fn assert_same(a: &BTreeMap<PathBuf, Vec<u8>>, b: &BTreeMap<PathBuf, Vec<u8>>) {
+    assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>());
+    for (name, bytes) in a {
+        assert!(b[name] == *bytes, "{} differs", name.display());
+    }
+}
+
+#[test]
+fn with_and_without_cache_the_results_are_the_same_to_the_last_bit() {
+    let bench = Bench::new("bits");
+    let one = ["contact.0.friction=0.3"];
+    let two = [
+        "contact.0.friction=0.01",
+        "excitation.0.force_n=900",
+        "excitation.0.phase_deg=40",
+    ];
+    for (set, warm) in [(&one[..], false), (&two[..], true)] {
+        let mut plain = bench.command("run", "plain", set);
+        plain.arg("--no-cache");
+        ended(plain, 0);
+        let first = ended(bench.command("run", "first", set), 0);
+        assert_eq!(bench.stages("first"), [warm, warm]);
+        let second = ended(bench.command("run", "second", set), 0);
+        assert_eq!(bench.stages("second"), [true, true]);
+        assert_eq!(said(&first).matches("gmsh: thin").count(), 1);
+        assert_eq!(said(&second).matches("gmsh: thin").count(), 1);
+        let plain = bench.files("plain");
+        assert!(plain.contains_key(Path::new("response.csv")) && plain.len() > 30);
+        assert_same(&bench.files("first"), &plain);
+        assert_same(&bench.files("second"), &plain);
+    }
+    // Plain runs mesh each time, the others once.
+    assert_eq!(bench.meshed(), 3);
+}
+
+#[test]
+fn laws_forces_and_frequencies_change_without_another_reduction() {
+    let bench = Bench::new("hits");
+    assert_eq!(bench.kept(&[]), [false, false]);
+    for set in [
+        "contact.0.friction=0.1",
+        "contact.0.gap_m=1e-9",
+        "contact.0.crown_radius_m=1e4",
+        "contact.0.name=other",
+        "excitation.0.force_n=3",
+        "excitation.0.phase_deg=30",
+        "response.points=7",
+        "response.harmonics=4",
+        "response.tolerance=1e-7",
+        "damping.ratio=0.02",
+        "static.load_steps=2",
+        "mesh.pairing_tolerance=1e-5",
+        "mesh.time_limit_s=60",
+        "mesh.parameters.nx=5",
+    ] {
+        // The name of a contact heads columns: it is part of the model, and the price of a new one is a reduction.
+        let reduced = set != "contact.0.name=other";
+        assert_eq!(bench.kept(&[set]), [true, reduced], "{set}");
+    }
+    let harmonic = ["response.harmonics=3", "excitation.0.harmonic=3"];
+    assert_eq!(bench.kept(&harmonic), [true, true]);
+}
+
+#[test]
+fn whatever_the_reduced_model_depends_on_is_noticed() {
+    let bench = Bench::new("misses");
+    assert_eq!(bench.kept(&[]), [false, false]);
+    for set in [
+        "body.0.young_pa=101e9",
+        "body.1.poisson=0.31",
+        "body.0.density_kg_m3=4501",
+        "body.1.fixed_interface_modes=5",
+        "body.1.fixed=[\"lower_base\"]",
+        "body.1.fixed_y=[\"lower_rail\"]",
+        "load.0.pressure_pa=51e6",
+        "excitation.0.direction=[0, 1, 0]",
+        "excitation.0.points=upper_flank",
+        "observe.0.direction=[1, 0, 0]",
+        "observe.0.points=upper_top",
+        "response.stuck_modes=20",
+        "contact.0.law=bonded",
+        "mesh.metres_per_unit=2e-3",
+        "rotation={ axis = [0, 0, 1], speed_rpm = 10 }",
+        "rotation={ axis = [0, 0, 1], speed_rpm = 11 }",
+        "rotation={ axis = [0, 0, 1], speed_rpm = 10, point_m = [0, 0.01, 0] }",
+        "rotation={ axis = [0, 0, 1], speed_rpm = 10, bodies = [\"upper\"] }",
+        "rotation={ axis = [0, 0, 1], speed_rpm = 10, prestress = \"none\" }",
+    ] {
+        assert_eq!(bench.kept(&[set]), [true, false], "{set}");
+    }
+    assert_eq!(bench.kept(&["load.0.pressure_pa=51e6"]), [true, true]);
+    // Another mesh file with the same nodes is the same model, another one is not.
+    let file = |name: &str| format!("mesh.file=../../meshes/verification/{name}.msh");
+    assert_eq!(bench.kept(&[&file("patch")]), [false, true]);
+    let edited = bench.0.join("edited.msh");
+    let ascii = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
+    let mut mesh = std::fs::read(ascii).unwrap();
+    // A coordinate of a node, moved by little: a number in the middle of the nodes.
+    let z = 10.0f64.to_le_bytes();
+    let at = mesh
+        .windows(8)
+        .rposition(|w| w == z)
+        .expect("a node at z = 10");
+    mesh[at..at + 8].copy_from_slice(&10.000001f64.to_le_bytes());
+    std::fs::write(&edited, mesh).unwrap();
+    let set = format!("mesh.file={}", edited.display());
+    let loose = "mesh.pairing_tolerance=1e-3";
+    assert_eq!(bench.kept(&[&set, loose]), [false, false]);
+}
+
+#[test]
+fn gmsh_runs_again_where_its_script_parameters_settings_or_version_changed() {
+    let bench = Bench::new("mesh");
+    let script = bench.0.join("patch.geo");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("geometry/verification/patch.geo")).unwrap();
+    std::fs::write(&script, &text).unwrap();
+    let geometry = format!("mesh.geometry={}", script.display());
+    let set = [geometry.as_str()];
+    assert_eq!(bench.kept(&set), [false, false]);
+    // Here the mesh is the same all the same: its reduction is known.
+    assert_eq!(bench.kept(&set), [true, true]);
+    assert_eq!(
+        bench.kept(&[&geometry, "mesh.parameters.nx=6"]),
+        [false, true]
+    );
+    std::fs::write(&script, format!("{text}// changed\n")).unwrap();
+    assert_eq!(bench.kept(&set), [false, true]);
+    bench.gmsh("4.100");
+    assert_eq!(bench.kept(&set), [false, true]);
+    std::fs::write(bench.0.join(".gmsh-options"), "Mesh.Algorithm = 5;").unwrap();
+    assert_eq!(bench.kept(&set), [false, true]);
+    assert_eq!(bench.kept(&set), [true, true]);
+    // What a script includes is not in its bytes: never kept.
+    std::fs::write(&script, format!("Include \"other.geo\";\n{text}")).unwrap();
+    assert_eq!(bench.kept(&set), [false, true]);
+    assert_eq!(bench.kept(&set), [false, true]);
+    assert_eq!(bench.meshed(), 7);
+}
+
+#[test]
+fn a_damaged_entry_is_noticed_and_made_anew() {
+    let bench = Bench::new("damage");
+    ended(bench.command("run", "first", &[]), 0);
+    let right = bench.files("first");
+    for kind in ["mesh", "reduced", "recovery"] {
+        for cut in [kind == "mesh", true] {
+            let entry = bench.entry(kind);
+            let mut bytes = std::fs::read(&entry).unwrap();
+            let middle = bytes.len() / 2;
+            bytes[middle] ^= 1;
+            if cut {
+                bytes.truncate(middle);
+            }
+            std::fs::write(&entry, bytes).unwrap();
+            let output = ended(bench.command("run", "again", &[]), 0);
+            let said = said(&output);
+            let warnings = said.matches("is of no use").count();
+            assert!(warnings == 1 && said.contains(kind), "{kind}: {said}");
+            assert_same(&bench.files("again"), &right);
+            let output = ended(bench.command("run", "again", &[]), 0);
+            assert!(!String::from_utf8_lossy(&output.stderr).contains("of no use"));
+        }
+    }
+}
+
+#[test]
+fn runs_side_by_side_share_a_folder() {
+    let bench = Bench::new("race");
+    let children = ["a", "b", "c"].map(|out| {
+        let mut command = bench.command("run", out, &[]);
+        (out, command.arg("--quiet").spawn().unwrap())
+    });
+    for (out, mut child) in children {
+        assert!(child.wait().unwrap().success());
+        assert_same(&bench.files(out), &bench.files("a"));
+    }
+    let names: Vec<String> = bench
+        .entries()
+        .iter()
+        .map(|e| e.file_name().unwrap().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(names.len(), 3, "{names:?}");
+    assert_eq!(bench.kept(&[]), [true, true]);
+}
+
+#[test]
+fn the_limit_holds_and_a_folder_that_cannot_be_written_is_a_warning() {
+    let bench = Bench::new("limit");
+    let with = |arguments: &[&str]| {
+        let mut command = bench.command("static", "out", &[]);
+        command.args(arguments);
+        command
+    };
+    for off in [&["--no-cache"][..], &["--cache-limit-gib", "0"]] {
+        ended(with(off), 0);
+        assert!(!bench.cache().exists());
+    }
+    let sizes = || -> u64 {
+        let entries = bench.entries();
+        entries.iter().map(|e| e.metadata().unwrap().len()).sum()
+    };
+    ended(with(&[]), 0);
+    assert_eq!(bench.entries().len(), 3);
+    let all = sizes();
+    // One byte too little for another model: what was used longest ago leaves.
+    let limit = format!("{:e}", (all + 1000) as f64 / (1u64 << 30) as f64);
+    let mut other = with(&["--set", "body.0.young_pa=90e9"]);
+    ended(
+        {
+            other.args(["--cache-limit-gib", &limit]);
+            other
+        },
+        0,
+    );
+    assert!(sizes() <= all + 1000, "{} {all}", sizes());
+    assert!(bench.entries().len() >= 2);
+    let output = ended(
+        with(&["--cache-limit-gib", "1e-6", "--set", "body.0.young_pa=91e9"]),
+        0,
+    );
+    assert!(
+        said(&output).contains("limit of the cache"),
+        "{}",
+        said(&output)
+    );
+    // A file where the folder should be.
+    let taken = bench.0.join("gmsh");
+    let output = ended(with(&["--cache", &taken.display().to_string()]), 0);
+    assert!(said(&output).contains("--no-cache"), "{}", said(&output));
+    let mut wrong = with(&[]);
+    wrong.env("DOVETAIL_CACHE_LIMIT_GIB", "much");
+    let output = ended(wrong, 2);
+    assert!(
+        said(&output).contains("DOVETAIL_CACHE_LIMIT_GIB"),
+        "{}",
+        said(&output)
+    );
+}

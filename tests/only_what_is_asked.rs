@@ -1,0 +1,285 @@
+//! What a scene leaves out costs nothing: stages and unknowns of runs of one joint, from summary.json; and what is left
+//! gives the results that it must.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+const PAPER: &str = include_str!("../scenes/paper.toml");
+const PATCH: &str = include_str!("../scenes/verification/patch.toml");
+const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50 }";
+const HARMONICS: &str = "response.harmonics=3";
+
+/// `dovetail run` of the patch scene on its ready mesh, its files gone at the end.
+struct Run(PathBuf);
+
+impl Run {
+    fn new(name: &str, scene: &str, set: &[&str]) -> Self {
+        Self::of(
+            "run",
+            name,
+            scene,
+            &[&["mesh.file=meshes/verification/patch.msh"], set].concat(),
+        )
+    }
+
+    fn of(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
+        let folder =
+            std::env::temp_dir().join(format!("dovetail-asked-{name}-{}", std::process::id()));
+        let run = Self(folder);
+        std::fs::create_dir_all(&run.0).unwrap();
+        // Paths count from the folder of the scene.
+        let root = env!("CARGO_MANIFEST_DIR");
+        let file = run.0.join("scene.toml");
+        std::fs::write(&file, scene).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .arg(command)
+            .arg(&file)
+            .args(["--no-cache", "--quiet", "--out"])
+            .arg(&run.0);
+        for set in set {
+            let set = set.replace("=meshes/", &format!("={root}/meshes/"));
+            program.args(["--set", &set]);
+        }
+        let output = program.output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{name}: {message}");
+        run
+    }
+
+    fn summary(&self) -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(self.0.join("summary.json")).unwrap()).unwrap()
+    }
+
+    /// The stages that solve something, with the unknowns of each system.
+    fn solved(&self) -> Vec<(String, Vec<u64>)> {
+        let summary = self.summary();
+        let stages = summary["stages"].as_array().unwrap().iter();
+        let of = |s: &serde_json::Value| {
+            let unknowns = s["unknowns"].as_array().unwrap().iter();
+            let name = s["name"].as_str().unwrap().to_owned();
+            (name, unknowns.map(|n| n.as_u64().unwrap()).collect())
+        };
+        stages
+            .map(of)
+            .filter(|s: &(_, Vec<_>)| !s.1.is_empty())
+            .collect()
+    }
+
+    fn column(&self, file: &str, column: &str) -> Vec<f64> {
+        let text = std::fs::read_to_string(self.0.join(file)).unwrap();
+        let mut lines = text.lines();
+        let at = lines
+            .next()
+            .unwrap()
+            .split(',')
+            .position(|h| h == column)
+            .unwrap();
+        let number = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap();
+        lines.map(number).collect()
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The upper block alone, on rigid ground.
+fn alone() -> String {
+    without_second(PATCH, "[[contact]]")
+}
+
+/// The scene without its second body, whose table ends before `next`.
+fn without_second(scene: &str, next: &str) -> String {
+    let at = scene.rfind("[[body]]").unwrap();
+    let end = at + scene[at..].find(next).unwrap();
+    let all = format!("{}{}", &scene[..at], &scene[end..]);
+    let kept = all.lines().filter(|l| !l.starts_with("second = "));
+    kept.collect::<Vec<_>>().join("\n")
+}
+
+fn stages(of: &[(&str, &[u64])]) -> Vec<(String, Vec<u64>)> {
+    of.iter()
+        .map(|(name, n)| ((*name).to_owned(), n.to_vec()))
+        .collect()
+}
+
+#[track_caller]
+fn close(a: &[f64], b: &[f64], tolerance: f64) {
+    assert!(a.len() == b.len() && !a.is_empty());
+    let scale = b.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= tolerance * scale, "{a} {b}");
+    }
+}
+
+#[test]
+fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
+    // Free dofs of the upper and the lower block less the 90 of the 30 flank nodes (less an observed node as well).
+    let (held, interior): ([u64; 2], [u64; 2]) = ([2625, 2097], [2622, 2097]);
+    let all = Run::new("all", PATCH, &[ROTATION, HARMONICS]);
+    let expected = stages(&[
+        ("finite elements", &held),
+        ("reduction", &interior),
+        ("static state", &[90]),
+        ("response, 3 harmonics", &[7 * 90]),
+    ]);
+    assert_eq!(all.solved(), expected);
+
+    let still = Run::new("still", PATCH, &[HARMONICS]);
+    assert_eq!(still.solved(), expected[1..]);
+
+    let one = Run::new("one", PATCH, &[ROTATION]);
+    let response = stages(&[("response, 1 harmonic", &[3 * 90])]);
+    assert_eq!(one.solved(), [&expected[..3], &response].concat());
+
+    let set = [ROTATION, HARMONICS, "contact.0.law=bonded"];
+    let tied = Run::new("tied", PATCH, &set);
+    assert_eq!(tied.solved(), expected[..2]);
+    let summary = tied.summary();
+    let count = |key: &str| summary[key].as_u64().unwrap();
+    // The second flank, the observed node, six modes of each body.
+    assert_eq!(
+        (count("pairs"), count("bonded_pairs"), count("stuck_modes")),
+        (0, 30, 105)
+    );
+    assert!(summary["static"].is_null() && !tied.0.join("flank.pvd").exists());
+    assert!(tied.0.join("static.vtu").exists() && tied.0.join("peak.pvd").exists());
+    let names = summary["stages"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["name"].as_str().unwrap());
+    assert!(names.clone().any(|n| n == "linear response"));
+    assert!(
+        !names
+            .clone()
+            .any(|n| n == "static state" || n.starts_with("response,"))
+    );
+
+    let rigid = Run::new("rigid", &alone(), &[ROTATION, HARMONICS]);
+    let expected = stages(&[
+        ("finite elements", &held[..1]),
+        ("reduction", &interior[..1]),
+        ("static state", &[90]),
+        ("response, 3 harmonics", &[7 * 90]),
+    ]);
+    assert_eq!(rigid.solved(), expected);
+    let summary = rigid.summary();
+    assert_eq!(summary["mesh"]["bodies"].as_array().unwrap().len(), 1);
+    assert_eq!(summary["stuck_modes"].as_u64(), Some(9));
+
+    let least = Run::new("least", &alone(), &["contact.0.law=bonded"]);
+    assert_eq!(least.solved(), expected[1..2]);
+    assert_eq!(least.summary()["mesh"]["free_dofs"].as_u64(), Some(held[0]));
+}
+
+#[test]
+fn bonded_flanks_answer_like_stuck_ones() {
+    for scene in [PATCH.to_owned(), alone()] {
+        let stuck = Run::new("stuck", &scene, &["response.points=9", HARMONICS]);
+        let set = ["response.points=9", HARMONICS, "contact.0.law=bonded"];
+        let tied = Run::new("bonded", &scene, &set);
+        let linear = stuck.column("response.csv", "corner_linear_amplitude_m");
+        close(
+            &tied.column("response.csv", "corner_amplitude_m"),
+            &linear,
+            1e-12,
+        );
+        let [input, viscous] =
+            ["input_power_w", "viscous_power_w"].map(|c| tied.column("response.csv", c));
+        close(&input, &viscous, 1e-12);
+        assert!(input.iter().all(|p| *p > 0.0));
+        // The steady load presses the stuck flanks as it presses the bonded ones.
+        let observed = |run: &Run| run.column("static_observed.csv", "displacement_m");
+        close(&observed(&tied), &observed(&stuck), 1e-3);
+    }
+}
+
+#[test]
+fn rigid_ground_is_the_limit_of_a_stiff_second_body() {
+    let set = [
+        "excitation.0.force_n=180",
+        "contact.0.friction=0.1",
+        HARMONICS,
+        "response.points=3",
+    ];
+    let rigid = Run::new("ground", &alone(), &set);
+    let against = |times: f64| {
+        let young = format!("body.1.young_pa={}", 200e9 * times);
+        let held = "body.1.fixed=[\"lower_base\"]";
+        let light = "body.1.density_kg_m3=1";
+        let stiff = Run::new(
+            &format!("stiff{times:e}"),
+            PATCH,
+            &[&set[..], &[&young, held, light]].concat(),
+        );
+        let error = |file: &str, column: &str| {
+            let (a, b) = (stiff.column(file, column), rigid.column(file, column));
+            let scale = b.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let worst = a
+                .iter()
+                .zip(&b)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            assert!(a.len() == b.len() && scale > 0.0);
+            worst / scale
+        };
+        [
+            error("static.csv", "normal_force_n"),
+            error("static.csv", "slip_m"),
+            error("response.csv", "corner_amplitude_m"),
+            error("response.csv", "friction_power_w"),
+        ]
+    };
+    let (stiff, stiffer) = (against(1e3), against(1e5));
+    for (coarse, fine) in stiff.into_iter().zip(stiffer) {
+        assert!(fine < 2e-4 && fine < 0.05 * coarse, "{coarse:e} {fine:e}");
+    }
+}
+
+/// The flanks stand at 45 degrees and carry the blade's centrifugal force by their normals: statics alone gives their sum,
+/// whatever the bodies are made of.
+#[test]
+fn frictionless_flanks_carry_the_load_by_their_normals() {
+    let mesh = dovetail::mesh::read(
+        &PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_order1.msh"),
+        1e-3,
+    )
+    .unwrap();
+    let omega = 5000.0 * std::f64::consts::PI / 30.0;
+    let of_tet = |&e: &u32| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.tet(e as usize)[i] as usize]);
+        let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
+        let [u, v, w] = [b, c, d].map(edge);
+        let volume = (u[0] * (v[1] * w[2] - v[2] * w[1])
+            + u[1] * (v[2] * w[0] - v[0] * w[2])
+            + u[2] * (v[0] * w[1] - v[1] * w[0]))
+            .abs()
+            / 6.0;
+        4430.0 * omega * omega * volume * (a[2] + b[2] + c[2] + d[2]) / 4.0
+    };
+    let upwards_n: f64 = mesh.groups["blade"].elements.iter().map(of_tet).sum();
+    assert!(upwards_n > 7e3);
+    let rigid = without_second(PAPER, "[rotation]").replace("\"blade\", \"jaw\"", "\"blade\"");
+    for (name, scene) in [("frictionless", PAPER), ("frictionless_rigid", &rigid)] {
+        let set = [
+            "mesh.file=meshes/dovetail_order1.msh",
+            "contact.*.friction=0",
+            "rotation.prestress=none",
+        ];
+        let run = Run::of("static", name, scene, &set);
+        let sum = |column: &str| -> f64 { run.column("static.csv", column).iter().sum() };
+        let carried_n = sum("normal_force_n") * 0.5f64.sqrt();
+        let error = carried_n / upwards_n - 1.0;
+        assert!(
+            error.abs() < 1e-9,
+            "{name}: {carried_n} {upwards_n} {error:e}"
+        );
+        for column in ["friction_t1_n", "friction_t2_n"] {
+            assert!(run.column("static.csv", column).iter().all(|f| *f == 0.0));
+        }
+    }
+}
