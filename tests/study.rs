@@ -488,13 +488,40 @@ set = [
     "response.compare_harmonics=",
 ]
 [[knob]]
-key = "excitation.0.force_n"
-values = [2.0]
+key = "response.harmonics"
+values = [1, 2]
 "#;
     let folder = Folder::new("meshed", &study.replace("ROOT", env!("CARGO_MANIFEST_DIR")));
-    let ended = folder.study(&[]);
+    let ended = folder.study(&["--jobs", "1"]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     let rows = folder.table();
+    // The second case took the reduced model of the first, and its cost is as if it had not.
+    let summary = |slug: &str| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(folder.case(slug, "summary.json")).unwrap()).unwrap()
+    };
+    let reduction = |slug: &str| -> (bool, f64) {
+        let summary = summary(slug);
+        let mut stages = summary["stages"].as_array().unwrap().iter();
+        let stage = stages.find(|s| s["name"] == "reduction").unwrap();
+        (
+            stage["from_cache"].as_bool().unwrap(),
+            stage["seconds"].as_f64().unwrap(),
+        )
+    };
+    let ((first_kept, made_s), (second_kept, _)) = (reduction("base"), reduction("harmonics_2"));
+    assert!(!first_kept && second_kept);
+    for row in &rows {
+        let seconds = |heading: &str| cell(row, heading).parse::<f64>().unwrap();
+        assert!(
+            seconds("seconds") > seconds("contact_seconds") + made_s,
+            "{row:?}"
+        );
+    }
+    assert!(
+        !folder
+            .text("out/study.md")
+            .contains("missing from their times")
+    );
     let number = |heading: &str| cell(&rows[0], heading).parse::<f64>().unwrap();
     let column = |file: &str, heading: &str| -> Vec<String> {
         let text = folder.text(&format!("out/cases/base/{file}"));

@@ -17,6 +17,7 @@ mod reader;
 mod report;
 mod results;
 mod runner;
+mod spent;
 mod words;
 mod workflow;
 
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 
 pub use self::error::{StudyError, StudyFault, StudyProblem};
+pub use self::folder::Sharing;
 
 use self::answers::{Answers, answers};
 use self::cases::{Case, cases, combination};
@@ -59,6 +61,7 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Threads of each case.
     pub threads: u16,
+    pub sharing: Sharing,
     /// `KEY=VALUE` for all cases, after those of the study.
     pub overrides: Vec<String>,
 }
@@ -80,6 +83,7 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
     let settings = Settings {
         out,
         threads: options.threads,
+        sharing: options.sharing.clone(),
     };
     match &options.action {
         Action::ExportWorkflow(folder) => {
