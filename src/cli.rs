@@ -11,7 +11,7 @@ use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, CacheSettings, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
-use crate::study::{self, Action, StudyOptions};
+use crate::study::{self, Action, Sharing, StudyOptions};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -126,6 +126,7 @@ impl StudyArguments {
             out: cli.out.clone(),
             jobs: self.jobs.unwrap_or_else(cores),
             threads: cli.threads.unwrap_or(1),
+            sharing: sharing(cli),
             overrides: cli.overrides.clone(),
         }
     }
@@ -234,6 +235,23 @@ impl VerifyArguments {
             tolerance: self.tolerance,
         }
     }
+}
+
+/// What the cases of a study are told of the cache.
+fn sharing(cli: &Cli) -> Sharing {
+    let mut words = Vec::new();
+    if cli.no_cache {
+        words.push("--no-cache".to_owned());
+    }
+    if let Some(folder) = &cli.cache {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+        words.extend(["--cache".to_owned(), folder.display().to_string()]);
+    }
+    let own_folder = words.is_empty();
+    if let Some(limit) = cli.cache_limit_gib {
+        words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
+    }
+    Sharing { own_folder, words }
 }
 
 /// Runs the program on the process's arguments. Exit codes: see [`crate::error`].

@@ -477,6 +477,163 @@ fn the_workflow_has_each_case_once() {
     }
 }
 
+/// The figures of a case against the tables of the run, which come another way.
+#[test]
+fn figures_are_those_of_the_tables() {
+    let study = r#"
+name = "meshed"
+scene = "ROOT/scenes/paper.toml"
+set = [
+    "mesh.file=ROOT/meshes/dovetail_small.msh", "response.points=3", "response.harmonics=1", "response.samples=32",
+    "response.compare_harmonics=",
+]
+[[knob]]
+key = "response.harmonics"
+values = [1, 2]
+"#;
+    let folder = Folder::new("meshed", &study.replace("ROOT", env!("CARGO_MANIFEST_DIR")));
+    let ended = folder.study(&["--jobs", "1"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let rows = folder.table();
+    // The second case took the reduced model of the first, and its cost is as if it had not.
+    let summary = |slug: &str| -> serde_json::Value {
+        serde_json::from_slice(&std::fs::read(folder.case(slug, "summary.json")).unwrap()).unwrap()
+    };
+    let reduction = |slug: &str| -> (bool, f64) {
+        let summary = summary(slug);
+        let mut stages = summary["stages"].as_array().unwrap().iter();
+        let stage = stages.find(|s| s["name"] == "reduction").unwrap();
+        (
+            stage["from_cache"].as_bool().unwrap(),
+            stage["seconds"].as_f64().unwrap(),
+        )
+    };
+    let ((first_kept, made_s), (second_kept, _)) = (reduction("base"), reduction("harmonics_2"));
+    assert!(!first_kept && second_kept);
+    for row in &rows {
+        let seconds = |heading: &str| cell(row, heading).parse::<f64>().unwrap();
+        assert!(
+            seconds("seconds") > seconds("contact_seconds") + made_s,
+            "{row:?}"
+        );
+    }
+    assert!(
+        !folder
+            .text("out/study.md")
+            .contains("missing from their times")
+    );
+    let number = |heading: &str| cell(&rows[0], heading).parse::<f64>().unwrap();
+    let column = |file: &str, heading: &str| -> Vec<String> {
+        let text = folder.text(&format!("out/cases/base/{file}"));
+        let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
+        let at = lines
+            .next()
+            .unwrap()
+            .iter()
+            .position(|h| *h == heading)
+            .unwrap();
+        lines.map(|l| l[at].to_owned()).collect()
+    };
+    let numbers = |file: &str, heading: &str| -> Vec<f64> {
+        column(file, heading)
+            .iter()
+            .map(|c| c.parse().unwrap())
+            .collect()
+    };
+    let near = |heading: &str, wanted: f64| {
+        let found = number(heading);
+        assert!(
+            (found - wanted).abs() <= 1e-12 * wanted.abs(),
+            "{heading}: {found}, not {wanted}"
+        );
+    };
+    let largest = |v: Vec<f64>| v.into_iter().fold(0.0, f64::max);
+    near(
+        "static_pressure_pa",
+        largest(numbers("static.csv", "pressure_pa")),
+    );
+    near("static_slip_m", largest(numbers("static.csv", "slip_m")));
+    for contact in ["left", "right"] {
+        let forces = numbers("static.csv", "normal_force_n")
+            .into_iter()
+            .zip(column("static.csv", "contact"));
+        let sum: f64 = forces.filter(|(_, c)| c == contact).map(|(f, _)| f).sum();
+        near(&format!("{contact}_normal_force_n"), sum);
+    }
+    let amplitudes = numbers("response.csv", "tip_amplitude_m");
+    near("peak_amplitude_m", largest(amplitudes.clone()));
+    let row = amplitudes
+        .iter()
+        .position(|a| *a == number("peak_amplitude_m"))
+        .unwrap();
+    for (figure, heading) in [
+        ("peak_frequency_hz", "frequency_hz"),
+        ("peak_friction_power_w", "friction_power_w"),
+        ("peak_damping_power_w", "viscous_power_w"),
+        ("peak_slipping_pairs", "slipping_pairs"),
+        ("peak_opening_pairs", "opening_pairs"),
+    ] {
+        near(figure, numbers("response.csv", heading)[row]);
+    }
+    let areas = numbers("contact.csv", "area_m2");
+    let opens = column("contact.csv", "opens_at_any_frequency");
+    let open: Vec<f64> = areas
+        .iter()
+        .zip(&opens)
+        .filter(|(_, o)| *o == "true")
+        .map(|(a, _)| *a)
+        .collect();
+    near("opening_pairs", open.len() as f64);
+    near(
+        "opening_area_share",
+        open.iter().sum::<f64>() / areas.iter().sum::<f64>(),
+    );
+    let modes = column("modes.csv", "kind")
+        .into_iter()
+        .zip(numbers("modes.csv", "frequency_hz"));
+    let first = |kind: &str| modes.clone().find(|(k, _)| k == kind).unwrap().1;
+    near("stuck_frequency_hz", first("stuck"));
+    near("blade_frequency_hz", first("flanks_held"));
+    // Fields were not asked for.
+    assert!(
+        !folder.case("base", "static.vtu").exists() && !folder.case("base", "flank.pvd").exists()
+    );
+    assert!(folder.case("base", "plots/static_pressure.svg").exists());
+}
+
+#[test]
+fn every_study_of_the_repository_is_possible() {
+    let folder = Folder::new("ours", HARMONICS);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut checked = 0;
+    for entry in std::fs::read_dir(root.join("studies")).unwrap() {
+        let study = entry.unwrap().path();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .arg("study")
+            .arg(&study)
+            .arg("--export-workflow")
+            .arg(&folder.0);
+        let output = program.output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {stderr}", study.display());
+        assert!(folder.text("Snakefile").matches("--case").count() > 6);
+        checked += 1;
+    }
+    assert_eq!(checked, 3);
+}
+
+/// A scene that is possible only with what the knobs set: each case counts, not the scene alone.
+#[test]
+fn a_scene_may_leave_out_what_a_knob_sets() {
+    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[knob]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
+    let folder = Folder::new("leaves-out", study);
+    let scene = folder.text("scene.toml").replace("friction = 0.3\n", "");
+    std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
+    let ended = folder.study(&["--export-workflow", folder.0.to_str().unwrap()]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+}
+
 #[test]
 fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     let told = |name: &str, study: &str, words: &[&str]| {

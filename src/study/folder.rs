@@ -58,6 +58,16 @@ pub struct Settings {
     pub out: PathBuf,
     /// Of each case.
     pub threads: u16,
+    pub sharing: Sharing,
+}
+
+/// How cases keep meshes and reduced models for each other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sharing {
+    /// In a folder of the study, so that whatever one case takes from it another has made.
+    pub own_folder: bool,
+    /// What the user said of it, as words of the command line.
+    pub words: Vec<String>,
 }
 
 impl Settings {
@@ -90,6 +100,11 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         "--threads".to_owned(),
         settings.threads.to_string(),
     ]);
+    if settings.sharing.own_folder {
+        let kept = settings.out.join("cache").display().to_string();
+        command.extend(["--cache".to_owned(), kept]);
+    }
+    command.extend_from_slice(&settings.sharing.words);
     if !study.fields {
         command.push("--no-fields".to_owned());
     }

@@ -17,6 +17,7 @@ mod reader;
 mod report;
 mod results;
 mod runner;
+mod spent;
 mod words;
 mod workflow;
 
@@ -25,6 +26,7 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 
 pub use self::error::{StudyError, StudyFault, StudyProblem};
+pub use self::folder::Sharing;
 
 use self::answers::{Answers, answers};
 use self::cases::{Case, cases, combination};
@@ -59,6 +61,7 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Threads of each case.
     pub threads: u16,
+    pub sharing: Sharing,
     /// `KEY=VALUE` for all cases, after those of the study.
     pub overrides: Vec<String>,
 }
@@ -80,6 +83,7 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
     let settings = Settings {
         out,
         threads: options.threads,
+        sharing: options.sharing.clone(),
     };
     match &options.action {
         Action::ExportWorkflow(folder) => {
@@ -128,8 +132,15 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
 
 /// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told before the first is run.
 fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
-    // Without a possible base nothing is wrong with the cases in particular.
-    scene::load(&study.scene, &study.set)?;
+    // Where neither the scene alone nor the first case is possible, nothing is wrong with that case in particular.
+    if let (Err(error), Some(Err(_))) = (
+        scene::load(&study.scene, &study.set),
+        cases
+            .first()
+            .map(|c| scene::load(&study.scene, &c.set(study))),
+    ) {
+        return Err(error.into());
+    }
     let mut subjects: Vec<Subject> = Vec::new();
     let mut faults: Vec<(std::ops::Range<usize>, StudyFault)> = Vec::new();
     for case in cases {

@@ -53,11 +53,13 @@ pub fn write_table(
         let mut row = vec![result.case.slug.clone()];
         row.extend(result.case.labels(study).into_iter().map(str::to_owned));
         row.extend(answers.headings.iter().map(|h| text(result.value(h))));
-        row.push(text(figures.map(|f| f.seconds)));
-        row.push(text(figures.map(|f| f.contact_seconds)));
-        row.push(text(figures.and_then(|f| f.processor_seconds)));
-        row.push(text(figures.and_then(|f| f.contact_processor_seconds)));
-        row.push(text(figures.and_then(|f| f.peak_memory_mib)));
+        row.push(text(figures.map(|f| f.spent.seconds)));
+        row.push(text(figures.map(|f| f.spent.contact_seconds)));
+        row.push(text(figures.and_then(|f| f.spent.processor_seconds)));
+        row.push(text(
+            figures.and_then(|f| f.spent.contact_processor_seconds),
+        ));
+        row.push(text(figures.and_then(|f| f.spent.peak_memory_mib)));
         row.push(
             figures
                 .and_then(|f| f.threads)
@@ -295,6 +297,19 @@ fn all_cases(text: &mut String, study: &Study, results: &[CaseResult], answers: 
         line(text, &row);
     }
     text.push('\n');
+    let lacks = |r: &&CaseResult| r.figures().is_some_and(|f| !f.spent.not_counted.is_empty());
+    let lacking: Vec<&str> = results
+        .iter()
+        .filter(lacks)
+        .map(|r| r.case.slug.as_str())
+        .collect();
+    if !lacking.is_empty() {
+        let _ = writeln!(
+            text,
+            "Stages of these runs came from a cache that no case of the study filled, and are missing from their times: {}.\n",
+            lacking.join(", ")
+        );
+    }
     for result in results {
         if let Ended::Failed { message, .. } = &result.ended {
             let _ = writeln!(
@@ -372,7 +387,7 @@ fn ends(figure: &FigureAnswer) -> [String; 2] {
         ],
         How::Unchanged => ["no influence".to_owned(), String::new()],
         How::Single | How::Reference => [String::new(), String::new()],
-        How::Finest => match figure.orders.last().copied().flatten() {
+        How::Finest => match figure.seen_order() {
             Some(p) => [format!("no order shows ({})", rounded(p, 2)), String::new()],
             None => ["no order shows".to_owned(), String::new()],
         },
@@ -385,10 +400,10 @@ fn costs(result: &CaseResult) -> [String; 4] {
         return [const { String::new() }; 4];
     };
     [
-        rounded(f.seconds, 3),
-        rounded(f.contact_seconds, 3),
-        cell(f.processor_seconds, |s| rounded(s, 3)),
-        cell(f.peak_memory_mib, |m| format!("{m:.0}")),
+        rounded(f.spent.seconds, 3),
+        rounded(f.spent.contact_seconds, 3),
+        cell(f.spent.processor_seconds, |s| rounded(s, 3)),
+        cell(f.spent.peak_memory_mib, |m| format!("{m:.0}")),
     ]
 }
 

@@ -5,8 +5,8 @@ use serde_json::Value;
 use super::cases::Case;
 use super::file::Study;
 use super::folder::{self, Found, Settings};
+use super::spent::{Spent, shared_settings, spent, stages};
 use crate::error::Error;
-use crate::progress::HELD_MODES_STAGE;
 
 /// A case and what came of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,15 +30,7 @@ pub enum Ended {
 pub struct Figures {
     /// Heading and value; what the run does not have is not there.
     pub values: Vec<(String, f64)>,
-    /// Wall clock, without what only the study asked for, s.
-    pub seconds: f64,
-    /// Of the static state and the response.
-    pub contact_seconds: f64,
-    /// The same two on the processors, all threads.
-    pub processor_seconds: Option<f64>,
-    pub contact_processor_seconds: Option<f64>,
-    /// Largest resident memory, MiB.
-    pub peak_memory_mib: Option<f64>,
+    pub spent: Spent,
     pub threads: Option<u16>,
     /// Frequencies, and how many of them did not converge.
     pub points: usize,
@@ -49,13 +41,11 @@ impl Figures {
     /// What the run costs, apart for all up to the reduced model and for the contact solve, s: on one thread the time of the
     /// processor, which is that of a free core whatever else the machine does; on several the wall clock.
     pub fn cost(&self) -> [f64; 2] {
-        let (whole, contact) = match (
-            self.threads,
-            self.processor_seconds,
-            self.contact_processor_seconds,
-        ) {
-            (Some(1), Some(whole), Some(contact)) => (whole, contact),
-            _ => (self.seconds, self.contact_seconds),
+        let spent = &self.spent;
+        let on_processors = spent.processor_seconds.zip(spent.contact_processor_seconds);
+        let (whole, contact) = match on_processors.filter(|_| self.threads == Some(1)) {
+            Some(both) => both,
+            None => (spent.seconds, spent.contact_seconds),
         };
         [(whole - contact).max(0.0), contact]
     }
@@ -102,23 +92,42 @@ pub fn collect(
     cases: &[Case],
     settings: &Settings,
 ) -> Result<Vec<CaseResult>, Error> {
-    cases
+    let mut found = Vec::new();
+    for case in cases {
+        let record = folder::record(study, case, settings)?;
+        let in_folder = folder::find(&record, &settings.folder(case))?;
+        let stages = match &in_folder {
+            Found::Complete { summary, .. } => stages(summary),
+            _ => Vec::new(),
+        };
+        found.push((record, in_folder, stages));
+    }
+    let ended = found
         .iter()
-        .map(|case| {
-            let record = folder::record(study, case, settings)?;
-            let ended = match folder::find(&record, &settings.folder(case))? {
-                Found::Complete { summary, threads } => {
-                    Ended::WithFigures(figures(study, &summary, threads))
-                }
-                Found::Failed { exit_code, message } => Ended::Failed { exit_code, message },
-                Found::Nothing => Ended::NotRun,
-            };
-            Ok(CaseResult {
-                case: case.clone(),
-                ended,
-            })
+        .map(|(record, in_folder, own)| match in_folder {
+            Found::Complete { summary, threads } => {
+                let shared = shared_settings(record);
+                let alike = || found.iter().filter(|(r, ..)| shared_settings(r) == shared);
+                let made = |name: &str| {
+                    let mut stages = alike().flat_map(|(.., stages)| stages);
+                    stages.find(|s| s.name == name && !s.from_cache)
+                };
+                Ended::WithFigures(figures(study, summary, spent(summary, own, made), *threads))
+            }
+            Found::Failed { exit_code, message } => Ended::Failed {
+                exit_code: *exit_code,
+                message: message.clone(),
+            },
+            Found::Nothing => Ended::NotRun,
+        });
+    Ok(cases
+        .iter()
+        .zip(ended)
+        .map(|(case, ended)| CaseResult {
+            case: case.clone(),
+            ended,
         })
-        .collect()
+        .collect())
 }
 
 /// Headings of the figures of all cases, in the order of the study's quantities.
@@ -139,77 +148,17 @@ pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
     found
 }
 
-fn figures(study: &Study, summary: &Value, threads: Option<u16>) -> Figures {
-    let stages = || summary["stages"].as_array().into_iter().flatten();
-    let sum = |of: &str, wanted: &dyn Fn(&str) -> bool| -> f64 {
-        let named = stages().filter(|s| s["name"].as_str().is_some_and(wanted));
-        named.filter_map(|s| s[of].as_f64()).sum()
-    };
-    let held = |name: &str| name == HELD_MODES_STAGE;
-    let contact = |name: &str| name == "static state" || name.starts_with("response, ");
-    let without_held = |of: &str| Some((summary[of].as_f64()? - sum(of, &held)).max(0.0));
-    let processor = "processor_seconds";
-    let on_processors = without_held(processor);
+fn figures(study: &Study, summary: &Value, spent: Spent, threads: Option<u16>) -> Figures {
     let count = |name: &str| summary["response"][name].as_u64().unwrap_or_default() as usize;
-    let unheld = stages().filter(|s| !s["name"].as_str().is_some_and(held));
     Figures {
         values: study
             .quantities
             .iter()
             .flat_map(|q| q.figures(summary))
             .collect(),
-        seconds: without_held("seconds").unwrap_or_default(),
-        contact_seconds: sum("seconds", &contact),
-        processor_seconds: on_processors,
-        contact_processor_seconds: on_processors.map(|_| sum(processor, &contact)),
-        peak_memory_mib: unheld
-            .filter_map(|s| s["peak_memory_mib"].as_f64())
-            .reduce(f64::max),
+        spent,
         threads,
         points: count("points"),
         unconverged: count("points").saturating_sub(count("converged_points")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::study::file::Mode;
-    use crate::study::quantity;
-
-    #[test]
-    fn time_leaves_out_what_only_the_study_asked_for() {
-        let study = Study {
-            name: "s".into(),
-            scene: "x".into(),
-            set: vec![],
-            mode: Mode::Grid,
-            quantities: quantity::ALL.to_vec(),
-            fields: false,
-            knobs: vec![],
-            targets: vec![],
-        };
-        let stage = |name: &str, seconds: f64, mib: f64| {
-            serde_json::json!({
-            "name": name, "seconds": seconds, "processor_seconds": 2.0 * seconds, "peak_memory_mib": mib })
-        };
-        let summary = serde_json::json!({
-            "seconds": 10.0, "processor_seconds": 20.0,
-            "stages": [stage("reduction", 4.0, 300.0), stage("static state", 0.5, 310.0),
-                       stage("response, 3 harmonics", 2.0, 350.0), stage("response files", 1.0, 350.0),
-                       stage(HELD_MODES_STAGE, 2.5, 900.0)],
-            "response": { "points": 5, "converged_points": 3, "peak_ratio": 0.5 }
-        });
-        let side_by_side = figures(&study, &summary, Some(2));
-        assert_eq!(side_by_side.cost(), [5.0, 2.5]);
-        let figures = figures(&study, &summary, Some(1));
-        assert_eq!((figures.seconds, figures.contact_seconds), (7.5, 2.5));
-        assert_eq!(
-            (figures.cost(), figures.cost_seconds()),
-            ([10.0, 5.0], 15.0)
-        );
-        assert_eq!(figures.peak_memory_mib, Some(350.0));
-        assert_eq!((figures.points, figures.unconverged), (5, 2));
-        assert_eq!(figures.values, [("peak_ratio".to_owned(), 0.5)]);
     }
 }

@@ -129,6 +129,7 @@ fn python(text: &str) -> String {
 mod tests {
     use super::*;
     use crate::study::file::Mode;
+    use crate::study::folder::Sharing;
 
     #[test]
     fn words_are_quoted_for_shell_and_python() {
@@ -158,13 +159,17 @@ mod tests {
         let settings = Settings {
             out: "/tmp/o".into(),
             threads: 2,
+            sharing: Sharing {
+                own_folder: true,
+                words: vec!["--cache-limit-gib".into(), "2".into()],
+            },
         };
         let cases = [case("base"), case("h_5")];
         let set = ["contact.*.friction=0.1".to_owned()];
         let text = snakefile(Path::new("/s/quick.toml"), &study, &cases, &set, &settings);
         for slug in ["base", "h_5"] {
             let command = format!(
-                "\"{{DOVETAIL}} study /s/quick.toml --out /tmp/o --set 'contact.*.friction=0.1' --case {slug} --threads {{threads}} || [ $? -eq 3 ]\""
+                "\"{{DOVETAIL}} study /s/quick.toml --out /tmp/o --set 'contact.*.friction=0.1' --cache-limit-gib 2 --case {slug} --threads {{threads}} || [ $? -eq 3 ]\""
             );
             assert_eq!(text.matches(&command).count(), 1, "{text}");
             let outcome = format!("\"/tmp/o/cases/{slug}/outcome.json\",");

@@ -35,6 +35,14 @@ pub struct FigureAnswer {
     pub estimates: Vec<Option<f64>>,
 }
 
+impl FigureAnswer {
+    /// The order of the last three values there are, whether it counts or not.
+    pub fn seen_order(&self) -> Option<f64> {
+        let last = self.values.iter().rposition(Option::is_some)?;
+        self.orders[last]
+    }
+}
+
 /// Error against time over all runs, for one figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Front {
@@ -369,6 +377,7 @@ mod tests {
     use crate::study::file::Target;
     use crate::study::knob::{Knob, KnobValue};
     use crate::study::results::Ended;
+    use crate::study::spent::Spent;
 
     const PEAK: &str = "peak_amplitude_m";
 
@@ -416,11 +425,14 @@ mod tests {
             case: case.clone(),
             ended: Ended::WithFigures(Figures {
                 values: vec![(PEAK.to_owned(), 1.0 + 2.0 * a * a + 0.5 * b)],
-                seconds: 1.0 / a + contact,
-                contact_seconds: contact,
-                processor_seconds: None,
-                contact_processor_seconds: None,
-                peak_memory_mib: None,
+                spent: Spent {
+                    seconds: 1.0 / a + contact,
+                    contact_seconds: contact,
+                    processor_seconds: None,
+                    contact_processor_seconds: None,
+                    peak_memory_mib: None,
+                    not_counted: vec![],
+                },
                 threads: Some(1),
                 points: 3,
                 unconverged: 0,
