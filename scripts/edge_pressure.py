@@ -6,8 +6,8 @@ At the upper edge of a flank the jaw ends in a corner of 135 degrees on the smoo
 an edge the pressure of a sliding contact goes as d^(l - 1), d the distance from the edge: l is the smallest root between 0 and 1 of
 the determinant of two wedges, free outside, that share normal stress, normal displacement and a shear of mu times the pressure on their common face
 (M. Comninou, J. Appl. Mech. 43 (1976); G. B. Sinclair and N. G. Cormier, J. Eng. Gas Turbines Power 125 (2003), on why the peak of a dovetail
-does not converge). Printed for each run: l from the normal force between the edge and d, which goes as d^l, and the largest pressure.
-numpy.
+does not converge). The pressure of the nodes on the edge (the mean over the middle third of the slot, away from the ends) then goes as the
+spacing to the power l - 1. Give runs that differ in the spacing of their flanks alone. numpy.
 """
 
 import argparse
@@ -77,22 +77,6 @@ def rows(folder):
     return {name: sorted((z, *row) for z, row in heights.items()) for name, heights in contacts.items()}
 
 
-def power(profile):
-    """l of a profile [(distance, force, area)] that begins at the edge: slope of log force over log distance, half way between nodes, from
-    behind the first two nodes to a tenth of the width."""
-    width = profile[-1][0]
-    total, points = 0.0, []
-    for (d, force, _), (after, _, _) in zip(profile, profile[1:]):
-        total += force
-        middle = 0.5 * (d + after)
-        points.append((middle, total))
-    used = [p for i, p in enumerate(points) if i >= 1 and p[0] <= 0.2 * width]
-    if len(used) < 2:
-        return None
-    x, y = numpy.log(used).T
-    return float(numpy.polyfit(x, y, 1)[0])
-
-
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("runs", nargs="+")
@@ -100,20 +84,29 @@ def main():
     parser.add_argument("--poisson", type=float, default=0.34)
     arguments = parser.parse_args()
     check = smallest_power(math.pi / 2, math.pi, 0.0, arguments.poisson)
-    print(f"a right angle without friction: l = {check:.4f} (known: 0.7740)")
+    print(f"a right angle without friction: pressure as d^{check - 1:.4f} (known: -0.2260)")
     # Both corners slide towards the middle of the flank: friction pulls their faces outwards, towards the edge.
     theory = smallest_power(CORNER, SMOOTH, -arguments.friction, arguments.poisson)
-    print(f"135 degrees on a smooth body, friction {arguments.friction}: l = {theory:.4f}, pressure as d^{theory - 1:.3f}\n")
-    print("| run | contact | largest pressure, MPa | l at the lower edge | l at the upper edge |\n| --- | --- | --- | --- | --- |")
+    print(f"135 degrees on a smooth body, friction {arguments.friction}: as d^{theory - 1:.3f}\n")
+    print("| run | contact | spacing at the edge, mm | largest, MPa | lower edge, MPa | middle, MPa | upper edge, MPa |")
+    print("|" + " --- |" * 7)
+    edges = {}
     for run in arguments.runs:
         for name, heights in rows(run).items():
-            low, high = heights[0][0], heights[-1][0]
-            scale = 1.0 / math.cos(FLANK_ANGLE)
-            from_low = [((z - low) * scale, force, area) for z, force, area, _ in heights]
-            from_high = [((high - z) * scale, force, area) for z, force, area, _ in reversed(heights)]
-            found = ["-" if l is None else f"{l:.3f}" for l in (power(from_low), power(from_high))]
-            largest = max(p for *_, p in heights) / 1e6
-            print(f"| {os.path.basename(os.path.normpath(run))} | {name} | {largest:.1f} | {found[0]} | {found[1]} |")
+            spacing = (heights[1][0] - heights[0][0]) / math.cos(FLANK_ANGLE)
+            mean = [force / area for _, force, area, _ in heights]
+            middle = 0.5 * (mean[(len(mean) - 1) // 2] + mean[len(mean) // 2])
+            largest = max(p for *_, p in heights)
+            figures = [1e3 * spacing] + [1e-6 * p for p in (largest, mean[0], middle, mean[-1])]
+            print(f"| {os.path.basename(os.path.normpath(run))} | {name} | " + " | ".join(f"{f:.3g}" for f in figures) + " |")
+            for edge, pressure in [("lower", mean[0]), ("upper", mean[-1])]:
+                edges.setdefault((name, edge), []).append((math.log(spacing), math.log(pressure)))
+    print()
+    for (name, edge), points in edges.items():
+        x, y = numpy.array(sorted(points, reverse=True)).T
+        if len(points) > 1:
+            steps = ", ".join(f"{slope:.2f}" for slope in numpy.diff(y) / numpy.diff(x))
+            print(f"{name} flank, {edge} edge: as spacing^{numpy.polyfit(x, y, 1)[0]:.3f}; between runs {steps}")
 
 
 if __name__ == "__main__":
