@@ -7,7 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, round_ticks, text_style, tick_label, write_svg,
+    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, text_style, tick_label,
+    write_svg,
 };
 use crate::export::ExportError;
 
@@ -89,16 +90,7 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
             }
         }
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .margin(14)
-        .legend_area_size(48)
-        .background_style(WHITE.mix(0.9))
-        .border_style(GRID)
-        .label_font(text_style(TEXT_PX - 2, HPos::Left, VPos::Top))
-        .draw()?;
-    Ok(())
+    draw_legend(&mut chart, SeriesLabelPosition::UpperLeft, TEXT_PX - 2)
 }
 
 /// Label and end (rpm, Hz) of the lines of the engine orders: at the fastest speed, or where they

@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, round_ticks, si_prefix, text_style, tick_label,
-    write_svg,
+    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix, text_style,
+    tick_label, write_svg,
 };
 use crate::dlft::Response;
 use crate::export::ExportError;
@@ -217,16 +217,7 @@ where
                 .legend(move |(x, y)| EmptyElement::at((x + 19, y)) + Cross::new((0, 0), 7, mark));
         }
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .margin(14)
-        .legend_area_size(48)
-        .background_style(WHITE.mix(0.9))
-        .border_style(GRID)
-        .label_font(text_style(TEXT_PX - 2, HPos::Left, VPos::Top))
-        .draw()?;
-    Ok(())
+    draw_legend(chart, SeriesLabelPosition::UpperRight, TEXT_PX - 2)
 }
 
 /// Stretches of neighbouring points that have a value (and show on the axis), scaled.

@@ -6,7 +6,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
-use super::{Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, text_style, write_svg};
+use super::{Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, text_style, write_svg};
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 860);
@@ -107,16 +107,7 @@ fn draw(canvas: &Canvas, title: &str, axes: [&str; 2], series: &[LogSeries]) -> 
         };
         chart.draw_series(named.map(beside))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .margin(14)
-        .legend_area_size(48)
-        .background_style(WHITE.mix(0.9))
-        .border_style(GRID)
-        .label_font(text_style(TEXT_PX - 4, HPos::Left, VPos::Top))
-        .draw()?;
-    Ok(())
+    draw_legend(&mut chart, SeriesLabelPosition::UpperRight, TEXT_PX - 4)
 }
 
 /// From the least over `room` to the largest times `room`; 0.1 to 1 where there is nothing.

@@ -19,6 +19,7 @@ pub use loglog::{LogSeries, write_loglog};
 
 use std::path::Path;
 
+use plotters::coord::CoordTranslate;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -62,6 +63,24 @@ fn text_style(px: i32, h: HPos, v: VPos) -> TextStyle<'static> {
     TextStyle::from(("sans-serif", px).into_font())
         .color(&INK)
         .pos(Pos::new(h, v))
+}
+
+/// The labels of the series, boxed in a corner of the chart, in letters of this size.
+fn draw_legend<'a, 'b: 'a, C: CoordTranslate>(
+    chart: &mut ChartContext<'a, SVGBackend<'b>, C>,
+    corner: SeriesLabelPosition,
+    px: i32,
+) -> Drawn {
+    chart
+        .configure_series_labels()
+        .position(corner)
+        .margin(14)
+        .legend_area_size(48)
+        .background_style(WHITE.mix(0.9))
+        .border_style(GRID)
+        .label_font(text_style(px, HPos::Left, VPos::Top))
+        .draw()?;
+    Ok(())
 }
 
 /// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.
