@@ -41,6 +41,8 @@ lint:
 # Seconds and ratios; see docs/performance.md.
 bench: setup
 	cargo bench --locked
+	cargo build --release --locked
+	python3 benches/growth.py
 
 # dovetail beside pyHarm and a dense Newton in numpy on one reduced model; see docs/performance.md.
 peers: setup

@@ -102,7 +102,10 @@ impl Bench {
     fn entries(&self) -> Vec<PathBuf> {
         let files = std::fs::read_dir(self.cache());
         let files = files.map_or(Vec::new(), |files| files.flatten().collect());
-        files.into_iter().map(|f| f.path()).collect()
+        let paths = files.into_iter().map(|f| f.path());
+        paths
+            .filter(|p| p.extension().is_none_or(|e| e != "lock"))
+            .collect()
     }
 
     fn entry(&self, kind: &str) -> PathBuf {
@@ -315,6 +318,17 @@ fn runs_side_by_side_share_a_folder() {
         .map(|e| e.file_name().unwrap().to_string_lossy().into_owned())
         .collect();
     assert_eq!(names.len(), 3, "{names:?}");
+    // One of them made what all needed, and no lock is left.
+    assert_eq!(bench.meshed(), 1);
+    let made = ["a", "b", "c"].map(|out| bench.stages(out));
+    for stage in 0..2 {
+        assert_eq!(
+            made.iter().filter(|kept| !kept[stage]).count(),
+            1,
+            "{made:?}"
+        );
+    }
+    assert_eq!(std::fs::read_dir(bench.cache()).unwrap().count(), 3);
     assert_eq!(bench.kept(&[]), [true, true]);
 }
 

@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
-const MOST_ATTEMPTS: usize = 8;
+const MOST_ATTEMPTS: usize = 10;
 
 /// The dense dogleg is tried up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 2000;

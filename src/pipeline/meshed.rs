@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra_sparse::CscMatrix;
 
 use super::Options;
-use super::cache::{Cache, Key, reduction_inputs};
+use super::cache::{Cache, Key, Turn, reduction_inputs};
 use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
@@ -77,8 +77,8 @@ impl Meshed {
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
         let (relative, fixed_interface_omega2) = match kept(&cache, key.as_ref(), &model, progress)
         {
-            Some(kept) => kept,
-            None => {
+            Ok(kept) => kept,
+            Err(_turn) => {
                 let matrices = structure_of(&structure, &model, progress)?;
                 let reduced = reduce(&model, matrices, stuck_modes, progress)?;
                 if key.is_some() {
@@ -182,19 +182,21 @@ pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, 
     fem::assemble(model, &solve)
 }
 
-/// The reduced model of an earlier run, with the laws and the excitation of this one, and the modes of the bodies.
+/// The reduced model of an earlier run, with the laws and the excitation of this one, and the modes of the bodies; else
+/// the turn to make it.
 fn kept(
     cache: &Cache,
     key: Option<&Key>,
     model: &Model,
     progress: &Progress,
-) -> Option<(RelativeModel, Vec<Vec<f64>>)> {
+) -> Result<(RelativeModel, Vec<Vec<f64>>), Option<Turn>> {
     let begin = Instant::now();
-    let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) = cache.get(key, progress)?;
+    let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) =
+        cache.get_or_turn(key, progress)?;
     let relative = relative.under(model, &unit_loads);
     progress.kept_stage("finite elements", Duration::ZERO);
     progress.kept_stage("reduction", begin.elapsed());
-    Some((relative, omega2))
+    Ok((relative, omega2))
 }
 
 /// Matrices of the bodies, assembled once.

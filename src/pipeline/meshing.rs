@@ -83,12 +83,13 @@ pub(super) fn make_mesh(
             let out = options.out.join(MESH_FILE);
             let cache = Cache::new(options.cache.as_ref());
             let key = mesh_key(&cache, script, parameters);
-            if let Some(kept) = cache.get::<KeptMesh>(key.as_ref(), progress) {
-                stage.from_cache();
-                write_file(&out, &kept.file)?;
-                made(&out, kept.version, &kept.warnings, progress)
-            } else {
-                match gmsh::generate(script, parameters, *time_limit_s, &out) {
+            match cache.get_or_turn::<KeptMesh>(key.as_ref(), progress) {
+                Ok(kept) => {
+                    stage.from_cache();
+                    write_file(&out, &kept.file)?;
+                    made(&out, kept.version, &kept.warnings, progress)
+                }
+                Err(_turn) => match gmsh::generate(script, parameters, *time_limit_s, &out) {
                     Ok(run) => {
                         keep(&cache, key.as_ref(), &run, &out, progress);
                         made(&out, run.version, &run.warnings, progress)
@@ -97,7 +98,7 @@ pub(super) fn make_mesh(
                         ready(source.kind.equivalent_fallback(), missing, progress)?
                     }
                     Err(error) => return Err(error.into()),
-                }
+                },
             }
         }
     };

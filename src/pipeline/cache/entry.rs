@@ -11,6 +11,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::turn::LOCK;
+
 const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;
 const LENGTH: usize = 8;
@@ -150,7 +152,7 @@ pub(super) fn make_room(folder: &Path, limit_bytes: u64, newest: &Path, abandone
         if !about.is_file() {
             continue;
         }
-        if path.extension().is_some_and(|e| e == PART) {
+        if path.extension().is_some_and(|e| e == PART || e == LOCK) {
             if used.elapsed().is_ok_and(|age| age > abandoned) {
                 let _ = fs::remove_file(&path);
             }

@@ -5,6 +5,7 @@
 
 mod entry;
 mod program;
+mod turn;
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use std::time::{Duration, SystemTime};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+pub(super) use self::turn::Turn;
 use crate::model::Model;
 use crate::progress::Progress;
 
@@ -88,6 +90,31 @@ impl Cache {
             let _ = file.set_modified(SystemTime::now());
         }
         Some(found)
+    }
+
+    /// The entry, where another run has just made it; else the right to make it, until the [`Turn`] is dropped: others
+    /// that want it wait.
+    pub(super) fn get_or_turn<T: DeserializeOwned>(
+        &self,
+        key: Option<&Key>,
+        progress: &Progress,
+    ) -> Result<T, Option<Turn>> {
+        if let Some(found) = self.get(key, progress) {
+            return Ok(found);
+        }
+        let (Some(key), Some(path)) = (key, key.and_then(|key| self.path(key))) else {
+            return Err(None);
+        };
+        let turn = Turn::wait(&path, || {
+            progress.note(&format!(
+                "another run makes the same entry ({}): waiting for it",
+                key.kind
+            ));
+        });
+        match self.get(Some(key), progress) {
+            Some(found) => Ok(found),
+            None => Err(turn),
+        }
     }
 
     /// Keeps an entry and lets those go that were used longest ago.

@@ -1,0 +1,41 @@
+//! Runs side by side that miss the same entry: one makes it, the others wait for it.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use fs4::FileExt;
+
+/// Of the name of the file that is locked.
+pub(super) const LOCK: &str = "lock";
+
+/// Held by the run that makes an entry; the system takes it back when a run ends in whatever way.
+#[derive(Debug)]
+pub(in crate::pipeline) struct Turn {
+    path: PathBuf,
+    _locked: File,
+}
+
+impl Turn {
+    /// Waits for the runs before. `waiting` is called where there is one. `None` where files cannot be locked: then two runs
+    /// may make the same entry, which costs time and nothing else.
+    pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
+        std::fs::create_dir_all(entry.parent()?).ok()?;
+        let path = entry.with_extension(LOCK);
+        let file = File::options().create(true).append(true).open(&path).ok()?;
+        if <File as FileExt>::try_lock(&file).is_err() {
+            waiting();
+            <File as FileExt>::lock(&file).ok()?;
+        }
+        Some(Self {
+            path,
+            _locked: file,
+        })
+    }
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        // Who waits has the file open and gets its turn all the same.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
