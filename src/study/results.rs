@@ -106,10 +106,12 @@ pub fn collect(
         .iter()
         .map(|(record, in_folder, own)| match in_folder {
             Found::Complete { summary, threads } => {
-                let shared = shared_settings(record);
-                let alike = || found.iter().filter(|(r, ..)| shared_settings(r) == shared);
                 let made = |name: &str| {
-                    let mut stages = alike().flat_map(|(.., stages)| stages);
+                    let shared = shared_settings(record, name);
+                    let alike = found
+                        .iter()
+                        .filter(|(r, ..)| shared_settings(r, name) == shared);
+                    let mut stages = alike.flat_map(|(.., stages)| stages);
                     stages.find(|s| s.name == name && !s.from_cache)
                 };
                 Ended::WithFigures(figures(study, summary, spent(summary, own, made), *threads))

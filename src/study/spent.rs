@@ -99,13 +99,17 @@ pub fn spent<'s>(
     }
 }
 
-/// The overrides on which mesh and reduction may depend: cases alike in these share them.
-pub fn shared_settings(record: &CaseRecord) -> Vec<&str> {
+/// The overrides on which a stage kept for others may depend: cases alike in these share it.
+pub fn shared_settings<'r>(record: &'r CaseRecord, stage: &str) -> Vec<&'r str> {
+    let matters = |s: &&str| match stage {
+        "mesh" => s.trim_start().starts_with("mesh"),
+        _ => !concerns_contact_alone(s),
+    };
     record
         .set
         .iter()
         .map(String::as_str)
-        .filter(|s| !concerns_contact_alone(s))
+        .filter(matters)
         .collect()
 }
 

@@ -47,6 +47,9 @@ fn snakefile(
     for argument in overrides {
         let _ = write!(common, " --set {}", shell(argument));
     }
+    for word in &settings.sharing.words {
+        let _ = write!(common, " {}", shell(word));
+    }
     let outcome = |case: &Case| place(&out.join("cases").join(&case.slug).join("outcome.json"));
     let mut text = format!(
         "# The study \"{name}\": made by `dovetail study --export-workflow`, run by\n\
