@@ -390,18 +390,18 @@ fn a_zero_direction_is_refused() {
 #[test]
 fn too_few_samples_say_how_many_are_needed() {
     let words = [
-        "7 samples",
+        "15 samples",
         "3 harmonics",
-        "set response.samples to 8 or more",
+        "set response.samples to 16 or more",
     ];
-    refused("samples = 128", "samples = 7", &words);
+    refused("samples = 128", "samples = 15", &words);
     let (text, _) = edited("harmonics = 3", 0, "harmonics = 64");
     refused_on(
         &text,
         line_of(&text, "samples = 128"),
-        &["set response.samples to 130 or more"],
+        &["set response.samples to 260 or more"],
     );
-    assert!(parse(&edited("samples = 128", 0, "samples = 8").0, &[]).is_ok());
+    assert!(parse(&edited("samples = 128", 0, "samples = 16").0, &[]).is_ok());
 }
 
 #[test]

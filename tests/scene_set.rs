@@ -233,7 +233,7 @@ fn a_wrong_value_is_refused_as_in_the_file_but_shown_in_the_argument() {
     refused(&["response=3"], &["`response` has to be a table"]);
     refused(
         &["response.samples=7"],
-        &["set response.samples to 8 or more"],
+        &["set response.samples to 16 or more"],
     );
     refused(
         &["response.stuck_modes=2", "damping.stuck_mode=3"],

@@ -314,7 +314,7 @@ impl Fault {
                     .to_owned()
             }
             Self::TooFewSamples { least, harmonics, .. } => format!(
-                "set response.samples to {least} or more (more than 2 H + 1 with H = {harmonics}), or keep \
+                "set response.samples to {least} or more (4 (H + 1) with H = {harmonics}), or keep \
                  fewer response.harmonics"
             ),
             Self::HarmonicNotKept { harmonic, .. } => {
