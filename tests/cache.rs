@@ -1,9 +1,13 @@
 //! What an earlier run left is taken where nothing it depends on has changed, and the results are the same to the
 //! last bit.
 
+mod shared_program;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use shared_program::{ended, said};
 
 const SCENE: &str = "scenes/verification/patch.toml";
 
@@ -121,17 +125,6 @@ impl Drop for Bench {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
-}
-
-fn ended(mut command: Command, code: i32) -> Output {
-    let output = command.output().expect("the program starts");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
-    output
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[track_caller]

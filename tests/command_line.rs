@@ -1,7 +1,11 @@
 //! The program itself, from a scene and a mesh file to exit codes and files.
 
+mod shared_program;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use shared_program::{ended, said};
 
 /// Small and fast: linear elements (too stiff an airfoil, but every stage at work).
 const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
@@ -83,17 +87,6 @@ fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
         program.args(["--set", set]);
     }
     program
-}
-
-fn ended(mut command: Command, code: i32) -> Output {
-    let output = command.output().expect("the program starts");
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
-    output
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[test]

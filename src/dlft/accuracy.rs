@@ -59,7 +59,8 @@ pub fn transforms(resolution: Resolution, highest_excited: usize) -> Vec<Fourier
 /// (docs/method.md), at an eighth of `accuracy`, and carry the harmonics.
 pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
     let for_accuracy = (16.0 / accuracy).sqrt().ceil() as usize;
-    for_accuracy.max(4 * (harmonics + 1)).next_power_of_two()
+    let least = Resolution::least_samples(harmonics);
+    for_accuracy.max(least).next_power_of_two()
 }
 
 impl<'a> Ladder<'a> {

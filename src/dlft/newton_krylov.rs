@@ -156,6 +156,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
     }
+
     fn is_astray(&self, x: &[f64]) -> bool {
         (self.has_left)(x)
     }

@@ -197,14 +197,14 @@ impl Run<'_> {
             let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, held);
             let frequency_hz = orbits[i].frequency_hz;
             work.start_counting();
-            work.newton_iterations = orbits[i].newton_iterations;
-            work.krylov_iterations = orbits[i].krylov_iterations;
             let resolved = self
                 .ladder
                 .resolve(frequency_hz, 0, &mut work, |rung, work| {
                     rung.solve_from(frequency_hz, &neighbour, work)
                 });
-            let again = self.orbit_of(resolved, frequency_hz, &work);
+            let mut again = self.orbit_of(resolved, frequency_hz, &work);
+            again.newton_iterations += orbits[i].newton_iterations;
+            again.krylov_iterations += orbits[i].krylov_iterations;
             if again.outcome.is_converged() {
                 orbits[i] = again;
             } else {

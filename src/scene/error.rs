@@ -18,13 +18,14 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// In the order of the text; at least one.
-    #[error("{}", summary(problems))]
+    #[error("{}", summary("the scene", problems))]
     Invalid { problems: Vec<Problem> },
 }
 
-fn summary(problems: &[Problem]) -> String {
+/// The first problem, and how many there are; `what` (the scene, ...) is not valid.
+pub fn summary(what: &str, problems: &[impl fmt::Display]) -> String {
     match problems {
-        [] => "the scene is not valid".to_owned(),
+        [] => format!("{what} is not valid"),
         [one] => one.to_string(),
         [first, others @ ..] => format!("{first} (the first of {} errors)", 1 + others.len()),
     }
@@ -53,12 +54,18 @@ impl Diagnostic for SceneError {
     }
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
         match self {
-            Self::Invalid { problems } if problems.len() > 1 => {
-                Some(Box::new(problems[1..].iter().map(|p| p as &dyn Diagnostic)))
-            }
-            _ => None,
+            Self::Invalid { problems } => all_but_first(problems),
+            Self::Read { .. } => None,
         }
     }
+}
+
+/// What stands behind the first problem, which stands for all.
+pub fn all_but_first<'a, P: Diagnostic>(
+    problems: &'a [P],
+) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+    let others = problems.get(1..).filter(|others| !others.is_empty())?;
+    Some(Box::new(others.iter().map(|p| p as &dyn Diagnostic)))
 }
 
 /// One fault and its place: in the scene file or in a `--set` argument.

@@ -20,6 +20,12 @@ impl Case {
         study.set.iter().chain(of_knobs).cloned().collect()
     }
 
+    /// How many knobs stand elsewhere than in the base.
+    pub fn turned(&self, base: &[usize]) -> usize {
+        let values = self.values.iter().zip(base);
+        values.filter(|(v, b)| v != b).count()
+    }
+
     /// Label of each knob's value.
     pub fn labels<'s>(&self, study: &'s Study) -> Vec<&'s str> {
         let knobs = study.knobs.iter().zip(&self.values);

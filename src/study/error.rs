@@ -8,6 +8,8 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
+use crate::scene::error::{all_but_first, summary};
+
 /// Why a study was not begun, or not brought to its end. A case that fails is no error: it is reported in the tables.
 #[derive(Debug, Error)]
 pub enum StudyError {
@@ -17,7 +19,7 @@ pub enum StudyError {
         source: std::io::Error,
     },
     /// In the order of the text; at least one.
-    #[error("{}", summary(problems))]
+    #[error("{}", summary("the study", problems))]
     Invalid { problems: Vec<StudyProblem> },
     #[error("the study has no case \"{name}\"")]
     NoSuchCase { name: String, cases: Vec<String> },
@@ -35,14 +37,6 @@ pub enum StudyError {
         program: PathBuf,
         source: std::io::Error,
     },
-}
-
-fn summary(problems: &[StudyProblem]) -> String {
-    match problems {
-        [] => "the study is not valid".to_owned(),
-        [one] => one.to_string(),
-        [first, others @ ..] => format!("{first} (the first of {} errors)", 1 + others.len()),
-    }
 }
 
 impl Diagnostic for StudyError {
@@ -83,9 +77,7 @@ impl Diagnostic for StudyError {
     }
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
         match self {
-            Self::Invalid { problems } if problems.len() > 1 => {
-                Some(Box::new(problems[1..].iter().map(|p| p as &dyn Diagnostic)))
-            }
+            Self::Invalid { problems } => all_but_first(problems),
             _ => None,
         }
     }

@@ -95,13 +95,7 @@ pub fn advice(study: &Study, results: &[CaseResult], answers: &Answers, advice: 
 /// For a combination: how far it came out from the common limit.
 fn measured(results: &[CaseResult], answers: &Answers, advice: &Advice, c: usize) -> String {
     let base = &answers.base;
-    let turned = results[c]
-        .case
-        .values
-        .iter()
-        .zip(base)
-        .filter(|(v, b)| v != b)
-        .count();
+    let turned = results[c].case.turned(base);
     let front = answers.fronts.iter().find(|f| f.heading == advice.heading);
     let limit = front.and_then(|f| f.limit);
     match (turned > 1, results[c].value(&advice.heading), limit) {

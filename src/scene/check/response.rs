@@ -10,9 +10,6 @@ use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Solver};
 
 /// More harmonics, samples or frequencies than these are taken for a slip of the pen.
 pub const MOST_HARMONICS: usize = 1_000;
-/// Samples that a period of the first harmonic left out needs: with fewer the contact forces of the highest harmonics alias, and
-/// no motion is found where pairs slip and open (31 harmonics: none with 64, 80 or 96 samples, one with 128).
-const SAMPLES_OF_HIGHEST: usize = 4;
 const MOST_SAMPLES: usize = 1 << 20;
 const MOST_POINTS: usize = 1_000_000;
 
@@ -125,7 +122,7 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
     };
     let samples = checker.count(at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
     let (harmonics, samples) = (harmonics?, samples?);
-    let least = SAMPLES_OF_HIGHEST * (harmonics + 1);
+    let least = Resolution::least_samples(harmonics);
     if samples < least {
         let span = raw
             .samples

@@ -262,13 +262,7 @@ fn front(
             let value = result.value(heading)?;
             match study.mode {
                 Mode::OneAtATime => {
-                    let turned = result
-                        .case
-                        .values
-                        .iter()
-                        .zip(base)
-                        .filter(|(v, b)| v != b)
-                        .count();
+                    let turned = result.case.turned(base);
                     // A combination was run to see whether errors add up: the worse of both counts.
                     match (turned > 1, summed(&result.case.values)) {
                         (true, Some(sum)) => Some(sum.max(relative_error(value, limit?)?)),

@@ -1,0 +1,16 @@
+//! The program run to its end, for the tests of its exit codes and files.
+
+use std::process::{Command, Output};
+
+/// Runs it; it has to end with `code`.
+pub fn ended(mut command: Command, code: i32) -> Output {
+    let output = command.output().expect("the program starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{command:?}\n{stderr}");
+    output
+}
+
+/// What it wrote to stderr.
+pub fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
