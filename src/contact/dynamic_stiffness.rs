@@ -7,94 +7,38 @@
 //!
 //! Lambda is not formed: K, M and P = [p_m] are the same at every frequency and harmonic, so that they are
 //! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
-//! would be 2H matrices of the size of K. For linear solves, which are inexact anyway, there is a single-precision
-//! copy, with the stuck modes near the harmonics alone.
-
-use std::borrow::Cow;
+//! would be 2H matrices of the size of K.
 
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use faer::linalg::matmul::matmul;
-use faer::traits::RealField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 
 /// The reduced model with its damping.
 pub struct ContactSystem<'a> {
     pub model: &'a RelativeModel,
     pub damping: Rayleigh,
-    /// K and M in single precision.
-    single: [Mat<f32>; 2],
-}
-
-/// A number of single or double precision.
-pub trait Real: RealField + Copy {
-    fn of(value: f64) -> Self;
-    fn wide(self) -> f64;
-}
-
-impl Real for f64 {
-    fn of(value: f64) -> Self {
-        value
-    }
-    fn wide(self) -> f64 {
-        self
-    }
-}
-
-impl Real for f32 {
-    fn of(value: f64) -> Self {
-        value as f32
-    }
-    fn wide(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-/// K, M and P on all unknowns of a block, or on some of them.
-struct Matrices<'a, T: Real> {
-    /// m x m.
-    stiffness: Cow<'a, Mat<T>>,
-    /// m x m.
-    mass: Cow<'a, Mat<T>>,
-    /// m x modes.
-    coupling: Cow<'a, Mat<T>>,
 }
 
 /// Stiffness of the mean and of the harmonics 1..H at one frequency.
-pub struct HarmonicStiffness<'a, T: Real> {
-    matrices: Matrices<'a, T>,
-    /// Squared frequencies of the stuck modes, rad^2/s^2.
-    omega2: &'a [f64],
+pub struct HarmonicStiffness<'a> {
+    model: &'a RelativeModel,
     /// Of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
 }
 
 /// Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
-#[derive(Clone)]
-struct Coefficients {
-    s: c64,
-    z: c64,
-    modes: Vec<c64>,
+#[derive(Debug, Clone)]
+pub struct Coefficients {
+    pub s: c64,
+    pub z: c64,
+    pub modes: Vec<c64>,
 }
 
 impl<'a> ContactSystem<'a> {
     pub fn new(model: &'a RelativeModel, damping: Rayleigh) -> Self {
-        let single = [&model.stiffness, &model.mass].map(|a| {
-            let mut copy = Mat::<f32>::zeros(a.nrows(), a.ncols());
-            for j in 0..a.ncols() {
-                let column = copy.col_as_slice_mut(j).iter_mut();
-                column
-                    .zip(a.col_as_slice(j))
-                    .for_each(|(c, v)| *c = *v as f32);
-            }
-            copy
-        });
-        Self {
-            model,
-            damping,
-            single,
-        }
+        Self { model, damping }
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
@@ -103,60 +47,20 @@ impl<'a> ContactSystem<'a> {
     }
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
-    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a, f64> {
+    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
         let model = self.model;
         HarmonicStiffness {
-            omega2: &model.omega2,
+            model,
             omega,
-            matrices: Matrices {
-                stiffness: Cow::Borrowed(&model.stiffness),
-                mass: Cow::Borrowed(&model.mass),
-                coupling: Cow::Borrowed(&model.coupling),
-            },
             harmonics: (1..=harmonics)
                 .map(|k| coefficients(&model.omega2, self.damping, k as f64 * omega))
                 .collect(),
         }
     }
 
-    /// `stiffness` for inexact solves: in single precision, on the unknowns `columns` (ascending) alone, with the stuck
-    /// modes below `cut` times its highest frequency.
-    pub fn inexact(
-        &self,
-        stiffness: &HarmonicStiffness<'_, f64>,
-        columns: &[usize],
-        cut: f64,
-    ) -> HarmonicStiffness<'_, f32> {
-        let model = self.model;
-        let highest = stiffness.omega * stiffness.harmonics.len() as f64;
-        let low = modes_below(&model.omega2, cut * highest);
-        let [k, m] = self.single.each_ref().map(|a| {
-            if columns.len() == a.ncols() {
-                Cow::Borrowed(a)
-            } else {
-                Cow::Owned(submatrix(a, columns))
-            }
-        });
-        let coupling = Mat::from_fn(columns.len(), low, |i, mode| {
-            model.coupling[(columns[i], mode)] as f32
-        });
-        let mut harmonics = stiffness.harmonics.clone();
-        harmonics.iter_mut().for_each(|c| c.modes.truncate(low));
-        HarmonicStiffness {
-            matrices: Matrices {
-                stiffness: k,
-                mass: m,
-                coupling: Cow::Owned(coupling),
-            },
-            omega2: &model.omega2[..low],
-            omega: stiffness.omega,
-            harmonics,
-        }
-    }
-
     /// Lambda at `omega` rad/s, real and imaginary part, n x n.
     pub fn stiffness_at(&self, omega: f64) -> [Mat<f64>; 2] {
-        self.stiffness(omega, 1).formed(1, f64::INFINITY)
+        self.stiffness(omega, 1).formed(1)
     }
 
     /// Load condensed on X at `omega`, from a load of complex amplitude `on_x`, `on_modes`.
@@ -212,67 +116,66 @@ fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {
 }
 
 /// `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K X, M X and P c P^T X.
-fn combine<T: Real>(
-    c: &Coefficients,
-    k: [&[T]; 2],
-    m: [&[T]; 2],
-    p: [&[T]; 2],
-    out: [&mut [f64]; 2],
-) {
+fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out: [&mut [f64]; 2]) {
     let [out_c, out_s] = out;
     for (i, (yc, ys)) in out_c.iter_mut().zip(out_s).enumerate() {
-        let [kc, ks, mc, ms] = [k[0][i], k[1][i], m[0][i], m[1][i]].map(T::wide);
-        (*yc, *ys) = (p[0][i].wide(), p[1][i].wide());
+        let [kc, ks, mc, ms] = [k[0][i], k[1][i], m[0][i], m[1][i]];
+        (*yc, *ys) = (p[0][i], p[1][i]);
         *yc += c.s.re * kc + c.s.im * ks - c.z.re * mc - c.z.im * ms;
         *ys += c.s.re * ks - c.s.im * kc - c.z.re * ms + c.z.im * mc;
     }
 }
 
-impl<T: Real> HarmonicStiffness<'_, T> {
+impl HarmonicStiffness<'_> {
     pub fn harmonics(&self) -> usize {
         self.harmonics.len()
     }
 
     /// Unknowns of one block.
     pub fn unknowns(&self) -> usize {
-        self.matrices.stiffness.nrows()
+        self.model.stiffness.nrows()
     }
 
-    /// K of the mean.
-    pub fn mean(&self) -> &Mat<T> {
-        &self.matrices.stiffness
+    /// Of each harmonic, with the stuck modes below `cut` times the highest of them.
+    pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
+        let highest = cut * self.omega * self.harmonics.len() as f64;
+        let below = |w2: &f64| *w2 < highest * highest;
+        let low = self.model.omega2.partition_point(below);
+        let mut harmonics = self.harmonics.clone();
+        harmonics.iter_mut().for_each(|c| c.modes.truncate(low));
+        harmonics
     }
 
     /// Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] of vectors of 2H+1 blocks: the mean, then cosine and sine of each
     /// harmonic (`X = cosine - i sine`).
     pub fn apply(&self, v: &[f64], y: &mut [f64]) {
-        let Matrices {
+        let RelativeModel {
             stiffness,
             mass,
             coupling,
-        } = &self.matrices;
+            ..
+        } = self.model;
         let (n, modes) = (self.unknowns(), coupling.ncols());
         let count = 2 * self.harmonics.len();
-        let v: Vec<T> = v.iter().map(|v| T::of(*v)).collect();
-        let product = |a: MatRef<'_, T>, b: &[T]| {
+        let product = |a: MatRef<'_, f64>, b: &[f64]| {
             let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
-            let mut out = vec![T::of(0.0); rows * columns];
+            let mut out = vec![0.0; rows * columns];
             matmul(
                 MatMut::from_column_major_slice_mut(&mut out, rows, columns),
                 Accum::Replace,
                 a,
                 MatRef::from_column_major_slice(b, a.ncols(), columns),
-                T::of(1.0),
+                1.0,
                 Par::Seq,
             );
             out
         };
         // Side by side where a core is free, as at the end of a sweep when its other half is done.
         let (stiff, inert) = rayon::join(
-            || product(stiffness.as_ref().as_ref(), &v),
-            || product(mass.as_ref().as_ref(), &v[n..]),
+            || product(stiffness.as_ref(), v),
+            || product(mass.as_ref(), &v[n..]),
         );
-        let mut modal = vec![T::of(0.0); count * n];
+        let mut modal = vec![0.0; count * n];
         if modes > 0 {
             let mut amplitudes = product(coupling.transpose(), &v[n..]);
             for (c, g) in self
@@ -282,16 +185,14 @@ impl<T: Real> HarmonicStiffness<'_, T> {
             {
                 let (gc, gs) = g.split_at_mut(modes);
                 for ((gc, gs), a) in gc.iter_mut().zip(gs).zip(&c.modes) {
-                    let (c, s) = (gc.wide(), gs.wide());
-                    *gc = T::of(a.re * c + a.im * s);
-                    *gs = T::of(a.re * s - a.im * c);
+                    let (c, s) = (*gc, *gs);
+                    *gc = a.re * c + a.im * s;
+                    *gs = a.re * s - a.im * c;
                 }
             }
-            modal = product(coupling.as_ref().as_ref(), &amplitudes);
+            modal = product(coupling.as_ref(), &amplitudes);
         }
-        y.iter_mut()
-            .zip(&stiff[..n])
-            .for_each(|(y, k)| *y = k.wide());
+        y[..n].copy_from_slice(&stiff[..n]);
         for (k, (c, y)) in self
             .harmonics
             .iter()
@@ -309,30 +210,28 @@ impl<T: Real> HarmonicStiffness<'_, T> {
         }
     }
 
-    /// Lambda of harmonic k (1..H), real and imaginary part, m x m, with the stuck modes below `cut` times its own
-    /// frequency (all of them: infinite).
-    pub fn formed(&self, k: usize, cut: f64) -> [Mat<T>; 2] {
-        let Matrices {
+    /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
+    pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
+        let RelativeModel {
             stiffness,
             mass,
             coupling,
-        } = &self.matrices;
+            ..
+        } = self.model;
         let c = &self.harmonics[k - 1];
-        let low = modes_below(self.omega2, cut * k as f64 * self.omega);
-        let p = coupling.subcols(0, low);
         let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
             let n = self.unknowns();
-            let mut out = Mat::<T>::zeros(n, n);
+            let mut out = Mat::zeros(n, n);
             for j in 0..n {
                 let (k, m) = (stiffness.col_as_slice(j), mass.col_as_slice(j));
                 let out = out.col_as_slice_mut(j);
                 for ((o, k), m) in out.iter_mut().zip(k).zip(m) {
-                    *o = T::of(s * k.wide() - z * m.wide());
+                    *o = s * k - z * m;
                 }
             }
-            let scaled = Mat::from_fn(n, low, |i, m| T::of(p[(i, m)].wide() * mode(m)));
-            let one = T::of(1.0);
-            matmul(&mut out, Accum::Add, &scaled, p.transpose(), one, Par::Seq);
+            let scaled = Mat::from_fn(n, coupling.ncols(), |i, m| coupling[(i, m)] * mode(m));
+            let other = coupling.transpose();
+            matmul(&mut out, Accum::Add, &scaled, other, 1.0, Par::Seq);
             out
         };
         [
@@ -342,26 +241,10 @@ impl<T: Real> HarmonicStiffness<'_, T> {
     }
 }
 
-/// Number of modes below `omega` rad/s.
-fn modes_below(omega2: &[f64], omega: f64) -> usize {
-    omega2.partition_point(|&w2| w2 < omega * omega)
-}
-
 /// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.
 fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
     [
         &v[2 * k * n..(2 * k + 1) * n],
         &v[(2 * k + 1) * n..(2 * k + 2) * n],
     ]
-}
-
-/// Rows and columns `columns` of a square matrix.
-fn submatrix(matrix: &Mat<f32>, columns: &[usize]) -> Mat<f32> {
-    let mut out = Mat::zeros(columns.len(), columns.len());
-    for (j, &source) in columns.iter().enumerate() {
-        let from = matrix.col_as_slice(source);
-        let to = out.col_as_slice_mut(j);
-        to.iter_mut().zip(columns).for_each(|(t, &i)| *t = from[i]);
-    }
-    out
 }

@@ -7,4 +7,5 @@
 //! p = -lambda_N / A. Initial clearance g >= 0 shifts contact to X_N = -g.
 
 pub mod dynamic_stiffness;
+pub mod inexact;
 pub mod law;

@@ -7,6 +7,7 @@
 use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
 use super::retention::Retention;
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+use crate::contact::inexact::InexactModel;
 use crate::numerics::fourier::Fourier;
 use crate::reduction::PairLaw;
 use faer::linalg::matmul::matmul;
@@ -17,6 +18,8 @@ use rayon::prelude::*;
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
     pub system: &'a ContactSystem<'a>,
+    /// For the inner linear solves.
+    pub inexact: &'a InexactModel<'a>,
     pub fourier: &'a Fourier,
     /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
     pub eps: &'a [f64],
@@ -33,7 +36,7 @@ pub struct Setting<'a> {
 pub struct Balance<'a> {
     pub setting: &'a Setting<'a>,
     /// The mean and the harmonics 1..H.
-    pub stiffness: HarmonicStiffness<'a, f64>,
+    pub stiffness: HarmonicStiffness<'a>,
     /// F, (2H+1) n.
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.
@@ -46,6 +49,8 @@ pub struct Balance<'a> {
 pub struct Evaluation {
     /// f(U), (2H+1) n.
     pub residual: Vec<f64>,
+    /// lambda_u = F - Lambda U + eps U, (2H+1) n.
+    pub lambda_u: Vec<f64>,
     /// lambda(U), (2H+1) n.
     pub lambda: Vec<f64>,
     pub ends: Vec<PairEnd>,
@@ -162,7 +167,7 @@ impl<'a> Balance<'a> {
     }
 
     /// lambda_u = F - Lambda U + eps U.
-    fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
+    pub fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
         let n = self.unknowns_per_block();
         let mut out = vec![0.0; u.len()];
         self.apply_stiffness(u, &mut out);
@@ -203,23 +208,23 @@ impl<'a> Balance<'a> {
         let ends = marched.into_iter().map(|(end, _)| end).collect();
         Evaluation {
             residual,
+            lambda_u,
             lambda,
             ends,
         }
     }
 
-    /// J at U (`u` need not be the last evaluated).
-    pub fn linearise(&self, u: &[f64]) -> Jacobian {
+    /// J at the U whose evaluation gave `lambda_u`.
+    pub fn linearise(&self, lambda_u: &[f64]) -> Jacobian {
         let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
         let width = fourier.width();
-        let lambda_u = self.lambda_u(u);
         let found: Vec<Option<Vec<f64>>> = (0..n / 3)
             .into_par_iter()
             .with_min_len(8)
             .map_init(
                 || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
                 |(signals, lambda), pair| {
-                    let force = gather(&lambda_u, n, pair, width);
+                    let force = gather(lambda_u, n, pair, width);
                     let input = self.input(pair, &force);
                     let end = march(fourier, input, signals, lambda);
                     (!end.always_stuck).then(|| {

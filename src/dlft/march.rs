@@ -3,7 +3,9 @@
 
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use crate::numerics::fourier::Fourier;
-use pulp::Arch;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Periods marched one after the other before the periodic state is solved for.
 pub const PLAIN_PERIODS: usize = 6;
@@ -86,8 +88,20 @@ pub fn march(
     signals: &mut Signals,
     lambda: &mut [f64],
 ) -> PairEnd {
-    // With the widest vectors the processor has; the same arithmetic.
-    Arch::new().dispatch(|| march_pair(fourier, input, signals, lambda))
+    Arch::new().dispatch(March(fourier, input, signals, lambda))
+}
+
+/// With the widest vectors the processor has; the same arithmetic. (A closure would be compiled for the least
+/// processor, and called.)
+struct March<'a>(&'a Fourier, PairInput<'a>, &'a mut Signals, &'a mut [f64]);
+
+impl WithSimd for March<'_> {
+    type Output = PairEnd;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PairEnd {
+        march_pair(self.0, self.1, self.2, self.3)
+    }
 }
 
 #[inline(always)]
@@ -281,7 +295,25 @@ pub fn march_derivative(
     end: &PairEnd,
     derivative: &mut [f64],
 ) {
-    Arch::new().dispatch(|| differentiate_pair(fourier, input, signals, end, derivative));
+    Arch::new().dispatch(Differentiate(fourier, input, signals, end, derivative));
+}
+
+/// As [`March`].
+struct Differentiate<'a>(
+    &'a Fourier,
+    PairInput<'a>,
+    &'a Signals,
+    &'a PairEnd,
+    &'a mut [f64],
+);
+
+impl WithSimd for Differentiate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        differentiate_pair(self.0, self.1, self.2, self.3, self.4);
+    }
 }
 
 #[inline(always)]
@@ -294,7 +326,6 @@ fn differentiate_pair(
 ) {
     let (samples, width) = (fourier.samples(), fourier.width());
     let full = 3 * width;
-    derivative.fill(0.0);
     let mut pass = Pass {
         fourier,
         input: &input,
@@ -326,12 +357,28 @@ fn differentiate_pair(
             pass.state = last;
         }
     }
-    pass.period(Some(derivative));
-    // Rows: the weights of the analysis.
-    let scale = 1.0 / samples as f64;
-    for (row, values) in derivative.chunks_exact_mut(full).enumerate() {
-        let weight = if row % width == 0 { scale } else { 2.0 * scale };
-        values.iter_mut().for_each(|v| *v *= weight);
+    let mut rows = vec![0.0; (width + 2 * full) * samples];
+    pass.period(Some(&mut rows));
+    // The coefficients of those signals: sums with the synthesis, weighed as the analysis does.
+    let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
+    let mut sums = Mat::zeros(width + 2 * full, width);
+    matmul(
+        sums.as_mut(),
+        Accum::Replace,
+        MatRef::from_column_major_slice(&rows, width + 2 * full, samples),
+        synthesis,
+        1.0 / samples as f64,
+        Par::Seq,
+    );
+    derivative.fill(0.0);
+    for h in 0..width {
+        let weight = if h == 0 { 1.0 } else { 2.0 };
+        let (normal, tangential) = sums.col_as_slice(h).split_at(width);
+        let parts = [normal].into_iter().chain(tangential.chunks_exact(full));
+        for (c, part) in parts.enumerate() {
+            let row = &mut derivative[(c * width + h) * full..][..part.len()];
+            row.iter_mut().zip(part).for_each(|(d, v)| *d = weight * v);
+        }
     }
 }
 
@@ -349,14 +396,13 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// Goes through one period; adds the derivative of the force (rows still to be scaled) if asked.
+    /// Goes through one period. Of each sample, if asked, the derivative of the force: of its normal part by the
+    /// coefficients of the normal prediction, and of both tangential ones by all, 2H+1 + 2 (3(2H+1)).
     #[inline(always)]
-    fn period(&mut self, mut derivative: Option<&mut [f64]>) -> Memory {
+    fn period(&mut self, mut rows: Option<&mut [f64]>) -> Memory {
         let (samples, width) = (self.fourier.samples(), self.fourier.width());
         let full = 3 * width;
         let mut memory = Memory::Whole;
-        // Over a run of sticking samples the history is constant: only the sums of s and s s^T grow.
-        let mut run = StickRun::new(width);
         for n in 0..samples {
             let s = self.fourier.synthesis_row(n);
             let predicted = prediction(self.signals, samples, n, self.input.shift_n, self.state);
@@ -368,35 +414,33 @@ impl Pass<'_> {
                     contact = Contact::Slip;
                 }
             }
-            if let (Some(derivative), false) = (&mut derivative, contact == Contact::Open) {
-                // Normal force: the prediction itself.
-                for (h, &sh) in s.iter().enumerate() {
-                    let row = &mut derivative[h * full..h * full + width];
-                    row.iter_mut().zip(s).for_each(|(d, &v)| *d += sh * v);
-                }
-            }
+            let row = rows.as_deref_mut();
+            let row =
+                row.map(|r| r[n * (width + 2 * full)..][..width + 2 * full].split_at_mut(width));
             if contact == Contact::Stick {
-                if derivative.is_some() {
-                    run.add(s);
+                if let Some((normal, tangential)) = row {
+                    // The prediction itself: S_N, and S_T - history.
+                    normal.copy_from_slice(s);
+                    let ends = tangential.iter_mut().zip(&self.history);
+                    ends.for_each(|(t, g)| *t = -g);
+                    add_own(s, tangential);
                 }
                 continue;
-            }
-            if let Some(derivative) = &mut derivative {
-                run.flush(&self.history, width, derivative);
             }
             self.state = [
                 self.signals.lambda_u[samples + n] - force[1],
                 self.signals.lambda_u[2 * samples + n] - force[2],
             ];
-            self.force_rows.fill(0.0);
             if contact == Contact::Slip {
                 let friction = self.input.friction;
                 slip_rows(predicted, friction, s, &self.history, &mut self.force_rows);
                 memory = memory.after_slip(predicted, friction);
-                if let Some(derivative) = &mut derivative {
-                    accumulate(s, &self.force_rows, width, derivative);
+                if let Some((normal, tangential)) = row {
+                    normal.copy_from_slice(s);
+                    tangential.copy_from_slice(&self.force_rows);
                 }
             } else {
+                self.force_rows.fill(0.0);
                 memory = Memory::Lost;
             }
             // history = S_T - d lambda_T
@@ -404,15 +448,19 @@ impl Pass<'_> {
                 .iter_mut()
                 .zip(&self.force_rows)
                 .for_each(|(g, f)| *g = -f);
-            for (h, &sh) in s.iter().enumerate() {
-                self.history[width + h] += sh;
-                self.history[full + 2 * width + h] += sh;
-            }
-        }
-        if let Some(derivative) = &mut derivative {
-            run.flush(&self.history, width, derivative);
+            add_own(s, &mut self.history);
         }
         memory
+    }
+}
+
+/// Adds S_T to two rows of 3(2H+1).
+#[inline(always)]
+fn add_own(s: &[f64], rows: &mut [f64]) {
+    let width = s.len();
+    for start in [width, 5 * width] {
+        let own = rows[start..start + width].iter_mut();
+        own.zip(s).for_each(|(r, v)| *r += v);
     }
 }
 
@@ -433,80 +481,15 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
         first[j] = across[0] * v;
         second[j] = across[1] * v;
     }
-    for (h, &sh) in s.iter().enumerate() {
-        first[h] -= friction * e1 * sh;
-        second[h] -= friction * e2 * sh;
-        for (c, a) in across.iter().enumerate() {
-            let j = (c + 1) * width + h;
-            first[j] += k * across[0] * a * sh;
-            second[j] += k * across[1] * a * sh;
+    let mut add = |column: usize, by: [f64; 2]| {
+        for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
+            let own = rows[column * width..(column + 1) * width].iter_mut();
+            own.zip(s).for_each(|(r, v)| *r += by * v);
         }
-    }
-}
-
-/// derivative (tangential rows) += s (x) rows.
-#[inline(always)]
-fn accumulate(s: &[f64], rows: &[f64], width: usize, derivative: &mut [f64]) {
-    let full = 3 * width;
-    for (c, row) in rows.chunks_exact(full).enumerate() {
-        for (h, &sh) in s.iter().enumerate() {
-            let start = ((c + 1) * width + h) * full;
-            let target = &mut derivative[start..start + full];
-            target.iter_mut().zip(row).for_each(|(d, v)| *d += sh * v);
-        }
-    }
-}
-
-/// Sums over consecutive sticking samples.
-struct StickRun {
-    length: usize,
-    /// sum s, and sum s s^T.
-    first: Vec<f64>,
-    second: Vec<f64>,
-}
-
-impl StickRun {
-    fn new(width: usize) -> Self {
-        Self {
-            length: 0,
-            first: vec![0.0; width],
-            second: vec![0.0; width * width],
-        }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, s: &[f64]) {
-        self.length += 1;
-        for (h, &sh) in s.iter().enumerate() {
-            self.first[h] += sh;
-            let row = &mut self.second[h * s.len()..(h + 1) * s.len()];
-            row.iter_mut().zip(s).for_each(|(d, v)| *d += sh * v);
-        }
-    }
-
-    /// Adds `sum s (x) (S_T - history)` to the tangential rows and starts afresh.
-    #[inline(always)]
-    fn flush(&mut self, history: &[f64], width: usize, derivative: &mut [f64]) {
-        if self.length == 0 {
-            return;
-        }
-        let full = 3 * width;
-        for c in 0..2 {
-            for h in 0..width {
-                let start = ((c + 1) * width + h) * full;
-                let row = &mut derivative[start..start + full];
-                let g = &history[c * full..(c + 1) * full];
-                let sh = self.first[h];
-                row.iter_mut().zip(g).for_each(|(d, v)| *d -= sh * v);
-                let own = &mut row[(c + 1) * width..(c + 2) * width];
-                let squares = &self.second[h * width..(h + 1) * width];
-                own.iter_mut().zip(squares).for_each(|(d, v)| *d += v);
-            }
-        }
-        self.length = 0;
-        self.first.fill(0.0);
-        self.second.fill(0.0);
-    }
+    };
+    add(0, [-friction * e1, -friction * e2]);
+    add(1, across.map(|a| k * across[0] * a));
+    add(2, across.map(|a| k * across[1] * a));
 }
 
 #[cfg(test)]

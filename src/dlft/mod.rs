@@ -134,6 +134,8 @@ pub struct Response {
 
 pub mod accuracy;
 pub mod balance;
+mod coarse;
+mod linear;
 pub mod march;
 pub mod newton_krylov;
 pub mod orbit;

@@ -38,10 +38,10 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         let balance = self.balance;
         let n = balance.unknowns_per_block();
         let width = x.len() / n;
-        let jacobian = balance.linearise(x);
+        let jacobian = balance.linearise(&balance.lambda_u(x));
         let mut out = Mat::<f64>::zeros(x.len(), x.len());
         // Lambda - eps.
-        let mut stiffness = balance.stiffness.mean().clone();
+        let mut stiffness = balance.setting.system.model.stiffness.clone();
         if let Some(retention) = balance.retention() {
             retention.add_to_matrix(&mut stiffness);
         }
@@ -49,7 +49,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
             out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
         }
         for k in 1..=balance.stiffness.harmonics() {
-            let [re, im] = balance.stiffness.formed(k, f64::INFINITY);
+            let [re, im] = balance.stiffness.formed(k);
             let (c, s) = ((2 * k - 1) * n, 2 * k * n);
             for j in 0..n {
                 for i in 0..n {

@@ -5,17 +5,20 @@
 //! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
 
 use super::balance::apply_real;
-use super::newton_krylov::active_block;
+use super::coarse::Coarse;
+use super::linear::LinearSystem;
 use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
+use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
-use crate::numerics::gmres::{gmres, norm};
+use crate::numerics::gmres::norm;
 use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::numerics::wear::Wear;
 use crate::reduction::RelativeModel;
-use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::linalg::solvers::Solve;
 use faer::{Mat, MatMut};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
 /// stuck, unloaded state; held along the slot where friction alone does not hold it. `eps` per unknown, N/m.
@@ -25,12 +28,17 @@ pub fn static_state(
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
-    let mut free = load_up(model, eps, load_steps, options, None, false);
+    let all: Vec<usize> = (0..model.pairs.len()).collect();
+    let inexact = InexactModel::new(model).taking_part(&all, None);
+    let load_up = |retention: Option<&Retention>, closed: bool| {
+        load_up(model, &inexact, eps, load_steps, options, retention, closed)
+    };
+    let mut free = load_up(None, false);
     let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
     let mut closed = false;
     if is_open(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
         // A blade that nothing touches has an equilibrium of its own, far inwards: start with the flanks together.
-        let other = load_up(model, eps, load_steps, options, None, true);
+        let other = load_up(None, true);
         if !is_open(&other) {
             (free, closed) = (other, true);
         }
@@ -45,7 +53,7 @@ pub fn static_state(
     if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
         return free;
     }
-    let mut held = load_up(model, eps, load_steps, options, Some(&retention), closed);
+    let mut held = load_up(Some(&retention), closed);
     held.newton_iterations += free.newton_iterations;
     if converged || held.outcome.is_converged() {
         held
@@ -54,10 +62,14 @@ pub fn static_state(
     }
 }
 
-/// Relative residual of the linear solves: J is applied exactly, and preconditioned by a factor in single precision that
-/// is kept until it is worn.
-const KRYLOV_TOLERANCE: f64 = 1e-6;
-const MOST_KRYLOV_ITERATIONS: usize = 200;
+/// Relative residual of the linear solves.
+const KRYLOV_TOLERANCE: f64 = 1e-4;
+const MOST_KRYLOV_ITERATIONS: usize = 300;
+/// Up to this size a Jacobian that GMRES does not solve is factored.
+const MOST_DENSE_UNKNOWNS: usize = 6000;
+/// So is one where shear follows the normal force by more than this: what it then asks of the normal forces is beyond
+/// single precision, and is not local.
+const STEEPEST: f32 = 3.0;
 
 /// A load step that fails is tried with coefficients of friction that grow from this ...
 const FIRST_FRICTION: f64 = 0.5;
@@ -67,6 +79,7 @@ const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 /// The load in steps, the blade free along its slot or held there, from the unloaded place or with all clearances closed.
 fn load_up(
     model: &RelativeModel,
+    inexact: &Arc<Inexact>,
     eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
@@ -86,8 +99,14 @@ fn load_up(
         slid_force: vec![[0.0; 2]; n / 3],
         friction: model.pairs.iter().map(|pair| pair.friction).collect(),
         scale: norm(&model.static_load.on_x),
-        derivative: vec![[[0.0; 3]; 3]; n / 3],
-        factor: None,
+        linear: LinearSystem {
+            inexact: Arc::clone(inexact),
+            harmonics: vec![],
+            derivatives: vec![0.0; 3 * n],
+            retention: retention.cloned(),
+            eps: eps.iter().map(|v| *v as f32).collect(),
+        },
+        coarse: None,
         wear: Wear::default(),
     };
     let mut x = if closed {
@@ -227,10 +246,9 @@ struct StaticSystem<'a> {
     /// Coefficient of each pair.
     friction: Vec<f64>,
     scale: f64,
-    /// d lambda / d lambda_u per pair.
-    derivative: Vec<[[f64; 3]; 3]>,
+    linear: LinearSystem,
     /// Of J at some earlier x.
-    factor: Option<PartialPivLu<f32>>,
+    coarse: Option<Coarse>,
     wear: Wear,
 }
 
@@ -279,22 +297,24 @@ impl StaticSystem<'_> {
         out
     }
 
-    /// y = J v, J = (I - D)(K - eps) + eps.
-    fn apply(&self, v: &[f64], y: &mut [f64]) {
-        apply_real(&self.stiffness, v, y);
-        for (pair, (d, y)) in self
-            .derivative
-            .iter()
-            .zip(y.chunks_exact_mut(3))
-            .enumerate()
-        {
-            let own: [f64; 3] = std::array::from_fn(|c| self.eps[3 * pair + c] * v[3 * pair + c]);
-            let a: [f64; 3] = std::array::from_fn(|c| y[c] - own[c]);
-            for r in 0..3 {
-                let moved = d[r][0] * a[0] + d[r][1] * a[1] + d[r][2] * a[2];
-                y[r] = a[r] - moved + own[r];
+    /// J = K - D (K - eps), dense.
+    fn jacobian(&self) -> Mat<f64> {
+        let mut jacobian = self.stiffness.clone().into_owned();
+        for (j, eps) in self.eps.iter().enumerate() {
+            let column = jacobian.col_as_slice_mut(j);
+            let derivatives = self.linear.derivatives.chunks_exact(9);
+            for (pair, (column, d)) in column.chunks_exact_mut(3).zip(derivatives).enumerate() {
+                let mut apart = [column[0], column[1], column[2]];
+                if j / 3 == pair {
+                    apart[j % 3] -= eps;
+                }
+                for (r, c) in column.iter_mut().enumerate() {
+                    let moved = (0..3).map(|c| f64::from(d[3 * c + r]) * apart[c]);
+                    *c -= moved.sum::<f64>();
+                }
             }
         }
+        jacobian
     }
 }
 
@@ -316,10 +336,14 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn linearise(&mut self, x: &[f64]) {
-        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let friction = self.friction[pair];
+        let predicted = self.predicted(x);
+        let derivatives = self.linear.derivatives.chunks_exact_mut(9);
+        for ((predicted, friction), out) in
+            predicted.into_iter().zip(&self.friction).zip(derivatives)
+        {
+            let friction = *friction;
             let (contact, _) = unilateral_coulomb(predicted, friction);
-            self.derivative[pair] = match contact {
+            let derivative: [[f64; 3]; 3] = match contact {
                 Contact::Open => [[0.0; 3]; 3],
                 Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
                 Contact::Slip => {
@@ -333,37 +357,39 @@ impl NonlinearSystem for StaticSystem<'_> {
                     ]
                 }
             };
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = derivative[i % 3][i / 3] as f32;
+            }
         }
-        if self.factor.is_none() || self.wear.is_worn(x.len()) {
-            let column = |j: usize| self.stiffness.col_as_slice(j).to_vec();
-            let jacobian = active_block(&self.derivative, self.eps, column, |v| v as f32);
-            self.factor = Some(jacobian.partial_piv_lu());
+        if self.coarse.is_none() || self.wear.is_worn() {
+            self.coarse = Coarse::new(&self.linear);
             self.wear = Wear::default();
         }
     }
 
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
-        let Some(factor) = &self.factor else {
-            return false;
-        };
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
-        let size = f.len();
-        let mut single = vec![0.0_f32; size];
-        let end = gmres(
-            |v, y| self.apply(v, y),
-            |v| {
-                single.iter_mut().zip(&*v).for_each(|(s, v)| *s = *v as f32);
-                factor.solve_in_place(MatMut::from_column_major_slice_mut(&mut single, size, 1));
-                v.iter_mut()
-                    .zip(&single)
-                    .for_each(|(v, s)| *v = f64::from(*s));
-            },
-            &right,
-            dx,
-            KRYLOV_TOLERANCE,
-            MOST_KRYLOV_ITERATIONS,
-        );
-        self.wear.serve(end.iterations);
+        let derivatives = self.linear.derivatives.iter();
+        let is_small = f.len() <= MOST_DENSE_UNKNOWNS;
+        let mut solved = !is_small || derivatives.fold(0.0_f32, |m, d| m.max(d.abs())) <= STEEPEST;
+        if solved {
+            let (solution, end) = self.linear.solve(
+                self.coarse.as_ref(),
+                &right,
+                1.0,
+                KRYLOV_TOLERANCE,
+                MOST_KRYLOV_ITERATIONS,
+            );
+            dx.copy_from_slice(&solution);
+            self.wear.serve(end.iterations);
+            solved = end.converged || !is_small;
+        }
+        if !solved {
+            dx.copy_from_slice(&right);
+            self.jacobian()
+                .partial_piv_lu()
+                .solve_in_place(MatMut::from_column_major_slice_mut(dx, right.len(), 1));
+        }
         // A direction that is not exact still serves: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
     }

@@ -10,6 +10,7 @@ use super::orbit::{orbit, stuck_point};
 use super::point::{Neighbour, Solved, Work};
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::contact::inexact::InexactModel;
 use crate::numerics::newton::NewtonOptions;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
@@ -87,8 +88,13 @@ pub fn sweep(
     let slip_threshold_m = settings
         .slip_threshold_m
         .unwrap_or(SLIP_THRESHOLD * largest_slip);
+    let inexact = match settings.solver {
+        Solver::NewtonKrylov => InexactModel::new(model),
+        Solver::Powell => InexactModel::unprepared(model),
+    };
     let setting = Setting {
         system: &system,
+        inexact: &inexact,
         fourier: &transforms[0],
         eps,
         x_static: &static_state.x,

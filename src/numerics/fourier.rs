@@ -73,6 +73,11 @@ impl Fourier {
         &self.table[n * self.width()..(n + 1) * self.width()]
     }
 
+    /// All those rows, N x (2H+1), row-major.
+    pub fn synthesis(&self) -> &[f64] {
+        &self.table
+    }
+
     /// Coefficients (2H+1) to samples (N).
     #[inline(always)]
     pub fn to_time(&self, coefficients: &[f64], signal: &mut [f64]) {

@@ -12,6 +12,7 @@ pub mod newton;
 pub mod order;
 pub mod sparse;
 pub mod stored;
+pub mod tiles;
 
 #[cfg(test)]
 pub(crate) mod lattice;

@@ -1,7 +1,7 @@
 //! When a factor that is kept as a preconditioner, while the matrix changes, is worth making anew.
 
-/// Making a dense factor anew costs about as much as one linear iteration for every so many unknowns.
-const UNKNOWNS_PER_ITERATION: usize = 60;
+/// Making it anew costs about as much as this many linear iterations.
+const ITERATIONS: usize = 20;
 
 /// What a kept factor has cost: iterations of its first linear solve, and by how many all later ones together
 /// exceeded that.
@@ -18,9 +18,9 @@ impl Wear {
         self.excess += iterations.saturating_sub(fresh);
     }
 
-    /// Whether the old factor of `unknowns` rows has cost more than a new one would.
-    pub fn is_worn(self, unknowns: usize) -> bool {
-        self.excess > unknowns / UNKNOWNS_PER_ITERATION
+    /// Whether the old one has cost more than a new one would.
+    pub fn is_worn(self) -> bool {
+        self.excess > ITERATIONS
     }
 }
 
@@ -34,10 +34,11 @@ mod tests {
         for _ in 0..100 {
             wear.serve(12);
         }
-        assert!(!wear.is_worn(120));
-        wear.serve(14);
-        assert!(!wear.is_worn(120));
+        assert!(!wear.is_worn());
+        wear.serve(12 + ITERATIONS - 1);
         wear.serve(13);
-        assert!(wear.is_worn(120) && !wear.is_worn(180));
+        assert!(!wear.is_worn());
+        wear.serve(13);
+        assert!(wear.is_worn());
     }
 }

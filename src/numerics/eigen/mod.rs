@@ -4,6 +4,7 @@ pub mod arpack;
 pub mod blocks;
 pub mod dense;
 mod proof;
+pub mod softest;
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;

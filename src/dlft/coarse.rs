@@ -1,0 +1,182 @@
+//! J on the softest motions of the flanks, those of all harmonics together: `W^T J W`, factored. Where pairs slip and open,
+//! these are what couples the harmonics and what a local correction would find last.
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Accum, Mat, MatRef, Par};
+use rayon::prelude::*;
+
+use super::linear::LinearSystem;
+use crate::contact::inexact::Inexact;
+
+/// Motions of all harmonics together, at most: their factor should cost no more than some linear iterations.
+const MOST_UNKNOWNS: usize = 2000;
+/// Pairs whose rows are multiplied together.
+const PAIRS: usize = 32;
+
+/// The factor, and how many motions of each harmonic it has.
+pub struct Coarse {
+    factor: PartialPivLu<f64>,
+    motions: usize,
+}
+
+impl Coarse {
+    /// `None` where there are no motions.
+    pub fn new(linear: &LinearSystem) -> Option<Self> {
+        let width = linear.width();
+        let motions = linear.inexact.motions.nrows().min(MOST_UNKNOWNS / width);
+        if motions == 0 {
+            return None;
+        }
+        let columns = Columns::new(linear, motions);
+        let size = width * motions;
+        let rows: Vec<Mat<f32>> = (0..width)
+            .into_par_iter()
+            .map(|h| columns.rows_of(linear, h))
+            .collect();
+        let jacobian = Mat::from_fn(size, size, |i, j| {
+            f64::from(rows[i / motions][(j, i % motions)])
+        });
+        Some(Self {
+            factor: jacobian.partial_piv_lu(),
+            motions,
+        })
+    }
+
+    /// z = W q with `W^T (v - J z) = 0`, and K z; v is m x (2H+1).
+    pub fn solve(&self, inexact: &Inexact, v: MatRef<'_, f32>) -> [Mat<f32>; 2] {
+        let width = v.ncols();
+        let [motions, forces] =
+            [&inexact.motions, &inexact.forces].map(|a| a.get(..self.motions, ..));
+        let mut right = Mat::zeros(self.motions, width);
+        matmul(right.as_mut(), Accum::Replace, motions, v, 1.0, Par::Seq);
+        let mut q = Mat::from_fn(self.motions * width, 1, |i, _| {
+            f64::from(right[(i % self.motions, i / self.motions)])
+        });
+        self.factor.solve_in_place(q.as_mut());
+        let q = Mat::from_fn(self.motions, width, |i, h| {
+            let q = q[(h * self.motions + i, 0)] as f32;
+            if q.is_finite() { q } else { 0.0 }
+        });
+        [motions, forces].map(|a| {
+            let mut z = Mat::zeros(a.ncols(), width);
+            matmul(z.as_mut(), Accum::Replace, a.transpose(), &q, 1.0, Par::Seq);
+            z
+        })
+    }
+}
+
+/// Lambda W and Lambda W - eps W: of each pair of blocks that Lambda couples, motions x m.
+struct Columns {
+    motions: usize,
+    /// W^T.
+    own: Mat<f32>,
+    mean: Mat<f32>,
+    /// Real and imaginary part for each harmonic.
+    harmonics: Vec<[Mat<f32>; 2]>,
+}
+
+impl Columns {
+    fn new(linear: &LinearSystem, motions: usize) -> Self {
+        let inexact = &linear.inexact;
+        let first = |a: &Mat<f32>| a.get(..motions, ..).to_owned();
+        let mut mean = first(&inexact.forces);
+        if let Some(retention) = &linear.retention {
+            for j in 0..motions {
+                let motion: Vec<f64> = inexact
+                    .motions
+                    .row(j)
+                    .iter()
+                    .map(|v| f64::from(*v))
+                    .collect();
+                let mut held = vec![0.0; motion.len()];
+                retention.add_to(&motion, &mut held);
+                for (i, h) in held.iter().enumerate() {
+                    mean[(j, i)] += *h as f32;
+                }
+            }
+        }
+        let harmonics = linear.harmonics.par_iter();
+        Self {
+            motions,
+            own: first(&inexact.motions),
+            mean,
+            harmonics: harmonics
+                .map(|c| inexact.dynamic_motions(c, motions))
+                .collect(),
+        }
+    }
+
+    /// Block row `to` of `W^T J W`, transposed: all columns x motions.
+    fn rows_of(&self, linear: &LinearSystem, to: usize) -> Mat<f32> {
+        let (width, motions) = (linear.width(), self.motions);
+        let (size, full) = (width * motions, 3 * width);
+        let mut rows = Mat::<f32>::zeros(size, motions);
+        let mut image = Mat::<f32>::zeros(size, 3 * PAIRS);
+        let mut apart = vec![0.0_f32; motions];
+        let pairs = linear.inexact.pairs.len();
+        for start in (0..pairs).step_by(PAIRS) {
+            let end = pairs.min(start + PAIRS);
+            image.fill(0.0);
+            for pair in start..end {
+                let d = &linear.derivatives[pair * full * full..(pair + 1) * full * full];
+                for from in 0..width {
+                    for (row, part, sign) in self.coupled(from) {
+                        for c in 0..3 {
+                            // Entry (c, row) of the pair under the motions of block `from`.
+                            let i = 3 * pair + c;
+                            let force = part.col_as_slice(i);
+                            if row == to {
+                                let out = image.col_as_slice_mut(3 * (pair - start) + c);
+                                let out = out[from * motions..(from + 1) * motions].iter_mut();
+                                out.zip(force).for_each(|(o, f)| *o += sign * f);
+                            }
+                            let eps = if row == from { linear.eps[i] } else { 0.0 };
+                            let own = self.own.col_as_slice(i).iter();
+                            for ((a, f), w) in apart.iter_mut().zip(force).zip(own) {
+                                *a = sign * f - eps * w;
+                            }
+                            let d = &d[(c * width + row) * full..(c * width + row + 1) * full];
+                            for r in 0..3 {
+                                let by = d[r * width + to];
+                                if by != 0.0 {
+                                    let out = image.col_as_slice_mut(3 * (pair - start) + r);
+                                    let out = out[from * motions..(from + 1) * motions].iter_mut();
+                                    out.zip(&apart).for_each(|(o, a)| *o -= by * a);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            let count = 3 * (end - start);
+            matmul(
+                rows.as_mut(),
+                Accum::Add,
+                image.get(.., ..count),
+                self.own.get(.., 3 * start..3 * end).transpose(),
+                1.0,
+                Par::Seq,
+            );
+        }
+        rows
+    }
+
+    /// Blocks that block `from` acts on through Lambda, with what and the sign.
+    fn coupled(&self, from: usize) -> impl Iterator<Item = (usize, &Mat<f32>, f32)> {
+        // Cosine to cosine and sine to sine: Re; sine to cosine: Im; cosine to sine: -Im.
+        let (own, other) = match from {
+            0 => (&self.mean, None),
+            h => {
+                let [re, im] = &self.harmonics[(h - 1) / 2];
+                let other = if h % 2 == 1 {
+                    (h + 1, im, -1.0)
+                } else {
+                    (h - 1, im, 1.0)
+                };
+                (re, Some(other))
+            }
+        };
+        [(from, own, 1.0)].into_iter().chain(other)
+    }
+}

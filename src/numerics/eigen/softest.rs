@@ -1,0 +1,98 @@
+//! The softest motions of a dense symmetric matrix beside its own diagonal: a space for a coarse problem, so that a few
+//! rounds of inverse iteration are enough.
+
+use faer::diag::DiagRef;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Mat, MatMut, MatRef, Par, Side};
+
+use crate::numerics::fronts::{in_rows, subtract_lower};
+use crate::numerics::sparse::product;
+
+/// Of the diagonal, added to it: the matrix may have motions that cost nothing.
+const SHIFT: f64 = 1e-5;
+const ROUNDS: usize = 4;
+/// Columns eliminated together.
+const BLOCK: usize = 256;
+
+/// `count` motions w (n x count, fewer where n is less) that about span the eigenvectors `A w = theta diag(weights) w` of the
+/// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is not
+/// positive semi-definite, or no weight positive.
+pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
+    let n = matrix.nrows();
+    let count = count.min(n);
+    let nothing = || Mat::zeros(n, 0);
+    if count == 0 || !weights.iter().all(|w| *w > 0.0 && w.is_finite()) {
+        return nothing();
+    }
+    let mut factor = matrix.to_owned();
+    for (i, w) in weights.iter().enumerate() {
+        factor[(i, i)] += SHIFT * w;
+    }
+    if !factored(factor.as_mut()) {
+        return nothing();
+    }
+    let weights = DiagRef::from_slice(weights);
+    // Vectors that are the same on every machine.
+    let mut motions = Mat::from_fn(n, count, |i, j| {
+        ((i * (j + 1)) as f64 * 0.618_033_988_75 + (j * j) as f64).sin()
+    });
+    for _ in 0..ROUNDS {
+        if !orthonormalise(&mut motions, weights) {
+            return nothing();
+        }
+        motions = weights * &motions;
+        super::dense::solve_in_place(factor.as_ref(), motions.as_mut());
+    }
+    drop(factor);
+    if !orthonormalise(&mut motions, weights) {
+        return nothing();
+    }
+    let projected = motions.transpose() * product(matrix, motions.as_ref());
+    match projected.self_adjoint_eigen(Side::Lower) {
+        Ok(ritz) => product(motions.as_ref(), ritz.U()),
+        Err(_) => nothing(),
+    }
+}
+
+/// Orthonormal columns in the inner product of `weights`; false where they are dependent.
+fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
+    // Twice: one pass leaves what the condition of the columns costs.
+    for _ in 0..2 {
+        let gram = motions.transpose() * (weights * &*motions);
+        let Ok(factor) = gram.llt(Side::Lower) else {
+            return false;
+        };
+        let mut rows = motions.transpose().to_owned();
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            factor.L(),
+            rows.as_mut(),
+            Par::Seq,
+        );
+        *motions = rows.transpose().to_owned();
+    }
+    true
+}
+
+/// Lower Cholesky factor in place, on all threads, to the same bits however many; false where there is none.
+fn factored(mut a: MatMut<'_, f64>) -> bool {
+    let n = a.nrows();
+    for start in (0..n).step_by(BLOCK) {
+        let width = BLOCK.min(n - start);
+        let (left, right) = a.rb_mut().split_at_col_mut(start + width);
+        let (pivots, mut below) = left.get_mut(start.., start..).split_at_row_mut(width);
+        let Ok(factor) = super::dense::cholesky(pivots.rb()) else {
+            return false;
+        };
+        { pivots }.copy_from(&factor);
+        in_rows(below.rb_mut(), |_, rows| {
+            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+                factor.as_ref(),
+                rows.transpose_mut(),
+                Par::Seq,
+            );
+        });
+        let trailing = right.get_mut(start + width.., ..);
+        subtract_lower(trailing, below.rb(), below.rb());
+    }
+    true
+}
