@@ -20,7 +20,7 @@ const FEWEST_MOTIONS: usize = 12;
 /// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
 const DEPENDENT: f64 = 1e-4;
 /// From this share on all pairs take part.
-const NEARLY_ALL: f64 = 0.7;
+const NEARLY_ALL: f64 = 0.25;
 /// Pairs more than needed that may take part, beside one in four.
 const SPARE: usize = 16;
 

@@ -4,6 +4,7 @@
 pub mod craig_bampton;
 pub mod damping;
 mod joined;
+mod matrix_market;
 pub mod relative;
 pub mod superelement;
 

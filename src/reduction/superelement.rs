@@ -13,12 +13,11 @@
 //! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either.
 //! The folder carries no friction, gap, damping or force: the caller gives them.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use faer::{Mat, MatRef};
-use nalgebra_sparse::io::{MatrixMarketError, load_coo_from_matrix_market_str};
 
+use super::matrix_market;
 use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 
 /// What the folder holds.
@@ -204,17 +203,16 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     let positions = Mat::from_fn(element.positions_m.len(), 3, |i, j| {
         element.positions_m[i][j]
     });
-    let column = |v: &[f64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
-    let mut files: Vec<(&str, Mat<f64>)> = vec![
-        ("K.mtx", model.stiffness.clone()),
-        ("M.mtx", model.mass.clone()),
+    let mut files: Vec<(&str, MatRef<'_, f64>)> = vec![
+        ("K.mtx", model.stiffness.as_ref()),
+        ("M.mtx", model.mass.as_ref()),
         ("f_static.mtx", column(&model.static_load.on_x)),
         ("f_excitation.mtx", column(&force.on_x)),
         ("tip_x.mtx", column(&tip.on_x)),
-        ("xyz.mtx", positions),
+        ("xyz.mtx", positions.as_ref()),
     ];
     let of_modes = [
-        ("p.mtx", model.coupling.clone()),
+        ("p.mtx", model.coupling.as_ref()),
         ("w2.mtx", column(&model.omega2)),
         ("fm_static.mtx", column(&model.static_load.on_modes)),
         ("fm_excitation.mtx", column(&force.on_modes)),
@@ -242,26 +240,14 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     files.extend(area);
     for (name, values) in &files {
         let path = folder.join(name);
-        std::fs::write(&path, matrix_market_array(values.as_ref()))
+        matrix_market::write(&path, *values)
             .map_err(|source| SuperelementError::Write { path, source })?;
     }
     Ok(())
 }
 
-/// The text of a dense MatrixMarket array (column major, shortest digits that read back exactly).
-fn matrix_market_array(a: MatRef<'_, f64>) -> String {
-    let mut text = format!(
-        "%%MatrixMarket matrix array real general\n{} {}\n",
-        a.nrows(),
-        a.ncols()
-    );
-    for j in 0..a.ncols() {
-        for i in 0..a.nrows() {
-            // Writing to a String cannot fail.
-            let _ = writeln!(text, "{:e}", a[(i, j)]);
-        }
-    }
-    text
+fn column(v: &[f64]) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(v, v.len(), 1)
 }
 
 fn array(
@@ -274,14 +260,8 @@ fn array(
         path: path.to_owned(),
         message,
     };
-    let mut text = std::fs::read_to_string(path).map_err(|e| unreadable(e.to_string()))?;
-    if text.starts_with("%MatrixMarket") {
-        // Some writers put one percent sign where the format wants two.
-        text.insert(0, '%');
-    }
-    let entries =
-        load_coo_from_matrix_market_str::<f64>(&text).map_err(|e| unreadable(reason(&e)))?;
-    let (r, c) = (entries.nrows(), entries.ncols());
+    let a = matrix_market::read(path).map_err(unreadable)?;
+    let (r, c) = (a.nrows(), a.ncols());
     if rows.is_some_and(|rows| rows != r) || columns.is_some_and(|columns| columns != c) {
         return Err(SuperelementError::Shape {
             path: path.to_owned(),
@@ -290,32 +270,21 @@ fn array(
             expected: expected.to_owned(),
         });
     }
-    let mut a = Mat::zeros(r, c);
-    for (i, j, &value) in entries.triplet_iter() {
-        if !value.is_finite() {
+    for j in 0..c {
+        if let Some(i) = a.col_as_slice(j).iter().position(|v| !v.is_finite()) {
             return Err(SuperelementError::NotFinite {
                 path: path.to_owned(),
                 row: i + 1,
                 column: j + 1,
             });
         }
-        a[(i, j)] += value;
     }
     Ok(a)
 }
 
-/// The parser's message (it names the line), on one line.
-fn reason(error: &MatrixMarketError) -> String {
-    error
-        .to_string()
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
 /// A symmetric array, its two halves averaged so that it is symmetric to the last bit.
 fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
-    let a = array(path, Some(n), Some(n), &format!("{n} x {n}"))?;
+    let mut a = array(path, Some(n), Some(n), &format!("{n} x {n}"))?;
     let largest = a.norm_max();
     for j in 0..n {
         for i in 0..j {
@@ -326,9 +295,11 @@ fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
                     column: j + 1,
                 });
             }
+            let mean = 0.5 * (a[(i, j)] + a[(j, i)]);
+            (a[(i, j)], a[(j, i)]) = (mean, mean);
         }
     }
-    Ok(Mat::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] + a[(j, i)])))
+    Ok(a)
 }
 
 #[cfg(test)]
@@ -448,7 +419,7 @@ mod tests {
         let head = "%%MatrixMarket matrix array real general\n";
         let message = spoil("w2.mtx", &format!("{head}4 1\n1\n2\nthree\n4\n"));
         assert!(
-            message.contains("w2.mtx") && message.contains("5:1"),
+            message.contains("w2.mtx") && message.contains("line 5: \"three\""),
             "{message}"
         );
         let message = spoil("w2.mtx", &format!("{head}4 1\n1\n3\n2\n4\n"));
@@ -472,7 +443,9 @@ mod tests {
             "{message}"
         );
         let skew = Mat::from_fn(6, 6, |i, j| i as f64 - 2.0 * j as f64);
-        let message = spoil("K.mtx", &matrix_market_array(skew.as_ref()));
+        let text = (0..36).map(|i| format!("{}\n", skew[(i % 6, i / 6)]));
+        let text = format!("{head}6 6\n{}", text.collect::<String>());
+        let message = spoil("K.mtx", &text);
         assert!(
             message.contains("symmetric") && message.contains("(1, 2)"),
             "{message}"
