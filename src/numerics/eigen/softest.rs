@@ -96,3 +96,57 @@ fn factored(mut a: MatMut<'_, f64>) -> bool {
     }
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::lattice::Lattice;
+    use crate::numerics::sparse::dense;
+
+    #[test]
+    fn they_are_those_of_the_dense_eigenproblem() {
+        let lattice = Lattice {
+            shape: [9, 7, 6],
+            stiffness: 3e7,
+            mass: 1.0,
+            irregularity: 0.4,
+        };
+        let (k, _) = lattice.cantilever();
+        let k = dense(&k);
+        let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();
+        let motions = softest(k.as_ref(), &weights, 40);
+        let mass = Mat::from_fn(
+            k.nrows(),
+            k.nrows(),
+            |i, j| {
+                if i == j { weights[i] } else { 0.0 }
+            },
+        );
+        let modes = crate::numerics::eigen::dense::modes(k.as_ref(), mass.as_ref()).unwrap();
+        for (j, exact) in modes.omega2[..20].iter().enumerate() {
+            let w = motions.col(j);
+            let theta = w.transpose() * (&k * w);
+            let off = if j < 5 { 1e-3 } else { 0.2 };
+            assert!((theta / exact - 1.0).abs() < off, "{j}: {theta} {exact}");
+            let one = w.transpose() * (&mass * w);
+            assert!((one - 1.0).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_matrix_with_motions_that_cost_nothing_has_them_first() {
+        // A chain that nothing holds.
+        let n = 300;
+        let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 if i == 0 || i == n - 1 => 1.0,
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        });
+        let motions = softest(k.as_ref(), &vec![2.0; n], 10);
+        let even = 1.0 / (2.0 * n as f64).sqrt();
+        assert!((0..n).all(|i| (motions[(i, 0)].abs() - even).abs() < 1e-6 * even));
+        assert_eq!(softest(Mat::zeros(3, 3).as_ref(), &[0.0; 3], 2).ncols(), 0);
+        assert_eq!(softest((-k).as_ref(), &vec![2.0; n], 2).ncols(), 0);
+    }
+}
