@@ -14,11 +14,11 @@
 //!
 //! ```text
 //! F_22 := F_22 - F_21 F_11^-1 F_21^T
-//! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T D_11 / 2
+//! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T T    T + T^T = D_11
 //! ```
 //!
-//! No constraint mode is ever formed. The boundary takes part as rows below the interior ones of each
-//! front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
+//! with T lower triangular. No constraint mode is ever formed. The boundary takes part as rows below the
+//! interior ones of each front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
 
 use std::sync::Mutex;
 
@@ -26,16 +26,17 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
-use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{Cholesky, FactorError, Symbolic, zeros};
-use super::fronts::{Tree, extend, in_rows, mirror, subtract_lower, take};
+use super::fronts::{Left, Lower, Tree, in_rows, mirror, remainder};
+use super::pool::Pool;
 use super::sparse::submatrix;
 
 /// K_ii = L L^T, and what is left on the boundary.
@@ -76,14 +77,17 @@ pub fn condense(
     };
     let tree = Tree::new(supernodal, &symbolic, stiffness);
     let slots = slots(&tree, &mut values);
+    let pool = Pool::default();
     let elimination = Elimination {
         tree: &tree,
+        pool: &pool,
         matrices: [stiffness, mass],
         interior,
         slots,
     };
     let condensed = elimination.run(boundary);
     drop(elimination);
+    drop(pool);
     match condensed {
         Ok([stiffness, mass]) => Ok(Condensed {
             factor: symbolic.factored(values, &k_ii)?,
@@ -117,38 +121,29 @@ fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f
         .collect()
 }
 
-/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns, lower
-/// triangles.
-type Rest = [Mat<f64>; 2];
+/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns.
+type Rest<'a> = [Lower<'a>; 2];
 
 struct Elimination<'a> {
     tree: &'a Tree<'a>,
+    pool: &'a Pool,
     matrices: [&'a CscMatrix<f64>; 2],
     interior: usize,
     slots: Vec<Mutex<&'a mut [f64]>>,
 }
 
-impl Elimination<'_> {
+impl<'a> Elimination<'a> {
     /// K and M condensed on the boundary.
-    fn run(&self, boundary: usize) -> Result<Rest, Stopped> {
+    fn run(&self, boundary: usize) -> Result<[Mat<f64>; 2], Stopped> {
         let roots: Vec<Rest> = self
             .tree
             .branches(&self.tree.roots, |s| self.eliminate(s))?;
-        let mut sums: Option<Rest> = None;
-        for (&root, rest) in self.tree.roots.iter().zip(roots) {
-            let rows = &self.tree.boundary[root];
-            match &mut sums {
-                None if rows.len() == boundary => sums = Some(rest),
-                sums => {
-                    let sums = sums
-                        .get_or_insert_with(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
-                    for (sum, rest) in sums.iter_mut().zip(&rest) {
-                        extend(sum.as_mut(), 0, rest.as_ref(), rows);
-                    }
-                }
+        let mut sums = [(); 2].map(|()| Mat::zeros(boundary, boundary));
+        for (&root, rests) in self.tree.roots.iter().zip(roots) {
+            for (sum, rest) in sums.iter_mut().zip(rests) {
+                rest.add_to(sum, &self.tree.boundary[root]);
             }
         }
-        let mut sums = sums.unwrap_or_else(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
         for (sum, matrix) in sums.iter_mut().zip(self.matrices) {
             for j in 0..boundary {
                 let column = matrix.col(self.interior + j);
@@ -163,43 +158,52 @@ impl Elimination<'_> {
         Ok(sums)
     }
 
-    fn eliminate(&self, s: usize) -> Result<Rest, Stopped> {
-        let tree = self.tree;
+    fn eliminate(&self, s: usize) -> Result<Rest<'a>, Stopped> {
+        let (tree, pool) = (self.tree, self.pool);
         let left = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
+        let mut children = [(); 2].map(|()| Vec::with_capacity(left.len()));
+        for (&child, rests) in tree.children[s].iter().zip(left) {
+            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
+            for (children, rest) in children.iter_mut().zip(rests) {
+                let rows = rows.clone();
+                children.push(Left { rest, rows });
+            }
+        }
         let width = tree.columns(s).len();
         let inner = tree.supernodes.supernode(s).pattern().len();
         let below = inner + tree.boundary[s].len();
-        let mut fronts = [(); 2].map(|()| Mat::zeros(width + below, width));
-        let mut rests = [(); 2].map(|()| Mat::zeros(below, below));
-        for (&child, left) in tree.children[s].iter().zip(left) {
-            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
-            for ((front, rest), left) in fronts.iter_mut().zip(&mut rests).zip(left) {
-                take(front, rest, left.as_ref(), &rows);
+        let mut fronts = [(); 2].map(|()| pool.zeros((width + below) * width));
+        let [mut stiffness, mut mass] = fronts
+            .each_mut()
+            .map(|front| MatMut::from_column_major_slice_mut(front, width + below, width));
+        for (front, (matrix, children)) in [&mut stiffness, &mut mass]
+            .into_iter()
+            .zip(self.matrices.iter().zip(&children))
+        {
+            for child in children {
+                child.add_to_front(front);
             }
-        }
-        for (front, matrix) in fronts.iter_mut().zip(self.matrices) {
             tree.add_entries(s, matrix, front).ok_or(Stopped::Pattern)?;
         }
-        let [stiffness, mass] = &mut fronts;
-        factor_front(stiffness, width)?;
+        factor_front(stiffness.rb_mut(), width)?;
         {
             let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
-            let rows = width + inner;
-            for j in 0..width {
-                slot[j * rows..(j + 1) * rows].copy_from_slice(&stiffness.col_as_slice(j)[..rows]);
-            }
+            let slot = MatMut::from_column_major_slice_mut(*slot, width + inner, width);
+            { slot }.copy_from(stiffness.rb().subrows(0, width + inner));
         }
-        let [stiffness_rest, mass_rest] = &mut rests;
-        condense_mass(stiffness.as_ref(), mass, width, mass_rest);
-        let lower = stiffness.get(width.., ..);
-        subtract_lower(stiffness_rest.as_mut(), lower, lower);
-        Ok(rests)
+        let factor = stiffness.rb();
+        let lower = factor.get(width.., ..);
+        let [stiffness_children, mass_children] = children;
+        let stiffness_rest = remainder(pool, width, lower, lower, &stiffness_children);
+        drop(stiffness_children);
+        let mass_rest = condense_mass(pool, factor, mass, &mass_children);
+        Ok([stiffness_rest, mass_rest])
     }
 }
 
 /// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
-fn factor_front(front: &mut Mat<f64>, width: usize) -> Result<(), Stopped> {
-    let (mut pivots, below) = front.as_mut().split_at_row_mut(width);
+fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), Stopped> {
+    let (mut pivots, below) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
     cholesky_in_place(
@@ -217,33 +221,49 @@ fn factor_front(front: &mut Mat<f64>, width: usize) -> Result<(), Stopped> {
     Ok(())
 }
 
-/// The derivative's part of an elimination: `rest -= G P + (G P)^T`, lower triangle.
-fn condense_mass(factor: MatRef<'_, f64>, mass: &mut Mat<f64>, width: usize, rest: &mut Mat<f64>) {
+/// The derivative's part of an elimination: what the children left, less G P + (G P)^T.
+fn condense_mass<'p>(
+    pool: &'p Pool,
+    factor: MatRef<'_, f64>,
+    mass: MatMut<'_, f64>,
+    children: &[Left<'_>],
+) -> Lower<'p> {
+    let width = factor.ncols();
     let (pivots, below) = factor.split_at_row(width);
     let height = below.nrows();
     // [P^T G] and, columns swapped, [G P^T].
-    let mut left = Mat::zeros(height, 2 * width);
-    let (mut p, mut g) = left.as_mut().split_at_col_mut(width);
+    let mut sides = [(); 2].map(|()| pool.stale(height * 2 * width));
+    let [mut left, mut right] = sides
+        .each_mut()
+        .map(|side| MatMut::from_column_major_slice_mut(side, height, 2 * width));
+    let (mut p, mut g) = left.rb_mut().split_at_col_mut(width);
     p.copy_from(below);
     in_rows(p.rb_mut(), |_, rows| {
         solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
     });
-    let (mut own, lower) = mass.as_mut().split_at_row_mut(width);
-    mirror(own.rb_mut());
+    let (mut half, lower) = mass.split_at_row_mut(width);
+    for j in 0..width {
+        half[(j, j)] *= 0.5;
+    }
     g.copy_from(lower);
     let p = p.rb();
-    in_rows(g, |start, rows| {
+    in_rows(g.rb_mut(), |start, rows| {
         let p = p.get(start..start + rows.nrows(), ..);
-        matmul(rows, Accum::Add, p, own.rb(), -0.5, Par::Seq);
+        triangular::matmul(
+            rows,
+            BlockStructure::Rectangular,
+            Accum::Add,
+            p,
+            BlockStructure::Rectangular,
+            half.rb(),
+            BlockStructure::TriangularLower,
+            -1.0,
+            Par::Seq,
+        );
     });
-    let mut right = Mat::zeros(height, 2 * width);
-    right
-        .subcols_mut(0, width)
-        .copy_from(left.subcols(width, width));
-    right
-        .subcols_mut(width, width)
-        .copy_from(left.subcols(0, width));
-    subtract_lower(rest.as_mut(), left.as_ref(), right.as_ref());
+    right.rb_mut().subcols_mut(0, width).copy_from(g.rb());
+    right.rb_mut().subcols_mut(width, width).copy_from(p);
+    remainder(pool, width, left.rb(), right.rb(), children)
 }
 
 #[cfg(test)]
@@ -265,7 +285,7 @@ mod tests {
     }
 
     /// By constraint modes, dense.
-    fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> Rest {
+    fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> [Mat<f64>; 2] {
         let (k, m) = (dense(k), dense(m));
         let (i, b) = (0..interior, interior..k.nrows());
         let llt = k.get(i.clone(), i.clone()).llt(faer::Side::Lower);

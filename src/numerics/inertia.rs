@@ -8,11 +8,12 @@ use faer::linalg::cholesky::ldlt::factor::{
 };
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, Par, Spec};
+use faer::{MatMut, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{Tree, in_rows, subtract_lower, take};
+use super::fronts::{Left, Lower, Tree, in_rows, remainder};
+use super::pool::Pool;
 
 /// Number of negative eigenvalues (Sylvester's law). `symbolic` is the analysis of the matrix, or of
 /// another one: then it is analysed again.
@@ -38,32 +39,38 @@ fn count(matrix: &CscMatrix<f64>, symbolic: &Symbolic) -> Result<usize, FactorEr
         return Ok(0);
     };
     let tree = Tree::new(supernodes, symbolic, matrix);
-    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, matrix, s))?;
+    let pool = Pool::default();
+    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, &pool, matrix, s))?;
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
-/// What a branch leaves to its parent (lower triangle), and its negative pivots.
-fn eliminate(
+/// What a branch leaves to its parent, and its negative pivots.
+fn eliminate<'p>(
     tree: &Tree<'_>,
+    pool: &'p Pool,
     matrix: &CscMatrix<f64>,
     s: usize,
-) -> Result<(Mat<f64>, usize), FactorError> {
-    let branches = tree.branches(&tree.children[s], |child| eliminate(tree, matrix, child))?;
+) -> Result<(Lower<'p>, usize), FactorError> {
+    let branches = tree.branches(&tree.children[s], |child| {
+        eliminate(tree, pool, matrix, child)
+    })?;
     let width = tree.columns(s).len();
     let below = tree.supernodes.supernode(s).pattern().len();
-    let mut front = Mat::zeros(width + below, width);
-    let mut rest = Mat::zeros(below, below);
+    let mut front = pool.zeros((width + below) * width);
+    let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
     let mut negative = 0;
-    for (&child, (left, found)) in tree.children[s].iter().zip(branches) {
-        let rows = tree
-            .rows_of_child(s, child)
-            .ok_or(FactorError::PatternDiffers)?;
-        take(&mut front, &mut rest, left.as_ref(), &rows);
+    let mut children = Vec::with_capacity(branches.len());
+    for (&child, (rest, found)) in tree.children[s].iter().zip(branches) {
+        let rows = tree.rows_of_child(s, child);
+        let rows = rows.ok_or(FactorError::PatternDiffers)?;
+        let left = Left { rest, rows };
+        left.add_to_front(&mut front);
+        children.push(left);
         negative += found;
     }
     tree.add_entries(s, matrix, &mut front)
         .ok_or(FactorError::PatternDiffers)?;
-    let (mut pivots, mut lower) = front.as_mut().split_at_row_mut(width);
+    let (mut pivots, mut lower) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
     cholesky_in_place(
@@ -83,15 +90,16 @@ fn eliminate(
     in_rows(lower.rb_mut(), |_, rows| {
         solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
     });
-    let mut scaled = lower.rb().to_owned();
+    let mut scaled = pool.stale(below * width);
+    let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
-        scaled
-            .col_as_slice_mut(j)
-            .iter_mut()
-            .for_each(|v| *v /= pivot);
+        let column = scaled.rb_mut().col_mut(j);
+        for (scaled, v) in column.iter_mut().zip(lower.rb().col(j).iter()) {
+            *scaled = v / pivot;
+        }
     }
-    subtract_lower(rest.as_mut(), scaled.as_ref(), lower.rb());
+    let rest = remainder(pool, width, scaled.rb(), lower.rb(), &children);
     Ok((rest, negative))
 }
 

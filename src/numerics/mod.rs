@@ -10,6 +10,8 @@ pub mod gmres;
 pub mod inertia;
 pub mod newton;
 pub mod order;
+mod pool;
+mod solve;
 pub mod sparse;
 pub mod stored;
 
