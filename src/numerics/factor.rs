@@ -1,14 +1,12 @@
 //! Sparse factorisations of symmetric matrices: Cholesky for definite ones, LDL^T with inertia for
-//! indefinite ones. Built on faer's supernodal kernels, ordered by [`super::order`].
+//! indefinite ones. Analysed by faer, ordered by [`super::order`].
 //!
-//! A factorisation runs on one thread: two of them side by side gain more than two threads in one.
-//! Right-hand sides are solved by [`super::solve`].
+//! The Cholesky factor is computed by [`super::elimination`] and used by [`super::solve`], both on all threads.
 
 use std::sync::Arc;
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
-use faer::linalg::cholesky::llt::factor::{LltError, LltRegularization};
 use faer::perm::PermRef;
 use faer::sparse::FaerError;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -21,6 +19,7 @@ use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use super::elimination::{Stopped, eliminate};
 use super::order::{Order, OrderError, nested_dissection};
 use super::solve::Factor;
 use super::sparse::{symbolic_view, view};
@@ -145,30 +144,15 @@ impl Symbolic {
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         self.check(matrix)?;
         let symbolic = &self.inner.symbolic;
-        let unknowns = symbolic.nrows();
-        let mut values = zeros(symbolic.len_val(), unknowns)?;
-        let params = faer::Spec::default();
-        let mut memory = buffer(
-            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, params),
-            unknowns,
-        )?;
-        let outcome = symbolic.factorize_numeric_llt(
-            &mut values,
-            view(matrix),
-            Side::Upper,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            params,
-        );
-        match outcome {
-            Ok(_) => {}
-            Err(LltError::NonPositivePivot { index }) => {
+        let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
+        match eliminate(self, &[matrix], &mut values) {
+            Ok(_) => self.factored(values, matrix),
+            Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
+            Err(Stopped::Pivot) => {
                 drop(values);
-                return Err(self.refused(matrix, index));
+                Err(self.refused(matrix))
             }
         }
-        self.factored(values, matrix)
     }
 
     /// Factors an indefinite matrix of this pattern, without pivoting.
@@ -207,23 +191,27 @@ impl Symbolic {
         }
     }
 
-    /// Why the pivot at a permuted position was not positive: rounding of zero, or negative.
-    fn refused(&self, matrix: &CscMatrix<f64>, position: usize) -> FactorError {
-        let dof = self.unpermuted(position);
-        let mut pivot = f64::NEG_INFINITY;
+    /// Why there is no Cholesky factor: the first pivot that is not clearly positive is rounding of zero, or
+    /// negative.
+    pub(super) fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
+        let mut first = None;
         match self.ldlt(matrix) {
-            Ok(ldlt) => self.pivots(&ldlt.values, |at, d| {
-                if at == position {
-                    pivot = d;
+            Ok(ldlt) => self.pivots(&ldlt.values, |position, pivot| {
+                let dof = self.unpermuted(position);
+                let share = pivot / diagonal(matrix, dof);
+                let positive = pivot > 0.0 && share > SINGULAR_PIVOT;
+                if !positive && first.is_none() {
+                    first = Some((dof, share));
                 }
             }),
             Err(error) => return error,
         }
-        let share = pivot / diagonal(matrix, dof);
-        if share.abs() < SINGULAR_PIVOT {
-            FactorError::Singular { dof, share }
-        } else {
-            FactorError::NotPositiveDefinite { dof }
+        match first {
+            Some((dof, share)) if share.abs() >= SINGULAR_PIVOT => {
+                FactorError::NotPositiveDefinite { dof }
+            }
+            Some((dof, share)) => FactorError::Singular { dof, share },
+            None => FactorError::Singular { dof: 0, share: 0.0 },
         }
     }
 

@@ -3,6 +3,7 @@
 pub mod condense;
 pub mod dogleg;
 pub mod eigen;
+mod elimination;
 pub mod factor;
 pub mod fourier;
 mod fronts;
