@@ -112,7 +112,7 @@ impl<'a> Elimination<'a> {
             for child in children {
                 child.add_to_front(&mut front);
             }
-            tree.add_entries(s, matrix, &mut front)
+            tree.add_entries(s, 1.0, matrix, &mut front)
                 .ok_or(Stopped::Pattern)?;
             fronts.push(buffer);
         }

@@ -124,11 +124,12 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// Adds the entries of the matrix itself in the columns of a supernode, on and below the diagonal,
+    /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
     /// to its front; `None` where the tree has no place for one.
     pub fn add_entries(
         &self,
         s: usize,
+        factor: f64,
         matrix: &CscMatrix<f64>,
         front: &mut MatMut<'_, f64>,
     ) -> Option<()> {
@@ -141,7 +142,7 @@ impl<'a> Tree<'a> {
                     None if self.old_to_new[i] < column => continue,
                     None => self.row(s, self.old_to_new[i]),
                 };
-                front[(row?, local)] += v;
+                front[(row?, local)] += factor * v;
             }
         }
         Some(())
