@@ -94,6 +94,22 @@ impl NodePattern {
             .collect()
     }
 
+    /// All neighbours, ascending.
+    fn of(&self, node: usize) -> &[u32] {
+        &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
+    }
+
+    /// The lower block of a neighbour of `node`, and whether the block wanted is its mirror.
+    fn block(&self, node: usize, slot: usize) -> (usize, bool) {
+        let upper_first = self.offsets[node] - self.lower_offsets[node];
+        let lower_count = self.lower_offsets[node + 1] - self.lower_offsets[node];
+        let upper_count = self.of(node).len() - lower_count;
+        match slot.checked_sub(upper_count) {
+            None => (self.mirrored[upper_first + slot] as usize, true),
+            Some(below) => (self.lower_offsets[node] + below, false),
+        }
+    }
+
     /// Neighbours >= `node`, ascending.
     fn lower(&self, node: usize) -> &[u32] {
         let count = self.lower_offsets[node + 1] - self.lower_offsets[node];
@@ -167,77 +183,95 @@ fn scatter<const N: usize, const W: usize>(
 
 /// The whole symmetric matrix (3 x 3 blocks) of lower blocks stored row by row.
 pub fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) -> CscMatrix<f64> {
-    expand(pattern, |block, r, c| lower[block][3 * r + c])
+    let size = 9 * pattern.neighbours.len();
+    let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
+    let mut offsets = Vec::with_capacity(3 * pattern.nodes() + 1);
+    for node in 0..pattern.nodes() {
+        let column = 3 * pattern.of(node).len();
+        offsets.extend((0..3).map(|c| 9 * pattern.offsets[node] + c * column));
+    }
+    offsets.push(size);
+    fill(pattern, lower, &mut values, Some(&mut rows));
+    matrix(pattern, offsets, rows, values)
 }
 
-/// The whole symmetric matrix of lower blocks that are multiples of the identity; it has the same
-/// sparsity pattern as [`symmetric_matrix`].
+/// The values of [`symmetric_matrix`] for other lower blocks on the same pattern.
+pub fn renew(matrix: &mut CscMatrix<f64>, pattern: &NodePattern, lower: &LowerBlocks<9>) {
+    fill(pattern, lower, matrix.values_mut(), None);
+}
+
+/// The whole symmetric matrix of lower blocks that are multiples of the identity: one entry a block and column.
 pub fn symmetric_matrix_of_scalars(
     pattern: &NodePattern,
     lower: &LowerBlocks<1>,
 ) -> CscMatrix<f64> {
-    expand(
-        pattern,
-        |block, r, c| if r == c { lower[block][0] } else { 0.0 },
-    )
+    let size = 3 * pattern.neighbours.len();
+    let mut offsets = Vec::with_capacity(3 * pattern.nodes() + 1);
+    let (mut rows, mut values) = (Vec::with_capacity(size), Vec::with_capacity(size));
+    offsets.push(0);
+    for node in 0..pattern.nodes() {
+        for c in 0..3 {
+            for (slot, &neighbour) in pattern.of(node).iter().enumerate() {
+                rows.push(3 * neighbour as usize + c);
+                values.push(lower[pattern.block(node, slot).0][0]);
+            }
+            offsets.push(rows.len());
+        }
+    }
+    matrix(pattern, offsets, rows, values)
 }
 
-fn expand(
+fn matrix(
     pattern: &NodePattern,
-    value: impl Fn(usize, usize, usize) -> f64 + Sync,
+    offsets: Vec<usize>,
+    rows: Vec<usize>,
+    values: Vec<f64>,
 ) -> CscMatrix<f64> {
-    let nodes = pattern.nodes();
-    let size = 9 * pattern.neighbours.len();
-    let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
-    let mut offsets = Vec::with_capacity(3 * nodes + 1);
-    let mut columns = Vec::with_capacity(nodes);
-    let (mut values_left, mut rows_left) = (values.as_mut_slice(), rows.as_mut_slice());
-    for node in 0..nodes {
-        let degree = pattern.offsets[node + 1] - pattern.offsets[node];
-        for c in 0..3 {
-            offsets.push(9 * pattern.offsets[node] + 3 * degree * c);
-        }
-        let (v, rest) = values_left.split_at_mut(9 * degree);
-        values_left = rest;
-        let (r, rest) = rows_left.split_at_mut(9 * degree);
-        rows_left = rest;
-        columns.push((v, r));
+    let n = 3 * pattern.nodes();
+    let pattern = SparsityPattern::try_from_offsets_and_indices(n, n, offsets, rows)
+        .expect("columns were built in order with ascending rows");
+    CscMatrix::try_from_pattern_and_values(pattern, values)
+        .expect("one value was built for each row index")
+}
+
+/// Writes the values, and where asked the row indices, of the whole matrix, column after column.
+fn fill(
+    pattern: &NodePattern,
+    lower: &LowerBlocks<9>,
+    mut values: &mut [f64],
+    rows: Option<&mut [usize]>,
+) {
+    let mut rows = rows.unwrap_or_default();
+    let mut columns = Vec::with_capacity(pattern.nodes());
+    for node in 0..pattern.nodes() {
+        let size = 9 * pattern.of(node).len();
+        let (own_values, rest) = std::mem::take(&mut values).split_at_mut(size);
+        values = rest;
+        let count = size.min(rows.len());
+        let (own_rows, rest) = std::mem::take(&mut rows).split_at_mut(count);
+        rows = rest;
+        columns.push((own_values, own_rows));
     }
-    offsets.push(size);
     columns
         .into_par_iter()
         .enumerate()
         .for_each(|(node, (values, rows))| {
-            let neighbours = &pattern.neighbours[pattern.offsets[node]..pattern.offsets[node + 1]];
-            let upper_first = pattern.offsets[node] - pattern.lower_offsets[node];
-            let lower_count = pattern.lower_offsets[node + 1] - pattern.lower_offsets[node];
-            let upper_count = neighbours.len() - lower_count;
+            let neighbours = pattern.of(node);
             for (slot, &neighbour) in neighbours.iter().enumerate() {
+                let (block, mirrored) = pattern.block(node, slot);
                 for c in 0..3 {
                     for r in 0..3 {
                         let at = 3 * (c * neighbours.len() + slot) + r;
-                        rows[at] = 3 * neighbour as usize + r;
-                        values[at] = if slot < upper_count {
-                            value(pattern.mirrored[upper_first + slot] as usize, c, r)
-                        } else {
-                            let block = pattern.lower_offsets[node] + slot - upper_count;
-                            let diagonal = slot == upper_count;
-                            // A diagonal block mirrors its own lower half.
-                            if diagonal && r < c {
-                                value(block, c, r)
-                            } else {
-                                value(block, r, c)
-                            }
-                        };
+                        if let Some(row) = rows.get_mut(at) {
+                            *row = 3 * neighbour as usize + r;
+                        }
+                        // A diagonal block mirrors its own lower half.
+                        let turned = mirrored || (neighbour as usize == node && r < c);
+                        values[at] = lower[block][if turned { 3 * c + r } else { 3 * r + c }];
                     }
                 }
             }
         });
-    let pattern =
-        SparsityPattern::try_from_offsets_and_indices(3 * nodes, 3 * nodes, offsets, rows)
-            .expect("columns were built in order with ascending rows");
-    CscMatrix::try_from_pattern_and_values(pattern, values)
-        .expect("one value was built for each row index")
 }
 
 /// Elements of each free node, ascending: start of each node's list, and the lists.

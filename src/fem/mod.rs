@@ -18,7 +18,7 @@ use nalgebra_sparse::CscMatrix;
 use crate::mesh::ElementOrder;
 use crate::model::{Body, Model, Rotation};
 use crate::scene::Prestress;
-use assembly::{NodePattern, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
+use assembly::{NodePattern, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
 use elements::Elements;
 use quadrature::Tables;
 use statics::SolveSpd;
@@ -38,7 +38,7 @@ pub struct Structure {
 pub struct BodyMatrices {
     /// K, N/m, with geometric stiffness and spin softening where the scene asks for them.
     pub stiffness: CscMatrix<f64>,
-    /// M, kg.
+    /// M, kg; consistent, so without entries between different axes.
     pub mass: CscMatrix<f64>,
     /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
     pub load_n: Vec<f64>,
@@ -101,12 +101,8 @@ fn assemble_order<const N: usize>(
     }
     let mut k = sum_elements::<N, 9>(body, &pattern, |e, out| elements.stiffness(e, out));
     let m = sum_elements::<N, 1>(body, &pattern, |e, out| elements.mass(e, out));
-    let on_free_dofs = |k: &_| {
-        let mut matrix = symmetric_matrix(&pattern, k);
-        loads::uncouple(&mut matrix, &body.held_dofs);
-        matrix
-    };
-    let mut stiffness = on_free_dofs(&k);
+    let mut stiffness = symmetric_matrix(&pattern, &k);
+    loads::uncouple(&mut stiffness, &body.held_dofs);
     let mut load_n = vec![0.0; stiffness.ncols()];
     if let Some(rotation) = rotation {
         load_n = spin::centrifugal_load(body, &elements, rotation);
@@ -122,7 +118,8 @@ fn assemble_order<const N: usize>(
                 let u0 = statics::held_displacement(body, &stiffness, &load_n, solve)?;
                 let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
                 spin::add_prestress(&mut k, &g, &m, rotation);
-                stiffness = on_free_dofs(&k);
+                renew(&mut stiffness, &pattern, &k);
+                loads::uncouple(&mut stiffness, &body.held_dofs);
             }
         }
     }

@@ -14,29 +14,17 @@
 //!
 //! ```text
 //! F_22 := F_22 - F_21 F_11^-1 F_21^T
-//! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T D_11 / 2
+//! D_22 := D_22 - G P - (G P)^T      P = F_11^-1 F_21^T    G = D_21 - P^T T    T + T^T = D_11
 //! ```
 //!
-//! No constraint mode is ever formed. The boundary takes part as rows below the interior ones of each
-//! front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
+//! with T lower triangular. No constraint mode is ever formed. The boundary takes part as rows below the
+//! interior ones of each front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
 
-use std::sync::Mutex;
-
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{
-    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
-use faer::linalg::matmul::matmul;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
-use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatRef, Par, Spec};
+use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
+use super::elimination::{Stopped, eliminate};
 use super::factor::{Cholesky, FactorError, Symbolic, zeros};
-use super::fronts::{Tree, extend, in_rows, mirror, subtract_lower, take};
-use super::sparse::submatrix;
 
 /// K_ii = L L^T, and what is left on the boundary.
 #[derive(Debug)]
@@ -48,209 +36,42 @@ pub struct Condensed {
     pub mass: Mat<f64>,
 }
 
-/// Condenses symmetric matrices (both triangles stored) whose first `interior` unknowns, in nodes of
-/// three, are eliminated. M has no entry where K has none.
+/// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of `inner` = K_ii with its
+/// analysis, are eliminated. M has no entry where K has none.
 ///
 /// # Errors
-/// Those of [`Symbolic::analyse`] and [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`]
-/// where the mass couples what the stiffness does not.
+/// Those of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where the mass couples what
+/// the stiffness does not.
 pub fn condense(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
-    interior: usize,
+    inner: &CscMatrix<f64>,
+    symbolic: &Symbolic,
 ) -> Result<Condensed, FactorError> {
-    let inner: Vec<usize> = (0..interior).collect();
-    let k_ii = submatrix(stiffness, &inner, &inner);
-    let symbolic = Symbolic::analyse(&k_ii)?;
-    symbolic.check(&k_ii)?;
-    let mut values = zeros(symbolic.factor_entries(), interior)?;
-    let boundary = stiffness.ncols() - interior;
-    let Some(supernodal) = symbolic.supernodal() else {
-        // Nothing is inside.
-        let whole: Vec<usize> = (0..boundary).collect();
-        return Ok(Condensed {
-            factor: symbolic.factored(values, &k_ii)?,
-            stiffness: super::sparse::dense(&submatrix(stiffness, &whole, &whole)),
-            mass: super::sparse::dense(&submatrix(mass, &whole, &whole)),
-        });
-    };
-    let tree = Tree::new(supernodal, &symbolic, stiffness);
-    let slots = slots(&tree, &mut values);
-    let elimination = Elimination {
-        tree: &tree,
-        matrices: [stiffness, mass],
-        interior,
-        slots,
-    };
-    let condensed = elimination.run(boundary);
-    drop(elimination);
-    match condensed {
-        Ok([stiffness, mass]) => Ok(Condensed {
-            factor: symbolic.factored(values, &k_ii)?,
-            stiffness,
-            mass,
-        }),
+    symbolic.check(inner)?;
+    let mut values = zeros(symbolic.factor_entries(), inner.ncols())?;
+    match eliminate(symbolic, &[stiffness, mass], &mut values) {
+        Ok(left) => {
+            let [stiffness, mass] = left.try_into().unwrap_or_else(|_| [Mat::new(), Mat::new()]);
+            Ok(Condensed {
+                factor: symbolic.factored(values, inner)?,
+                stiffness,
+                mass,
+            })
+        }
         Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
         Err(Stopped::Pivot) => {
             drop(values);
-            // Found again by the plain factorisation, which says where and why.
-            symbolic.cholesky(&k_ii)?;
-            Err(FactorError::PatternDiffers)
+            Err(symbolic.refused(inner))
         }
     }
-}
-
-enum Stopped {
-    Pivot,
-    Pattern,
-}
-
-/// The place of each supernode in the values of the factor.
-fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
-    let starts = tree.supernodes.col_ptr_for_val();
-    (0..tree.children.len())
-        .map(|s| {
-            let (slot, rest) = std::mem::take(&mut values).split_at_mut(starts[s + 1] - starts[s]);
-            values = rest;
-            Mutex::new(slot)
-        })
-        .collect()
-}
-
-/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns, lower
-/// triangles.
-type Rest = [Mat<f64>; 2];
-
-struct Elimination<'a> {
-    tree: &'a Tree<'a>,
-    matrices: [&'a CscMatrix<f64>; 2],
-    interior: usize,
-    slots: Vec<Mutex<&'a mut [f64]>>,
-}
-
-impl Elimination<'_> {
-    /// K and M condensed on the boundary.
-    fn run(&self, boundary: usize) -> Result<Rest, Stopped> {
-        let roots: Vec<Rest> = self
-            .tree
-            .branches(&self.tree.roots, |s| self.eliminate(s))?;
-        let mut sums: Option<Rest> = None;
-        for (&root, rest) in self.tree.roots.iter().zip(roots) {
-            let rows = &self.tree.boundary[root];
-            match &mut sums {
-                None if rows.len() == boundary => sums = Some(rest),
-                sums => {
-                    let sums = sums
-                        .get_or_insert_with(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
-                    for (sum, rest) in sums.iter_mut().zip(&rest) {
-                        extend(sum.as_mut(), 0, rest.as_ref(), rows);
-                    }
-                }
-            }
-        }
-        let mut sums = sums.unwrap_or_else(|| [(); 2].map(|()| Mat::zeros(boundary, boundary)));
-        for (sum, matrix) in sums.iter_mut().zip(self.matrices) {
-            for j in 0..boundary {
-                let column = matrix.col(self.interior + j);
-                for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                    if let Some(i) = i.checked_sub(self.interior).filter(|&i| i >= j) {
-                        sum[(i, j)] += v;
-                    }
-                }
-            }
-            mirror(sum.as_mut());
-        }
-        Ok(sums)
-    }
-
-    fn eliminate(&self, s: usize) -> Result<Rest, Stopped> {
-        let tree = self.tree;
-        let left = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
-        let width = tree.columns(s).len();
-        let inner = tree.supernodes.supernode(s).pattern().len();
-        let below = inner + tree.boundary[s].len();
-        let mut fronts = [(); 2].map(|()| Mat::zeros(width + below, width));
-        let mut rests = [(); 2].map(|()| Mat::zeros(below, below));
-        for (&child, left) in tree.children[s].iter().zip(left) {
-            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
-            for ((front, rest), left) in fronts.iter_mut().zip(&mut rests).zip(left) {
-                take(front, rest, left.as_ref(), &rows);
-            }
-        }
-        for (front, matrix) in fronts.iter_mut().zip(self.matrices) {
-            tree.add_entries(s, matrix, front).ok_or(Stopped::Pattern)?;
-        }
-        let [stiffness, mass] = &mut fronts;
-        factor_front(stiffness, width)?;
-        {
-            let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
-            let rows = width + inner;
-            for j in 0..width {
-                slot[j * rows..(j + 1) * rows].copy_from_slice(&stiffness.col_as_slice(j)[..rows]);
-            }
-        }
-        let [stiffness_rest, mass_rest] = &mut rests;
-        condense_mass(stiffness.as_ref(), mass, width, mass_rest);
-        let lower = stiffness.get(width.., ..);
-        subtract_lower(stiffness_rest.as_mut(), lower, lower);
-        Ok(rests)
-    }
-}
-
-/// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
-fn factor_front(front: &mut Mat<f64>, width: usize) -> Result<(), Stopped> {
-    let (mut pivots, below) = front.as_mut().split_at_row_mut(width);
-    let params = Spec::default();
-    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
-    cholesky_in_place(
-        pivots.rb_mut(),
-        LltRegularization::default(),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .map_err(|_| Stopped::Pivot)?;
-    let pivots = pivots.rb();
-    in_rows(below, |_, rows| {
-        solve_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
-    });
-    Ok(())
-}
-
-/// The derivative's part of an elimination: `rest -= G P + (G P)^T`, lower triangle.
-fn condense_mass(factor: MatRef<'_, f64>, mass: &mut Mat<f64>, width: usize, rest: &mut Mat<f64>) {
-    let (pivots, below) = factor.split_at_row(width);
-    let height = below.nrows();
-    // [P^T G] and, columns swapped, [G P^T].
-    let mut left = Mat::zeros(height, 2 * width);
-    let (mut p, mut g) = left.as_mut().split_at_col_mut(width);
-    p.copy_from(below);
-    in_rows(p.rb_mut(), |_, rows| {
-        solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
-    });
-    let (mut own, lower) = mass.as_mut().split_at_row_mut(width);
-    mirror(own.rb_mut());
-    g.copy_from(lower);
-    let p = p.rb();
-    in_rows(g, |start, rows| {
-        let p = p.get(start..start + rows.nrows(), ..);
-        matmul(rows, Accum::Add, p, own.rb(), -0.5, Par::Seq);
-    });
-    let mut right = Mat::zeros(height, 2 * width);
-    right
-        .subcols_mut(0, width)
-        .copy_from(left.subcols(width, width));
-    right
-        .subcols_mut(width, width)
-        .copy_from(left.subcols(0, width));
-    subtract_lower(rest.as_mut(), left.as_ref(), right.as_ref());
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::numerics::lattice::Lattice;
-    use crate::numerics::sparse::{dense, sum};
+    use crate::numerics::sparse::{dense, submatrix, sum};
     use faer::linalg::solvers::Solve;
 
     /// A cantilever; whichever of its unknowns stand last will be the boundary.
@@ -264,8 +85,18 @@ mod tests {
         .cantilever()
     }
 
+    fn condensed(
+        k: &CscMatrix<f64>,
+        m: &CscMatrix<f64>,
+        interior: usize,
+    ) -> Result<Condensed, FactorError> {
+        let inner: Vec<usize> = (0..interior).collect();
+        let k_ii = submatrix(k, &inner, &inner);
+        condense(k, m, &k_ii, &Symbolic::analyse(&k_ii)?)
+    }
+
     /// By constraint modes, dense.
-    fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> Rest {
+    fn exact(k: &CscMatrix<f64>, m: &CscMatrix<f64>, interior: usize) -> [Mat<f64>; 2] {
         let (k, m) = (dense(k), dense(m));
         let (i, b) = (0..interior, interior..k.nrows());
         let llt = k.get(i.clone(), i.clone()).llt(faer::Side::Lower);
@@ -287,7 +118,7 @@ mod tests {
             // A mass that couples the axes too, on the pattern of K.
             let m = sum(&m, 1e-9, &k);
             let interior = k.nrows() - boundary;
-            let found = condense(&k, &m, interior).unwrap();
+            let found = condensed(&k, &m, interior).unwrap();
             let [stiffness, mass] = exact(&k, &m, interior);
             let error = |a: &Mat<f64>, b: &Mat<f64>| (a - b).norm_max() / b.norm_max();
             assert!(error(&found.stiffness, &stiffness) < 1e-13);
@@ -310,14 +141,14 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| condense(&k, &m, k.nrows() - 1176).unwrap())
+            pool.install(|| condensed(&k, &m, k.nrows() - 1176).unwrap())
         };
         let (one, three) = (run(1), run(3));
         assert_eq!(one.stiffness, three.stiffness);
         assert_eq!(one.mass, three.mass);
-        let solved = |condensed: &Condensed| {
+        let solved = |found: &Condensed| {
             let mut x = Mat::from_fn(k.nrows() - 1176, 1, |i, _| (i as f64).cos());
-            condensed.factor.solve_in_place(x.as_mut());
+            found.factor.solve_in_place(x.as_mut());
             x
         };
         assert_eq!(solved(&one), solved(&three));
@@ -330,7 +161,7 @@ mod tests {
         let mut far = nalgebra_sparse::CooMatrix::new(n, n);
         far.push(0, n - 1, 1.0);
         far.push(n - 1, 0, 1.0);
-        let found = condense(&k, &CscMatrix::from(&far), n - 3);
+        let found = condensed(&k, &CscMatrix::from(&far), n - 3);
         assert!(matches!(found, Err(FactorError::PatternDiffers)));
     }
 }

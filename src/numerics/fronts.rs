@@ -8,9 +8,12 @@ use faer::prelude::ReborrowMut;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
+};
 
 use super::factor::Symbolic;
+use super::pool::{Buffer, Pool};
 
 /// Rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
@@ -121,13 +124,14 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// Adds the entries of the matrix itself in the columns of a supernode, on and below the diagonal,
+    /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
     /// to its front; `None` where the tree has no place for one.
     pub fn add_entries(
         &self,
         s: usize,
+        factor: f64,
         matrix: &CscMatrix<f64>,
-        front: &mut Mat<f64>,
+        front: &mut MatMut<'_, f64>,
     ) -> Option<()> {
         let interior = self.new_to_old.len();
         for (local, column) in self.columns(s).enumerate() {
@@ -138,72 +142,143 @@ impl<'a> Tree<'a> {
                     None if self.old_to_new[i] < column => continue,
                     None => self.row(s, self.old_to_new[i]),
                 };
-                front[(row?, local)] += v;
+                front[(row?, local)] += factor * v;
             }
         }
         Some(())
     }
 }
 
-/// Adds what a child left on the rows `rows` (ascending) of its parent's front: to the parent's own
-/// columns, and to what it will leave. Lower triangles.
-pub(super) fn take(
-    front: &mut Mat<f64>,
-    rest: &mut Mat<f64>,
-    left: MatRef<'_, f64>,
-    rows: &[usize],
-) {
-    let width = front.ncols();
-    let first = rows.partition_point(|&row| row < width);
-    for j in 0..first {
-        let column = front.col_as_slice_mut(rows[j]);
-        let Some(left) = left.col(j).try_as_col_major() else {
-            continue;
-        };
-        for (&row, v) in rows[j..].iter().zip(&left.as_slice()[j..]) {
-            column[row] += v;
-        }
-    }
-    let shifted: Vec<usize> = rows[first..].iter().map(|row| row - width).collect();
-    extend(rest.as_mut(), first, left, &shifted);
+/// The lower triangle of a square matrix in panels of [`BLOCK`] columns, each from its diagonal block
+/// down: half of the memory, and a panel is what one task computes.
+pub(super) struct Lower<'p> {
+    order: usize,
+    values: Buffer<'p>,
 }
 
-/// Adds the columns of `from` from the `first` on, and the rows from there on, to the rows and columns
-/// `rows` (ascending) of `into`: lower triangles.
-pub(super) fn extend(into: MatMut<'_, f64>, first: usize, from: MatRef<'_, f64>, rows: &[usize]) {
-    let add = |start: usize, mut block: MatMut<'_, f64>| {
-        let from_column = rows.partition_point(|&row| row < start);
-        let to_column = rows.partition_point(|&row| row < start + block.ncols());
-        for j in from_column..to_column {
-            let column = from.col(first + j).try_as_col_major();
-            let Some(column) = column else { continue };
-            let mut target = block.rb_mut().col_mut(rows[j] - start);
-            for (&row, v) in rows[j..].iter().zip(&column.as_slice()[first + j..]) {
-                target[row] += v;
+impl<'p> Lower<'p> {
+    /// With numbers left from earlier.
+    fn stale(pool: &'p Pool, order: usize) -> Self {
+        let panels = order.div_ceil(BLOCK);
+        let size = panel_start(order, panels.saturating_sub(1)) + last_panel(order);
+        Self {
+            order,
+            values: pool.stale(size),
+        }
+    }
+
+    /// Column j from the diagonal down.
+    fn column(&self, j: usize) -> &[f64] {
+        let (panel, within) = (j / BLOCK, j % BLOCK);
+        let height = self.order - panel * BLOCK;
+        let first = panel_start(self.order, panel) + within * height;
+        &self.values[first + within..first + height]
+    }
+
+    fn panels_mut(&mut self) -> Vec<(usize, MatMut<'_, f64>)> {
+        let mut left: &mut [f64] = &mut self.values;
+        (0..self.order)
+            .step_by(BLOCK)
+            .map(|start| {
+                let (height, width) = (self.order - start, BLOCK.min(self.order - start));
+                let (panel, rest) = std::mem::take(&mut left).split_at_mut(height * width);
+                left = rest;
+                (
+                    start,
+                    MatMut::from_column_major_slice_mut(panel, height, width),
+                )
+            })
+            .collect()
+    }
+
+    /// Adds its entries to the rows and columns `rows` (ascending) of a whole matrix, lower triangle.
+    pub fn add_to(&self, whole: &mut Mat<f64>, rows: &[usize]) {
+        for (j, &column) in rows.iter().enumerate() {
+            let into = whole.col_as_slice_mut(column);
+            for (&row, v) in rows[j..].iter().zip(self.column(j)) {
+                into[row] += v;
             }
         }
-    };
-    if rows.len() <= 2 * BLOCK {
-        add(0, into);
-    } else {
-        into.par_col_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, block)| add(chunk * BLOCK, block));
     }
 }
 
-/// `c -= a b^T`, lower triangle.
-pub(super) fn subtract_lower(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
-    let block = |start: usize, mut c: MatMut<'_, f64>| {
-        let width = c.ncols();
-        let b = b.get(start..start + width, ..);
-        let (_, column) = c.rb_mut().split_at_row_mut(start);
-        let (corner, below) = column.split_at_row_mut(width);
+/// Numbers in the panels before this one.
+fn panel_start(order: usize, panel: usize) -> usize {
+    match panel.checked_sub(1) {
+        None => 0,
+        Some(before) => BLOCK * (panel * order - BLOCK * panel * before / 2),
+    }
+}
+
+fn last_panel(order: usize) -> usize {
+    match order % BLOCK {
+        0 => BLOCK.min(order).pow(2),
+        width => width * width,
+    }
+}
+
+/// What a child left, and the rows of its parent's front for its rows (ascending).
+pub(super) struct Left<'p> {
+    pub rest: Lower<'p>,
+    pub rows: Vec<usize>,
+}
+
+impl Left<'_> {
+    /// Adds it to the columns of its parent's front.
+    pub fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
+        let width = front.ncols();
+        for (j, &column) in self.rows.iter().enumerate() {
+            if column >= width {
+                break;
+            }
+            let Some(into) = front.rb_mut().col_mut(column).try_as_col_major_mut() else {
+                continue;
+            };
+            let into = into.as_slice_mut();
+            for (&row, v) in self.rows[j..].iter().zip(self.rest.column(j)) {
+                into[row] += v;
+            }
+        }
+    }
+
+    /// Adds to the columns from `start` on of what its parent, with `width` columns, leaves.
+    fn add_to_panel(&self, start: usize, width: usize, panel: &mut MatMut<'_, f64>) {
+        let above = width + start;
+        let first = self.rows.partition_point(|&row| row < above);
+        let end = self
+            .rows
+            .partition_point(|&row| row < above + panel.ncols());
+        for j in first..end {
+            let column = panel.rb_mut().col_mut(self.rows[j] - above);
+            let Some(into) = column.try_as_col_major_mut() else {
+                continue;
+            };
+            let into = into.as_slice_mut();
+            for (&row, v) in self.rows[j..].iter().zip(self.rest.column(j)) {
+                into[row - above] += v;
+            }
+        }
+    }
+}
+
+/// What a front of `width` columns leaves: what its children left below them, less a b^T.
+pub(super) fn remainder<'p>(
+    pool: &'p Pool,
+    width: usize,
+    a: MatRef<'_, f64>,
+    b: MatRef<'_, f64>,
+    children: &[Left<'_>],
+) -> Lower<'p> {
+    let mut rest = Lower::stale(pool, a.nrows());
+    let compute = |(start, mut panel): (usize, MatMut<'_, f64>)| {
+        let columns = panel.ncols();
+        let b = b.get(start..start + columns, ..);
+        let (corner, below) = panel.rb_mut().split_at_row_mut(columns);
         triangular::matmul(
             corner,
             BlockStructure::TriangularLower,
-            Accum::Add,
-            a.get(start..start + width, ..),
+            Accum::Replace,
+            a.get(start..start + columns, ..),
             BlockStructure::Rectangular,
             b.transpose(),
             BlockStructure::Rectangular,
@@ -211,24 +286,20 @@ pub(super) fn subtract_lower(c: MatMut<'_, f64>, a: MatRef<'_, f64>, b: MatRef<'
             Par::Seq,
         );
         if below.nrows() > 0 {
-            matmul(
-                below,
-                Accum::Add,
-                a.get(start + width.., ..),
-                b.transpose(),
-                -1.0,
-                Par::Seq,
-            );
+            let a = a.get(start + columns.., ..);
+            matmul(below, Accum::Replace, a, b.transpose(), -1.0, Par::Seq);
+        }
+        for child in children {
+            child.add_to_panel(start, width, &mut panel);
         }
     };
-    if c.ncols() == 0 || a.ncols() == 0 {
-    } else if c.ncols() <= 2 * BLOCK {
-        block(0, c);
+    let panels = rest.panels_mut();
+    if panels.len() <= 2 {
+        panels.into_iter().for_each(compute);
     } else {
-        c.par_col_chunks_mut(BLOCK)
-            .enumerate()
-            .for_each(|(chunk, c)| block(chunk * BLOCK, c));
+        panels.into_par_iter().for_each(compute);
     }
+    rest
 }
 
 /// Blocks of rows, with the first row of each, on all threads.

@@ -8,62 +8,79 @@ use faer::linalg::cholesky::ldlt::factor::{
 };
 use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, Par, Spec};
+use faer::{MatMut, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{Tree, in_rows, subtract_lower, take};
+use super::fronts::{Left, Lower, Tree, in_rows, remainder};
+use super::pool::Pool;
+use super::sparse::sum;
 
-/// Number of negative eigenvalues (Sylvester's law). `symbolic` is the analysis of the matrix, or of
-/// another one: then it is analysed again.
+/// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of K, or of
+/// another matrix: then it is analysed again, as it is where M has entries that K has not.
 ///
 /// # Errors
 /// [`FactorError::Singular`] on a zero pivot; those of [`Symbolic::analyse`].
 pub fn negative_eigenvalues(
-    matrix: &CscMatrix<f64>,
+    stiffness: &CscMatrix<f64>,
+    shift: f64,
+    mass: &CscMatrix<f64>,
     symbolic: &Symbolic,
 ) -> Result<usize, FactorError> {
-    match symbolic.check(matrix) {
+    let counted = symbolic
+        .check(stiffness)
+        .and_then(|()| count(&[(1.0, stiffness), (-shift, mass)], symbolic));
+    match counted {
         Err(FactorError::PatternDiffers) => {
-            let own = Symbolic::analyse(matrix)?;
-            own.check(matrix)?;
-            count(matrix, &own)
+            let whole = sum(stiffness, -shift, mass);
+            let own = Symbolic::analyse(&whole)?;
+            own.check(&whole)?;
+            count(&[(1.0, &whole)], &own)
         }
-        checked => checked.and_then(|()| count(matrix, symbolic)),
+        counted => counted,
     }
 }
 
-fn count(matrix: &CscMatrix<f64>, symbolic: &Symbolic) -> Result<usize, FactorError> {
-    let Some(supernodes) = symbolic.supernodal() else {
+/// Of the sum of the terms, of which the first has the pattern analysed.
+fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize, FactorError> {
+    let (Some(supernodes), Some((_, first))) = (symbolic.supernodal(), terms.first()) else {
         return Ok(0);
     };
-    let tree = Tree::new(supernodes, symbolic, matrix);
-    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, matrix, s))?;
+    let tree = Tree::new(supernodes, symbolic, first);
+    let pool = Pool::default();
+    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, &pool, terms, s))?;
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
-/// What a branch leaves to its parent (lower triangle), and its negative pivots.
-fn eliminate(
+/// What a branch leaves to its parent, and its negative pivots.
+fn eliminate<'p>(
     tree: &Tree<'_>,
-    matrix: &CscMatrix<f64>,
+    pool: &'p Pool,
+    terms: &[(f64, &CscMatrix<f64>)],
     s: usize,
-) -> Result<(Mat<f64>, usize), FactorError> {
-    let branches = tree.branches(&tree.children[s], |child| eliminate(tree, matrix, child))?;
+) -> Result<(Lower<'p>, usize), FactorError> {
+    let branches = tree.branches(&tree.children[s], |child| {
+        eliminate(tree, pool, terms, child)
+    })?;
     let width = tree.columns(s).len();
     let below = tree.supernodes.supernode(s).pattern().len();
-    let mut front = Mat::zeros(width + below, width);
-    let mut rest = Mat::zeros(below, below);
+    let mut front = pool.zeros((width + below) * width);
+    let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
     let mut negative = 0;
-    for (&child, (left, found)) in tree.children[s].iter().zip(branches) {
-        let rows = tree
-            .rows_of_child(s, child)
-            .ok_or(FactorError::PatternDiffers)?;
-        take(&mut front, &mut rest, left.as_ref(), &rows);
+    let mut children = Vec::with_capacity(branches.len());
+    for (&child, (rest, found)) in tree.children[s].iter().zip(branches) {
+        let rows = tree.rows_of_child(s, child);
+        let rows = rows.ok_or(FactorError::PatternDiffers)?;
+        let left = Left { rest, rows };
+        left.add_to_front(&mut front);
+        children.push(left);
         negative += found;
     }
-    tree.add_entries(s, matrix, &mut front)
-        .ok_or(FactorError::PatternDiffers)?;
-    let (mut pivots, mut lower) = front.as_mut().split_at_row_mut(width);
+    for &(factor, matrix) in terms {
+        tree.add_entries(s, factor, matrix, &mut front)
+            .ok_or(FactorError::PatternDiffers)?;
+    }
+    let (mut pivots, mut lower) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
     cholesky_in_place(
@@ -83,15 +100,16 @@ fn eliminate(
     in_rows(lower.rb_mut(), |_, rows| {
         solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
     });
-    let mut scaled = lower.rb().to_owned();
+    let mut scaled = pool.stale(below * width);
+    let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
-        scaled
-            .col_as_slice_mut(j)
-            .iter_mut()
-            .for_each(|v| *v /= pivot);
+        let column = scaled.rb_mut().col_mut(j);
+        for (scaled, v) in column.iter_mut().zip(lower.rb().col(j).iter()) {
+            *scaled = v / pivot;
+        }
     }
-    subtract_lower(rest.as_mut(), scaled.as_ref(), lower.rb());
+    let rest = remainder(pool, width, scaled.rb(), lower.rb(), &children);
     Ok((rest, negative))
 }
 
@@ -100,7 +118,6 @@ mod tests {
     use super::*;
     use crate::numerics::factor::Ldlt;
     use crate::numerics::lattice::Lattice;
-    use crate::numerics::sparse::sum;
 
     #[test]
     fn the_count_is_that_of_the_factor_with_its_pivots() {
@@ -116,8 +133,8 @@ mod tests {
             let symbolic = Symbolic::analyse(&k).unwrap();
             let mut seen = Vec::new();
             for sigma in [0.0, 6e7, 4e8] {
+                let found = negative_eigenvalues(&k, sigma, &m, &symbolic).unwrap();
                 let shifted = sum(&k, -sigma, &m);
-                let found = negative_eigenvalues(&shifted, &symbolic).unwrap();
                 let expected = Ldlt::factor(&shifted).unwrap().negative_pivots();
                 assert_eq!(found, expected);
                 seen.push(found);
@@ -131,16 +148,23 @@ mod tests {
         let mut diagonal = CscMatrix::identity(9);
         diagonal.values_mut()[4] = -2.0;
         diagonal.values_mut()[8] = -1.0;
-        let other = Symbolic::analyse(&CscMatrix::zeros(0, 0)).unwrap();
-        assert_eq!(negative_eigenvalues(&diagonal, &other).unwrap(), 2);
-        assert_eq!(
-            negative_eigenvalues(&CscMatrix::zeros(0, 0), &other).unwrap(),
-            0
-        );
-        diagonal.values_mut()[3] = 0.0;
+        let none = CscMatrix::zeros(0, 0);
+        let other = Symbolic::analyse(&none).unwrap();
+        let count = |shift: f64, mass: &CscMatrix<f64>| {
+            negative_eigenvalues(&diagonal, shift, mass, &other)
+        };
+        let unit = CscMatrix::identity(9);
+        assert_eq!(count(0.0, &unit).unwrap(), 2);
+        assert_eq!(count(1.5, &unit).unwrap(), 9);
         assert!(matches!(
-            negative_eigenvalues(&diagonal, &other),
+            count(1.0, &unit),
             Err(FactorError::Singular { .. })
         ));
+        // A mass with entries where the stiffness has none.
+        let mut far = nalgebra_sparse::CooMatrix::from(&unit);
+        far.push(0, 7, 5.0);
+        far.push(7, 0, 5.0);
+        assert_eq!(count(0.5, &CscMatrix::from(&far)).unwrap(), 3);
+        assert_eq!(negative_eigenvalues(&none, 0.0, &none, &other).unwrap(), 0);
     }
 }

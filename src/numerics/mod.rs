@@ -3,6 +3,7 @@
 pub mod condense;
 pub mod dogleg;
 pub mod eigen;
+mod elimination;
 pub mod factor;
 pub mod fourier;
 mod fronts;
@@ -10,6 +11,8 @@ pub mod gmres;
 pub mod inertia;
 pub mod newton;
 pub mod order;
+mod pool;
+mod solve;
 pub mod sparse;
 pub mod stored;
 pub mod tiles;

@@ -160,11 +160,6 @@ pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
     y
 }
 
-/// `a` without its entries that are exactly zero.
-pub fn lean(a: &CscMatrix<f64>) -> CscMatrix<f64> {
-    a.filter(|_, _, v| *v != 0.0)
-}
-
 /// `a x` for a symmetric `a` with both triangles stored, on the calling thread.
 pub fn symmetric_times(a: &CscMatrix<f64>, x: &[f64], y: &mut [f64]) {
     for (y, column) in y.iter_mut().zip(a.col_iter()) {

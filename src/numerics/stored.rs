@@ -227,7 +227,6 @@ impl<'de> Deserialize<'de> for Cholesky {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::condense::condense;
     use crate::numerics::lattice::{Lattice, scattered};
 
     #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -279,20 +278,17 @@ mod tests {
             mass: 0.2,
             irregularity: 0.4,
         };
-        let (k, m) = lattice.cantilever();
-        let interior = k.nrows() - 12;
-        let condensed = condense(&k, &m, interior).unwrap().factor;
-        for factor in [condensed, Cholesky::factor(&k).unwrap()] {
-            let bytes = postcard::to_stdvec(&factor).unwrap();
-            let back: Cholesky = postcard::from_bytes(&bytes).unwrap();
-            let n = factor.symbolic().unknowns();
-            let mut x = Mat::from_fn(n, 40, |i, j| scattered(i + n * j));
-            let mut y = x.clone();
-            factor.solve_in_place(x.as_mut());
-            back.solve_in_place(y.as_mut());
-            assert_eq!(x, y);
-            assert!(x.norm_max() > 0.0);
-        }
+        let (k, _) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        let bytes = postcard::to_stdvec(&factor).unwrap();
+        let back: Cholesky = postcard::from_bytes(&bytes).unwrap();
+        let n = factor.symbolic().unknowns();
+        let mut x = Mat::from_fn(n, 40, |i, j| scattered(i + n * j));
+        let mut y = x.clone();
+        factor.solve_in_place(x.as_mut());
+        back.solve_in_place(y.as_mut());
+        assert_eq!(x, y);
+        assert!(x.norm_max() > 0.0);
         let nothing = Cholesky::factor(&CscMatrix::zeros(0, 0)).unwrap();
         let bytes = postcard::to_stdvec(&nothing).unwrap();
         assert_eq!(

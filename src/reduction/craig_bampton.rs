@@ -20,8 +20,8 @@ use crate::fem::BodyMatrices;
 use crate::model::{Body, NodeMotion};
 use crate::numerics::condense;
 use crate::numerics::eigen::{Modes, lowest_modes};
-use crate::numerics::factor::{Cholesky, FactorError};
-use crate::numerics::sparse::{lean, product, submatrix, times};
+use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
+use crate::numerics::sparse::{product, submatrix, times};
 use crate::numerics::stored;
 
 /// One body on its kept dofs (flank nodes in the order of the pairs, then probe nodes) and the
@@ -111,13 +111,13 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
     let split = 3 * body.dofs.interior_nodes;
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
     let stiffness = &matrices.stiffness;
-    // Consistent mass is a scalar times the identity per pair of nodes: two thirds of it are zeros.
-    let mass = lean(&matrices.mass);
-    let condensed = condense::condense(stiffness, &mass, split)
+    let mass = &matrices.mass;
+    let k_ii = submatrix(stiffness, &inner, &inner);
+    let condensed = Symbolic::analyse(&k_ii)
+        .and_then(|symbolic| condense::condense(stiffness, mass, &k_ii, &symbolic))
         .map_err(|e| interior_error(body, e, |dof| dof))?;
     let factor = condensed.factor;
-    let k_ii = submatrix(stiffness, &inner, &inner);
-    let m_ii = submatrix(&mass, &inner, &inner);
+    let m_ii = submatrix(mass, &inner, &inner);
     let modes =
         lowest_modes(&k_ii, &m_ii, body.fixed_interface_modes, &factor).map_err(|source| {
             ReductionError::Eigen {
@@ -138,8 +138,8 @@ pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, Red
     factor.solve_in_place(followed.as_mut());
     let carried = times(&submatrix(stiffness, &outer, &inner), followed.as_ref());
     // (M_bi + Psi^T M_ii) Phi with Psi^T = -K_bi K_ii^-1.
-    let coupled = times(&submatrix(&mass, &outer, &inner), modes.vectors.as_ref())
-        - carried.subcols(0, count);
+    let coupled =
+        times(&submatrix(mass, &outer, &inner), modes.vectors.as_ref()) - carried.subcols(0, count);
     let grown = |corner: Mat<f64>| {
         let mut whole = Mat::zeros(kept + count, kept + count);
         whole.submatrix_mut(0, 0, kept, kept).copy_from(corner);

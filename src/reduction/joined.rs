@@ -16,16 +16,18 @@
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
+use rayon::iter::ParallelIterator;
+use rayon::slice::ParallelSlice;
 use serde::{Deserialize, Serialize};
 
 use super::relative::{Recovery, Way, loads_and_probes, stuck_error};
 use super::{Load, ReducedModel, ReductionError, RelativeModel};
-use crate::fem::{BodyMatrices, Structure};
+use crate::fem::Structure;
 use crate::model::Model;
 use crate::numerics::condense::condense;
 use crate::numerics::eigen::lowest_modes;
-use crate::numerics::factor::{Cholesky, FactorError};
-use crate::numerics::sparse::{lean, product, submatrix, times};
+use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
+use crate::numerics::sparse::{product, submatrix, times};
 use crate::numerics::stored;
 
 /// What gives the motion of the bodies back: one solve for each column.
@@ -59,31 +61,42 @@ pub(super) fn join(
         super::craig_bampton::check_size(body, matrices)?;
     }
     let interior = 3 * numbering.interior_nodes;
-    let stiffness = numbering.assemble(structure, |body| &body.stiffness);
-    // Consistent mass is a scalar times the identity per pair of nodes: two thirds of it are zeros.
-    let mass = lean(&numbering.assemble(structure, |body| &body.mass));
-    let condensed = condense(&stiffness, &mass, interior).map_err(|error| match error {
-        FactorError::NotPositiveDefinite { .. } | FactorError::Singular { .. } => {
-            ReductionError::NotHeld {
-                body: model.bodies[1].name.clone(),
-            }
-        }
-        source => ReductionError::Factor {
-            body: model.bodies[0].name.clone(),
-            source,
-        },
-    })?;
-    let factor = condensed.factor;
+    // Most of the mass stays a scalar times the identity per pair of nodes: two thirds are zeros.
+    let bodies = structure.bodies.each_ref();
+    let stiffness = numbering.assemble(bodies.map(|body| &body.stiffness), |_| true);
     let inner: Vec<usize> = (0..interior).collect();
     let outer: Vec<usize> = (interior..stiffness.ncols()).collect();
     let k_gg = submatrix(&stiffness, &inner, &inner);
-    let (k_gx, k_xg) = (
-        submatrix(&stiffness, &inner, &outer),
-        submatrix(&stiffness, &outer, &inner),
+    // The analysis keeps one thread busy.
+    let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
+        || Symbolic::analyse(&k_gg),
+        || {
+            (
+                numbering.assemble(bodies.map(|body| &body.mass), |v| v != 0.0),
+                submatrix(&stiffness, &inner, &outer),
+                submatrix(&stiffness, &outer, &inner),
+            )
+        },
     );
+    let condensed = symbolic
+        .and_then(|symbolic| condense(&stiffness, &mass, &k_gg, &symbolic))
+        .map_err(|error| match error {
+            FactorError::NotPositiveDefinite { .. } | FactorError::Singular { .. } => {
+                ReductionError::NotHeld {
+                    body: model.bodies[1].name.clone(),
+                }
+            }
+            source => ReductionError::Factor {
+                body: model.bodies[0].name.clone(),
+                source,
+            },
+        })?;
     drop(stiffness);
-    let m_gg = submatrix(&mass, &inner, &inner);
-    let m_xg = submatrix(&mass, &outer, &inner);
+    let factor = condensed.factor;
+    let (m_gg, m_xg) = rayon::join(
+        || submatrix(&mass, &inner, &inner),
+        || submatrix(&mass, &outer, &inner),
+    );
     drop(mass);
     let modes = lowest_modes(&k_gg, &m_gg, stuck_modes, &factor).map_err(stuck_error)?;
     drop(k_gg);
@@ -201,6 +214,13 @@ enum Target {
 
 type Block = [[f64; 3]; 3];
 
+/// A body's node whose columns go to a node of (g, X), with the frame that takes them there.
+type Source<'a> = (usize, usize, Option<&'a Block>);
+
+/// Nodes that one task assembles, and tasks side by side.
+const CHUNK: usize = 256;
+const BATCH: usize = 16;
+
 impl Numbering {
     fn new(model: &Model) -> Result<Self, ReductionError> {
         let pairs = model.pairs.len();
@@ -263,69 +283,94 @@ impl Numbering {
         std::iter::once(own).chain(other.map(|node| (node, None)))
     }
 
-    /// Both bodies' matrices on (g, X).
+    /// Both bodies' matrices on (g, X), with the entries to keep.
     fn assemble(
         &self,
-        structure: &Structure,
-        matrix: impl Fn(&BodyMatrices) -> &CscMatrix<f64>,
+        matrices: [&CscMatrix<f64>; 2],
+        keep: impl Fn(f64) -> bool + Sync,
     ) -> CscMatrix<f64> {
-        let mut columns: Vec<Vec<(usize, Block)>> = vec![Vec::new(); self.nodes()];
-        let mut lane: Vec<(usize, Block)> = Vec::new();
-        for (b, body) in structure.bodies.iter().enumerate() {
-            let matrix = matrix(body);
-            for node in 0..self.targets[b].len() {
-                lane.clear();
-                for c in 0..3 {
-                    let column = matrix.col(3 * node + c);
-                    let mut at = 0;
-                    for (&i, &v) in column.row_indices().iter().zip(column.values()) {
-                        while at < lane.len() && lane[at].0 < i / 3 {
-                            at += 1;
-                        }
-                        if at == lane.len() || lane[at].0 != i / 3 {
-                            lane.insert(at, (i / 3, [[0.0; 3]; 3]));
-                        }
-                        lane[at].1[i % 3][c] = v;
-                    }
-                }
-                for (into, column_frame) in self.parts(b, node) {
-                    for (row, block) in &lane {
-                        for (row, row_frame) in self.parts(b, *row) {
-                            columns[into].push((row, turned(block, row_frame, column_frame)));
-                        }
-                    }
+        let mut sources: Vec<Vec<Source>> = vec![Vec::new(); self.nodes()];
+        for body in 0..2 {
+            for node in 0..self.targets[body].len() {
+                for (into, frame) in self.parts(body, node) {
+                    sources[into].push((body, node, frame));
                 }
             }
         }
         let (mut offsets, mut rows, mut values) = (vec![0], Vec::new(), Vec::new());
-        for mut column in columns {
-            // A stable sort: what is added to what does not change.
-            column.sort_by_key(|(row, _)| *row);
-            let mut merged: Vec<(usize, Block)> = Vec::with_capacity(column.len());
-            for (row, block) in column {
-                match merged.last_mut() {
-                    Some((last, sum)) if *last == row => {
-                        for (sum, v) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened())
-                        {
-                            *sum += v;
+        for batch in sources.chunks(BATCH * CHUNK) {
+            let parts: Vec<_> = batch
+                .par_chunks(CHUNK)
+                .map(|sources| {
+                    let (mut ends, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
+                    for sources in sources {
+                        let blocks = self.column(matrices, sources);
+                        for c in 0..3 {
+                            for (row, block) in &blocks {
+                                for (r, line) in block.iter().enumerate() {
+                                    if keep(line[c]) {
+                                        rows.push(3 * row + r);
+                                        values.push(line[c]);
+                                    }
+                                }
+                            }
+                            ends.push(rows.len());
                         }
                     }
-                    _ => merged.push((row, block)),
-                }
-            }
-            for c in 0..3 {
-                for (row, block) in &merged {
-                    for (r, line) in block.iter().enumerate() {
-                        rows.push(3 * row + r);
-                        values.push(line[c]);
-                    }
-                }
-                offsets.push(rows.len());
+                    (ends, rows, values)
+                })
+                .collect();
+            for (ends, own_rows, own_values) in parts {
+                let before = rows.len();
+                offsets.extend(ends.iter().map(|end| before + end));
+                rows.extend_from_slice(&own_rows);
+                values.extend_from_slice(&own_values);
             }
         }
         let n = 3 * self.nodes();
         CscMatrix::try_from_csc_data(n, n, offsets, rows, values)
             .expect("columns were built in order with ascending rows")
+    }
+
+    /// The blocks of one node's columns by rows, ascending.
+    fn column(&self, matrices: [&CscMatrix<f64>; 2], sources: &[Source]) -> Vec<(usize, Block)> {
+        let mut blocks = Vec::new();
+        let mut lane: Vec<(usize, Block)> = Vec::new();
+        for &(body, node, column_frame) in sources {
+            lane.clear();
+            for c in 0..3 {
+                let column = matrices[body].col(3 * node + c);
+                let mut at = 0;
+                for (&i, &v) in column.row_indices().iter().zip(column.values()) {
+                    while at < lane.len() && lane[at].0 < i / 3 {
+                        at += 1;
+                    }
+                    if at == lane.len() || lane[at].0 != i / 3 {
+                        lane.insert(at, (i / 3, [[0.0; 3]; 3]));
+                    }
+                    lane[at].1[i % 3][c] = v;
+                }
+            }
+            for (row, block) in &lane {
+                for (row, row_frame) in self.parts(body, *row) {
+                    blocks.push((row, turned(block, row_frame, column_frame)));
+                }
+            }
+        }
+        // A stable sort: what is added to what does not change.
+        blocks.sort_by_key(|(row, _)| *row);
+        let mut merged: Vec<(usize, Block)> = Vec::with_capacity(blocks.len());
+        for (row, block) in blocks {
+            match merged.last_mut() {
+                Some((last, sum)) if *last == row => {
+                    for (sum, v) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
+                        *sum += v;
+                    }
+                }
+                _ => merged.push((row, block)),
+            }
+        }
+        merged
     }
 
     /// A load on the free dofs of the bodies on g and on X.

@@ -8,6 +8,7 @@
 //! found missing by the Sturm count of [`proof`](super::proof).
 
 use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
@@ -21,11 +22,14 @@ use crate::numerics::factor::Cholesky;
 use crate::numerics::sparse::{product, symmetric_product};
 
 /// Columns of a block.
-const BLOCK: usize = 16;
+const BLOCK: usize = 8;
 /// Residual over theta at which a mode has converged.
 const CONVERGED: f64 = 1e-9;
 /// A column shorter than this, relative to the longest of all blocks, lies in the basis.
 const DEPENDENT: f64 = 1e-12;
+/// Share of the square of a column that must lie outside the others' span for it to be made orthogonal to them
+/// all at once: the first of two rounds may leave an error of rounding over this.
+const INDEPENDENT: f64 = 1e-10;
 /// Rows that one task takes.
 const ROWS: usize = 8192;
 const TRIES: usize = 3;
@@ -92,11 +96,10 @@ fn lanczos(
         let spanned = [all, weighted_basis.get(.., ..end)];
         next = weighted;
         factor.solve_in_place(next.as_mut());
-        for _ in 0..2 {
-            let shares = project_out(spanned, &mut next);
-            let mut corner = projected.get_mut(columns..end, columns..end);
-            corner += shares.get(columns..end, ..);
-        }
+        // Once more in `orthonormalise`.
+        let shares = project_out(spanned, &mut next);
+        let corner = projected.get_mut(columns..end, columns..end);
+        { corner }.copy_from(shares.get(columns..end, ..));
         let remainder;
         (weighted, remainder) = orthonormalise(mass, spanned, &mut next, &mut longest);
         let beyond = end..end + next.ncols();
@@ -152,6 +155,14 @@ fn orthonormalise(
             project_out(basis, u);
             weighted = symmetric_product(mass, u.as_ref());
         }
+        let shortest = if round == 0 { *longest } else { 0.0 };
+        if let Some(own) = whiten(u, &mut weighted, DEPENDENT * shortest) {
+            if round == 0 {
+                *longest = (0..own.ncols()).fold(*longest, |most, j| own[(j, j)].max(most));
+            }
+            remainder = product(own.as_ref(), remainder.as_ref());
+            continue;
+        }
         let (mut kept, mut own) = (Vec::new(), Mat::<f64>::zeros(u.ncols(), u.ncols()));
         for j in 0..u.ncols() {
             for (place, &i) in kept.iter().enumerate() {
@@ -185,6 +196,39 @@ fn orthonormalise(
         remainder = product(own.get(..kept.len(), ..), remainder.as_ref());
     }
     (weighted, remainder)
+}
+
+/// Makes the columns of `u`, and `weighted` = M u, orthonormal by the Cholesky factor of u^T M u: R, old u =
+/// new u R. `None`, and nothing done, where a column depends on the others too closely for that, or what
+/// it does not share with them is shorter than `shortest`.
+fn whiten(u: &mut Mat<f64>, weighted: &mut Mat<f64>, shortest: f64) -> Option<Mat<f64>> {
+    let width = u.ncols();
+    let mut l = gram(u.as_ref(), weighted.as_ref());
+    for j in 0..width {
+        let whole = l[(j, j)];
+        for p in 0..j {
+            let share = l[(j, p)];
+            for i in j..width {
+                l[(i, j)] -= share * l[(i, p)];
+            }
+        }
+        let own = l[(j, j)];
+        let independent = own > INDEPENDENT * whole && own.sqrt() > shortest;
+        if !independent {
+            return None;
+        }
+        for i in j..width {
+            l[(i, j)] /= own.sqrt();
+        }
+    }
+    for a in [u, weighted] {
+        a.par_row_chunks_mut(ROWS).for_each(|rows| {
+            solve_lower_triangular_in_place(l.as_ref(), rows.transpose_mut(), Par::Seq);
+        });
+    }
+    Some(Mat::from_fn(width, width, |i, j| {
+        if i <= j { l[(j, i)] } else { 0.0 }
+    }))
 }
 
 /// Takes out of `u` its share of the basis, given with its product by the mass; gives the share.

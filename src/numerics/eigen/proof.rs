@@ -39,8 +39,7 @@ pub(super) fn complete(
         }
     }
     let (found, shift) = gap(&modes.omega2, count);
-    let shifted = sparse::sum(stiffness, -shift, mass);
-    let below = negative_eigenvalues(&shifted, factor.symbolic())?;
+    let below = negative_eigenvalues(stiffness, shift, mass, factor.symbolic())?;
     if below != found {
         return Err(EigenError::Missing {
             below: shift,

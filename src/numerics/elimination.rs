@@ -1,0 +1,210 @@
+//! Multifrontal elimination (Duff, Reid, ACM Trans. Math. Softw. 9 (1983) 302-325) of the inner unknowns of a
+//! positive definite matrix, on all threads; where asked with the derivative that [`super::condense`] is about.
+
+use std::sync::Mutex;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{
+    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use nalgebra_sparse::CscMatrix;
+
+use super::factor::Symbolic;
+use super::fronts::{Left, Lower, Tree, in_rows, mirror, remainder};
+use super::pool::{Buffer, Pool};
+
+/// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
+/// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is
+/// left of each matrix on the other unknowns.
+pub(super) fn eliminate(
+    symbolic: &Symbolic,
+    matrices: &[&CscMatrix<f64>],
+    values: &mut [f64],
+) -> Result<Vec<Mat<f64>>, Stopped> {
+    let interior = symbolic.unknowns();
+    let mut sums: Vec<Mat<f64>> = matrices
+        .iter()
+        .map(|matrix| Mat::zeros(matrix.ncols() - interior, matrix.ncols() - interior))
+        .collect();
+    if let (Some(supernodes), Some(stiffness)) = (symbolic.supernodal(), matrices.first()) {
+        let tree = Tree::new(supernodes, symbolic, stiffness);
+        let pool = Pool::default();
+        let slots = slots(&tree, values);
+        let elimination = Elimination {
+            tree: &tree,
+            pool: &pool,
+            matrices,
+            slots,
+        };
+        let roots: Vec<Rest> = tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
+        for (&root, rests) in tree.roots.iter().zip(roots) {
+            for (sum, rest) in sums.iter_mut().zip(rests) {
+                rest.add_to(sum, &tree.boundary[root]);
+            }
+        }
+    }
+    for (sum, matrix) in sums.iter_mut().zip(matrices) {
+        for j in 0..sum.ncols() {
+            let column = matrix.col(interior + j);
+            for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                if let Some(i) = i.checked_sub(interior).filter(|&i| i >= j) {
+                    sum[(i, j)] += v;
+                }
+            }
+        }
+        mirror(sum.as_mut());
+    }
+    Ok(sums)
+}
+
+pub(super) enum Stopped {
+    Pivot,
+    Pattern,
+}
+
+/// The place of each supernode in the values of the factor.
+fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f64]>> {
+    let starts = tree.supernodes.col_ptr_for_val();
+    (0..tree.children.len())
+        .map(|s| {
+            let (slot, rest) = std::mem::take(&mut values).split_at_mut(starts[s + 1] - starts[s]);
+            values = rest;
+            Mutex::new(slot)
+        })
+        .collect()
+}
+
+/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns.
+type Rest<'a> = Vec<Lower<'a>>;
+
+struct Elimination<'a> {
+    tree: &'a Tree<'a>,
+    pool: &'a Pool,
+    matrices: &'a [&'a CscMatrix<f64>],
+    slots: Vec<Mutex<&'a mut [f64]>>,
+}
+
+impl<'a> Elimination<'a> {
+    fn eliminate(&self, s: usize) -> Result<Rest<'a>, Stopped> {
+        let (tree, pool) = (self.tree, self.pool);
+        let left = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
+        let mut children: Vec<Vec<Left>> = self.matrices.iter().map(|_| Vec::new()).collect();
+        for (&child, rests) in tree.children[s].iter().zip(left) {
+            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
+            for (children, rest) in children.iter_mut().zip(rests) {
+                let rows = rows.clone();
+                children.push(Left { rest, rows });
+            }
+        }
+        let width = tree.columns(s).len();
+        let inner = tree.supernodes.supernode(s).pattern().len();
+        let below = inner + tree.boundary[s].len();
+        let mut fronts: Vec<Buffer> = Vec::with_capacity(self.matrices.len());
+        for (matrix, children) in self.matrices.iter().zip(&children) {
+            let mut buffer = pool.zeros((width + below) * width);
+            let mut front = front(&mut buffer, width);
+            for child in children {
+                child.add_to_front(&mut front);
+            }
+            tree.add_entries(s, 1.0, matrix, &mut front)
+                .ok_or(Stopped::Pattern)?;
+            fronts.push(buffer);
+        }
+        let mut fronts = fronts.iter_mut().map(|buffer| front(buffer, width));
+        let mut children = children.into_iter();
+        let (Some(mut stiffness), Some(own_children)) = (fronts.next(), children.next()) else {
+            return Ok(Vec::new());
+        };
+        factor_front(stiffness.rb_mut(), width)?;
+        {
+            let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
+            let slot = MatMut::from_column_major_slice_mut(*slot, width + inner, width);
+            { slot }.copy_from(stiffness.rb().subrows(0, width + inner));
+        }
+        let factor = stiffness.rb();
+        let lower = factor.get(width.., ..);
+        let mut rests = vec![remainder(pool, width, lower, lower, &own_children)];
+        drop(own_children);
+        if let (Some(mass), Some(children)) = (fronts.next(), children.next()) {
+            rests.push(condense_mass(pool, factor, mass, &children));
+        }
+        Ok(rests)
+    }
+}
+
+/// The columns of a front.
+fn front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
+    let rows = values.len() / width;
+    MatMut::from_column_major_slice_mut(values, rows, width)
+}
+
+/// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
+fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), Stopped> {
+    let (mut pivots, below) = front.split_at_row_mut(width);
+    let params = Spec::default();
+    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+    cholesky_in_place(
+        pivots.rb_mut(),
+        LltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|_| Stopped::Pivot)?;
+    let pivots = pivots.rb();
+    in_rows(below, |_, rows| {
+        solve_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
+    });
+    Ok(())
+}
+
+/// The derivative's part of an elimination: what the children left, less G P + (G P)^T.
+fn condense_mass<'p>(
+    pool: &'p Pool,
+    factor: MatRef<'_, f64>,
+    mass: MatMut<'_, f64>,
+    children: &[Left<'_>],
+) -> Lower<'p> {
+    let width = factor.ncols();
+    let (pivots, below) = factor.split_at_row(width);
+    let height = below.nrows();
+    // [P^T G] and, columns swapped, [G P^T].
+    let mut sides = [(); 2].map(|()| pool.stale(height * 2 * width));
+    let [mut left, mut right] = sides
+        .each_mut()
+        .map(|side| MatMut::from_column_major_slice_mut(side, height, 2 * width));
+    let (mut p, mut g) = left.rb_mut().split_at_col_mut(width);
+    p.copy_from(below);
+    in_rows(p.rb_mut(), |_, rows| {
+        solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
+    });
+    let (mut half, lower) = mass.split_at_row_mut(width);
+    for j in 0..width {
+        half[(j, j)] *= 0.5;
+    }
+    g.copy_from(lower);
+    let p = p.rb();
+    in_rows(g.rb_mut(), |start, rows| {
+        let p = p.get(start..start + rows.nrows(), ..);
+        triangular::matmul(
+            rows,
+            BlockStructure::Rectangular,
+            Accum::Add,
+            p,
+            BlockStructure::Rectangular,
+            half.rb(),
+            BlockStructure::TriangularLower,
+            -1.0,
+            Par::Seq,
+        );
+    });
+    right.rb_mut().subcols_mut(0, width).copy_from(g.rb());
+    right.rb_mut().subcols_mut(width, width).copy_from(p);
+    remainder(pool, width, left.rb(), right.rb(), children)
+}
