@@ -2,10 +2,13 @@
 //! rounds of inverse iteration are enough.
 
 use faer::diag::DiagRef;
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Mat, MatMut, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
-use crate::numerics::fronts::{in_rows, subtract_lower};
+use crate::numerics::fronts::in_rows;
 use crate::numerics::sparse::product;
 
 /// Of the diagonal, added to it: the matrix may have motions that cost nothing.
@@ -63,11 +66,7 @@ fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
             return false;
         };
         let mut rows = motions.transpose().to_owned();
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            factor.L(),
-            rows.as_mut(),
-            Par::Seq,
-        );
+        solve_lower_triangular_in_place(factor.L(), rows.as_mut(), Par::Seq);
         *motions = rows.transpose().to_owned();
     }
     true
@@ -85,14 +84,25 @@ fn factored(mut a: MatMut<'_, f64>) -> bool {
         };
         { pivots }.copy_from(&factor);
         in_rows(below.rb_mut(), |_, rows| {
-            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-                factor.as_ref(),
-                rows.transpose_mut(),
-                Par::Seq,
-            );
+            solve_lower_triangular_in_place(factor.as_ref(), rows.transpose_mut(), Par::Seq);
         });
         let trailing = right.get_mut(start + width.., ..);
-        subtract_lower(trailing, below.rb(), below.rb());
+        trailing
+            .par_col_chunks_mut(BLOCK)
+            .enumerate()
+            .for_each(|(chunk, columns)| {
+                // On and below the diagonal block.
+                let (first, count) = (chunk * BLOCK, columns.ncols());
+                let rows = below.rb().get(first.., ..);
+                matmul(
+                    columns.get_mut(first.., ..),
+                    Accum::Add,
+                    rows,
+                    rows.get(..count, ..).transpose(),
+                    -1.0,
+                    Par::Seq,
+                );
+            });
     }
     true
 }
