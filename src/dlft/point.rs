@@ -111,8 +111,10 @@ fn resized(u: &[f64], entries: usize) -> Vec<f64> {
 /// How a balance is approached.
 #[derive(Debug, Clone, Copy)]
 enum Way {
-    /// From the neighbour, then from the static state.
-    Directly(Method),
+    /// From the neighbour as it is and continued.
+    FromNeighbour(Method),
+    /// From the static state, nothing vibrating.
+    FromRest(Method),
     /// From the neighbour in this many steps in frequency.
     InFrequency(u32),
     /// From the static state in this many steps of the vibrating part of the load.
@@ -166,7 +168,9 @@ impl<'a> Frequencies<'a> {
     ) -> Solved<'_> {
         let mut ways = self.ways();
         ways.retain(|way| match way {
-            Way::Directly(method) => matches!(method, Method::Krylov(_)),
+            Way::FromNeighbour(method) | Way::FromRest(method) => {
+                matches!(method, Method::Krylov(_))
+            }
             Way::InFrequency(_) => true,
             Way::InForce(_) | Way::InFriction { .. } => false,
         });
@@ -293,14 +297,15 @@ impl<'a> Frequencies<'a> {
     }
 
     fn ways(&self) -> Vec<Way> {
-        use Way::{Directly, InForce, InFrequency, InFriction};
+        use Way::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
         let in_friction =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
         let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
-        let dogleg = Directly(Method::Dogleg);
+        let directly = |method| [FromNeighbour(method), FromRest(method)];
+        let dogleg = directly(Method::Dogleg);
         if self.solver == Solver::Powell {
-            return [dogleg]
+            return dogleg
                 .into_iter()
                 .chain(in_friction)
                 .chain(steps)
@@ -308,14 +313,15 @@ impl<'a> Frequencies<'a> {
                 .collect();
         }
         if self.is_overpowered() {
-            return vec![Directly(Method::Krylov(KRYLOV_TOLERANCE))];
+            return directly(Method::Krylov(KRYLOV_TOLERANCE)).to_vec();
         }
+        let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
         [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
-            .map(|tolerance| Directly(Method::Krylov(tolerance)))
             .into_iter()
+            .flat_map(|tolerance| directly(Method::Krylov(tolerance)))
             .chain(in_friction)
             .chain(steps)
-            .chain((self.unknowns() <= MOST_DENSE_UNKNOWNS).then_some(dogleg))
+            .chain(is_small.then_some(dogleg).into_iter().flatten())
             .chain(small_steps)
             .collect()
     }
@@ -330,10 +336,9 @@ impl<'a> Frequencies<'a> {
         work: &mut Work,
     ) -> Option<Solved<'_>> {
         match way {
-            Way::Directly(method) => {
+            Way::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, hold)?;
-                let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-                let mut starts = last.map_or(vec![], |l| l.starts(frequency_hz, self.unknowns()));
+                let mut starts = last?.starts(frequency_hz, self.unknowns());
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
                     let scale = load_scale(&balance, self.newton.tolerance);
@@ -344,7 +349,7 @@ impl<'a> Frequencies<'a> {
                         starts.swap(0, 1);
                     }
                 }
-                let starts = starts.into_iter().chain([self.cold()]);
+                let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
                 for mut u in starts {
                     let end = self.iterate(&balance, &mut u, method, self.newton, work);
                     let converged = end.status == NewtonStatus::Converged;
@@ -359,6 +364,12 @@ impl<'a> Frequencies<'a> {
                     }
                 }
                 best.map(|(u, end)| Solved { balance, u, end })
+            }
+            Way::FromRest(method) => {
+                let balance = self.balance(frequency_hz, hold)?;
+                let mut u = self.cold();
+                let end = self.iterate(&balance, &mut u, method, self.newton, work);
+                Some(Solved { balance, u, end })
             }
             Way::InFrequency(steps) => {
                 let last = last?;
