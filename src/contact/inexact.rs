@@ -20,7 +20,7 @@ const FEWEST_MOTIONS: usize = 12;
 /// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
 const DEPENDENT: f64 = 1e-4;
 /// From this share on all pairs take part.
-const NEARLY_ALL: f64 = 0.25;
+const ALL_FROM: f64 = 0.25;
 /// Pairs more than needed that may take part, beside one in four.
 const SPARE: usize = 16;
 
@@ -84,21 +84,21 @@ impl<'a> InexactModel<'a> {
         }
     }
 
-    /// On pairs among which are all of `active`: those of `last` where they serve, all pairs where nearly all are
-    /// active.
+    /// On pairs among which are all of `active`: those of `last` where they serve, all pairs where enough of
+    /// them are active.
     pub fn taking_part(&self, active: &[usize], last: Option<&Arc<Inexact>>) -> Arc<Inexact> {
         let count = active.len();
         let most = count + count / 4 + SPARE;
         if let Some(last) = last {
             let serves = |all: &[usize]| active.iter().all(|p| all.binary_search(p).is_ok());
             let is_all = last.pairs.len() == self.model.pairs.len();
-            let few_enough = last.pairs.len() <= most || (is_all && self.is_nearly_all(count));
+            let few_enough = last.pairs.len() <= most || (is_all && self.all_take_part(count));
             if few_enough && serves(&last.pairs) {
                 return Arc::clone(last);
             }
         }
         if let Some(all) = &self.all
-            && self.is_nearly_all(count)
+            && self.all_take_part(count)
         {
             return Arc::clone(all);
         }
@@ -114,8 +114,8 @@ impl<'a> InexactModel<'a> {
         Arc::new(self.on(pairs))
     }
 
-    fn is_nearly_all(&self, count: usize) -> bool {
-        count as f64 >= NEARLY_ALL * self.model.pairs.len() as f64
+    fn all_take_part(&self, count: usize) -> bool {
+        count as f64 >= ALL_FROM * self.model.pairs.len() as f64
     }
 
     fn on(&self, pairs: Vec<usize>) -> Inexact {
@@ -270,9 +270,13 @@ fn weights(model: &RelativeModel) -> Vec<f64> {
 /// N of `(M W) (W^T M W)^-1 (M W)^T = N N^T`; motions without mass are left out.
 fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
     const NO_MASS: f64 = 1e-10;
+    let nothing = || Mat::zeros(moved.nrows(), 0);
+    if motions.ncols() == 0 {
+        return nothing();
+    }
     let among = product(motions.transpose(), moved.as_ref());
     let Ok(eigen) = among.self_adjoint_eigen(Side::Lower) else {
-        return Mat::zeros(moved.nrows(), 0);
+        return nothing();
     };
     let masses = eigen.S().column_vector();
     let largest = masses.iter().fold(0.0_f64, |m, v| m.max(*v));

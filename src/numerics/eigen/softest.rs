@@ -11,15 +11,16 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use crate::numerics::fronts::in_rows;
 use crate::numerics::sparse::product;
 
-/// Of the diagonal, added to it: the matrix may have motions that cost nothing.
-const SHIFT: f64 = 1e-5;
+/// Of the diagonal, added to it: the matrix may have motions that cost nothing, or a little less (spin softening). The first with
+/// which it is definite serves.
+const SHIFTS: [f64; 3] = [1e-5, 1e-3, 1e-1];
 const ROUNDS: usize = 4;
 /// Columns eliminated together.
 const BLOCK: usize = 256;
 
 /// `count` motions w (n x count, fewer where n is less) that about span the eigenvectors `A w = theta diag(weights) w` of the
-/// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is not
-/// positive semi-definite, or no weight positive.
+/// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is far
+/// from positive semi-definite, or a weight is not positive.
 pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
     let n = matrix.nrows();
     let count = count.min(n);
@@ -27,13 +28,16 @@ pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f6
     if count == 0 || !weights.iter().all(|w| *w > 0.0 && w.is_finite()) {
         return nothing();
     }
-    let mut factor = matrix.to_owned();
-    for (i, w) in weights.iter().enumerate() {
-        factor[(i, i)] += SHIFT * w;
-    }
-    if !factored(factor.as_mut()) {
+    let shifted = SHIFTS.iter().find_map(|shift| {
+        let mut factor = matrix.to_owned();
+        for (i, w) in weights.iter().enumerate() {
+            factor[(i, i)] += shift * w;
+        }
+        factored(factor.as_mut()).then_some(factor)
+    });
+    let Some(factor) = shifted else {
         return nothing();
-    }
+    };
     let weights = DiagRef::from_slice(weights);
     // Vectors that are the same on every machine.
     let mut motions = Mat::from_fn(n, count, |i, j| {
