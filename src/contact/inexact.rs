@@ -54,7 +54,7 @@ impl<'a> InexactModel<'a> {
         let count = (MOTIONS_PER_ROOT * (n as f64).sqrt()).ceil() as usize;
         let softest = softest(
             model.stiffness.as_ref(),
-            &weights(model),
+            &model.own_stiffness(),
             count.max(FEWEST_MOTIONS),
         );
         let moved = product(model.mass.as_ref(), softest.as_ref());
@@ -122,7 +122,7 @@ impl<'a> InexactModel<'a> {
         let mut inexact = self.without_motions(pairs);
         let m = inexact.unknowns();
         let columns = columns(&inexact.pairs);
-        let all = weights(self.model);
+        let all = self.model.own_stiffness();
         let weights: Vec<f64> = columns.iter().map(|&c| all[c]).collect();
         let count = (MOTIONS_PER_ROOT * (m as f64).sqrt()).ceil() as usize;
         let motions = self.softest.get(.., ..count.min(self.softest.ncols()));
@@ -251,19 +251,6 @@ fn columns(pairs: &[usize]) -> Vec<usize> {
     pairs
         .iter()
         .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
-        .collect()
-}
-
-/// Own stiffness of each unknown, one value for N and one for both T of a pair: what its motions are weighed by.
-fn weights(model: &RelativeModel) -> Vec<f64> {
-    let k = &model.stiffness;
-    let own = |i: usize| k[(i, i)];
-    (0..k.nrows())
-        .map(|i| match i % 3 {
-            0 => own(i),
-            1 => 0.5 * (own(i) + own(i + 1)),
-            _ => 0.5 * (own(i - 1) + own(i)),
-        })
         .collect()
 }
 

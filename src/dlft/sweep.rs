@@ -34,17 +34,14 @@ pub struct SweepSettings {
 
 /// eps per unknown, N/m, one value for N and one for both T of a pair.
 pub fn eps_of(model: &RelativeModel, choice: EpsChoice, scale: f64) -> Vec<f64> {
-    let k = &model.stiffness;
     match choice {
-        EpsChoice::Pair => (0..model.pairs.len())
-            .flat_map(|p| {
-                let tangential = 0.5 * (k[(3 * p + 1, 3 * p + 1)] + k[(3 * p + 2, 3 * p + 2)]);
-                [k[(3 * p, 3 * p)], tangential, tangential].map(|v| scale * v)
-            })
-            .collect(),
+        EpsChoice::Pair => {
+            let own = model.own_stiffness().into_iter();
+            own.map(|v| scale * v).collect()
+        }
         EpsChoice::SpectralRadius => {
             let rho = scale * spectral_radius(model);
-            vec![rho; k.nrows()]
+            vec![rho; model.stiffness.nrows()]
         }
     }
 }

@@ -151,6 +151,17 @@ pub struct RelativeModel {
 }
 
 impl RelativeModel {
+    /// Own static stiffness of each relative displacement, N/m: K_NN of a pair, and the mean of its two tangential diagonals for both.
+    pub fn own_stiffness(&self) -> Vec<f64> {
+        let own = |i: usize| self.stiffness[(i, i)];
+        (0..self.pairs.len())
+            .flat_map(|p| {
+                let tangential = 0.5 * (own(3 * p + 1) + own(3 * p + 2));
+                [own(3 * p), tangential, tangential]
+            })
+            .collect()
+    }
+
     /// Highest harmonic of the excitations; 0 without any.
     pub fn highest_excited(&self) -> usize {
         let excited = self.excitations.iter().map(|e| e.harmonic);
