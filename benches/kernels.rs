@@ -10,11 +10,11 @@ use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
 use dovetail::contact::dynamic_stiffness::ContactSystem;
 use dovetail::contact::inexact::InexactModel;
 use dovetail::dlft::balance::{Balance, Setting};
+use dovetail::dlft::dense::powell;
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
-use dovetail::dlft::powell::powell;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::eps_of;
 use dovetail::fem::statics::SolveFailure;
 use dovetail::fem::{self, Structure};
 use dovetail::mesh;
@@ -146,12 +146,11 @@ fn dlft(c: &mut Criterion) {
         .measurement_time(Duration::from_secs(2));
 
     let model = reduced_dovetail();
-    let eps = eps_of(&model, EpsChoice::Pair, 1.0);
     group.bench_function("static_state", |b| {
-        b.iter(|| static_state(black_box(&model), &eps, 10, STATIC_NEWTON))
+        b.iter(|| static_state(black_box(&model), 10, STATIC_NEWTON))
     });
 
-    let statics = static_state(&model, &eps, 10, STATIC_NEWTON);
+    let statics = static_state(&model, 10, STATIC_NEWTON);
     assert!(statics.outcome.is_converged());
     let first = model.omega2[0].sqrt();
     let omega = FREQUENCY_RATIO * first;
@@ -161,6 +160,7 @@ fn dlft(c: &mut Criterion) {
     };
     let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
+    let eps = Penalty::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
     let inexact = InexactModel::new(&model);
     let setting = Setting {
         system: &system,
@@ -171,6 +171,7 @@ fn dlft(c: &mut Criterion) {
         held_statically: false,
         pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
+        slip_threshold_m: 0.0,
     };
     group.bench_function("condense_one_frequency", |b| {
         b.iter(|| Balance::new(&setting, black_box(omega)))

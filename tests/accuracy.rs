@@ -1,8 +1,9 @@
 //! An accuracy in place of knobs: the error it leaves, against a response with many harmonics.
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Orbit, Response};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
@@ -33,24 +34,24 @@ fn respond(resolution: Resolution) -> Response {
         stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
         mass_per_s: 0.0,
     };
-    let eps = eps_of(model, EpsChoice::Pair, 1.0);
     let newton = NewtonOptions {
         tolerance: 1e-8,
         max_iterations: 60,
     };
-    let statics = static_state(model, &eps, 10, newton);
+    let statics = static_state(model, 10, newton);
     let first_hz = model.omega2[0].sqrt() / TAU;
     let settings = SweepSettings {
         frequencies_hz: (0..13)
             .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
             .collect(),
         resolution,
+        eps: Penalty::new(EpsChoice::Dynamic),
         newton,
         periods: Periods::UntilPeriodic,
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    sweep(model, damping, &eps, &statics, &settings, &|_| ())
+    sweep(model, damping, &statics, &settings, &|_| ())
 }
 
 fn fine() -> &'static Response {

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::process::Command;
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
@@ -28,7 +29,7 @@ fn model(friction: f64, force_n: f64) -> RelativeModel {
 }
 
 fn statics(model: &RelativeModel) -> StaticState {
-    static_state(model, &eps_of(model, EpsChoice::Pair, 1.0), 10, NEWTON)
+    static_state(model, 10, NEWTON)
 }
 
 /// At multiples of the first stuck mode, 0.1 % damping.
@@ -48,6 +49,7 @@ fn respond(
             harmonics,
             samples: (2 * harmonics + 2).max(64),
         },
+        eps: Penalty::new(EpsChoice::Dynamic),
         newton: NewtonOptions {
             tolerance: 1e-8,
             max_iterations: 60,
@@ -60,8 +62,7 @@ fn respond(
         stiffness_s: 0.002 / first,
         mass_per_s: 0.0,
     };
-    let eps = eps_of(model, EpsChoice::Pair, 1.0);
-    sweep(model, damping, &eps, state, &settings, &|_| ())
+    sweep(model, damping, state, &settings, &|_| ())
 }
 
 fn largest(v: impl Iterator<Item = f64>) -> f64 {

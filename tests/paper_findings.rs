@@ -6,8 +6,9 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail::fem::{assemble, statics::SolveFailure};
 use dovetail::mesh::msh;
@@ -67,12 +68,7 @@ fn joint() -> &'static Joint {
         }
         let reduced = reduce(&model, &structure, scene.response.stuck_modes).unwrap();
         let damping = rayleigh(&scene.damping, &reduced.relative.omega2).unwrap();
-        let statics = static_state(
-            &reduced.relative,
-            &eps(&scene, &reduced.relative),
-            scene.static_state.load_steps,
-            NEWTON,
-        );
+        let statics = static_state(&reduced.relative, scene.static_state.load_steps, NEWTON);
         Joint {
             scene,
             model,
@@ -82,10 +78,6 @@ fn joint() -> &'static Joint {
             blade_load_n,
         }
     })
-}
-
-fn eps(scene: &Scene, model: &RelativeModel) -> Vec<f64> {
-    eps_of(model, scene.response.eps, scene.response.eps_scale)
 }
 
 /// Of a period.
@@ -114,20 +106,16 @@ fn respond(model: &RelativeModel, harmonics: usize, grid: &[f64]) -> Response {
             harmonics,
             samples: SAMPLES,
         },
+        eps: Penalty {
+            choice: joint.scene.response.eps,
+            scale: joint.scene.response.eps_scale,
+        },
         newton: NEWTON,
         periods: Periods::UntilPeriodic,
         solver: joint.scene.response.solver,
         slip_threshold_m: None,
     };
-    let eps = eps(&joint.scene, model);
-    let response = sweep(
-        model,
-        joint.damping,
-        &eps,
-        &joint.statics,
-        &settings,
-        &|_| (),
-    );
+    let response = sweep(model, joint.damping, &joint.statics, &settings, &|_| ());
     for orbit in &response.orbits {
         let hz = orbit.frequency_hz;
         assert!(orbit.outcome.is_converged(), "{hz} Hz: {:?}", orbit.outcome);

@@ -3,8 +3,9 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{PairStatus, Response, StaticState};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
@@ -45,7 +46,7 @@ fn damping(model: &RelativeModel) -> Rayleigh {
 }
 
 fn statics(model: &RelativeModel) -> StaticState {
-    static_state(model, &eps_of(model, EpsChoice::Pair, 1.0), 10, NEWTON)
+    static_state(model, 10, NEWTON)
 }
 
 fn respond(
@@ -61,21 +62,14 @@ fn respond(
             harmonics,
             samples: 256,
         },
+        eps: Penalty::new(eps),
         newton: NEWTON,
         // The reference marched three periods, whether the forces were periodic by then or not.
         periods: Periods::Exactly(3),
         solver,
         slip_threshold_m: None,
     };
-    let eps = eps_of(model, eps, 1.0);
-    sweep(
-        model,
-        damping(model),
-        &eps,
-        &statics(model),
-        &settings,
-        &|_| (),
-    )
+    sweep(model, damping(model), &statics(model), &settings, &|_| ())
 }
 
 #[test]
@@ -217,13 +211,13 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
             harmonics: 3,
             samples: 64,
         },
+        eps: Penalty::new(EpsChoice::Pair),
         newton: NEWTON,
         periods: Periods::UntilPeriodic,
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    let eps = eps_of(&model, EpsChoice::Pair, 1.0);
-    let response = sweep(&model, damping(&model), &eps, &statics, &settings, &|_| ());
+    let response = sweep(&model, damping(&model), &statics, &settings, &|_| ());
     for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
         let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
         assert!(

@@ -1,8 +1,9 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Response, StaticState};
 use dovetail::integration::compare::{Comparison, Start, compare};
 use dovetail::integration::steady::{Settled, Until, integrate};
@@ -292,20 +293,20 @@ fn balanced(
     harmonics: usize,
     frequencies_hz: Vec<f64>,
 ) -> (StaticState, Response) {
-    let eps = eps_of(model, EpsChoice::Pair, 1.0);
-    let state = static_state(model, &eps, 10, SETTLE);
+    let state = static_state(model, 10, SETTLE);
     let settings = SweepSettings {
         frequencies_hz,
         resolution: Resolution::Fixed {
             harmonics,
             samples: 256,
         },
+        eps: Penalty::new(EpsChoice::Dynamic),
         newton: SETTLE,
         periods: Periods::UntilPeriodic,
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    let response = sweep(model, damping_of(model), &eps, &state, &settings, &|_| ());
+    let response = sweep(model, damping_of(model), &state, &settings, &|_| ());
     (state, response)
 }
 

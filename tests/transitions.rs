@@ -3,8 +3,9 @@
 //! point converges, its mean near the static state.
 
 use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, eps_of, sweep};
+use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, superelement};
@@ -33,8 +34,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
             stiffness_s: 0.002 / first,
             mass_per_s: 0.0,
         };
-        let eps = eps_of(&model, EpsChoice::Pair, 1.0);
-        let state = static_state(&model, &eps, 10, NEWTON);
+        let state = static_state(&model, 10, NEWTON);
         let frequencies = RATIOS.map(|r| r * first / std::f64::consts::TAU);
         // The upper half of a sweep starts from its end: six frequencies beyond keep these in order.
         let warm: Vec<f64> = frequencies
@@ -46,12 +46,13 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
             let settings = SweepSettings {
                 frequencies_hz,
                 resolution: Resolution::Fixed { harmonics, samples },
+                eps: Penalty::new(EpsChoice::Dynamic),
                 newton: NEWTON,
                 periods: Periods::UntilPeriodic,
                 solver: Solver::NewtonKrylov,
                 slip_threshold_m: None,
             };
-            let response = sweep(&model, damping, &eps, &state, &settings, &|_| ());
+            let response = sweep(&model, damping, &state, &settings, &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {
                 count += 1;
                 iterations += orbit.newton_iterations;

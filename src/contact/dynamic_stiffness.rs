@@ -210,6 +210,27 @@ impl HarmonicStiffness<'_> {
         }
     }
 
+    /// Diagonal of Lambda of harmonic k (1..H).
+    pub fn diagonal(&self, k: usize) -> Vec<c64> {
+        let RelativeModel {
+            stiffness,
+            mass,
+            coupling,
+            ..
+        } = self.model;
+        let c = &self.harmonics[k - 1];
+        let mut diagonal: Vec<c64> = (0..self.unknowns())
+            .map(|i| c.s * stiffness[(i, i)] - c.z * mass[(i, i)])
+            .collect();
+        for (m, mode) in c.modes.iter().enumerate() {
+            let coupling = coupling.col_as_slice(m);
+            for (d, p) in diagonal.iter_mut().zip(coupling) {
+                *d += *mode * (p * p);
+            }
+        }
+        diagonal
+    }
+
     /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
     pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
         let RelativeModel {

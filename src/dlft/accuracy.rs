@@ -41,15 +41,30 @@ pub struct Resolved<'b> {
     pub next_rung: usize,
 }
 
-/// Samples and harmonics of each rung.
-pub fn transforms(resolution: Resolution, highest_excited: usize) -> Vec<Fourier> {
+/// What a balance of so many harmonics is made with.
+pub struct Level {
+    pub fourier: Fourier,
+    /// As in [`Setting`].
+    pub eps: Vec<f64>,
+}
+
+/// Samples, harmonics and `eps(harmonics)` of each rung.
+pub fn levels(
+    resolution: Resolution,
+    highest_excited: usize,
+    eps: impl Fn(usize) -> Vec<f64>,
+) -> Vec<Level> {
+    let level = |harmonics, samples| Level {
+        fourier: Fourier::new(harmonics, samples),
+        eps: eps(harmonics),
+    };
     match resolution {
-        Resolution::Fixed { harmonics, samples } => vec![Fourier::new(harmonics, samples)],
+        Resolution::Fixed { harmonics, samples } => vec![level(harmonics, samples)],
         Resolution::Accuracy(accuracy) => {
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
             steps
                 .chain([BEYOND.max(2 * highest_excited + 1)])
-                .map(|h| Fourier::new(h, samples_for(accuracy, h)))
+                .map(|h| level(h, samples_for(accuracy, h)))
                 .collect()
         }
     }
@@ -64,21 +79,26 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 }
 
 impl<'a> Ladder<'a> {
-    /// One rung for each of `transforms`, of which the last serves estimates alone where an accuracy is asked for.
+    /// One rung for each of `levels`, of which the last serves estimates alone where an accuracy is asked for.
     pub fn new(
         setting: Setting<'a>,
-        transforms: &'a [Fourier],
+        levels: &'a [Level],
         resolution: Resolution,
         newton: NewtonOptions,
         solver: Solver,
         retention: &'a OnceLock<Retention>,
     ) -> Self {
-        let rung = |fourier| {
-            let setting = Setting { fourier, ..setting };
+        let rung = |level: &'a Level| {
+            let Level { fourier, eps } = level;
+            let setting = Setting {
+                fourier,
+                eps,
+                ..setting
+            };
             Frequencies::new(setting, newton, solver, retention)
         };
         Self {
-            rungs: transforms.iter().map(rung).collect(),
+            rungs: levels.iter().map(rung).collect(),
             accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),

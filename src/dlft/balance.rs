@@ -13,6 +13,7 @@ use crate::reduction::PairLaw;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Everything that is the same at all frequencies of a sweep.
 #[derive(Clone, Copy)]
@@ -30,6 +31,8 @@ pub struct Setting<'a> {
     /// Sum of the pairs' compression in the static state, N.
     pub pressing_n: f64,
     pub periods: Periods,
+    /// A pair that slides less than this in a period sticks, m.
+    pub slip_threshold_m: f64,
 }
 
 /// One frequency.
@@ -40,7 +43,7 @@ pub struct Balance<'a> {
     /// F, (2H+1) n.
     pub force: Vec<f64>,
     /// Holds the mean at the static state along what is free but for friction.
-    retention: Option<&'a Retention>,
+    retention: Option<Cow<'a, Retention>>,
     /// Coefficients of friction above this count as this.
     pub most_friction: f64,
 }
@@ -102,7 +105,7 @@ impl<'a> Balance<'a> {
 
     /// The same balance with the mean held by `retention`, anchored at the static state, or at rest where
     /// the static state is held from there.
-    pub fn held_by(mut self, retention: &'a Retention) -> Self {
+    pub fn held_by(mut self, retention: Cow<'a, Retention>) -> Self {
         let n = self.unknowns_per_block();
         if !self.setting.held_statically {
             retention.add_to(self.setting.x_static, &mut self.force[..n]);
@@ -113,7 +116,7 @@ impl<'a> Balance<'a> {
 
     /// What holds the mean, if anything does.
     pub fn retention(&self) -> Option<&Retention> {
-        self.retention
+        self.retention.as_deref()
     }
 
     pub fn is_held(&self) -> bool {
@@ -129,7 +132,9 @@ impl<'a> Balance<'a> {
         } else {
             self.setting.x_static
         };
-        self.retention.map_or(0.0, |r| r.force_n(&u[..n], anchor))
+        self.retention
+            .as_ref()
+            .map_or(0.0, |r| r.force_n(&u[..n], anchor))
     }
 
     pub fn unknowns_per_block(&self) -> usize {
@@ -160,7 +165,7 @@ impl<'a> Balance<'a> {
     /// y = Lambda v, all harmonics.
     pub fn apply_stiffness(&self, v: &[f64], y: &mut [f64]) {
         self.stiffness.apply(v, y);
-        if let Some(retention) = self.retention {
+        if let Some(retention) = &self.retention {
             let n = self.unknowns_per_block();
             retention.add_to(&v[..n], &mut y[..n]);
         }
@@ -246,6 +251,21 @@ impl<'a> Balance<'a> {
             }
         }
         jacobian
+    }
+
+    /// Distance that a pair slides in a period, m.
+    pub fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
+        end.slid_n / self.setting.eps[3 * pair + 1]
+    }
+
+    /// Whether a pair slides farther than the threshold in a period.
+    pub fn slips(&self, pair: usize, end: &PairEnd) -> bool {
+        self.slid_m(pair, end) > self.setting.slip_threshold_m
+    }
+
+    /// Whether a pair neither slips nor opens in a period.
+    pub fn sticks(&self, pair: usize, end: &PairEnd) -> bool {
+        end.open_samples == 0 && !self.slips(pair, end)
     }
 
     /// eps of entry `i` of a full vector.

@@ -135,12 +135,13 @@ pub struct Response {
 pub mod accuracy;
 pub mod balance;
 mod coarse;
+pub mod dense;
 mod linear;
 pub mod march;
 pub mod newton_krylov;
 pub mod orbit;
+pub mod penalty;
 mod point;
-pub mod powell;
 pub mod retention;
 pub mod static_state;
 pub mod sweep;

@@ -25,8 +25,8 @@ pub struct Preconditioner {
     inexact: Option<Arc<Inexact>>,
     /// For those pairs.
     coarse: Option<Coarse>,
-    /// The mean was held where `coarse` was made.
-    held: bool,
+    /// Stiffness of the retention where `coarse` was made, N/m; zero without one.
+    retention_n_m: f64,
     width: usize,
     wear: Wear,
 }
@@ -143,13 +143,14 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
-        // In forces: steps of pairs of unlike stiffness weigh alike.
-        dx.iter()
-            .enumerate()
-            .map(|(i, d)| (self.balance.eps_at(i) * d).powi(2))
-            .sum::<f64>()
-            .sqrt()
+        step_length(self.balance, dx)
     }
+}
+
+/// Length of a step in forces, eps dU: steps of pairs of unlike stiffness weigh alike.
+pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
+    let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
+    forces.map(|f| f * f).sum::<f64>().sqrt()
 }
 
 impl KrylovSystem<'_, '_> {
@@ -208,15 +209,17 @@ impl Preconditioner {
             .inexact
             .as_ref()
             .is_some_and(|old| Arc::ptr_eq(old, &linear.inexact));
-        let held = linear.retention.is_some();
-        let same = same_pairs && self.held == held && self.width == linear.width();
+        let retention = linear.retention.as_ref();
+        let retention_n_m = retention.map_or(0.0, |r| r.stiffness_n_m());
+        let same =
+            same_pairs && self.retention_n_m == retention_n_m && self.width == linear.width();
         if same && !self.wear.is_worn() {
             return;
         }
         *self = Self {
             inexact: Some(Arc::clone(&linear.inexact)),
             coarse: Coarse::new(linear),
-            held,
+            retention_n_m,
             width: linear.width(),
             wear: Wear::default(),
         };

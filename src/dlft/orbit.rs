@@ -17,7 +17,6 @@ pub fn orbit(
     evaluation: &Evaluation,
     frequency_hz: f64,
     outcome: Outcome,
-    slip_threshold_m: f64,
 ) -> Orbit {
     let n = balance.unknowns_per_block();
     let system = balance.setting.system;
@@ -28,7 +27,7 @@ pub fn orbit(
     let observed = observe(system, harmonics, Some(u), &modal);
     let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, u, &modal);
     let cycles: Vec<PairCycle> = (0..n / 3)
-        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz, slip_threshold_m))
+        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
         .collect();
     Orbit {
         frequency_hz,
@@ -277,12 +276,11 @@ fn pair_cycle(
     evaluation: &Evaluation,
     pair: usize,
     frequency_hz: f64,
-    slip_threshold_m: f64,
 ) -> PairCycle {
     let n = balance.unknowns_per_block();
     let fourier = balance.setting.fourier;
     let end = &evaluation.ends[pair];
-    let slid_m = end.slid_n / balance.setting.eps[3 * pair + 1];
+    let slid_m = balance.slid_m(pair, end);
     let normal: Vec<f64> = (0..fourier.width())
         .map(|h| evaluation.lambda[h * n + 3 * pair])
         .collect();
@@ -300,7 +298,7 @@ fn pair_cycle(
         friction += std::f64::consts::PI * frequency_hz * k as f64 * work;
     }
     PairCycle {
-        slips: slid_m > slip_threshold_m,
+        slips: balance.slips(pair, end),
         opens: end.open_samples > 0,
         slid_m,
         open_fraction: end.open_samples as f64 / fourier.samples() as f64,

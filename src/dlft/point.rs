@@ -2,21 +2,24 @@
 //!
 //! A frequency is started from its neighbour and from the static state, by Newton-GMRES with accurate
 //! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
-//! and by the dense dogleg. Each way is tried on the free balance and, where only friction holds the
-//! blade along its slot and cannot, on the one with the mean held ([`super::retention`]).
+//! and by the dense dogleg. Few unknowns are solved for with the Jacobian factored instead, which takes more
+//! kinks. Each way is tried on the free balance and on the one with the mean held ([`super::retention`]). Which of
+//! the two is the answer depends on the solution alone: the free one where the pairs that stick hold the blade along its
+//! slot, else the held one.
 
 use super::balance::{Balance, Setting};
+use super::dense::{exact_newton, powell};
 use super::march::Periods;
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
     relative_residual,
 };
 use super::orbit::observed_amplitudes_m;
-use super::powell::powell;
 use super::retention::{Retention, may_have_left};
 use crate::numerics::gmres::norm;
 use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::scene::Solver;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
@@ -25,6 +28,14 @@ const MOST_ATTEMPTS: usize = 10;
 
 /// The dense dogleg is tried up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 2000;
+
+/// Up to this many unknowns Newton's method takes exact corrections.
+const MOST_EXACT_UNKNOWNS: usize = 500;
+/// It may take this many times the iterations allowed: they are cheap, and rigid friction in many harmonics needs them.
+const EXACT_ATTEMPT: usize = 6;
+
+/// Fractions of the retention's stiffness from a held motion to the free one.
+const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
 
 /// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
 /// found when first asked for.
@@ -128,6 +139,8 @@ enum Way {
 enum Method {
     /// Newton-GMRES with this relative residual of the linear solves.
     Krylov(f64),
+    /// Newton's method with the Jacobian factored.
+    Exact,
     /// Powell's hybrid method.
     Dogleg,
 }
@@ -168,9 +181,7 @@ impl<'a> Frequencies<'a> {
     ) -> Solved<'_> {
         let mut ways = self.ways();
         ways.retain(|way| match way {
-            Way::FromNeighbour(method) | Way::FromRest(method) => {
-                matches!(method, Method::Krylov(_))
-            }
+            Way::FromNeighbour(method) | Way::FromRest(method) => !matches!(method, Method::Dogleg),
             Way::InFrequency(_) => true,
             Way::InForce(_) | Way::InFriction { .. } => false,
         });
@@ -271,12 +282,13 @@ impl<'a> Frequencies<'a> {
                 };
                 if solved.is_converged() {
                     if hold && !self.must_hold() {
-                        return self
-                            .released(frequency_hz, &solved.u, work)
-                            .unwrap_or(solved);
+                        return self.released(frequency_hz, &solved, work).unwrap_or(solved);
                     }
-                    if hold || !self.has_left(&solved.u) {
+                    if hold || self.is_held_by_friction(&solved) {
                         return solved;
+                    }
+                    if !self.has_left(&solved.u) {
+                        return self.caught(frequency_hz, &solved, work).unwrap_or(solved);
                     }
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
@@ -313,12 +325,20 @@ impl<'a> Frequencies<'a> {
                 .collect();
         }
         if self.is_overpowered() {
-            return directly(Method::Krylov(KRYLOV_TOLERANCE)).to_vec();
+            return directly(self.stepping()).to_vec();
         }
+        let methods: &[Method] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
+            &[Method::Exact]
+        } else {
+            &[
+                Method::Krylov(KRYLOV_TOLERANCE),
+                Method::Krylov(LOOSE_KRYLOV_TOLERANCE),
+            ]
+        };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
-        [KRYLOV_TOLERANCE, LOOSE_KRYLOV_TOLERANCE]
-            .into_iter()
-            .flat_map(|tolerance| directly(Method::Krylov(tolerance)))
+        methods
+            .iter()
+            .flat_map(|method| directly(*method))
             .chain(in_friction)
             .chain(steps)
             .chain(is_small.then_some(dogleg).into_iter().flatten())
@@ -463,30 +483,77 @@ impl<'a> Frequencies<'a> {
     fn stepping(&self) -> Method {
         match self.solver {
             Solver::Powell => Method::Dogleg,
+            Solver::NewtonKrylov if self.unknowns() <= MOST_EXACT_UNKNOWNS => Method::Exact,
             Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
         }
     }
 
-    /// Lets go of the mean from a held solution; `None` where friction does not keep it there, which the
-    /// first step shows.
-    fn released(&self, frequency_hz: f64, held: &[f64], work: &mut Work) -> Option<Solved<'_>> {
+    /// The free motion beside a held one; `None` where friction does not hold the blade there: pairs that stick are few
+    /// from the beginning, or let go while the spring is softened.
+    fn released(
+        &self,
+        frequency_hz: f64,
+        held: &Solved<'_>,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        if !self.is_held_by_friction(held) {
+            return None;
+        }
         let balance = self.balance(frequency_hz, false)?;
-        let mut u = held.to_vec();
+        let mut u = held.u.clone();
         let first_step = NewtonOptions {
             max_iterations: 1,
             ..self.newton
         };
-        let method = Method::Krylov(KRYLOV_TOLERANCE);
         for options in [first_step, self.newton] {
-            let end = self.iterate(&balance, &mut u, method, options, work);
+            let end = self.iterate(&balance, &mut u, self.stepping(), options, work);
             if self.has_left(&u) {
-                return None;
+                break;
             }
             if end.status == NewtonStatus::Converged {
-                return Some(Solved { balance, u, end });
+                let free = Solved { balance, u, end };
+                return self.is_held_by_friction(&free).then_some(free);
             }
         }
+        let mut u = held.u.clone();
+        for fraction in RELEASE.into_iter().chain([0.0]) {
+            let mut balance = Balance::new(&self.setting, TAU * frequency_hz);
+            if fraction > 0.0 {
+                balance = balance.held_by(Cow::Owned(self.retention()?.softened(fraction)));
+            }
+            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            let solved = Solved { balance, u, end };
+            if !solved.is_converged() || !self.is_held_by_friction(&solved) {
+                return None;
+            }
+            if fraction == 0.0 {
+                return Some(solved);
+            }
+            u = solved.u;
+        }
         None
+    }
+
+    /// The held motion beside a free one that friction does not hold; `None` where none is found.
+    fn caught(&self, frequency_hz: f64, free: &Solved<'_>, work: &mut Work) -> Option<Solved<'_>> {
+        let balance = self.balance(frequency_hz, true)?;
+        let mut u = free.u.clone();
+        let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+        let held = Solved { balance, u, end };
+        if !held.is_converged() {
+            return None;
+        }
+        Some(self.released(frequency_hz, &held, work).unwrap_or(held))
+    }
+
+    /// Whether the pairs that stick throughout hold the blade along its slot, if anything must.
+    fn is_held_by_friction(&self, solved: &Solved<'_>) -> bool {
+        let Some(retention) = self.retention() else {
+            return true;
+        };
+        let ends = solved.balance.evaluate(&solved.u).ends;
+        let stuck = (0..ends.len()).filter(|pair| solved.balance.sticks(*pair, &ends[*pair]));
+        retention.is_blocked_by(stuck)
     }
 
     fn iterate(
@@ -511,6 +578,17 @@ impl<'a> Frequencies<'a> {
                 work.krylov_iterations += system.krylov_iterations;
                 end
             }
+            Method::Exact => {
+                let max_iterations = match options.max_iterations {
+                    1 => 1,
+                    allowed => EXACT_ATTEMPT * allowed,
+                };
+                let options = NewtonOptions {
+                    max_iterations,
+                    ..options
+                };
+                exact_newton(balance, u, options)
+            }
             Method::Dogleg => powell(balance, u, options),
         };
         work.newton_iterations += end.iterations;
@@ -522,7 +600,7 @@ impl<'a> Frequencies<'a> {
         let retention = if hold { Some(self.retention()?) } else { None };
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
         Some(match retention {
-            Some(retention) => balance.held_by(retention),
+            Some(retention) => balance.held_by(Cow::Borrowed(retention)),
             None => balance,
         })
     }
@@ -554,7 +632,7 @@ impl<'a> Frequencies<'a> {
         let model = self.setting.system.model;
         let found = self
             .retention
-            .get_or_init(|| Retention::new(&model.stiffness, self.setting.eps));
+            .get_or_init(|| Retention::new(&model.stiffness, &model.own_stiffness()));
         found.is_needed().then_some(found)
     }
 

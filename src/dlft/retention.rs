@@ -6,14 +6,17 @@
 //! the weak force of rotation, one very far away: the blade walks. The vibration is then asked for with the
 //! mean held where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
 //! alone; the force in it is reported.
+//!
+//! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
+//! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
 use crate::numerics::gmres::{axpy, dot, norm};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-/// A motion counts as free when its stiffness is below this fraction of eps, N/m over N/m.
+/// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
 const FREE: f64 = 1e-4;
-/// Shift of the inverse iteration, as a fraction of eps.
+/// Shift of the inverse iteration, as such a fraction.
 const SHIFT: f64 = 1e-3;
 /// At most this many tangential rigid motions: two translations and a turn, on one flat flank.
 const MOST_FREE: usize = 3;
@@ -21,6 +24,8 @@ const INVERSE_ITERATIONS: usize = 12;
 /// The mean has left when it lies this many times farther from the static state than the static state
 /// from rest and the vibration from the mean.
 const FAR: f64 = 2.0;
+/// Stuck pairs block the motions where each of them, of length 1 on all pairs, has this square of it on those pairs.
+const BLOCKED: f64 = 1e-9;
 
 /// The motions of the pairs that nothing but friction holds, and the spring that can.
 #[derive(Debug, Clone)]
@@ -32,21 +37,21 @@ pub struct Retention {
 }
 
 impl Retention {
-    /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is next to nothing
-    /// beside `eps`.
-    pub fn new(stiffness: &Mat<f64>, eps: &[f64]) -> Self {
+    /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is next to nothing beside
+    /// `own`, that of each pair.
+    pub fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
         let n = stiffness.nrows();
         let tangential: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
         let size = tangential.len();
-        let mean_eps = tangential.iter().map(|&i| eps[i]).sum::<f64>() / size.max(1) as f64;
+        let mean_stiffness = tangential.iter().map(|&i| own[i]).sum::<f64>() / size.max(1) as f64;
         let mut retention = Self {
             motions: vec![],
-            stiffness_n_m: mean_eps,
+            stiffness_n_m: mean_stiffness,
         };
         let k = Mat::from_fn(size, size, |i, j| stiffness[(tangential[i], tangential[j])]);
         let mut shifted = k.clone();
         for i in 0..size {
-            shifted[(i, i)] += SHIFT * mean_eps;
+            shifted[(i, i)] += SHIFT * mean_stiffness;
         }
         let Ok(factor) = shifted.llt(Side::Lower) else {
             return retention;
@@ -66,7 +71,7 @@ impl Retention {
             return retention;
         };
         for j in 0..count.min(MOST_FREE) {
-            if small.S().column_vector()[j] > FREE * mean_eps {
+            if small.S().column_vector()[j] > FREE * mean_stiffness {
                 break;
             }
             let ritz = &block * small.U().col(j);
@@ -82,6 +87,33 @@ impl Retention {
     /// Whether there is any such motion.
     pub fn is_needed(&self) -> bool {
         !self.motions.is_empty()
+    }
+
+    /// The same motions on a spring of this fraction of the stiffness.
+    pub fn softened(&self, fraction: f64) -> Self {
+        Self {
+            motions: self.motions.clone(),
+            stiffness_n_m: fraction * self.stiffness_n_m,
+        }
+    }
+
+    pub fn stiffness_n_m(&self) -> f64 {
+        self.stiffness_n_m
+    }
+
+    /// Whether no combination of the motions leaves all of `pairs` where they are: the rank of the rows of these
+    /// pairs is the number of motions.
+    pub fn is_blocked_by(&self, pairs: impl Iterator<Item = usize> + Clone) -> bool {
+        let count = self.motions.len();
+        let shared = Mat::from_fn(count, count, |i, j| {
+            let on = |p: usize| {
+                let rows = 3 * p..3 * p + 3;
+                dot(&self.motions[i][rows.clone()], &self.motions[j][rows])
+            };
+            pairs.clone().map(on).sum::<f64>()
+        });
+        let least = shared.self_adjoint_eigenvalues(Side::Lower);
+        least.is_ok_and(|values| values.first().is_none_or(|least| *least > BLOCKED))
     }
 
     /// y += spring x, x and y of length n.
@@ -190,8 +222,7 @@ mod tests {
 
     #[test]
     fn finds_the_translations_that_nothing_holds() {
-        let eps = vec![1.0; 12];
-        let retention = Retention::new(&chain(4, 0.0), &eps);
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
         assert_eq!(retention.motions.len(), 2);
         // The spring opposes a common slide with its own stiffness, and nothing else.
         let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();

@@ -21,13 +21,14 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state; held along the slot where friction alone does not hold it. `eps` per unknown, N/m.
+/// stuck, unloaded state; held along the slot where friction alone does not hold it. eps is the stiffness of each
+/// pair: the state does not depend on it, only the way there does.
 pub fn static_state(
     model: &RelativeModel,
-    eps: &[f64],
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
+    let eps = &model.own_stiffness();
     let all: Vec<usize> = (0..model.pairs.len()).collect();
     let inexact = InexactModel::new(model).taking_part(&all, None);
     let load_up = |retention: Option<&Retention>, closed: bool| {

@@ -3,10 +3,11 @@
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
 //! two cores share the work, and the answer does not depend on how many there are.
 
-use super::accuracy::{Ladder, Resolved, transforms};
+use super::accuracy::{Ladder, Resolved, levels};
 use super::balance::Setting;
 use super::march::Periods;
 use super::orbit::{orbit, stuck_point};
+use super::penalty::Penalty;
 use super::point::{Neighbour, Solved, Work};
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
@@ -14,7 +15,8 @@ use crate::contact::inexact::InexactModel;
 use crate::numerics::newton::NewtonOptions;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{EpsChoice, Resolution, Solver};
+use crate::scene::{Resolution, Solver};
+use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Default slip threshold, as a fraction of the largest static slip.
@@ -25,6 +27,7 @@ const SLIP_THRESHOLD: f64 = 1e-5;
 pub struct SweepSettings {
     pub frequencies_hz: Vec<f64>,
     pub resolution: Resolution,
+    pub eps: Penalty,
     pub newton: NewtonOptions,
     pub periods: Periods,
     pub solver: Solver,
@@ -32,51 +35,20 @@ pub struct SweepSettings {
     pub slip_threshold_m: Option<f64>,
 }
 
-/// eps per unknown, N/m, one value for N and one for both T of a pair.
-pub fn eps_of(model: &RelativeModel, choice: EpsChoice, scale: f64) -> Vec<f64> {
-    match choice {
-        EpsChoice::Pair => {
-            let own = model.own_stiffness().into_iter();
-            own.map(|v| scale * v).collect()
-        }
-        EpsChoice::SpectralRadius => {
-            let rho = scale * spectral_radius(model);
-            vec![rho; model.stiffness.nrows()]
-        }
-    }
-}
-
-/// Largest eigenvalue of K by power iteration (K is symmetric positive semi-definite).
-fn spectral_radius(model: &RelativeModel) -> f64 {
-    let n = model.stiffness.nrows();
-    let mut v: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
-    let mut w = vec![0.0; n];
-    let mut rho = 0.0;
-    for _ in 0..10_000 {
-        let length = crate::numerics::gmres::norm(&v);
-        v.iter_mut().for_each(|x| *x /= length);
-        super::balance::apply_real(&model.stiffness, &v, &mut w);
-        let next = crate::numerics::gmres::dot(&v, &w);
-        std::mem::swap(&mut v, &mut w);
-        if (next - rho).abs() <= 1e-13 * next {
-            return next;
-        }
-        rho = next;
-    }
-    rho
-}
-
 /// Response at every frequency. `progress` is called once per finished point, from any thread.
 pub fn sweep(
     model: &RelativeModel,
     damping: Rayleigh,
-    eps: &[f64],
     static_state: &StaticState,
     settings: &SweepSettings,
     progress: &(dyn Fn(&Orbit) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
-    let transforms = transforms(settings.resolution, model.highest_excited());
+    let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
+        settings
+            .eps
+            .of(&system, middle(&settings.frequencies_hz), harmonics)
+    });
     let retention = OnceLock::new();
     let largest_slip = static_state
         .x
@@ -92,23 +64,23 @@ pub fn sweep(
     let setting = Setting {
         system: &system,
         inexact: &inexact,
-        fourier: &transforms[0],
-        eps,
+        fourier: &levels[0].fourier,
+        eps: &levels[0].eps,
         x_static: &static_state.x,
         held_statically: static_state.retention_n.is_some(),
         pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
         periods: settings.periods,
+        slip_threshold_m,
     };
     let run = Run {
         ladder: Ladder::new(
             setting,
-            &transforms,
+            &levels,
             settings.resolution,
             settings.newton,
             settings.solver,
             &retention,
         ),
-        slip_threshold_m,
     };
     let middle = settings.frequencies_hz.len().div_ceil(2);
     let (rising, falling) = settings.frequencies_hz.split_at(middle);
@@ -121,13 +93,19 @@ pub fn sweep(
     let stuck = settings
         .frequencies_hz
         .iter()
-        .map(|&f| stuck_point(&system, transforms[0].harmonics(), f))
+        .map(|&f| stuck_point(&system, levels[0].fourier.harmonics(), f))
         .collect();
     Response {
         stuck,
         orbits,
         slip_threshold_m,
     }
+}
+
+/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps is the same along it.
+fn middle(frequencies_hz: &[f64]) -> f64 {
+    let ends = frequencies_hz.first().zip(frequencies_hz.last());
+    ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
 }
 
 /// Where the sweep stands: the last converged frequency, and the rung to begin the next on.
@@ -139,7 +117,6 @@ struct Last {
 
 struct Run<'a> {
     ladder: Ladder<'a>,
-    slip_threshold_m: f64,
 }
 
 impl Run<'_> {
@@ -226,8 +203,7 @@ impl Run<'_> {
         } else if !outcome.is_converged() && self.ladder.lowest().is_overpowered() {
             outcome = Outcome::LeavesSlot;
         }
-        let threshold = self.slip_threshold_m;
-        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome, threshold);
+        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_error;
         orbit.newton_iterations = work.newton_iterations;

@@ -3,8 +3,21 @@
 //! not depend on how the equations are scaled. A step that plainly decreases the residual is taken
 //! without paying for that second solve.
 
+/// How a step that does not help is shortened, and what follows where no length of it helps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Damping {
+    /// Natural monotonicity; the iteration ends as stagnated where no step is accepted.
+    Natural,
+    /// A step is halved until the residual decreases, and after [`MOST_HALVINGS`] taken all the same: for systems
+    /// whose corrections are exact and cheap. Where many kinks lie side by side (rigid friction in many harmonics), no
+    /// monotone way may lead to the solution. The iteration ends with the best point it came by.
+    Persistent,
+}
+
 /// A system f(x) = 0 that can linearise itself.
 pub trait NonlinearSystem {
+    const DAMPING: Damping = Damping::Natural;
+
     /// Writes f(x).
     fn residual(&mut self, x: &[f64], f: &mut [f64]);
     /// Relative size of a residual; convergence is `measure(f) <= tolerance`.
@@ -47,12 +60,14 @@ pub struct NewtonEnd {
     pub measure: f64,
 }
 
+/// Halvings of a step.
+const MOST_HALVINGS: i32 = 10;
 /// Smallest damping factor tried.
-const SMALLEST_STEP: f64 = 1.0 / 1024.0;
+const SMALLEST_STEP: f64 = 1.0 / (1 << MOST_HALVINGS) as f64;
 
 /// Iterates from `x`, which ends as the best point reached.
-pub fn newton(
-    system: &mut impl NonlinearSystem,
+pub fn newton<S: NonlinearSystem>(
+    system: &mut S,
     x: &mut [f64],
     options: NewtonOptions,
 ) -> NewtonEnd {
@@ -61,60 +76,70 @@ pub fn newton(
     let (mut dx, mut simplified) = (vec![0.0; n], vec![0.0; n]);
     system.residual(x, &mut f);
     let mut measure = system.measure(&f);
+    let mut best = (measure, x.to_vec());
     let mut step: f64 = 1.0;
-    for iterations in 0..=options.max_iterations {
-        let end = |status| NewtonEnd {
-            status,
-            iterations,
-            measure,
-        };
+    let mut iterations = 0;
+    let status = loop {
         if !measure.is_finite() {
-            return end(NewtonStatus::NotFinite);
+            break NewtonStatus::NotFinite;
         }
         if measure <= options.tolerance {
-            return end(NewtonStatus::Converged);
+            break NewtonStatus::Converged;
         }
         if iterations == options.max_iterations {
-            break;
+            break NewtonStatus::IterationLimit;
         }
         system.linearise(x);
         if !system.correction(&f, &mut dx) {
-            return end(NewtonStatus::Stagnated);
+            break NewtonStatus::Stagnated;
         }
         let length = system.length(&dx);
-        step = (4.0 * step).min(1.0);
-        loop {
+        step = match S::DAMPING {
+            Damping::Natural => (4.0 * step).min(1.0),
+            Damping::Persistent => 1.0,
+        };
+        let accepted = loop {
             for ((t, x), d) in trial.iter_mut().zip(x.iter()).zip(&dx) {
                 *t = x + step * d;
             }
             system.residual(&trial, &mut f_trial);
             let new = system.measure(&f_trial);
-            let mut accepted = new <= (1.0 - 0.5 * step) * measure;
-            if !accepted && new.is_finite() && system.simplified(&f_trial, &mut simplified) {
-                accepted = system.length(&simplified) <= (1.0 - 0.25 * step) * length;
-            }
-            if accepted {
-                x.copy_from_slice(&trial);
-                std::mem::swap(&mut f, &mut f_trial);
-                measure = new;
-                if system.is_astray(x) {
-                    return NewtonEnd {
-                        status: NewtonStatus::Stagnated,
-                        iterations: iterations + 1,
-                        measure,
-                    };
+            let is_shortest = step <= SMALLEST_STEP;
+            let accepted = match S::DAMPING {
+                Damping::Natural => {
+                    new <= (1.0 - 0.5 * step) * measure
+                        || new.is_finite()
+                            && system.simplified(&f_trial, &mut simplified)
+                            && system.length(&simplified) <= (1.0 - 0.25 * step) * length
                 }
-                break;
+                Damping::Persistent => new < measure || is_shortest && new.is_finite(),
+            };
+            if accepted || is_shortest {
+                measure = if accepted { new } else { measure };
+                break accepted;
             }
             step *= 0.5;
-            if step < SMALLEST_STEP {
-                return end(NewtonStatus::Stagnated);
-            }
+        };
+        if !accepted {
+            break NewtonStatus::Stagnated;
         }
+        iterations += 1;
+        x.copy_from_slice(&trial);
+        std::mem::swap(&mut f, &mut f_trial);
+        if S::DAMPING == Damping::Natural || measure < best.0 {
+            best.0 = measure;
+            best.1.copy_from_slice(x);
+        }
+        if system.is_astray(x) {
+            break NewtonStatus::Stagnated;
+        }
+    };
+    if best.0 < measure {
+        (measure, _) = (best.0, x.copy_from_slice(&best.1));
     }
     NewtonEnd {
-        status: NewtonStatus::IterationLimit,
-        iterations: options.max_iterations,
+        status,
+        iterations,
         measure,
     }
 }

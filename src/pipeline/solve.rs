@@ -4,15 +4,16 @@ use super::hertz;
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::dlft::accuracy::samples_for;
 use crate::dlft::orbit::{linear_orbit, stuck_point};
+use crate::dlft::penalty::Penalty;
 use crate::dlft::static_state::static_state as solve_static;
-use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
+use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::numerics::newton::NewtonOptions;
 use crate::progress::Progress;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Scene};
+use crate::scene::{FrequencyRange, Resolution, ResponseSpec, Scene};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
@@ -32,13 +33,11 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
     }
     let stage = progress.stage("static state");
     stage.solves(relative.stiffness.nrows());
-    // The static state does not depend on eps, only the way to it does.
-    let eps = eps_of(relative, EpsChoice::Pair, 1.0);
     let options = NewtonOptions {
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     };
-    let state = solve_static(relative, &eps, scene.static_state.load_steps, options);
+    let state = solve_static(relative, scene.static_state.load_steps, options);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
         progress.warning(&format!(
             "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
@@ -158,6 +157,10 @@ pub(super) fn respond(
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
         resolution,
+        eps: Penalty {
+            choice: spec.eps,
+            scale: spec.eps_scale,
+        },
         newton: NewtonOptions {
             tolerance: spec.tolerance,
             max_iterations: spec.max_newton_iterations,
@@ -166,9 +169,8 @@ pub(super) fn respond(
         solver: spec.solver,
         slip_threshold_m: spec.slip_threshold_m,
     };
-    let eps = eps_of(relative, spec.eps, spec.eps_scale);
     let step = |_: &Orbit| bar.step();
-    sweep(relative, damping, &eps, state, &settings, &step)
+    sweep(relative, damping, state, &settings, &step)
 }
 
 /// The response where all flanks are bonded: the stuck modes', each by itself.

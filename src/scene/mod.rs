@@ -372,6 +372,8 @@ pub enum FrequencyRange {
 /// The free parameter of DLFT.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EpsChoice {
+    /// Per pair: the median of the dynamic stiffness over the harmonics, one value for N, one for T.
+    Dynamic,
     /// Per pair: diagonal of the static stiffness, one value for N, one for T.
     Pair,
     /// Spectral radius of the static stiffness, for all pairs (the paper's choice).

@@ -50,8 +50,12 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         &at,
         "eps",
         &raw.eps,
-        &["pair", "spectral_radius"],
-        &[EpsChoice::Pair, EpsChoice::SpectralRadius],
+        &["dynamic", "pair", "spectral_radius"],
+        &[
+            EpsChoice::Dynamic,
+            EpsChoice::Pair,
+            EpsChoice::SpectralRadius,
+        ],
     );
     let eps_scale = checker.number(
         &at,

@@ -1,26 +1,74 @@
-//! Powell's hybrid method (dogleg in a trust region), the paper's solver, with the exact Jacobian.
+//! One frequency with its Jacobian formed and factored, for few unknowns: Newton's method with exact corrections, and
+//! Powell's hybrid method, the paper's solver.
 //!
-//! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; the region is scaled by eps, so that
+//! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so that
 //! steps are measured in forces.
 
 use super::balance::Balance;
-use super::newton_krylov::{load_scale, relative_residual};
+use super::newton_krylov::{load_scale, relative_residual, step_length};
 use crate::numerics::dogleg::{DoglegSystem, dogleg};
-use crate::numerics::newton::{NewtonEnd, NewtonOptions};
-use faer::Mat;
+use crate::numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatMut};
 
-/// Solves one frequency from `u`.
-pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
-    let system = DenseBalance {
-        balance,
-        scale: load_scale(balance, options.tolerance),
+/// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`].
+pub fn exact_newton(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    let mut system = ExactSystem {
+        dense: DenseBalance::new(balance, options),
+        factor: None,
     };
-    dogleg(&system, u, options)
+    newton(&mut system, u, options)
+}
+
+/// Solves one frequency from `u` by the dogleg.
+pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    dogleg(&DenseBalance::new(balance, options), u, options)
+}
+
+struct ExactSystem<'a, 'b> {
+    dense: DenseBalance<'a, 'b>,
+    /// Of the Jacobian at the last linearisation.
+    factor: Option<PartialPivLu<f64>>,
+}
+
+impl NonlinearSystem for ExactSystem<'_, '_> {
+    const DAMPING: Damping = Damping::Persistent;
+
+    fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+        f.copy_from_slice(&self.dense.residual(x));
+    }
+    fn measure(&self, f: &[f64]) -> f64 {
+        self.dense.measure(f)
+    }
+    fn linearise(&mut self, x: &[f64]) {
+        self.factor = Some(self.dense.jacobian(x).partial_piv_lu());
+    }
+    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let Some(factor) = &self.factor else {
+            return false;
+        };
+        dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
+        factor.solve_in_place(MatMut::from_column_major_slice_mut(dx, f.len(), 1));
+        dx.iter().all(|d| d.is_finite())
+    }
+    fn length(&self, dx: &[f64]) -> f64 {
+        step_length(self.dense.balance, dx)
+    }
 }
 
 struct DenseBalance<'a, 'b> {
     balance: &'b Balance<'a>,
+    /// As in [`load_scale`].
     scale: [f64; 2],
+}
+
+impl<'a, 'b> DenseBalance<'a, 'b> {
+    fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
+        Self {
+            balance,
+            scale: load_scale(balance, options.tolerance),
+        }
+    }
 }
 
 impl DoglegSystem for DenseBalance<'_, '_> {
