@@ -96,7 +96,6 @@ fn den_hartog_error(b: f64, f: f64, harmonics: usize) -> f64 {
         format!("reduced_model.friction={f}"),
         format!("response.harmonics={harmonics}"),
         "response.samples=512".to_string(),
-        "response.max_newton_iterations=200".to_string(),
     ];
     let answer = solve("den_hartog", &set);
     assert_eq!(answer.viscous_j, 0.0, "nothing but friction takes energy");
@@ -163,11 +162,12 @@ fn den_hartogs_amplitude_is_approached_as_harmonics_are_added() {
 
 #[test]
 #[ignore = "slow: make verify"]
-fn den_hartogs_amplitude_with_fifteen_harmonics() {
+fn den_hartogs_amplitude_with_up_to_sixty_three_harmonics() {
     for b in [0.7, 1.25, 1.5] {
         for f in [0.2, 0.4, 0.6] {
-            let (_, limit) = den_hartog_row(b, f, &[1, 3, 5, 9, 15]);
-            assert!(limit.abs() < 0.03, "b = {b}, F = {f}: {limit}");
+            let (errors, limit) = den_hartog_row(b, f, &[1, 3, 5, 9, 15, 31, 63]);
+            assert!(errors[6].abs() < 0.05, "b = {b}, F = {f}: {errors:?}");
+            assert!(limit.abs() < 0.005, "b = {b}, F = {f}: {limit}");
         }
     }
 }

@@ -210,7 +210,7 @@ impl HarmonicStiffness<'_> {
         }
     }
 
-    /// Diagonal of Lambda of harmonic k (1..H).
+    /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
     pub fn diagonal(&self, k: usize) -> Vec<c64> {
         let RelativeModel {
             stiffness,
@@ -268,4 +268,34 @@ fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
         &v[2 * k * n..(2 * k + 1) * n],
         &v[(2 * k + 1) * n..(2 * k + 2) * n],
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reduction::PairLaw;
+    use crate::reduction::superelement::read;
+
+    #[test]
+    fn the_diagonal_is_that_of_the_formed_matrix() {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/dovetail72");
+        let model = read(folder.as_ref(), law, 1.0).unwrap().relative;
+        let damping = Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 30.0,
+        };
+        let omega = 0.98 * model.omega2[0].sqrt();
+        let stiffness = ContactSystem::new(&model, damping).stiffness(omega, 2);
+        for k in 1..=2 {
+            let [re, im] = stiffness.formed(k);
+            for (i, v) in stiffness.diagonal(k).iter().enumerate() {
+                let formed = c64::new(re[(i, i)], im[(i, i)]);
+                assert!((v - formed).norm() < 1e-12 * formed.norm(), "{k}, {i}");
+            }
+        }
+    }
 }

@@ -37,6 +37,8 @@ pub struct Resolved<'b> {
     pub solved: Solved<'b>,
     /// Of the observed amplitudes, relative.
     pub estimated_error: Option<f64>,
+    /// The estimate is within the accuracy, where one is asked for.
+    pub is_accurate: bool,
     /// Where to begin at a frequency beside this.
     pub next_rung: usize,
 }
@@ -124,6 +126,7 @@ impl<'a> Ladder<'a> {
             return Resolved {
                 solved: solve(&self.rungs[0], work),
                 estimated_error: None,
+                is_accurate: true,
                 next_rung: 0,
             };
         };
@@ -139,6 +142,7 @@ impl<'a> Ladder<'a> {
                 return Resolved {
                     solved,
                     estimated_error: None,
+                    is_accurate: false,
                     next_rung: rung,
                 };
             }
@@ -159,6 +163,7 @@ impl<'a> Ladder<'a> {
             return Resolved {
                 solved,
                 estimated_error: Some(estimated_error),
+                is_accurate: fine,
                 next_rung: rung - usize::from(plenty && rung > 0),
             };
         }

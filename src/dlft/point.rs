@@ -488,17 +488,14 @@ impl<'a> Frequencies<'a> {
         }
     }
 
-    /// The free motion beside a held one; `None` where friction does not hold the blade there: pairs that stick are few
-    /// from the beginning, or let go while the spring is softened.
+    /// The free motion beside a held one; `None` where friction does not hold the blade there. The spring is let go at
+    /// once; where that fails, and the pairs that stick hold the blade, it is softened in steps as long as they do.
     fn released(
         &self,
         frequency_hz: f64,
         held: &Solved<'_>,
         work: &mut Work,
     ) -> Option<Solved<'_>> {
-        if !self.is_held_by_friction(held) {
-            return None;
-        }
         let balance = self.balance(frequency_hz, false)?;
         let mut u = held.u.clone();
         let first_step = NewtonOptions {
@@ -514,6 +511,9 @@ impl<'a> Frequencies<'a> {
                 let free = Solved { balance, u, end };
                 return self.is_held_by_friction(&free).then_some(free);
             }
+        }
+        if !self.is_held_by_friction(held) {
+            return None;
         }
         let mut u = held.u.clone();
         for fraction in RELEASE.into_iter().chain([0.0]) {

@@ -243,6 +243,26 @@ mod tests {
     }
 
     #[test]
+    fn pairs_block_the_motions_that_none_of_them_is_left_out_of() {
+        // Both translations, and a third pair that sticks in t1 alone would block one of them only.
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        assert!(!retention.is_blocked_by([].into_iter()));
+        assert!(retention.is_blocked_by([2].into_iter()));
+        let mut one = retention.clone();
+        for motion in &mut one.motions {
+            (3..6).for_each(|i| motion[i] = 0.0);
+        }
+        assert!(!one.is_blocked_by([1].into_iter()));
+        assert!(one.is_blocked_by([0, 1].into_iter()));
+        // Motions that differ on other pairs and are alike on pair 0 are not blocked by it.
+        let mut alike = retention;
+        let first = alike.motions[0].clone();
+        alike.motions[1][..3].copy_from_slice(&first[..3]);
+        assert!(!alike.is_blocked_by([0].into_iter()));
+        assert!(alike.is_blocked_by([0, 1].into_iter()));
+    }
+
+    #[test]
     fn a_held_motion_needs_no_retention() {
         let retention = Retention::new(&chain(4, 1.0), &[1.0; 12]);
         assert_eq!(retention.motions.len(), 1);

@@ -202,6 +202,8 @@ impl Run<'_> {
             outcome = Outcome::NotPeriodic;
         } else if !outcome.is_converged() && self.ladder.lowest().is_overpowered() {
             outcome = Outcome::LeavesSlot;
+        } else if outcome.is_converged() && !resolved.is_accurate {
+            outcome = Outcome::AccuracyNotReached;
         }
         let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
         orbit.residual = end.measure;

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{ExportError, write_file};
-use crate::dlft::{PairStatus, Response, StaticState};
+use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use crate::integration::compare::{Comparison, Figures};
 use crate::mesh::ElementOrder;
 use crate::model::Model;
@@ -131,6 +131,8 @@ pub struct ContactSummary {
 pub struct ResponseSummary {
     pub points: usize,
     pub converged_points: usize,
+    /// Those of them whose error is estimated above the accuracy asked for.
+    pub accuracy_not_reached_points: usize,
     pub unconverged: Vec<UnconvergedPoint>,
     /// The first observation; `None` where there is none.
     pub observation: Option<String>,
@@ -332,9 +334,12 @@ pub fn response_summary(
             outcome: o.outcome.word(),
             residual: finite(o.residual),
         });
+    let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
+    let inaccurate = response.orbits.iter().filter(inaccurate);
     ResponseSummary {
         points: response.orbits.len(),
         converged_points: sums.points,
+        accuracy_not_reached_points: inaccurate.count(),
         unconverged: unconverged.collect(),
         observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),

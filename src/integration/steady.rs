@@ -2,10 +2,13 @@
 
 use super::IntegrationError;
 use super::step::{State, Stepper, Work};
+use faer::c64;
 use std::f64::consts::TAU;
 
 /// Periods in a row whose estimate must be below the tolerance.
 const IN_A_ROW: usize = 3;
+/// Changes from period to period that the estimate is made from.
+const WINDOW: usize = 8;
 
 /// An observed displacement over one period, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,7 +55,8 @@ pub struct Settled {
 /// Integrates from `state` (left at the end of the last period) until steady.
 ///
 /// What is left of a transient that decays geometrically, z_k = z + A r^k, follows from the changes of
-/// harmonic 1 (complex) from period to period: r = dz_k / dz_(k-1), left = |dz_k r / (1 - r)|.
+/// harmonic 1 (complex) from period to period: r with the least squares of dz_k - r dz_(k-1) over the last periods,
+/// left = |dz_k r / (1 - r)|.
 ///
 /// # Errors
 /// Contact forces not found, a motion that is not finite.
@@ -89,33 +93,45 @@ pub fn integrate(
 
 /// Estimate of what is left of the transient, of the worst observed point.
 fn remaining(history: &[Vec<[f64; 2]>]) -> f64 {
-    let [.., z0, z1, z2] = history else {
+    let recent = &history[history.len().saturating_sub(WINDOW + 1)..];
+    let [.., last] = recent else {
         return f64::INFINITY;
     };
-    let mut worst = 0.0_f64;
-    for ((z0, z1), z2) in z0.iter().zip(z1).zip(z2) {
-        let before = [z1[0] - z0[0], z1[1] - z0[1]];
-        let last = [z2[0] - z1[0], z2[1] - z1[1]];
-        let (square, size) = (
-            before[0] * before[0] + before[1] * before[1],
-            z2[0].hypot(z2[1]),
-        );
-        let moved = last[0].hypot(last[1]);
-        if moved <= f64::EPSILON * size {
-            continue;
-        }
-        if square == 0.0 || moved * moved >= square {
-            return f64::INFINITY;
-        }
-        // r = last / before as complex numbers
-        let r = [
-            (last[0] * before[0] + last[1] * before[1]) / square,
-            (last[1] * before[0] - last[0] * before[1]) / square,
-        ];
-        let left = moved * r[0].hypot(r[1]) / (1.0 - r[0]).hypot(r[1]);
-        worst = worst.max(left / size);
+    let points = 0..last.len();
+    let left = points.map(|point| {
+        let z: Vec<c64> = recent
+            .iter()
+            .map(|z| c64::new(z[point][0], z[point][1]))
+            .collect();
+        left_of(&z)
+    });
+    left.fold(0.0, f64::max)
+}
+
+/// What is left at the end of a series that tends to a limit, relative to its last entry. Of a steady motion only
+/// rounding is left, whose changes do not grow either.
+fn left_of(z: &[c64]) -> f64 {
+    let changes: Vec<c64> = z.windows(2).map(|z| z[1] - z[0]).collect();
+    let ([.., size], [.., moved]) = (z, &changes[..]) else {
+        return f64::INFINITY;
+    };
+    if changes.len() < 2 {
+        return f64::INFINITY;
     }
-    worst
+    let before: f64 = changes[..changes.len() - 1].iter().map(c64::norm_sqr).sum();
+    if before == 0.0 {
+        return if moved.norm() == 0.0 {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+    }
+    let along: c64 = changes.windows(2).map(|d| d[0].conj() * d[1]).sum();
+    let r = along / before;
+    if r.norm() >= 1.0 {
+        return f64::INFINITY;
+    }
+    (moved * r / (1.0 - r)).norm() / size.norm()
 }
 
 fn one_period(
@@ -231,5 +247,23 @@ mod tests {
         let true_left = (last[0] - 1.0).hypot(last[1] - 0.5) / last[0].hypot(last[1]);
         assert!((remaining(&history) / true_left - 1.0).abs() < 1e-9);
         assert_eq!(remaining(&history[..2]), f64::INFINITY);
+    }
+
+    #[test]
+    fn rounding_is_not_a_transient_and_growth_is() {
+        // Changes of 1e-13 of no direction, as a steady motion has them.
+        let noise = |k: i32| 1e-13 * (f64::from(k * k) * 1.7).sin();
+        let steady: Vec<_> = (0..40)
+            .map(|k| vec![[1.0 + noise(k), 0.5 + noise(k + 7)]])
+            .collect();
+        for end in 12..steady.len() {
+            assert!(remaining(&steady[..end]) < 1e-11, "{end}");
+        }
+        let growing: Vec<_> = (0..40)
+            .map(|k| vec![[1.0 + 1e-9 * 1.2_f64.powi(k), 0.5]])
+            .collect();
+        assert_eq!(remaining(&growing), f64::INFINITY);
+        // No motion at all is steady.
+        assert_eq!(remaining(&vec![vec![[0.0, 0.0]]; 5]), 0.0);
     }
 }

@@ -202,6 +202,51 @@ mod tests {
         }
     }
 
+    /// f = x, whose first correction points the wrong way.
+    struct Misled {
+        linearisations: usize,
+    }
+
+    impl NonlinearSystem for Misled {
+        const DAMPING: Damping = Damping::Persistent;
+        fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+            f[0] = x[0];
+        }
+        fn measure(&self, f: &[f64]) -> f64 {
+            f[0].abs()
+        }
+        fn linearise(&mut self, _: &[f64]) {
+            self.linearisations += 1;
+        }
+        fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+            dx[0] = if self.linearisations == 1 {
+                f[0]
+            } else {
+                -f[0]
+            };
+            true
+        }
+        fn length(&self, dx: &[f64]) -> f64 {
+            dx[0].abs()
+        }
+    }
+
+    #[test]
+    fn a_persistent_iteration_goes_on_where_no_step_helps_and_ends_with_its_best_point() {
+        for (max_iterations, status, measure) in [
+            (1, NewtonStatus::IterationLimit, 1.0),
+            (2, NewtonStatus::Converged, 0.0),
+        ] {
+            let mut x = [1.0];
+            let options = NewtonOptions {
+                tolerance: 1e-10,
+                max_iterations,
+            };
+            let end = newton(&mut Misled { linearisations: 0 }, &mut x, options);
+            assert_eq!((end.status, end.measure, x[0]), (status, measure, measure));
+        }
+    }
+
     #[test]
     fn says_when_the_iterations_are_used_up() {
         let mut system = Scaled {

@@ -338,16 +338,7 @@ pub(super) fn finish(
 }
 
 /// The figures a reader asks for first, on the terminal.
-pub(super) fn report(
-    names: &[&str],
-    response: &Response,
-    resolution: Resolution,
-    progress: &Progress,
-) {
-    let accuracy = match resolution {
-        Resolution::Accuracy(accuracy) => Some(accuracy),
-        Resolution::Fixed { .. } => None,
-    };
+pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
     let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     if !held.is_empty() {
@@ -369,18 +360,15 @@ pub(super) fn report(
             response.orbits.len(),
         ));
     }
-    if let Some(accuracy) = accuracy {
-        let short =
-            |o: &&Orbit| o.outcome.is_converged() && o.estimated_error.is_none_or(|e| e > accuracy);
-        let short = response.orbits.iter().filter(short).count();
-        if short > 0 {
-            progress.warning(&format!(
-                "at {short} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
-                 motion was found or the estimate did not fall (column estimated_error of response.csv)",
-                response.orbits.len(),
-                Resolution::MOST_ADAPTED,
-            ));
-        }
+    let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
+    let inaccurate = response.orbits.iter().filter(inaccurate).count();
+    if inaccurate > 0 {
+        progress.warning(&format!(
+            "at {inaccurate} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
+             motion was found or the estimate did not fall (outcome accuracy_not_reached and column estimated_error of response.csv)",
+            response.orbits.len(),
+            Resolution::MOST_ADAPTED,
+        ));
     }
     for (i, name) in names.iter().enumerate() {
         let Some(peak) = peak(response, i) else {

@@ -85,7 +85,7 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
         summary.blade_frequency_hz = blade.copied().map(hertz);
     }
     files::finish(options, summary, progress)?;
-    files::report(&subject.observations(), &response, resolution, progress);
+    files::report(&subject.observations(), &response, progress);
     all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
 }
 

@@ -11,7 +11,7 @@ use super::{
     Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix, text_style,
     tick_label, write_svg,
 };
-use crate::dlft::Response;
+use crate::dlft::{Outcome, Response};
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 800);
@@ -30,6 +30,8 @@ pub struct Curve {
     /// Frequency, Hz, and amplitude, m; `None` where the point did not converge: the line breaks
     /// there and a cross marks the frequency on the axis.
     pub points: Vec<(f64, Option<f64>)>,
+    /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
+    pub inaccurate: Vec<(f64, f64)>,
     /// Drawn grey and dashed, for comparison.
     pub reference: bool,
 }
@@ -43,10 +45,16 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
             amplitude.filter(|a| o.outcome.is_converged() && a.is_finite()),
         )
     };
-    let points = response.orbits.iter().map(point).collect();
+    let inaccurate = |o: &&crate::dlft::Orbit| o.outcome == Outcome::AccuracyNotReached;
+    let orbits = response.orbits.iter();
     Curve {
         label: label.to_owned(),
-        points,
+        points: orbits.clone().map(point).collect(),
+        inaccurate: orbits
+            .filter(inaccurate)
+            .map(point)
+            .filter_map(|(f, a)| Some((f, a?)))
+            .collect(),
         reference: false,
     }
 }
@@ -66,6 +74,7 @@ pub fn stuck_curve(label: &str, response: &Response, observation: usize) -> Curv
     Curve {
         label: label.to_owned(),
         points,
+        inaccurate: vec![],
         reference: true,
     }
 }
@@ -201,6 +210,20 @@ where
                         + piece(26, 39 - gap)
                 });
             }
+        }
+        if !curve.inaccurate.is_empty() {
+            let label = format!(
+                "{}: accuracy not reached at {}",
+                curve.label,
+                points(curve.inaccurate.len())
+            );
+            let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
+            let rings = rings.filter(|ring| ring.1 >= bottom);
+            let mark = colour.stroke_width(2);
+            chart
+                .draw_series(rings.map(|at| Circle::new(at, 6, mark)))?
+                .label(label)
+                .legend(move |(x, y)| EmptyElement::at((x + 19, y)) + Circle::new((0, 0), 6, mark));
         }
         let lost: Vec<f64> = curve
             .points

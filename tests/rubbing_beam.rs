@@ -1,0 +1,178 @@
+//! A cantilever whose tip rubs on a rigid floor: one pair, one tangential displacement, and stuck modes near the harmonics.
+//! Rigid friction at one point is where a truncated series does worst, and where the parameter eps of DLFT matters most:
+//! the condensed stiffness of the harmonics is up to thousands of times the static one.
+
+use dovetail::dlft::march::Periods;
+use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::static_state::static_state;
+use dovetail::dlft::sweep::{SweepSettings, sweep};
+use dovetail::dlft::{Orbit, Outcome};
+use dovetail::integration::steady::{Until, integrate};
+use dovetail::integration::step::{State, Stepper};
+use dovetail::numerics::newton::NewtonOptions;
+use dovetail::reduction::damping::Rayleigh;
+use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail::scene::{EpsChoice, Resolution, Solver};
+use faer::Mat;
+
+/// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
+const DAMPING: Rayleigh = Rayleigh {
+    stiffness_s: 1e-4,
+    mass_per_s: 0.05,
+};
+const NEWTON: NewtonOptions = NewtonOptions {
+    tolerance: 1e-8,
+    max_iterations: 60,
+};
+
+/// Roots of tan b = tanh b: the beam clamped at one end and pinned at the other has w = b^2.
+const ROOTS: [f64; 5] = [
+    3.926602312047919,
+    7.068582745628732,
+    10.210176122813031,
+    13.351768777754093,
+    16.493361431346415,
+];
+
+/// Mode of the clamped and pinned beam at x, of mass 1.
+fn mode(b: f64, x: f64) -> f64 {
+    let cotangent = b.cos() / b.sin();
+    (b * x).cosh() - (b * x).cos() - cotangent * ((b * x).sinh() - (b * x).sin())
+}
+
+/// Simpson's rule on 0..1.
+fn integral(f: impl Fn(f64) -> f64) -> f64 {
+    let n = 2000;
+    let weight = |i: i32| match i {
+        0 => 1.0,
+        i if i == n => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let at = |i: i32| f64::from(i) / f64::from(n);
+    (0..=n).map(|i| weight(i) * f(at(i))).sum::<f64>() / (3.0 * f64::from(n))
+}
+
+/// E I = rho A = L = 1: the tip moved by X bends the beam to (3 x^2 - x^3) / 2 X; a force of 1 N acts at the middle,
+/// whose motion is observed. The floor carries 1 N.
+fn beam(friction: f64) -> RelativeModel {
+    let bent = |x: f64| 0.5 * (3.0 * x * x - x * x * x);
+    let along = |v: f64| vec![0.0, v, 0.0];
+    let at_middle: Vec<f64> = ROOTS.iter().map(|b| mode(*b, 0.5)).collect();
+    let coupling = ROOTS.map(|b| integral(|x| mode(b, x) * bent(x)));
+    let load = |force_n: f64| Load {
+        on_x: along(force_n * bent(0.5)),
+        on_modes: at_middle.iter().map(|v| force_n * v).collect(),
+    };
+    let mass = integral(|x| bent(x).powi(2));
+    RelativeModel {
+        stiffness: Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.0 }),
+        mass: Mat::from_fn(3, 3, |i, j| if i == 1 && j == 1 { mass } else { 0.0 }),
+        coupling: Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
+        omega2: ROOTS.map(|b| b.powi(4)).to_vec(),
+        static_load: Load {
+            on_x: vec![-1.0, 0.0, 0.0],
+            on_modes: vec![0.0; ROOTS.len()],
+        },
+        excitations: vec![HarmonicLoad {
+            harmonic: 1,
+            cosine: load(1.0),
+            sine: load(0.0),
+        }],
+        observations: vec![Probe {
+            name: "middle".to_owned(),
+            on_x: along(bent(0.5)),
+            on_modes: at_middle,
+        }],
+        pairs: vec![PairLaw {
+            friction,
+            gap_m: 0.0,
+        }],
+    }
+}
+
+fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -> Orbit {
+    let model = beam(friction);
+    let state = static_state(&model, 10, NEWTON);
+    let settings = SweepSettings {
+        frequencies_hz: vec![frequency_hz],
+        resolution,
+        eps: Penalty {
+            choice: EpsChoice::Dynamic,
+            scale,
+        },
+        newton: NEWTON,
+        periods: Periods::UntilPeriodic,
+        solver: Solver::NewtonKrylov,
+        slip_threshold_m: Some(1e-9),
+    };
+    let mut response = sweep(&model, DAMPING, &state, &settings, &|_| ());
+    response.orbits.remove(0)
+}
+
+/// Amplitude by integration in time, from the static state.
+fn integrated_m(friction: f64, frequency_hz: f64) -> f64 {
+    let model = beam(friction);
+    let steps = 1000;
+    let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, steps).unwrap();
+    let rest = static_state(&model, 10, NEWTON);
+    let mut state = State::at_rest(&model, &rest.x, &rest.lambda);
+    let until = Until {
+        most_periods: 2000,
+        tolerance: 1e-5,
+    };
+    let settled = integrate(&mut stepper, &mut state, until).unwrap();
+    println!("{} periods, {:.1e} left", settled.periods, settled.left);
+    assert!(settled.left < 1e-3, "{settled:?}");
+    settled.cycle.observed[0].amplitude_m
+}
+
+const CASES: [(f64, f64); 4] = [(0.3, 2.0), (0.3, 2.4), (1.0, 2.0), (1.0, 2.4)];
+
+#[test]
+fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps() {
+    for (friction, hz) in CASES {
+        let mut spreads = vec![];
+        for harmonics in [3, 13, 33] {
+            let amplitudes = [0.3, 1.0, 3.0].map(|scale| {
+                let resolution = Resolution::Fixed {
+                    harmonics,
+                    samples: 512,
+                };
+                let orbit = solve(friction, hz, resolution, scale);
+                assert_eq!(
+                    orbit.outcome,
+                    Outcome::Converged,
+                    "F {friction}, {hz} Hz, {harmonics} harmonics, eps x {scale}"
+                );
+                orbit.observed_amplitude_m[0]
+            });
+            let [low, own, high] = amplitudes;
+            spreads.push((low / own - 1.0).abs().max((high / own - 1.0).abs()));
+        }
+        println!(
+            "F {friction}, {hz} Hz: eps moves the amplitude by {spreads:.4?} at H = 3, 13, 33"
+        );
+        assert!(spreads[2] < 0.01, "{spreads:?}");
+    }
+}
+
+#[test]
+fn the_estimated_error_covers_what_eps_and_truncation_move() {
+    for (friction, hz) in CASES {
+        let exact_m = integrated_m(friction, hz);
+        for accuracy in [0.1, 0.03] {
+            let resolution = Resolution::Accuracy(accuracy);
+            let orbits = [0.3, 1.0, 3.0].map(|scale| solve(friction, hz, resolution, scale));
+            for orbit in &orbits {
+                let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+                let estimated = orbit.estimated_error.unwrap();
+                println!(
+                    "F {friction}, {hz} Hz, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}, {:?}",
+                    orbit.harmonics, orbit.outcome
+                );
+                assert!(error < estimated.max(accuracy), "{error} {estimated}");
+            }
+        }
+    }
+}
