@@ -34,8 +34,8 @@ impl Origin {
     }
 }
 
-/// That what the scene names as its mesh is there.
-pub(super) fn check(mesh: &MeshSource) -> Result<(), Error> {
+/// That what the scene names as its mesh is there. What runs with it is told.
+pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), Error> {
     match &mesh.kind {
         MeshKind::File { path } => {
             std::fs::metadata(path).map_err(|source| MeshError::Io {
@@ -48,6 +48,10 @@ pub(super) fn check(mesh: &MeshSource) -> Result<(), Error> {
                 path: script.clone(),
                 source,
             })?;
+            progress.note(&format!(
+                "{} is a program that gmsh runs, and it can start any command: run it only where you trust it",
+                script.display()
+            ));
         }
     }
     Ok(())
