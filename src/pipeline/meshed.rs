@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra_sparse::CscMatrix;
 
 use super::Options;
-use super::cache::{Cache, Key, Turn, reduction_inputs};
+use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
@@ -72,7 +72,7 @@ impl Meshed {
         let cache = Cache::new(options.cache.as_ref());
         let [key, recovery_key] = {
             let inputs = reduction_inputs(&model, stuck_modes);
-            ["reduced", "recovery"].map(|kind| cache.key(kind, &inputs))
+            [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs))
         };
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
         let (relative, fixed_interface_omega2) = match kept(&cache, key.as_ref(), &model, progress)
@@ -115,7 +115,7 @@ impl Meshed {
         }
         let begin = Instant::now();
         let key = self.recovery_key.as_ref();
-        let recovery = match self.cache.get::<Recovery>(key, progress) {
+        let recovery = match self.cache.get::<Recovery, _>(key, Ok, progress) {
             Some(recovery) => {
                 progress.kept_stage("recovery", begin.elapsed());
                 recovery
@@ -192,7 +192,7 @@ fn kept(
 ) -> Result<(RelativeModel, Vec<Vec<f64>>), Option<Turn>> {
     let begin = Instant::now();
     let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) =
-        cache.get_or_turn(key, progress)?;
+        cache.get_or_turn(key, Ok, progress)?;
     let relative = relative.under(model, &unit_loads);
     progress.kept_stage("finite elements", Duration::ZERO);
     progress.kept_stage("reduction", begin.elapsed());
