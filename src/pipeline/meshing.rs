@@ -10,7 +10,7 @@ use crate::mesh::gmsh::{self, GmshError, GmshRun};
 use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
 use crate::model::Model;
 use crate::numerics::stored;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::scene::{MeshKind, MeshSource};
 
 /// The mesh of a script, in the folder of the results.
@@ -70,7 +70,7 @@ pub(super) fn make_mesh(
     options: &Options,
     progress: &Progress,
 ) -> Result<(Mesh, Origin), Error> {
-    let stage = progress.stage("mesh");
+    let stage = progress.stage(Stage::Mesh);
     let metres_per_unit = source.metres_per_unit;
     let (script, parameters, time_limit_s) = match &source.kind {
         MeshKind::File { path } => {

@@ -11,7 +11,7 @@ pub mod verify;
 
 use std::path::PathBuf;
 
-pub use self::cache::CacheSettings;
+pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;

@@ -9,7 +9,7 @@ use crate::dlft::sweep::{SweepSettings, eps_of, sweep};
 use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::numerics::newton::NewtonOptions;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Scene};
@@ -30,7 +30,7 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
             retention_n: None,
         };
     }
-    let stage = progress.stage("static state");
+    let stage = progress.stage(Stage::StaticState);
     stage.solves(relative.stiffness.nrows());
     // The static state does not depend on eps, only the way to it does.
     let eps = eps_of(relative, EpsChoice::Pair, 1.0);
@@ -152,7 +152,7 @@ pub(super) fn respond(
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
     };
     let blocks = 2 * resolution.most_harmonics() + 1;
-    let stage = progress.stage(&title);
+    let stage = progress.titled_stage(Stage::Response, &title);
     stage.solves(blocks * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
@@ -179,7 +179,7 @@ fn linear(
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
-    let _stage = progress.stage("linear response");
+    let _stage = progress.titled_stage(Stage::Response, "linear response");
     let system = ContactSystem::new(relative, damping);
     let frequencies = frequencies_hz.iter();
     Response {

@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 
 use self::folder::Folder;
 pub(super) use self::folder::Kind;
+pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
 use crate::model::Model;
 use crate::progress::Progress;
