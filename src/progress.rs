@@ -246,9 +246,9 @@ impl Progress {
         self.begin.elapsed().as_secs_f64()
     }
 
-    /// Processor time since the beginning, all threads and the programs waited for (gmsh), s; `None` where the system does
-    /// not tell. What the process used before is that of a program that it replaced: `cargo run` and the compilers that
-    /// it waited for, a shell.
+    /// Processor time since the beginning, all threads and the programs waited for (gmsh), s;
+    /// `None` where the system does not tell. What the process used before is that of a program
+    /// that it replaced: `cargo run` and the compilers that it waited for, a shell.
     pub fn processor_seconds(&self) -> Option<f64> {
         let (now, begin) = processor_seconds().zip(self.processor_begin)?;
         Some(now - begin)
@@ -390,8 +390,9 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Processor time of the process so far, all threads and the programs it waited for, s; `None` where the system does not
-/// tell. It goes on counting where one program takes the place of another in the same process.
+/// Processor time of the process so far, all threads and the programs it waited for, s; `None`
+/// where the system does not tell. It goes on counting where one program takes the place of another
+/// in the same process.
 fn processor_seconds() -> Option<f64> {
     processor_time_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)
 }

@@ -31,7 +31,8 @@ impl Bench {
         self.gmsh_that_writes(version, "cat");
     }
 
-    /// Written by a shell of its own: starting a file that this process has open for writing may fail.
+    /// Written by a shell of its own: starting a file that this process has open for writing may
+    /// fail.
     fn gmsh_that_writes(&self, version: &str, part: &str) {
         let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
         let text = format!(
@@ -353,7 +354,8 @@ fn a_kept_mesh_that_cannot_be_used_is_removed_and_made_anew_once() {
     assert_eq!(bench.meshed(), 2);
 }
 
-/// The cache stands in a folder with the user's own files, old and large ones, some with names as the cache's own.
+/// The cache stands in a folder with the user's own files, old and large ones, some with names as
+/// the cache's own.
 #[test]
 fn files_of_others_stay() {
     let bench = Bench::new("others");

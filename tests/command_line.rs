@@ -410,7 +410,8 @@ fn every_scene_is_sound_and_runs() {
     }
 }
 
-/// `cargo run` becomes the program in the same process, which then has the time of the compilers it waited for.
+/// `cargo run` becomes the program in the same process, which then has the time of the compilers it
+/// waited for.
 #[cfg(target_os = "linux")]
 #[test]
 fn processor_seconds_are_those_of_the_program_alone() {

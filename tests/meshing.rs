@@ -1,4 +1,5 @@
-//! gmsh as a program beside this one: it ends with it, and what is told of scripts and their parameters.
+//! gmsh as a program beside this one: it ends with it, and what is told of scripts and their
+//! parameters.
 
 mod shared_program;
 
@@ -17,7 +18,8 @@ impl Bench {
         let bench = Self(std::env::temp_dir().join(name));
         let _ = std::fs::remove_dir_all(&bench.0);
         std::fs::create_dir_all(&bench.0).unwrap();
-        // Written by a shell of its own: starting a file that this process has open for writing may fail.
+        // Written by a shell of its own: starting a file that this process has open for writing may
+        // fail.
         let shell = "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$2\" && chmod +x \"$2\"";
         let mut write = Command::new("sh");
         write

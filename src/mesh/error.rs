@@ -107,7 +107,8 @@ pub enum MeshError {
 }
 
 impl MeshError {
-    /// Whether the file breaks off, or its bytes are no mesh's: the fault is that of its writing, not of what was meshed.
+    /// Whether the file breaks off, or its bytes are no mesh's: the fault is that of its writing,
+    /// not of what was meshed.
     pub fn is_damage(&self) -> bool {
         match self {
             Self::File { source, .. } => source.is_damage(),

@@ -101,10 +101,11 @@ fn crash_remedy(status: &ExitStatus) -> &'static str {
 
 /// Meshes `script` in three dimensions into the file `out` (MSH 4.1, binary).
 ///
-/// Each of `parameters` is passed as `-setnumber name value`. gmsh ignores in silence one that the script does not
-/// define, and an option that it does not have: both are errors here. gmsh runs on one thread: the mesh then depends on
-/// the script, the parameters and gmsh's version alone. After `time_limit_s` it is killed, and with this program it
-/// ends, too. A file that stood at `out` is gone whatever happens.
+/// Each of `parameters` is passed as `-setnumber name value`. gmsh ignores in silence one that the
+/// script does not define, and an option that it does not have: both are errors here. gmsh runs on
+/// one thread: the mesh then depends on the script, the parameters and gmsh's version alone. After
+/// `time_limit_s` it is killed, and with this program it ends, too. A file that stood at `out` is
+/// gone whatever happens.
 pub fn generate(
     script: &Path,
     parameters: &[(String, f64)],
@@ -201,7 +202,8 @@ fn started(
     })
 }
 
-/// That each parameter has an effect: the script lets others set it, or it is an option of gmsh that the script leaves alone.
+/// That each parameter has an effect: the script lets others set it, or it is an option of gmsh
+/// that the script leaves alone.
 fn check_parameters(
     program: &OsStr,
     script: &Path,
@@ -235,8 +237,8 @@ fn check_parameters(
     Ok(())
 }
 
-/// That gmsh has an option of this name, by a script in the file `scratch` that sets it: unlike `-setnumber`, that is an
-/// error where there is none.
+/// That gmsh has an option of this name, by a script in the file `scratch` that sets it: unlike
+/// `-setnumber`, that is an error where there is none.
 fn check_option(program: &OsStr, name: &str, value: f64, scratch: &Path) -> Result<(), GmshError> {
     std::fs::write(scratch, format!("{name} = {value};\n")).map_err(|e| output(scratch, e))?;
     let arguments = [
@@ -273,8 +275,8 @@ mod tests {
             let dir = std::env::temp_dir().join(format!("dovetail-{name}-{}", std::process::id()));
             std::fs::create_dir_all(&dir).unwrap();
             let bench = Self { dir };
-            // By a shell of its own: starting a file that this process has open for writing may fail, and another
-            // test thread that forks keeps it open.
+            // By a shell of its own: starting a file that this process has open for writing may
+            // fail, and another test thread that forks keeps it open.
             let text = format!("#!/bin/sh\nfor last; do :; done\n{program}\n");
             let shell = "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"";
             let mut write = Command::new("sh");

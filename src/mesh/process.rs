@@ -1,5 +1,5 @@
-//! Runs gmsh to its end or to a time limit. It ends with this program, however this one ends, and what is kept of its
-//! messages is bounded.
+//! Runs gmsh to its end or to a time limit. It ends with this program, however this one ends, and
+//! what is kept of its messages is bounded.
 
 use std::collections::VecDeque;
 use std::ffi::{OsStr, OsString};
@@ -116,7 +116,8 @@ pub(super) fn run(
     let program = find(program).ok_or(RunError::Missing)?;
     let start = Instant::now();
     let mut command = match ending_with_parent() {
-        // The signal comes when the thread that starts the program ends: this one, which waits below.
+        // The signal comes when the thread that starts the program ends: this one, which waits
+        // below.
         Some(setpriv) => {
             let mut command = Command::new(setpriv);
             command.args(DIES_WITH_PARENT).arg(&program);
@@ -169,7 +170,8 @@ pub(super) fn run(
     }
 }
 
-/// The program's file: the system's own search would be that of `setpriv`, which tells a missing program in words only.
+/// The program's file: the system's own search would be that of `setpriv`, which tells a missing
+/// program in words only.
 fn find(program: &OsStr) -> Option<PathBuf> {
     let is_program = |path: &PathBuf| {
         path.metadata().is_ok_and(|about| {
@@ -191,7 +193,8 @@ fn find(program: &OsStr) -> Option<PathBuf> {
         .find(is_program)
 }
 
-/// Words after which `setpriv` (util-linux) takes a program that the system kills when the one that started it ends.
+/// Words after which `setpriv` (util-linux) takes a program that the system kills when the one that
+/// started it ends.
 const DIES_WITH_PARENT: [&str; 3] = ["--pdeathsig", "KILL", "--"];
 
 /// `setpriv`, where it is and knows the words.
@@ -210,7 +213,8 @@ fn ending_with_parent() -> Option<&'static Path> {
     found.as_deref()
 }
 
-/// Reads the lines of a pipe, in a thread of its own, so that the pipe never fills up. The receiver hears of its end.
+/// Reads the lines of a pipe, in a thread of its own, so that the pipe never fills up. The receiver
+/// hears of its end.
 fn drain(pipe: impl Read + Send + 'static, printed: &Arc<Mutex<Printed>>) -> Receiver<()> {
     let (send, receive) = channel();
     let printed = Arc::clone(printed);

@@ -1,4 +1,5 @@
-//! What a Gmsh script says, read without running it: its words, and the parameters that a caller may set.
+//! What a Gmsh script says, read without running it: its words, and the parameters that a caller
+//! may set.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -52,8 +53,8 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
 /// What a script and the files that it includes define.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Definitions {
-    /// Constants to which a caller may give another value: those of `DefineConstant[ .. ]`, and those whose absence
-    /// the script asks for (`Exists(name)`). In the order of the text.
+    /// Constants to which a caller may give another value: those of `DefineConstant[ .. ]`, and
+    /// those whose absence the script asks for (`Exists(name)`). In the order of the text.
     pub parameters: Vec<String>,
     /// `a_` where the script defines constants `a~{i}`, which gmsh calls `a_1`, `a_2` and so on.
     indexed: Vec<String>,
@@ -122,7 +123,8 @@ impl Definitions {
         }
     }
 
-    /// The names of `DefineConstant[ a, b = 1, c = {2, Choices{0, 1, 2}}, d~{1} = 3 ]`, from behind the first bracket.
+    /// The names of `DefineConstant[ a, b = 1, c = {2, Choices{0, 1, 2}}, d~{1} = 3 ]`, from behind
+    /// the first bracket.
     fn read_entries(&mut self, entries: &[Token]) {
         let mut depth = 0;
         self.add(entries);

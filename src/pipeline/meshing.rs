@@ -92,7 +92,8 @@ pub(super) fn make_mesh(
     let out = options.out.join(MESH_FILE);
     let cache = Cache::new(options.cache.as_ref());
     let key = mesh_key(&cache, script, parameters);
-    // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of the run.
+    // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of
+    // the run.
     let accept = |kept: KeptMesh| {
         if let Err(error) = write_file(&out, &kept.file) {
             return Ok(Err(error));
@@ -129,7 +130,8 @@ fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, Error> {
     Ok(mesh)
 }
 
-/// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells nobody.
+/// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells
+/// nobody.
 fn of_writing(error: Error, out: &Path) -> Error {
     match error {
         Error::Mesh(source) if source.is_damage() => {

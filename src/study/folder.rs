@@ -22,8 +22,8 @@ use crate::scene::{self, MeshKind, Scene, Subject};
 pub struct CaseRecord {
     /// Of the program.
     pub version: String,
-    /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases may run on several
-    /// machines.
+    /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases
+    /// may run on several machines.
     #[serde(default)]
     pub program_hash: String,
     pub study: String,

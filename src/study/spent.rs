@@ -21,7 +21,8 @@ pub struct Spent {
     pub not_counted: Vec<Stage>,
 }
 
-/// Adds up. `made` gives such a stage of a case that made what this one may have taken from the cache.
+/// Adds up. `made` gives such a stage of a case that made what this one may have taken from the
+/// cache.
 pub fn spent<'s>(
     summary: &'s CaseSummary,
     made: impl Fn(Stage) -> Option<&'s StageTimes>,

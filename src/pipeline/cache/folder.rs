@@ -1,5 +1,6 @@
-//! The subfolder that holds the entries, marked as a cache. Nothing outside of it is touched, and inside of it nothing is
-//! removed but regular files that bear the name of an entry, of a part of one, or of a lock.
+//! The subfolder that holds the entries, marked as a cache. Nothing outside of it is touched, and
+//! inside of it nothing is removed but regular files that bear the name of an entry, of a part of
+//! one, or of a lock.
 
 use std::fs;
 use std::io;
@@ -117,8 +118,8 @@ impl Folder {
         if let Some(parent) = self.0.parent() {
             fs::create_dir_all(parent)?;
         }
-        // Made beside it with its mark, the folder takes its name at once: runs that start together never see it
-        // without the mark. The name of a folder that has files cannot be taken.
+        // Made beside it with its mark, the folder takes its name at once: runs that start together
+        // never see it without the mark. The name of a folder that has files cannot be taken.
         let made = self.0.with_extension(unique());
         fs::create_dir(&made)?;
         let placed = fs::write(made.join(TAG), TAG_TEXT).and_then(|()| fs::rename(&made, &self.0));
@@ -149,8 +150,8 @@ impl Folder {
         }
     }
 
-    /// Removes the entries used longest ago until all together are within the limit; `newest` stays. Parts and locks
-    /// that nobody has written to for `abandoned` go, too.
+    /// Removes the entries used longest ago until all together are within the limit; `newest`
+    /// stays. Parts and locks that nobody has written to for `abandoned` go, too.
     pub(super) fn make_room(&self, limit_bytes: u64, newest: &Path, abandoned: Duration) {
         if !self.is_marked() {
             return;

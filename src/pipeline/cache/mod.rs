@@ -72,8 +72,8 @@ impl Cache {
         })
     }
 
-    /// What `accept` makes of the entry, where there is a sound one that it accepts. It counts as used now. One that is
-    /// damaged or not accepted is removed.
+    /// What `accept` makes of the entry, where there is a sound one that it accepts. It counts as
+    /// used now. One that is damaged or not accepted is removed.
     pub(super) fn get<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
@@ -105,8 +105,8 @@ impl Cache {
         }
     }
 
-    /// The entry as by [`Cache::get`], also where another run has just made it; else the right to make it, until the
-    /// [`Turn`] is dropped: others that want it wait.
+    /// The entry as by [`Cache::get`], also where another run has just made it; else the right to
+    /// make it, until the [`Turn`] is dropped: others that want it wait.
     pub(super) fn get_or_turn<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
