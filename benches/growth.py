@@ -20,8 +20,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/dovetail"
-# Stage of summary.json, and what heads its column; the response's name depends on the harmonics.
-STAGES = [("finite elements", "elements, s"), ("reduction", "reduction, s"), ("static state", "static, s"), ("response", "response, s")]
+# Stage of summary.json, and what heads its column.
+STAGES = [("finite_elements", "elements, s"), ("reduction", "reduction, s"), ("static_state", "static, s"), ("response", "response, s")]
 
 
 def flank(nu, nv, scale, factor=1.0):
@@ -44,7 +44,7 @@ def run(out, sets, points):
 
 
 def seconds(summary, stage):
-    taken = [s["processor_seconds"] for s in summary["stages"] if s["name"].startswith(stage) and s["processor_seconds"] is not None]
+    taken = [s["processor_seconds"] for s in summary["stages"] if s["id"] == stage and s["processor_seconds"] is not None]
     return sum(s for s in taken)
 
 

@@ -58,9 +58,8 @@ def row(sets, alone, arguments):
         raise SystemExit(f"{' '.join(command)}\n{done.stderr}")
     with open(os.path.join(arguments.out, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
-    stages = {s["name"].split(",")[0]: s for s in summary["stages"]}
-    stages["response"] = stages.get("response") or stages.get("linear response")
-    wanted = [stages.get(n) for n in ("finite elements", "reduction", "static state", "response")]
+    stages = {s["id"]: s for s in summary["stages"]}
+    wanted = [stages.get(n) for n in ("finite_elements", "reduction", "static_state", "response")]
     unconverged = len(summary["response"]["unconverged"])
     unknowns = [" + ".join(map(str, s["unknowns"])) if s and s["unknowns"] else "none" for s in wanted]
     seconds = [f"{s['seconds']:.2f}" if s else "none" for s in wanted]

@@ -73,8 +73,11 @@ tu  = ta - wf*Sin(fl);
 zu  = za + wf*Cos(fl);
 zT  = zu + lip;                       // top of the jaw
 
-If(nu < 2 || nv < 2)
-  Error("dovetail.geo: nu = %g, nv = %g: a flank needs at least 2 x 2 corner nodes", nu, nv); Exit;
+If(nu < 2 || nv < 2 || nu != Floor(nu) || nv != Floor(nv))
+  Error("dovetail.geo: nu = %.10g, nv = %.10g: whole numbers of corner nodes, at least 2 x 2 a flank", nu, nv); Exit;
+EndIf
+If(npts < 2 || nsec < 2 || npts != Floor(npts) || nsec != Floor(nsec))
+  Error("dovetail.geo: npts = %.10g, nsec = %.10g: whole numbers of points and sections, at least 2", npts, nsec); Exit;
 EndIf
 If(order != 1 && order != 2)
   Error("dovetail.geo: order = %g: 1 or 2", order); Exit;

@@ -52,7 +52,7 @@ struct Cli {
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 
-    /// Folder in which meshes and reduced models are kept for later runs [default: $DOVETAIL_CACHE, else output/.cache]
+    /// Folder in whose subfolder dovetail-cache-1 meshes and reduced models are kept for later runs [default: $DOVETAIL_CACHE, else output/.cache]
     #[arg(long, value_name = "DIR", global = true)]
     cache: Option<PathBuf>,
 

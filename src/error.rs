@@ -230,7 +230,12 @@ impl Error {
     /// The exit code of the program: see the constants of this module.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Gmsh(GmshError::Script { .. } | GmshError::UnknownParameter { .. })
+            Self::Gmsh(
+                GmshError::Script { .. }
+                | GmshError::UnknownParameter { .. }
+                | GmshError::UnknownOption { .. }
+                | GmshError::SetByScript { .. },
+            )
             | Self::Scene(_)
             | Self::Mesh(_)
             | Self::Quality(_)

@@ -13,12 +13,101 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 /// Between two lines of a bar where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
 
-/// The stage in which the modes of each body are computed, its flanks held.
-pub const HELD_MODES_STAGE: &str = "modes of each body, flanks held";
+/// What a run does, part by part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    Mesh,
+    Model,
+    FiniteElements,
+    Reduction,
+    /// What the reduction made is kept for later runs.
+    Keeping,
+    /// The way back from the reduced model is taken from the cache.
+    Recovery,
+    /// A reduced model is read.
+    ReducedModel,
+    ReducedModelFiles,
+    /// Modes of each body by itself, its flanks held.
+    HeldModes,
+    ModesAtSpeeds,
+    StaticState,
+    StaticFiles,
+    Response,
+    ResponseFiles,
+    TimeIntegration,
+}
+
+impl Stage {
+    pub const ALL: [Self; 15] = [
+        Self::Mesh,
+        Self::Model,
+        Self::FiniteElements,
+        Self::Reduction,
+        Self::Keeping,
+        Self::Recovery,
+        Self::ReducedModel,
+        Self::ReducedModelFiles,
+        Self::HeldModes,
+        Self::ModesAtSpeeds,
+        Self::StaticState,
+        Self::StaticFiles,
+        Self::Response,
+        Self::ResponseFiles,
+        Self::TimeIntegration,
+    ];
+
+    /// For programs, in summary.json: it stays when a title changes.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Model => "model",
+            Self::FiniteElements => "finite_elements",
+            Self::Reduction => "reduction",
+            Self::Keeping => "keeping",
+            Self::Recovery => "recovery",
+            Self::ReducedModel => "reduced_model",
+            Self::ReducedModelFiles => "reduced_model_files",
+            Self::HeldModes => "held_modes",
+            Self::ModesAtSpeeds => "modes_at_speeds",
+            Self::StaticState => "static_state",
+            Self::StaticFiles => "static_files",
+            Self::Response => "response",
+            Self::ResponseFiles => "response_files",
+            Self::TimeIntegration => "time_integration",
+        }
+    }
+
+    pub fn of_id(id: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|stage| stage.id() == id)
+    }
+
+    /// For readers, where a run has no better one.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Model => "model",
+            Self::FiniteElements => "finite elements",
+            Self::Reduction => "reduction",
+            Self::Keeping => "cache",
+            Self::Recovery => "recovery",
+            Self::ReducedModel => "reduced model",
+            Self::ReducedModelFiles => "files of the reduced model",
+            Self::HeldModes => "modes of each body, flanks held",
+            Self::ModesAtSpeeds => "modes at each speed",
+            Self::StaticState => "static state",
+            Self::StaticFiles => "static files",
+            Self::Response => "response",
+            Self::ResponseFiles => "response files",
+            Self::TimeIntegration => "time integration",
+        }
+    }
+}
 
 /// A finished stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageRecord {
+    pub stage: Stage,
+    /// Its title.
     pub name: String,
     /// Wall clock.
     pub seconds: f64,
@@ -37,6 +126,7 @@ pub struct StageRecord {
 #[derive(Debug)]
 pub struct Progress {
     begin: Instant,
+    processor_begin: Option<f64>,
     output: Output,
     lines: MultiProgress,
     records: Mutex<Vec<StageRecord>>,
@@ -66,6 +156,7 @@ impl Progress {
         };
         Self {
             begin: Instant::now(),
+            processor_begin: processor_seconds(),
             output,
             lines: MultiProgress::with_draw_target(target),
             records: Mutex::default(),
@@ -75,7 +166,13 @@ impl Progress {
 
     /// Begins a stage, which ends when the guard is dropped.
     #[must_use = "the stage ends when the guard is dropped"]
-    pub fn stage(&self, name: &str) -> StageGuard<'_> {
+    pub fn stage(&self, stage: Stage) -> StageGuard<'_> {
+        self.titled_stage(stage, stage.title())
+    }
+
+    /// Begins a stage under a title of its own.
+    #[must_use = "the stage ends when the guard is dropped"]
+    pub fn titled_stage(&self, stage: Stage, name: &str) -> StageGuard<'_> {
         let spinner = (self.output == Output::Terminal).then(|| {
             let spinner = self
                 .lines
@@ -85,6 +182,7 @@ impl Progress {
         });
         StageGuard {
             progress: self,
+            stage,
             name: name.to_owned(),
             begin: Instant::now(),
             processor_begin: processor_seconds(),
@@ -95,11 +193,12 @@ impl Progress {
     }
 
     /// Records a stage that took `time`, its result kept from an earlier run.
-    pub fn kept_stage(&self, name: &str, time: Duration) {
+    pub fn kept_stage(&self, stage: Stage, time: Duration) {
         let now = Instant::now();
         drop(StageGuard {
             progress: self,
-            name: name.to_owned(),
+            stage,
+            name: stage.title().to_owned(),
             begin: now.checked_sub(time).unwrap_or(now),
             processor_begin: None,
             spinner: None,
@@ -147,6 +246,14 @@ impl Progress {
         self.begin.elapsed().as_secs_f64()
     }
 
+    /// Processor time since the beginning, all threads and the programs waited for (gmsh), s;
+    /// `None` where the system does not tell. What the process used before is that of a program
+    /// that it replaced: `cargo run` and the compilers that it waited for, a shell.
+    pub fn processor_seconds(&self) -> Option<f64> {
+        let (now, begin) = processor_seconds().zip(self.processor_begin)?;
+        Some(now - begin)
+    }
+
     /// The stages that have ended, in the order of their ends.
     pub fn records(&self) -> Vec<StageRecord> {
         lock(&self.records).clone()
@@ -170,6 +277,7 @@ impl Progress {
 #[derive(Debug)]
 pub struct StageGuard<'a> {
     progress: &'a Progress,
+    stage: Stage,
     name: String,
     begin: Instant,
     processor_begin: Option<f64>,
@@ -200,6 +308,7 @@ impl Drop for StageGuard<'_> {
         let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
         unknowns.sort_unstable_by(|a, b| b.cmp(a));
         let record = StageRecord {
+            stage: self.stage,
             name: self.name.clone(),
             seconds,
             processor_seconds: processor_seconds()
@@ -281,8 +390,10 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Processor time of the process so far, all threads and the programs it waited for, s; `None` where the system does not tell.
-pub fn processor_seconds() -> Option<f64> {
+/// Processor time of the process so far, all threads and the programs it waited for, s; `None`
+/// where the system does not tell. It goes on counting where one program takes the place of another
+/// in the same process.
+fn processor_seconds() -> Option<f64> {
     processor_time_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)
 }
 
@@ -315,19 +426,27 @@ mod tests {
     fn stages_are_recorded_in_the_order_of_their_ends() {
         let progress = Progress::new(true);
         {
-            let _outer = progress.stage("outer");
-            let _inner = progress.stage("inner");
+            let _outer = progress.stage(Stage::Model);
+            let _inner = progress.titled_stage(Stage::Mesh, "inner");
             std::thread::sleep(Duration::from_millis(5));
         }
         let records = progress.records();
         assert_eq!(
             records.iter().map(|r| r.name.as_str()).collect::<Vec<_>>(),
-            ["inner", "outer"]
+            ["inner", "model"]
         );
         assert!(records.iter().all(|r| r.seconds >= 0.005));
         if cfg!(target_os = "linux") {
             assert!(records[0].peak_rss_mib.is_some_and(|m| m > 0.5));
         }
+    }
+
+    #[test]
+    fn ids_lead_back_to_their_stage() {
+        for stage in Stage::ALL {
+            assert_eq!(Stage::of_id(stage.id()), Some(stage));
+        }
+        assert_eq!(Stage::of_id("response, 3 harmonics"), None);
     }
 
     #[test]

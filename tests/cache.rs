@@ -10,6 +10,7 @@ use std::process::Command;
 use shared_program::{ended, said};
 
 const SCENE: &str = "scenes/verification/patch.toml";
+const ENTRIES: &str = "dovetail-cache-1";
 
 /// A cache, results, and a program that stands in for gmsh: it gives out a ready mesh.
 struct Bench(PathBuf);
@@ -25,12 +26,18 @@ impl Bench {
         bench
     }
 
-    /// Written by a shell of its own: starting a file that this process has open for writing may fail.
+    /// That writes the whole mesh.
     fn gmsh(&self, version: &str) {
+        self.gmsh_that_writes(version, "cat");
+    }
+
+    /// Written by a shell of its own: starting a file that this process has open for writing may
+    /// fail.
+    fn gmsh_that_writes(&self, version: &str, part: &str) {
         let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/verification/patch.msh");
         let text = format!(
             "#!/bin/sh\nif [ \"$1\" = --version ]; then echo {version}; exit; fi\necho run >> \"$0.runs\"\n\
-             for last; do :; done\ncp '{}' \"$last\"\necho \"Info : Running [Gmsh {version}, 1 node]\"\necho 'Warning : thin'\n",
+             for last; do :; done\n{part} '{}' > \"$last\"\necho \"Info : Running [Gmsh {version}, 1 node]\"\necho 'Warning : thin'\n",
             mesh.display()
         );
         let shell = "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"";
@@ -59,7 +66,9 @@ impl Bench {
             .env_remove("GMSH_HOME")
             .env("DOVETAIL_CACHE", self.cache())
             .env_remove("DOVETAIL_CACHE_LIMIT_GIB")
-            .args([command, SCENE, "--out"])
+            .arg(command)
+            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE))
+            .arg("--out")
             .arg(self.0.join(out))
             // No modes of single bodies: most of the time of this small reduction.
             .args(["--set", "body.*.fixed_interface_modes=0"]);
@@ -103,13 +112,12 @@ impl Bench {
         files
     }
 
+    /// Of the folder in which they are, without the file that marks it.
     fn entries(&self) -> Vec<PathBuf> {
-        let files = std::fs::read_dir(self.cache());
+        let files = std::fs::read_dir(self.cache().join(ENTRIES));
         let files = files.map_or(Vec::new(), |files| files.flatten().collect());
         let paths = files.into_iter().map(|f| f.path());
-        paths
-            .filter(|p| p.extension().is_none_or(|e| e != "lock"))
-            .collect()
+        paths.filter(|p| !p.ends_with("CACHEDIR.TAG")).collect()
     }
 
     fn entry(&self, kind: &str) -> PathBuf {
@@ -294,6 +302,109 @@ fn a_damaged_entry_is_noticed_and_made_anew() {
     }
 }
 
+/// On a full disk gmsh writes what there is room for, and ends with exit code 0.
+#[test]
+fn a_mesh_that_is_not_whole_is_an_error_and_is_not_kept() {
+    let bench = Bench::new("half");
+    for part in ["head -c 30000", "head -c 0", "head -c 5", "tail -c 20000"] {
+        bench.gmsh_that_writes("4.99", part);
+        let said = said(&ended(bench.command("static", "out", &[]), 1));
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(
+            said.contains("gmsh ended") && said.contains("disk full"),
+            "{part}: {said}"
+        );
+        assert_eq!(bench.entries(), Vec::<PathBuf>::new(), "{part}");
+        assert!(!bench.0.join("out/mesh.msh").exists(), "{part}");
+    }
+    // What the script makes, whole as it is, is told as it is.
+    let no_groups = "printf '$MeshFormat\\n4.1 0 8\\n$EndMeshFormat\\n$Entities\\n0 0 0 0\\n$EndEntities\\n\
+                     $Nodes\\n0 0 0 0\\n$EndNodes\\n$Elements\\n0 0 0 0\\n$EndElements\\n%.0s'";
+    bench.gmsh_that_writes("4.99", no_groups);
+    let told = said(&ended(bench.command("static", "out", &[]), 2));
+    assert!(!told.contains("disk"), "{told}");
+    assert_eq!(bench.entries(), Vec::<PathBuf>::new());
+    bench.gmsh("4.99");
+    assert_eq!(bench.kept(&[]), [false, false]);
+    assert_eq!(bench.kept(&[]), [true, true]);
+}
+
+/// An entry as whole as it was written, whose mesh cannot be read.
+#[test]
+fn a_kept_mesh_that_cannot_be_used_is_removed_and_made_anew_once() {
+    let bench = Bench::new("unusable");
+    ended(bench.command("run", "first", &[]), 0);
+    let right = bench.files("first");
+    assert_eq!(bench.meshed(), 1);
+    let entry = bench.entry("mesh");
+    let mut bytes = std::fs::read(&entry).unwrap();
+    let section = b"$Elements";
+    let at = bytes.windows(section.len()).position(|w| w == section);
+    bytes[at.unwrap() + 1] = b'X';
+    let hashed = bytes.len() - 32;
+    let hash = blake3::hash(&bytes[..hashed]);
+    bytes[hashed..].copy_from_slice(hash.as_bytes());
+    std::fs::write(&entry, bytes).unwrap();
+    let told = said(&ended(bench.command("run", "again", &[]), 0));
+    let warnings = told.matches("is of no use").count();
+    assert!(warnings == 1 && told.contains("Elements"), "{told}");
+    assert_same(&bench.files("again"), &right);
+    assert_eq!(bench.meshed(), 2);
+    assert_eq!(bench.kept(&[]), [true, true]);
+    assert_eq!(bench.meshed(), 2);
+}
+
+/// The cache stands in a folder with the user's own files, old and large ones, some with names as
+/// the cache's own.
+#[test]
+fn files_of_others_stay() {
+    let bench = Bench::new("others");
+    let work = bench.0.join("work");
+    let inside = work.join(ENTRIES);
+    std::fs::create_dir_all(&work).unwrap();
+    let put = |path: PathBuf| {
+        let file = std::fs::File::create(&path).unwrap();
+        file.set_len(3 << 20).unwrap();
+        let day = std::time::Duration::from_secs(86400);
+        file.set_modified(std::time::SystemTime::now() - day)
+            .unwrap();
+        path
+    };
+    let entry = format!("mesh-{}", "0".repeat(64));
+    let mut others = vec![];
+    for name in ["Cargo.lock", "film.mp4.part", "thesis.dat", &entry] {
+        others.push(put(work.join(name)));
+    }
+    let run = |out: &str, young: &str| {
+        let mut command = bench.command("static", out, &[young]);
+        command.current_dir(&work).args(["--cache", "."]);
+        command.args(["--cache-limit-gib", "1e-3"]);
+        ended(command, 0)
+    };
+    let all_stay = |others: &[PathBuf]| {
+        for other in others {
+            assert!(other.exists(), "{} is gone", other.display());
+        }
+    };
+    run("one", "body.0.young_pa=100e9");
+    all_stay(&others);
+    for name in ["Cargo.lock", "film.mp4.part", "thesis.dat"] {
+        others.push(put(inside.join(name)));
+    }
+    let old = put(inside.join(&entry));
+    run("two", "body.0.young_pa=101e9");
+    all_stay(&others);
+    assert!(!old.exists(), "an entry above the limit");
+    // A folder of that name that is not marked is nobody's to clear, and none to write to.
+    std::fs::remove_file(inside.join("CACHEDIR.TAG")).unwrap();
+    let old = put(old);
+    let before = std::fs::read_dir(&inside).unwrap().count();
+    let told = said(&run("three", "body.0.young_pa=102e9"));
+    assert!(told.contains("CACHEDIR.TAG"), "{told}");
+    assert!(old.exists());
+    assert_eq!(std::fs::read_dir(&inside).unwrap().count(), before);
+}
+
 #[test]
 fn runs_side_by_side_share_a_folder() {
     let bench = Bench::new("race");
@@ -321,7 +432,8 @@ fn runs_side_by_side_share_a_folder() {
             "{made:?}"
         );
     }
-    assert_eq!(std::fs::read_dir(bench.cache()).unwrap().count(), 3);
+    assert!(bench.cache().join(ENTRIES).join("CACHEDIR.TAG").is_file());
+    assert_eq!(std::fs::read_dir(bench.cache()).unwrap().count(), 1);
     assert_eq!(bench.kept(&[]), [true, true]);
 }
 

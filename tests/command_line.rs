@@ -409,3 +409,40 @@ fn every_scene_is_sound_and_runs() {
         assert_eq!(folder.table("response.csv").len(), 2);
     }
 }
+
+/// `cargo run` becomes the program in the same process, which then has the time of the compilers it
+/// waited for.
+#[cfg(target_os = "linux")]
+#[test]
+fn processor_seconds_are_those_of_the_program_alone() {
+    let folder = Folder::new("processor");
+    std::fs::create_dir_all(&folder.0).unwrap();
+    let burn = "i=0; while [ $i -lt 1000000 ]; do i=$((i+1)); done";
+    let script = format!("sh -c '{burn}'; {burn}; cat /proc/$$/stat > \"$0\"; exec \"$@\"");
+    let stat = folder.0.join("stat");
+    let out = folder.0.join("out");
+    let mut command = Command::new("sh");
+    command.current_dir(env!("CARGO_MANIFEST_DIR"));
+    command.args(["-c", &script]).arg(&stat);
+    command.arg(env!("CARGO_BIN_EXE_dovetail"));
+    command.args([
+        "static",
+        "scenes/verification/jenkins.toml",
+        "--threads",
+        "1",
+        "--out",
+    ]);
+    command.arg(&out);
+    ended(command, 0);
+    let stat = std::fs::read_to_string(stat).unwrap();
+    let (_, fields) = stat.rsplit_once(')').unwrap();
+    let ticks = fields.split_whitespace().skip(11).take(4);
+    let burnt_s: f64 = ticks.map(|t| t.parse::<f64>().unwrap() / 100.0).sum();
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    let own_s = summary["processor_seconds"].as_f64().unwrap();
+    assert!(
+        (0.0..0.5 * burnt_s).contains(&own_s),
+        "{own_s} s after {burnt_s} s of others"
+    );
+}

@@ -153,6 +153,10 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
         .iter()
         .map(|s| s["name"].as_str().unwrap());
     assert!(names.clone().any(|n| n == "linear response"));
+    // It is a response all the same, for those who add up what responses took.
+    let all = summary["stages"].as_array().unwrap().iter();
+    let mut ids = all.map(|s| (s["name"].as_str().unwrap(), s["id"].as_str().unwrap()));
+    assert!(ids.any(|stage| stage == ("linear response", "response")));
     assert!(
         !names
             .clone()

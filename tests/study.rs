@@ -287,6 +287,88 @@ fn a_killed_study_is_taken_up_where_it_was() {
     );
 }
 
+/// A case stays complete as long as it is what this program makes of it, and has said what it made.
+#[test]
+fn a_case_of_another_program_or_without_figures_is_run_again() {
+    let study = HARMONICS.replace("values = [1, 2, 3]", "values = [1, 2]");
+    let folder = Folder::new("current", &study);
+    let ended = folder.study(&["--quiet"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let complete = |cases: &str| {
+        let ended = folder.study(&["--collect"]);
+        let (code, lacking) = match cases {
+            "3 of 3" => (0, String::new()),
+            _ => (3, "of 3 cases 1 have no result".to_owned()),
+        };
+        assert_eq!(ended.code, code, "{}", ended.stderr);
+        assert!(ended.stderr.contains(&lacking), "{}", ended.stderr);
+        let ended = folder.study(&[]);
+        let words = format!("{cases} cases are complete already");
+        assert!(
+            ended.code == 0 && ended.stderr.contains(&words),
+            "{cases}: {}",
+            ended.stderr
+        );
+    };
+    complete("3 of 3");
+    for nothing in ["{}", "null", r#"{ "response": null }"#] {
+        std::fs::write(folder.case("harmonics_1", "summary.json"), nothing).unwrap();
+        complete("2 of 3");
+    }
+    // A program of the same version that is another.
+    let path = folder.case("base", "case.json");
+    let mut record: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let hash = record["program_hash"].as_str().unwrap_or_default();
+    assert_eq!(hash.len(), 64, "{record}");
+    record["program_hash"] = "0".repeat(64).into();
+    std::fs::write(&path, record.to_string()).unwrap();
+    complete("2 of 3");
+    complete("3 of 3");
+    // Written by a program that did not say which it is.
+    record.as_object_mut().unwrap().remove("program_hash");
+    std::fs::write(&path, record.to_string()).unwrap();
+    complete("2 of 3");
+    complete("3 of 3");
+}
+
+/// Under whatever title: to an accuracy, or linear.
+#[test]
+fn the_seconds_of_the_response_are_seconds_of_contact() {
+    let study = r#"
+name = "contact"
+scene = "scene.toml"
+quantities = ["peak_amplitude_m"]
+[[knob]]
+key = "response.accuracy"
+values = [0.3, 0.1]
+"#;
+    let folder = Folder::new("contact", study);
+    let scene = folder.text("scene.toml").replace("harmonics = 1\n", "");
+    std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
+    let ended = folder.study(&["--jobs", "1"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    for row in folder.table() {
+        let path = folder.case(cell(&row, "case"), "summary.json");
+        let summary: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        let stages = summary["stages"].as_array().unwrap().iter();
+        let of = |name: &str| -> f64 {
+            let mut stages = stages.clone();
+            let stage = stages.find(|s| s["name"].as_str().unwrap().starts_with(name));
+            stage.unwrap()["seconds"].as_f64().unwrap()
+        };
+        let (state_s, response_s) = (of("static state"), of("response to "));
+        assert!(state_s > 0.0 && response_s > 0.0, "{summary}");
+        let contact_s: f64 = cell(&row, "contact_seconds").parse().unwrap();
+        let expected = state_s + response_s;
+        assert!(
+            (contact_s - expected).abs() <= 1e-9 * expected,
+            "{contact_s}, not {expected}"
+        );
+    }
+}
+
 /// Command lines of processes that name the folder (Linux).
 fn at_work(folder: &Path) -> Vec<String> {
     let folder = folder.to_str().unwrap();

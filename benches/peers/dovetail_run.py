@@ -29,9 +29,9 @@ def main():
         with open(f"{out}/response.csv") as file:
             rows = list(csv.DictReader(file))
         with open(f"{out}/summary.json") as file:
-            stages = {stage["name"]: stage["seconds"] for stage in json.load(file)["stages"]}
+            stages = json.load(file)["stages"]
         before = processor_seconds("static", scene, harmonics, out)
-    wall = next(seconds for name, seconds in stages.items() if name.startswith("response, "))
+    wall = next(stage["seconds"] for stage in stages if stage["id"] == "response")
     points = []
     for row in rows:
         if float(row["retention_n"]) != 0.0:

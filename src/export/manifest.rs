@@ -83,6 +83,8 @@ pub struct BodySummary {
 /// Wall time and peak memory of one stage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StageSummary {
+    /// For programs: it stays when a name changes.
+    pub id: &'static str,
     pub name: String,
     pub seconds: f64,
     /// Of all threads and of gmsh; `None` where the system does not tell.

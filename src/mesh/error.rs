@@ -105,3 +105,25 @@ pub enum MeshError {
     )]
     NoTetrahedra,
 }
+
+impl MeshError {
+    /// Whether the file breaks off, or its bytes are no mesh's: the fault is that of its writing,
+    /// not of what was meshed.
+    pub fn is_damage(&self) -> bool {
+        match self {
+            Self::File { source, .. } => source.is_damage(),
+            Self::NotMsh
+            | Self::Header { .. }
+            | Self::MissingSection { .. }
+            | Self::Malformed { .. }
+            | Self::PhysicalNameCount { .. }
+            | Self::Total { .. }
+            | Self::TagRange { .. }
+            | Self::SharedTag { .. }
+            | Self::TagTwice { .. }
+            | Self::MissingNode { .. }
+            | Self::UnknownEntity { .. } => true,
+            _ => false,
+        }
+    }
+}

@@ -1,25 +1,29 @@
 //! The `gmsh` program: the only one this crate starts.
 
 use std::ffi::{OsStr, OsString};
-use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::process::ExitStatus;
 
 use thiserror::Error;
+
+use super::MeshError;
+use super::process::{Finished, RunError, run};
+use super::script::{Definitions, is_option};
+
+/// A limit for what gmsh does at once.
+const SHORT_LIMIT_S: f64 = 10.0;
 
 /// What a successful run has to tell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GmshRun {
     /// Such as `4.8.4`; empty where gmsh did not say.
     pub version: String,
-    /// The messages gmsh marks as warnings.
+    /// The messages gmsh marks as warnings; the first ones of many.
     pub warnings: Vec<String>,
     pub seconds: f64,
 }
 
-/// Why there is no mesh. Messages are gmsh's own, the last ones of a long run.
+/// Why there is no mesh. Messages are gmsh's own, the first and the last ones of a long run.
 #[derive(Debug, Error)]
 pub enum GmshError {
     #[error(
@@ -36,12 +40,24 @@ pub enum GmshError {
         path: PathBuf,
         source: std::io::Error,
     },
-    #[error("{} has no parameter `{name}`{}", script.display(), known(parameters))]
+    #[error(
+        "{} has no parameter `{name}`: {} (a script defines one with `DefineConstant[ {name} = 1 ];`)",
+        script.display(), known(parameters)
+    )]
     UnknownParameter {
         script: PathBuf,
         name: String,
         parameters: Vec<String>,
     },
+    #[error(
+        "{} sets the option `{name}` itself, so that the parameter has no effect: give the script a parameter for it",
+        script.display()
+    )]
+    SetByScript { script: PathBuf, name: String },
+    #[error(
+        "the parameter `{name}` is no option of the installed gmsh that is a number: {messages}"
+    )]
+    UnknownOption { name: String, messages: String },
     #[error("the parameter `{name}` is {value}: give a finite number")]
     ParameterValue { name: String, value: f64 },
     #[error("cannot write {}: {source}", path.display())]
@@ -62,12 +78,17 @@ pub enum GmshError {
         "gmsh ended without an error and without a mesh: does the script stop early (`Exit`), or name no physical volume?\n{messages}"
     )]
     NoMesh { messages: String },
+    #[error(
+        "gmsh ended without an error, and the mesh that it wrote is not whole: is the disk full that holds {}?",
+        folder.display()
+    )]
+    NotWhole { folder: PathBuf, source: MeshError },
 }
 
 fn known(parameters: &[String]) -> String {
     match parameters {
-        [] => String::new(),
-        some => format!(": it has {}", some.join(", ")),
+        [] => "it has none".to_owned(),
+        some => format!("it has {}", some.join(", ")),
     }
 }
 
@@ -80,10 +101,11 @@ fn crash_remedy(status: &ExitStatus) -> &'static str {
 
 /// Meshes `script` in three dimensions into the file `out` (MSH 4.1, binary).
 ///
-/// Each of `parameters` is passed as `-setnumber name value`; one that the script never names is an
-/// error, because gmsh would ignore it in silence. gmsh runs on one thread: the mesh then depends on
-/// the script, the parameters and gmsh's version alone. After `time_limit_s` it is killed. A file
-/// that stood at `out` is gone whatever happens.
+/// Each of `parameters` is passed as `-setnumber name value`. gmsh ignores in silence one that the
+/// script does not define, and an option that it does not have: both are errors here. gmsh runs on
+/// one thread: the mesh then depends on the script, the parameters and gmsh's version alone. After
+/// `time_limit_s` it is killed, and with this program it ends, too. A file that stood at `out` is
+/// gone whatever happens.
 pub fn generate(
     script: &Path,
     parameters: &[(String, f64)],
@@ -95,8 +117,12 @@ pub fn generate(
 
 /// Version of the installed gmsh, such as `4.8.4`.
 pub fn version() -> Result<String, GmshError> {
-    let run = run(OsStr::new("gmsh"), &["--version".into()], 60.0)?;
-    Ok(run.lines.last().cloned().unwrap_or_default())
+    version_of(OsStr::new("gmsh"))
+}
+
+fn version_of(program: &OsStr) -> Result<String, GmshError> {
+    let run = started(program, &["--version".into()], SHORT_LIMIT_S)?;
+    Ok(run.printed.last_line().unwrap_or_default().to_owned())
 }
 
 fn generate_with(
@@ -106,18 +132,17 @@ fn generate_with(
     time_limit_s: f64,
     out: &Path,
 ) -> Result<GmshRun, GmshError> {
-    check_parameters(script, parameters)?;
-    let output = |source| GmshError::Output {
-        path: out.to_path_buf(),
-        source,
-    };
     // gmsh writes beside the target: a run that is cut off leaves nothing that looks like a mesh.
-    let mut partial = out.as_os_str().to_owned();
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
+    let beside = |ending: &str| {
+        let mut name = out.as_os_str().to_owned();
+        name.push(ending);
+        PathBuf::from(name)
+    };
+    let (partial, options) = (beside(".partial"), beside(".options.geo"));
+    check_parameters(program, script, parameters, &options)?;
     for stale in [out, &partial] {
         match std::fs::remove_file(stale) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(output(e)),
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(output(stale, e)),
             _ => {}
         }
     }
@@ -128,9 +153,9 @@ fn generate_with(
     arguments.extend(["-format", "msh41", "-bin", "-o"].map(OsString::from));
     arguments.push(partial.clone().into());
 
-    let finished = run(program, &arguments, time_limit_s).and_then(|run| {
-        let messages = || run.lines.join("\n");
-        if !run.status.success() || run.lines.iter().any(|l| message(l, "Error").is_some()) {
+    let finished = started(program, &arguments, time_limit_s).and_then(|run| {
+        let messages = || run.printed.messages();
+        if !run.status.success() || run.printed.has_error {
             let (status, messages) = (run.status, messages());
             return Err(GmshError::Failed { status, messages });
         }
@@ -139,196 +164,106 @@ fn generate_with(
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(GmshError::NoMesh {
                 messages: messages(),
             }),
-            Err(e) => Err(output(e)),
+            Err(e) => Err(output(out, e)),
         }
     });
     if finished.is_err() {
         let _ = std::fs::remove_file(&partial); // nothing to add to the error at hand
     }
     let run = finished?;
-    let lines = run.lines.iter();
     Ok(GmshRun {
-        version: lines
-            .clone()
-            .find_map(|l| version_in(l))
-            .unwrap_or_default(),
-        warnings: lines
-            .filter_map(|l| message(l, "Warning"))
-            .map(str::to_string)
-            .collect(),
+        version: run.printed.version.unwrap_or_default(),
+        warnings: run.printed.warnings,
         seconds: run.seconds,
     })
 }
 
-/// Text of a line such as `Warning : text`.
-fn message<'a>(line: &'a str, level: &str) -> Option<&'a str> {
-    let text = line.strip_prefix(level)?.trim_start();
-    text.strip_prefix(':').map(str::trim)
+fn output(path: &Path, source: std::io::Error) -> GmshError {
+    let path = path.to_path_buf();
+    GmshError::Output { path, source }
 }
 
-/// `4.8.4` of `... [Gmsh 4.8.4, 1 node, max. 1 thread]`.
-fn version_in(line: &str) -> Option<String> {
-    let (_, rest) = line.split_once("[Gmsh ")?;
-    Some(rest.split([',', ']']).next()?.trim().to_string())
+fn started(
+    program: &OsStr,
+    arguments: &[OsString],
+    time_limit_s: f64,
+) -> Result<Finished, GmshError> {
+    let name = || program.to_string_lossy().into_owned();
+    run(program, arguments, time_limit_s).map_err(|error| match error {
+        RunError::Missing => GmshError::Missing { program: name() },
+        RunError::Start(source) => GmshError::Start {
+            program: name(),
+            source,
+        },
+        RunError::TimeLimit(messages) => GmshError::TimeLimit {
+            limit_s: time_limit_s,
+            messages,
+        },
+    })
 }
 
-fn check_parameters(script: &Path, parameters: &[(String, f64)]) -> Result<(), GmshError> {
-    let text = std::fs::read(script).map_err(|source| GmshError::Script {
+/// That each parameter has an effect: the script lets others set it, or it is an option of gmsh
+/// that the script leaves alone.
+fn check_parameters(
+    program: &OsStr,
+    script: &Path,
+    parameters: &[(String, f64)],
+    scratch: &Path,
+) -> Result<(), GmshError> {
+    let defined = Definitions::of(script).map_err(|source| GmshError::Script {
         path: script.to_path_buf(),
         source,
     })?;
-    let text = without_comments(&String::from_utf8_lossy(&text));
-    let in_word = |c: char| c.is_alphanumeric() || c == '_';
-    let words = text.split(|c| !in_word(c));
-    let included = words.clone().any(|w| w == "Include" || w == "Merge");
     for (name, value) in parameters {
+        let (script, name) = (script.to_path_buf(), name.clone());
         if !value.is_finite() {
-            let (name, value) = (name.clone(), *value);
+            let value = *value;
             return Err(GmshError::ParameterValue { name, value });
         }
-        // An included file may name it; dots and slashes belong to options such as Mesh.Algorithm.
-        if included || !name.chars().all(in_word) || words.clone().any(|w| w == name) {
-            continue;
+        if is_option(&name) {
+            if defined.sets_option(&name) {
+                return Err(GmshError::SetByScript { script, name });
+            }
+            check_option(program, &name, *value, scratch)?;
+        } else if !defined.has_parameter(&name) {
+            let parameters = defined.parameters;
+            return Err(GmshError::UnknownParameter {
+                script,
+                name,
+                parameters,
+            });
         }
-        return Err(GmshError::UnknownParameter {
-            script: script.to_path_buf(),
-            name: name.clone(),
-            parameters: defined_constants(&text),
-        });
     }
     Ok(())
 }
 
-pub(super) fn without_comments(text: &str) -> String {
-    let mut kept = String::new();
-    let mut rest = text;
-    while let Some(at) = rest.find('/') {
-        let (before, from) = rest.split_at(at);
-        kept.push_str(before);
-        let end = match from.as_bytes().get(1) {
-            Some(b'/') => from.find('\n'),
-            Some(b'*') => from.find("*/").map(|i| i + 2),
-            _ => {
-                kept.push('/');
-                Some(1)
-            }
-        };
-        rest = &from[end.unwrap_or(from.len())..];
-    }
-    kept + rest
-}
-
-/// Names assigned in the `DefineConstant[ .. ]` blocks.
-fn defined_constants(text: &str) -> Vec<String> {
-    let blocks = text.split("DefineConstant").skip(1);
-    let bodies = blocks.filter_map(|b| b.trim_start().strip_prefix('[')?.split(']').next());
-    let names = bodies.flat_map(|b| b.split(',')).filter_map(|entry| {
-        let name = entry.split('=').next()?.trim();
-        let is_name = name.chars().all(|c| c.is_alphanumeric() || c == '_');
-        (is_name && !name.is_empty()).then(|| name.to_string())
-    });
-    names.collect()
-}
-
-struct Finished {
-    status: ExitStatus,
-    lines: Vec<String>,
-    seconds: f64,
-}
-
-/// Runs a program to its end or to the time limit, keeping what it prints.
-fn run(program: &OsStr, arguments: &[OsString], time_limit_s: f64) -> Result<Finished, GmshError> {
-    let name = || program.to_string_lossy().into_owned();
-    let start = Instant::now();
-    let mut command = Command::new(program);
-    command
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut command, 0); // so that all of it can be killed
-    let mut child = command.spawn().map_err(|source| match source.kind() {
-        std::io::ErrorKind::NotFound => GmshError::Missing { program: name() },
-        _ => GmshError::Start {
-            program: name(),
-            source,
-        },
-    })?;
-    let printed = [
-        child.stdout.take().map(drain),
-        child.stderr.take().map(drain),
+/// That gmsh has an option of this name, by a script in the file `scratch` that sets it: unlike
+/// `-setnumber`, that is an error where there is none.
+fn check_option(program: &OsStr, name: &str, value: f64, scratch: &Path) -> Result<(), GmshError> {
+    std::fs::write(scratch, format!("{name} = {value};\n")).map_err(|e| output(scratch, e))?;
+    let arguments = [
+        scratch.into(),
+        "-nt".into(),
+        "1".into(),
+        "-parse_and_exit".into(),
     ];
-    let limit = Duration::try_from_secs_f64(time_limit_s).unwrap_or(Duration::MAX);
-    let mut pause = Duration::from_millis(1);
-    let status = loop {
-        match child.try_wait() {
-            Ok(Some(status)) => break Some(status),
-            Ok(None) if start.elapsed() >= limit => break None,
-            Ok(None) => std::thread::sleep(pause.min(limit.saturating_sub(start.elapsed()))),
-            Err(source) => {
-                kill(&mut child);
-                let program = name();
-                return Err(GmshError::Start { program, source });
-            }
-        }
-        pause = (pause * 2).min(Duration::from_millis(20));
-    };
-    if status.is_none() {
-        kill(&mut child);
-    }
-    let mut lines = Vec::new();
-    for pipe in printed.into_iter().flatten() {
-        // A grandchild that outlives the kill may hold the pipe: do not wait for it for ever.
-        while let Ok(line) = pipe.recv_timeout(Duration::from_secs(2)) {
-            lines.push(line);
-        }
-    }
-    match status {
-        Some(status) => Ok(Finished {
-            status,
-            lines,
-            seconds: start.elapsed().as_secs_f64(),
-        }),
-        None => Err(GmshError::TimeLimit {
-            limit_s: time_limit_s,
-            messages: lines[lines.len().saturating_sub(20)..].join("\n"),
+    let run = started(program, &arguments, SHORT_LIMIT_S);
+    let _ = std::fs::remove_file(scratch); // a file of one line stays behind
+    let run = run?;
+    match run.status.success() && !run.printed.has_error {
+        true => Ok(()),
+        false => Err(GmshError::UnknownOption {
+            name: name.to_owned(),
+            messages: run.printed.messages(),
         }),
     }
-}
-
-/// Sends on the lines of a pipe, from a thread of its own, so that the pipe never fills up.
-fn drain(pipe: impl Read + Send + 'static) -> Receiver<String> {
-    let (send, receive) = channel();
-    std::thread::spawn(move || {
-        for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {
-            let line = String::from_utf8_lossy(&line).trim_end().to_string();
-            if send.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    receive
-}
-
-fn kill(child: &mut Child) {
-    #[cfg(unix)]
-    {
-        // The child leads a process group; the shell's own `kill` reaches all of it.
-        let group = format!("kill -s KILL -- -{}", child.id());
-        let _ = Command::new("sh")
-            .args(["-c", &group])
-            .stderr(Stdio::null())
-            .status();
-    }
-    let _ = child.kill(); // it may have ended by itself meanwhile
-    let _ = child.wait();
 }
 
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
-    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
+    use std::time::{Duration, Instant};
 
     /// A folder with a Gmsh script and a program that stands in for gmsh.
     struct Bench {
@@ -340,11 +275,15 @@ mod tests {
             let dir = std::env::temp_dir().join(format!("dovetail-{name}-{}", std::process::id()));
             std::fs::create_dir_all(&dir).unwrap();
             let bench = Self { dir };
+            // By a shell of its own: starting a file that this process has open for writing may
+            // fail, and another test thread that forks keeps it open.
             let text = format!("#!/bin/sh\nfor last; do :; done\n{program}\n");
-            std::fs::write(bench.program(), text).unwrap();
-            let mode = std::fs::Permissions::from_mode(0o755);
-            std::fs::set_permissions(bench.program(), mode).unwrap();
-            let script = "// ghost = 1\nDefineConstant[ nu = 4, /* old */ order = 2 ];\n";
+            let shell = "printf %s \"$1\" > \"$2\" && chmod +x \"$2\"";
+            let mut write = Command::new("sh");
+            write.args(["-c", shell, "sh", &text]).arg(bench.program());
+            assert!(write.status().unwrap().success());
+            let script = "// ghost = 1\nDefineConstant[ nu = 4, /* old */ order = 2 ];\n\
+                          length = 3; Point(1) = {0, 0, 0, length}; Mesh.Optimize = 1;\n";
             std::fs::write(bench.dir.join("a.geo"), script).unwrap();
             bench
         }
@@ -360,27 +299,14 @@ mod tests {
                 .map(|(n, v)| (n.to_string(), *v))
                 .collect();
             let script = self.dir.join("a.geo");
-            // Starting a file just written fails now and then with "text file busy", when another
-            // test thread forks between its writing and its closing.
-            for _ in 0..50 {
-                let program = self.program();
-                let found = generate_with(
-                    program.as_os_str(),
-                    &script,
-                    &parameters,
-                    limit,
-                    &self.out(),
-                );
-                match found {
-                    Err(GmshError::Start { source, .. })
-                        if source.kind() == std::io::ErrorKind::ExecutableFileBusy =>
-                    {
-                        std::thread::sleep(Duration::from_millis(20));
-                    }
-                    found => return found,
-                }
-            }
-            panic!("the program cannot be started");
+            let program = self.program();
+            generate_with(
+                program.as_os_str(),
+                &script,
+                &parameters,
+                limit,
+                &self.out(),
+            )
         }
     }
 
@@ -477,23 +403,85 @@ mod tests {
         assert!(matches!(found, Err(GmshError::Script { .. })));
     }
 
+    /// Stands in for gmsh: it knows one option.
+    const ONE_OPTION: &str = "case \"$last\" in
+        -parse_and_exit) grep -q '^Mesh.Algorithm = ' \"$1\" || echo \"Error : Unknown number option\" ;;
+        *) touch \"$last\" ;;
+    esac";
+
     #[test]
-    fn a_parameter_the_script_does_not_name_is_an_error() {
-        let bench = Bench::new("parameter", "touch \"$last\"");
-        for wrong in ["nuu", "ghost", "old"] {
-            let error = bench
-                .generate(&[(wrong, 8.0)], 20.0)
-                .unwrap_err()
-                .to_string();
+    fn a_parameter_without_effect_is_an_error() {
+        let bench = Bench::new("parameter", ONE_OPTION);
+        let wrong = [
+            "nuu",
+            "ghost",
+            "old",
+            "Point",
+            "length",
+            "a/nu",
+            "a.nu",
+            "View[0].X",
+            "A.B; C.D",
+            "",
+        ];
+        for wrong in wrong {
+            let error = bench.generate(&[(wrong, 8.0)], 20.0).unwrap_err();
             assert!(
-                error.contains(wrong) && error.ends_with("it has nu, order"),
+                matches!(error, GmshError::UnknownParameter { .. }),
                 "{error}"
             );
+            let error = error.to_string();
+            let words = format!("no parameter `{wrong}`: it has nu, order (");
+            assert!(error.contains(&words), "{error}");
         }
         bench
             .generate(&[("nu", 8.0), ("Mesh.Algorithm", 5.0)], 20.0)
             .unwrap();
+        let error = bench.generate(&[("Mesh.Algorithmm", 5.0)], 20.0);
+        assert!(matches!(error, Err(GmshError::UnknownOption { .. })));
+        let error = bench.generate(&[("Mesh.Optimize", 5.0)], 20.0);
+        assert!(matches!(error, Err(GmshError::SetByScript { .. })));
         let error = bench.generate(&[("nu", f64::NAN)], 20.0).unwrap_err();
         assert!(matches!(error, GmshError::ParameterValue { .. }));
+        let mut left: Vec<_> = std::fs::read_dir(&bench.dir)
+            .unwrap()
+            .map(|file| file.unwrap().file_name().into_string().unwrap())
+            .collect();
+        left.sort();
+        assert_eq!(left, ["a.geo", "a.msh", "program"]);
+    }
+
+    /// What is said of it above is true of the installed one.
+    #[test]
+    fn gmsh_tells_options_that_it_has_from_others() {
+        let bench = Bench::new("options", "");
+        let script = bench.dir.join("a.geo");
+        let check = |name: &str| {
+            let scratch = bench.dir.join("scratch.geo");
+            let parameters = [(name.to_owned(), 1.0)];
+            check_parameters(OsStr::new("gmsh"), &script, &parameters, &scratch)
+        };
+        match check("Mesh.Algorithm") {
+            Err(GmshError::Missing { .. }) => return eprintln!("skipped: gmsh is not installed"),
+            found => found.unwrap(),
+        }
+        for name in ["Mesh.Algorithmm", "Mash.Algorithm", "General.FileName"] {
+            let found = check(name);
+            assert!(
+                matches!(found, Err(GmshError::UnknownOption { .. })),
+                "{name}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_version_is_not_waited_for_long() {
+        let bench = Bench::new("version", "echo 4.99");
+        assert_eq!(version_of(bench.program().as_os_str()).unwrap(), "4.99");
+        let bench = Bench::new("no-version", "sleep 50");
+        let start = Instant::now();
+        let found = version_of(bench.program().as_os_str());
+        assert!(matches!(found, Err(GmshError::TimeLimit { .. })));
+        assert!(start.elapsed() < Duration::from_secs(30));
     }
 }

@@ -4,7 +4,7 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::gmsh::without_comments;
+use super::script::{Token, is_in_word, tokens};
 
 /// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
 const REACH_OUT: [&str; 24] = [
@@ -44,9 +44,16 @@ pub struct ScriptInputs {
 /// `None` where the script reaches out, or something cannot be read.
 pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     let bytes = std::fs::read(script).ok()?;
-    let text = without_comments(&String::from_utf8_lossy(&bytes));
-    let mut words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
-    if words.any(|word| REACH_OUT.contains(&word)) {
+    let text = String::from_utf8_lossy(&bytes);
+    let reaches_out = |token: &Token| match token {
+        Token::Word(word) => REACH_OUT.contains(word),
+        // A text may be a command.
+        Token::Text(text) => text
+            .split(|c| !is_in_word(c))
+            .any(|word| REACH_OUT.contains(&word)),
+        Token::Sign(_) => false,
+    };
+    if tokens(&text).iter().any(reaches_out) {
         return None;
     }
     let mut settings = Vec::new();
@@ -96,6 +103,7 @@ mod tests {
             "Merge 'part.step';",
             "x = Rand(2);",
             "s = GetEnv('HOME');",
+            "Printf('//'); Include \"a.geo\";",
         ] {
             assert_eq!(of(reaching), None, "{reaching}");
         }

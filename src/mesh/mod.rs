@@ -11,7 +11,9 @@ mod error;
 pub mod gmsh;
 pub mod inputs;
 pub mod msh;
+mod process;
 pub mod quality;
+mod script;
 mod sections;
 
 pub use error::MeshError;

@@ -9,7 +9,7 @@ use crate::export::plots::{CampbellFamily, write_campbell};
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{Body, Model};
 use crate::numerics::sparse::sum;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::reduction::craig_bampton::{condense, held_modes};
 use crate::reduction::relative::relative;
 use crate::reduction::{ReducedBody, ReductionError};
@@ -106,7 +106,7 @@ pub fn campbell(
     let spun = Spun::of(model, progress)?;
     let mut all = Vec::new();
     {
-        let _stage = progress.stage("modes at each speed");
+        let _stage = progress.stage(Stage::ModesAtSpeeds);
         let bar = progress.bar(speeds.points, "speeds");
         for rpm in speeds.values_rpm() {
             let share = match speeds.to_rpm {

@@ -17,7 +17,7 @@ use crate::export::plots::{
 use crate::export::{csv, flank, manifest, vtu};
 use crate::fem::{expand_to_nodes, stress};
 use crate::model::Model;
-use crate::progress::{Progress, processor_seconds};
+use crate::progress::{Progress, Stage};
 use crate::reduction::superelement::{self, Superelement};
 use crate::reduction::{PairLaw, Recovery};
 use crate::results::quantities::{pair_counts, peak};
@@ -69,7 +69,7 @@ pub(super) fn write_static_state(
         Some(meshed) => Some(meshed.recovery(progress)?),
         None => None,
     };
-    let _stage = progress.stage("static files");
+    let _stage = progress.stage(Stage::StaticFiles);
     let out = &options.out;
     csv::write_static(&out.join("static.csv"), &subject.pairs, state)?;
     let Some(Meshed { model, .. }) = subject.meshed() else {
@@ -125,7 +125,7 @@ pub(super) fn write_response(
         Some(meshed) => Some(meshed.recovery(progress)?),
         None => None,
     };
-    let _stage = progress.stage("response files");
+    let _stage = progress.stage(Stage::ResponseFiles);
     let out = &options.out;
     let names = subject.observations();
     csv::write_response(&out.join("response.csv"), &names, response)?;
@@ -246,7 +246,7 @@ pub(super) fn write_reduced_model(
     subject: &Prepared,
     progress: &Progress,
 ) -> Result<Option<PairLaw>, Error> {
-    let _stage = progress.stage("files of the reduced model");
+    let _stage = progress.stage(Stage::ReducedModelFiles);
     create_folder(&options.out)?;
     let (relative, rows) = (subject.relative(), &subject.pairs.rows);
     let element = Superelement {
@@ -322,6 +322,7 @@ pub(super) fn finish(
         .records()
         .into_iter()
         .map(|record| manifest::StageSummary {
+            id: record.stage.id(),
             name: record.name,
             seconds: record.seconds,
             processor_seconds: record.processor_seconds,
@@ -331,7 +332,7 @@ pub(super) fn finish(
         })
         .collect();
     summary.seconds = progress.seconds();
-    summary.processor_seconds = processor_seconds();
+    summary.processor_seconds = progress.processor_seconds();
     manifest::write_summary(&options.out.join("summary.json"), &summary)?;
     progress.note(&format!("results in {}", options.out.display()));
     Ok(())

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra_sparse::CscMatrix;
 
 use super::Options;
-use super::cache::{Cache, Key, Turn, reduction_inputs};
+use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
@@ -15,7 +15,7 @@ use crate::fem::{self, FemError, Structure};
 use crate::mesh::Mesh;
 use crate::model::{self, Model};
 use crate::numerics::factor::{Cholesky, FactorError};
-use crate::progress::{HELD_MODES_STAGE, Progress};
+use crate::progress::{Progress, Stage};
 use crate::reduction::craig_bampton::held_modes;
 use crate::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
 use crate::scene::Assembly;
@@ -72,7 +72,7 @@ impl Meshed {
         let cache = Cache::new(options.cache.as_ref());
         let [key, recovery_key] = {
             let inputs = reduction_inputs(&model, stuck_modes);
-            ["reduced", "recovery"].map(|kind| cache.key(kind, &inputs))
+            [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs))
         };
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
         let (relative, fixed_interface_omega2) = match kept(&cache, key.as_ref(), &model, progress)
@@ -82,7 +82,7 @@ impl Meshed {
                 let matrices = structure_of(&structure, &model, progress)?;
                 let reduced = reduce(&model, matrices, stuck_modes, progress)?;
                 if key.is_some() {
-                    let _stage = progress.stage("cache");
+                    let _stage = progress.stage(Stage::Keeping);
                     let parts = (
                         &reduced.relative,
                         &reduced.unit_loads,
@@ -115,9 +115,9 @@ impl Meshed {
         }
         let begin = Instant::now();
         let key = self.recovery_key.as_ref();
-        let recovery = match self.cache.get::<Recovery>(key, progress) {
+        let recovery = match self.cache.get::<Recovery, _>(key, Ok, progress) {
             Some(recovery) => {
-                progress.kept_stage("recovery", begin.elapsed());
+                progress.kept_stage(Stage::Recovery, begin.elapsed());
                 recovery
             }
             None => {
@@ -137,7 +137,7 @@ impl Meshed {
     /// Squared angular frequencies of each body alone, its flanks held (full model).
     pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, Error> {
         let structure = structure_of(&self.structure, &self.model, progress)?;
-        let _stage = progress.stage(HELD_MODES_STAGE);
+        let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
             .map(|(body, matrices)| match body.is_ground() {
@@ -149,7 +149,7 @@ impl Meshed {
 }
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, Error> {
-    let _stage = progress.stage("model");
+    let _stage = progress.stage(Stage::Model);
     let model = model::bind(assembly, mesh)?;
     let tets: usize = model.bodies.iter().map(|b| b.tet_count()).sum();
     progress.note(&format!(
@@ -166,7 +166,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 }
 
 pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
-    let stage = progress.stage("finite elements");
+    let stage = progress.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         stage.solves(k.ncols());
         let factor = Cholesky::factor(k).map_err(|error| match error {
@@ -192,10 +192,10 @@ fn kept(
 ) -> Result<(RelativeModel, Vec<Vec<f64>>), Option<Turn>> {
     let begin = Instant::now();
     let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) =
-        cache.get_or_turn(key, progress)?;
+        cache.get_or_turn(key, Ok, progress)?;
     let relative = relative.under(model, &unit_loads);
-    progress.kept_stage("finite elements", Duration::ZERO);
-    progress.kept_stage("reduction", begin.elapsed());
+    progress.kept_stage(Stage::FiniteElements, Duration::ZERO);
+    progress.kept_stage(Stage::Reduction, begin.elapsed());
     Ok((relative, omega2))
 }
 
@@ -218,7 +218,7 @@ fn reduce(
     stuck_modes: Option<usize>,
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
-    let stage = progress.stage("reduction");
+    let stage = progress.stage(Stage::Reduction);
     // The interior of each body; with many pairs both are condensed as one.
     for body in model.bodies.iter().filter(|body| !body.is_ground()) {
         stage.solves(3 * body.dofs.interior_nodes);

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::Options;
-use super::cache::{Cache, Key};
+use super::cache::{Cache, Key, Kind};
 use crate::error::Error;
 use crate::export::{manifest, write_file};
 use crate::mesh::gmsh::{self, GmshError, GmshRun};
 use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
 use crate::model::Model;
 use crate::numerics::stored;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::scene::{MeshKind, MeshSource};
 
 /// The mesh of a script, in the folder of the results.
@@ -34,8 +34,8 @@ impl Origin {
     }
 }
 
-/// That what the scene names as its mesh is there.
-pub(super) fn check(mesh: &MeshSource) -> Result<(), Error> {
+/// That what the scene names as its mesh is there. What runs with it is told.
+pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), Error> {
     match &mesh.kind {
         MeshKind::File { path } => {
             std::fs::metadata(path).map_err(|source| MeshError::Io {
@@ -48,6 +48,10 @@ pub(super) fn check(mesh: &MeshSource) -> Result<(), Error> {
                 path: script.clone(),
                 source,
             })?;
+            progress.note(&format!(
+                "{} is a program that gmsh runs, and it can start any command: run it only where you trust it",
+                script.display()
+            ));
         }
     }
     Ok(())
@@ -66,45 +70,77 @@ pub(super) fn make_mesh(
     options: &Options,
     progress: &Progress,
 ) -> Result<(Mesh, Origin), Error> {
-    let stage = progress.stage("mesh");
-    let origin = match &source.kind {
-        MeshKind::File { path } => Origin {
-            source: path.clone(),
-            gmsh: None,
-            fallback: false,
-        },
+    let stage = progress.stage(Stage::Mesh);
+    let metres_per_unit = source.metres_per_unit;
+    let (script, parameters, time_limit_s) = match &source.kind {
+        MeshKind::File { path } => {
+            let origin = Origin {
+                source: path.clone(),
+                gmsh: None,
+                fallback: false,
+            };
+            return Ok((read(path, metres_per_unit)?, origin));
+        }
         MeshKind::Geometry {
             script,
             parameters,
             time_limit_s,
             ..
-        } => {
-            create_folder(&options.out)?;
-            let out = options.out.join(MESH_FILE);
-            let cache = Cache::new(options.cache.as_ref());
-            let key = mesh_key(&cache, script, parameters);
-            match cache.get_or_turn::<KeptMesh>(key.as_ref(), progress) {
-                Ok(kept) => {
-                    stage.from_cache();
-                    write_file(&out, &kept.file)?;
-                    made(&out, kept.version, &kept.warnings, progress)
-                }
-                Err(_turn) => match gmsh::generate(script, parameters, *time_limit_s, &out) {
-                    Ok(run) => {
-                        keep(&cache, key.as_ref(), &run, &out, progress);
-                        made(&out, run.version, &run.warnings, progress)
-                    }
-                    Err(missing @ GmshError::Missing { .. }) => {
-                        ready(source.kind.equivalent_fallback(), missing, progress)?
-                    }
-                    Err(error) => return Err(error.into()),
-                },
-            }
-        }
+        } => (script, parameters, *time_limit_s),
     };
-    let mesh = msh::read(&origin.source, source.metres_per_unit)?;
+    create_folder(&options.out)?;
+    let out = options.out.join(MESH_FILE);
+    let cache = Cache::new(options.cache.as_ref());
+    let key = mesh_key(&cache, script, parameters);
+    // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of
+    // the run.
+    let accept = |kept: KeptMesh| {
+        if let Err(error) = write_file(&out, &kept.file) {
+            return Ok(Err(error));
+        }
+        let mesh = msh::parse(kept.file, metres_per_unit).map_err(|e| e.to_string())?;
+        quality::check(&mesh).map_err(|e| e.to_string())?;
+        Ok(Ok((mesh, kept.version, kept.warnings)))
+    };
+    match cache.get_or_turn(key.as_ref(), accept, progress) {
+        Ok(kept) => {
+            let (mesh, version, warnings) = kept?;
+            stage.from_cache();
+            Ok((mesh, made(&out, version, &warnings, progress)))
+        }
+        Err(_turn) => match gmsh::generate(script, parameters, time_limit_s, &out) {
+            Ok(run) => {
+                let mesh = read(&out, metres_per_unit).map_err(|error| of_writing(error, &out))?;
+                keep(&cache, key.as_ref(), &run, &out, progress);
+                Ok((mesh, made(&out, run.version, &run.warnings, progress)))
+            }
+            Err(missing @ GmshError::Missing { .. }) => {
+                let origin = ready(source.kind.equivalent_fallback(), missing, progress)?;
+                Ok((read(&origin.source, metres_per_unit)?, origin))
+            }
+            Err(error) => Err(error.into()),
+        },
+    }
+}
+
+/// Reads a mesh and checks its elements.
+fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, Error> {
+    let mesh = msh::read(path, metres_per_unit)?;
     quality::check(&mesh)?;
-    Ok((mesh, origin))
+    Ok(mesh)
+}
+
+/// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells
+/// nobody.
+fn of_writing(error: Error, out: &Path) -> Error {
+    match error {
+        Error::Mesh(source) if source.is_damage() => {
+            let _ = std::fs::remove_file(out); // made a moment ago, and no mesh
+            let folder = out.parent().unwrap_or(out).to_path_buf();
+            GmshError::NotWhole { folder, source }.into()
+        }
+        error => error,
+    }
 }
 
 fn made(out: &Path, version: String, warnings: &[String], progress: &Progress) -> Origin {
@@ -154,7 +190,7 @@ fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Optio
     let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
     let mut parameters = parameters.to_vec();
     parameters.sort_by(|a, b| a.0.cmp(&b.0));
-    cache.key("mesh", &(inputs::inputs(script)?, parameters, version))
+    cache.key(Kind::Mesh, &(inputs::inputs(script)?, parameters, version))
 }
 
 fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, progress: &Progress) {

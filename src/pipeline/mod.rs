@@ -11,7 +11,7 @@ pub mod verify;
 
 use std::path::PathBuf;
 
-pub use self::cache::CacheSettings;
+pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
@@ -182,7 +182,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 /// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
     match &scene.subject {
-        Subject::Assembly(assembly) => meshing::check(&assembly.mesh)?,
+        Subject::Assembly(assembly) => meshing::check(&assembly.mesh, progress)?,
         Subject::ReducedModel(spec) => prepared::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));

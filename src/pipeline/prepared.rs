@@ -3,7 +3,7 @@
 use super::meshed::Meshed;
 use super::{Options, hertz};
 use crate::error::Error;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::reduction::superelement;
 use crate::reduction::{PairLaw, RelativeModel};
 use crate::results::pairs::PairTable;
@@ -38,7 +38,7 @@ impl Prepared {
                 }
             }
             Subject::ReducedModel(spec) => {
-                let _stage = progress.stage("reduced model");
+                let _stage = progress.stage(Stage::ReducedModel);
                 let element = read(spec)?;
                 let pairs = PairTable::of_superelement(&element);
                 progress.note(&format!("{} contact pairs", pairs.rows.len()));

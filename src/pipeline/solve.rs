@@ -10,7 +10,7 @@ use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
 use crate::numerics::newton::NewtonOptions;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use crate::scene::{FrequencyRange, Resolution, ResponseSpec, Scene};
@@ -31,7 +31,7 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
             retention_n: None,
         };
     }
-    let stage = progress.stage("static state");
+    let stage = progress.stage(Stage::StaticState);
     stage.solves(relative.stiffness.nrows());
     let options = NewtonOptions {
         tolerance: scene.response.tolerance.min(1e-10),
@@ -151,7 +151,7 @@ pub(super) fn respond(
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
     };
     let blocks = 2 * resolution.most_harmonics() + 1;
-    let stage = progress.stage(&title);
+    let stage = progress.titled_stage(Stage::Response, &title);
     stage.solves(blocks * relative.stiffness.nrows());
     let bar = progress.bar(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
@@ -181,7 +181,7 @@ fn linear(
     harmonics: usize,
     progress: &Progress,
 ) -> Response {
-    let _stage = progress.stage("linear response");
+    let _stage = progress.titled_stage(Stage::Response, "linear response");
     let system = ContactSystem::new(relative, damping);
     let frequencies = frequencies_hz.iter();
     Response {

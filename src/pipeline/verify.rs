@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::export::{csv, manifest};
 use crate::integration::compare::{Comparison, Start, compare};
 use crate::integration::steady::Until;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::quantities::peak;
@@ -66,7 +66,7 @@ pub fn verify(
         });
     }
     let comparisons = {
-        let _stage = progress.stage("time integration");
+        let _stage = progress.stage(Stage::TimeIntegration);
         let bar = progress.bar(chosen.len(), "frequencies");
         let until = Until {
             most_periods: asked.periods.unwrap_or(asked.most_periods),

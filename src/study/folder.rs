@@ -1,7 +1,7 @@
 //! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json what came out.
 //!
 //! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks what would be asked now:
-//! the same version of the program, overrides and input files, byte for byte.
+//! the same program, overrides and input files, byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +11,10 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::quantity::Quantity;
+use super::summary::CaseSummary;
 use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
 use crate::export::write_file;
+use crate::pipeline;
 use crate::scene::{self, MeshKind, Scene, Subject};
 
 /// case.json.
@@ -20,6 +22,10 @@ use crate::scene::{self, MeshKind, Scene, Subject};
 pub struct CaseRecord {
     /// Of the program.
     pub version: String,
+    /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases
+    /// may run on several machines.
+    #[serde(default)]
+    pub program_hash: String,
     pub study: String,
     pub case: String,
     /// Knob and label of its value.
@@ -114,6 +120,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     let labels = case.labels(study).into_iter().map(str::to_owned);
     Ok(CaseRecord {
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        program_hash: program_hash()?,
         study: study.name.clone(),
         case: case.slug.clone(),
         knobs: study
@@ -128,6 +135,15 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         inputs: inputs(&study.scene, &scene)?,
         command,
     })
+}
+
+fn program_hash() -> Result<String, StudyError> {
+    let hash = pipeline::executable_hash().map_err(|source| StudyError::File {
+        action: "reading",
+        path: std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail")),
+        source,
+    })?;
+    Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// The scene file and the files it names.
@@ -184,7 +200,7 @@ impl CaseRecord {
                 .map(|i| (i.bytes, i.fnv1a.clone()))
                 .collect()
         };
-        self.version == earlier.version
+        self.program_hash == earlier.program_hash
             && self.set == earlier.set
             && (earlier.fields || !self.fields)
             && (earlier.held_modes || !self.held_modes)
@@ -197,7 +213,7 @@ impl CaseRecord {
 pub enum Found {
     /// With its summary and how long the process took.
     Complete {
-        summary: Box<serde_json::Value>,
+        summary: Box<CaseSummary>,
         threads: Option<u16>,
     },
     /// Ended without a result.
@@ -205,7 +221,7 @@ pub enum Found {
         exit_code: Option<i32>,
         message: String,
     },
-    /// Never run to its end, or with other settings.
+    /// Never run to its end, or with other settings; a summary that is none.
     Nothing,
 }
 
@@ -233,7 +249,8 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     }
     let threads = earlier.command.iter().position(|word| word == "--threads");
     let threads = threads.and_then(|at| earlier.command.get(at + 1)?.parse().ok());
-    Ok(match read_json(&folder.join("summary.json"))? {
+    let summary = read_json(&folder.join("summary.json"))?;
+    Ok(match summary.and_then(CaseSummary::of) {
         Some(summary) => Found::Complete {
             summary: Box::new(summary),
             threads,
@@ -344,6 +361,7 @@ mod tests {
     fn a_result_counts_for_what_asks_no_more() {
         let record = CaseRecord {
             version: "1".into(),
+            program_hash: "a".into(),
             study: "s".into(),
             case: "base".into(),
             knobs: vec![],
@@ -366,7 +384,7 @@ mod tests {
         assert!(record.is_answered_by(&but(|r| r.held_modes = true)));
         assert!(!but(|r| r.held_modes = true).is_answered_by(&record));
         assert!(!record.is_answered_by(&but(|r| r.set.clear())));
-        assert!(!record.is_answered_by(&but(|r| r.version = "2".into())));
+        assert!(!record.is_answered_by(&but(|r| r.program_hash = "b".into())));
         assert!(!record.is_answered_by(&but(|r| r.inputs[0].fnv1a = "1".into())));
     }
 }

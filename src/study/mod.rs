@@ -18,6 +18,7 @@ mod report;
 mod results;
 mod runner;
 mod spent;
+mod summary;
 mod words;
 mod workflow;
 

@@ -1,12 +1,12 @@
 //! What the folders of the cases hold, as one table.
 
-use serde_json::Value;
-
 use super::cases::Case;
 use super::file::Study;
 use super::folder::{self, Found, Settings};
-use super::spent::{Spent, shared_settings, spent, stages};
+use super::spent::{Spent, shared_settings, spent};
+use super::summary::{CaseSummary, StageTimes};
 use crate::error::Error;
+use crate::progress::Stage;
 
 /// A case and what came of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,32 +96,26 @@ pub fn collect(
     for case in cases {
         let record = folder::record(study, case, settings)?;
         let in_folder = folder::find(&record, &settings.folder(case))?;
-        let stages = match &in_folder {
-            Found::Complete { summary, .. } => stages(summary),
-            _ => Vec::new(),
-        };
-        found.push((record, in_folder, stages));
+        found.push((record, in_folder));
     }
-    let ended = found
-        .iter()
-        .map(|(record, in_folder, own)| match in_folder {
-            Found::Complete { summary, threads } => {
-                let made = |name: &str| {
-                    let shared = shared_settings(record, name);
-                    let alike = found
-                        .iter()
-                        .filter(|(r, ..)| shared_settings(r, name) == shared);
-                    let mut stages = alike.flat_map(|(.., stages)| stages);
-                    stages.find(|s| s.name == name && !s.from_cache)
-                };
-                Ended::WithFigures(figures(study, summary, spent(summary, own, made), *threads))
-            }
-            Found::Failed { exit_code, message } => Ended::Failed {
-                exit_code: *exit_code,
-                message: message.clone(),
-            },
-            Found::Nothing => Ended::NotRun,
-        });
+    let ended = found.iter().map(|(record, in_folder)| match in_folder {
+        Found::Complete { summary, threads } => {
+            let made = |stage: Stage| {
+                let shared = shared_settings(record, stage);
+                let alike = found
+                    .iter()
+                    .filter(|(r, _)| shared_settings(r, stage) == shared);
+                let mut stages = alike.flat_map(|(_, found)| stages_of(found));
+                stages.find(|s| s.stage == stage && !s.from_cache)
+            };
+            Ended::WithFigures(figures(study, summary, spent(summary, made), *threads))
+        }
+        Found::Failed { exit_code, message } => Ended::Failed {
+            exit_code: *exit_code,
+            message: message.clone(),
+        },
+        Found::Nothing => Ended::NotRun,
+    });
     Ok(cases
         .iter()
         .zip(ended)
@@ -130,6 +124,13 @@ pub fn collect(
             ended,
         })
         .collect())
+}
+
+fn stages_of(found: &Found) -> &[StageTimes] {
+    match found {
+        Found::Complete { summary, .. } => &summary.stages,
+        _ => &[],
+    }
 }
 
 /// Headings of the figures of all cases, in the order of the study's quantities.
@@ -150,17 +151,16 @@ pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
     found
 }
 
-fn figures(study: &Study, summary: &Value, spent: Spent, threads: Option<u16>) -> Figures {
-    let count = |name: &str| summary["response"][name].as_u64().unwrap_or_default() as usize;
+fn figures(study: &Study, summary: &CaseSummary, spent: Spent, threads: Option<u16>) -> Figures {
     Figures {
         values: study
             .quantities
             .iter()
-            .flat_map(|q| q.figures(summary))
+            .flat_map(|q| q.figures(&summary.whole))
             .collect(),
         spent,
         threads,
-        points: count("points"),
-        unconverged: count("points").saturating_sub(count("converged_points")),
+        points: summary.points,
+        unconverged: summary.points - summary.converged_points,
     }
 }

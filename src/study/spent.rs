@@ -1,23 +1,9 @@
 //! What a run spent, stage by stage. What it took from the cache is counted as its making: by the times of a case of the
 //! same study that made it, so that costs do not depend on which case came first.
 
-use serde_json::Value;
-
 use super::folder::CaseRecord;
-use crate::progress::HELD_MODES_STAGE;
-
-/// The stage in which a run keeps something for later ones.
-const KEEPING_STAGE: &str = "cache";
-
-/// A stage of summary.json.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stage {
-    pub name: String,
-    pub seconds: f64,
-    pub processor_seconds: Option<f64>,
-    pub peak_memory_mib: Option<f64>,
-    pub from_cache: bool,
-}
+use super::summary::{CaseSummary, StageTimes};
+use crate::progress::Stage;
 
 /// What a run costs without what only the study asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,62 +18,49 @@ pub struct Spent {
     /// Largest resident memory, MiB.
     pub peak_memory_mib: Option<f64>,
     /// Stages taken from the cache that no case of the study made: their making is missing from the times.
-    pub not_counted: Vec<String>,
+    pub not_counted: Vec<Stage>,
 }
 
-/// The stages of a summary.
-pub fn stages(summary: &Value) -> Vec<Stage> {
-    let stage = |s: &Value| {
-        Some(Stage {
-            name: s["name"].as_str()?.to_owned(),
-            seconds: s["seconds"].as_f64()?,
-            processor_seconds: s["processor_seconds"].as_f64(),
-            peak_memory_mib: s["peak_memory_mib"].as_f64(),
-            from_cache: s["from_cache"].as_bool().unwrap_or(false),
-        })
-    };
-    let all = summary["stages"].as_array().into_iter().flatten();
-    all.filter_map(stage).collect()
-}
-
-/// Adds up. `made` gives a stage of this name from a case that made what this one may have taken from the cache.
+/// Adds up. `made` gives such a stage of a case that made what this one may have taken from the
+/// cache.
 pub fn spent<'s>(
-    summary: &Value,
-    stages: &'s [Stage],
-    made: impl Fn(&str) -> Option<&'s Stage>,
+    summary: &'s CaseSummary,
+    made: impl Fn(Stage) -> Option<&'s StageTimes>,
 ) -> Spent {
+    let stages = &summary.stages;
     let mut not_counted = Vec::new();
-    let mut counted: Vec<&Stage> = Vec::new();
-    for stage in stages {
-        let name = stage.name.as_str();
-        let asked_by_study = [HELD_MODES_STAGE, KEEPING_STAGE].contains(&name);
-        let kept = stages.iter().find(|s| s.name == name && s.from_cache);
+    let mut counted: Vec<&StageTimes> = Vec::new();
+    for times in stages {
+        let stage = times.stage;
+        let asked_by_study = [Stage::HeldModes, Stage::Keeping].contains(&stage);
+        let kept = stages.iter().find(|s| s.stage == stage && s.from_cache);
         match kept {
             _ if asked_by_study => {}
-            None => counted.push(stage),
+            None => counted.push(times),
             // Made after all, for the held modes alone, or taken from the cache: counted once, as made.
-            Some(first) if std::ptr::eq(first, stage) => match made(name) {
+            Some(first) if std::ptr::eq(first, times) => match made(stage) {
                 Some(made) => counted.push(made),
                 None => {
-                    counted.push(stage);
-                    not_counted.push(name.to_owned());
+                    counted.push(times);
+                    not_counted.push(stage);
                 }
             },
             Some(_) => {}
         }
     }
-    let contact = |s: &&&Stage| s.name == "static state" || s.name.starts_with("response, ");
-    let sum = |of: fn(&Stage) -> f64| counted.iter().map(|s| of(s)).sum::<f64>();
+    let contact = |s: &&&StageTimes| [Stage::StaticState, Stage::Response].contains(&s.stage);
+    let sum = |of: fn(&StageTimes) -> f64| counted.iter().map(|s| of(s)).sum::<f64>();
     let contact_sum =
-        |of: fn(&Stage) -> f64| counted.iter().filter(contact).map(|s| of(s)).sum::<f64>();
+        |of: fn(&StageTimes) -> f64| counted.iter().filter(contact).map(|s| of(s)).sum::<f64>();
     // Between the stages.
-    let outside =
-        |whole: f64, of: fn(&Stage) -> f64| (whole - stages.iter().map(of).sum::<f64>()).max(0.0);
-    let wall: fn(&Stage) -> f64 = |s| s.seconds;
-    let processor: fn(&Stage) -> f64 = |s| s.processor_seconds.unwrap_or_default();
-    let on_processors = summary["processor_seconds"].as_f64();
+    let outside = |whole: f64, of: fn(&StageTimes) -> f64| {
+        (whole - stages.iter().map(of).sum::<f64>()).max(0.0)
+    };
+    let wall: fn(&StageTimes) -> f64 = |s| s.seconds;
+    let processor: fn(&StageTimes) -> f64 = |s| s.processor_seconds.unwrap_or_default();
+    let on_processors = summary.processor_seconds;
     Spent {
-        seconds: sum(wall) + outside(summary["seconds"].as_f64().unwrap_or_default(), wall),
+        seconds: sum(wall) + outside(summary.seconds, wall),
         contact_seconds: contact_sum(wall),
         processor_seconds: on_processors.map(|whole| sum(processor) + outside(whole, processor)),
         contact_processor_seconds: on_processors.map(|_| contact_sum(processor)),
@@ -100,9 +73,9 @@ pub fn spent<'s>(
 }
 
 /// The overrides on which a stage kept for others may depend: cases alike in these share it.
-pub fn shared_settings<'r>(record: &'r CaseRecord, stage: &str) -> Vec<&'r str> {
+pub fn shared_settings(record: &CaseRecord, stage: Stage) -> Vec<&str> {
     let matters = |s: &&str| match stage {
-        "mesh" => s.trim_start().starts_with("mesh"),
+        Stage::Mesh => s.trim_start().starts_with("mesh"),
         _ => !concerns_contact_alone(s),
     };
     record
@@ -129,24 +102,46 @@ fn concerns_contact_alone(setting: &str) -> bool {
 mod tests {
     use super::*;
 
-    fn stage(name: &str, seconds: f64, mib: f64, from_cache: bool) -> Value {
-        serde_json::json!({ "name": name, "seconds": seconds, "processor_seconds": 2.0 * seconds,
-                            "peak_memory_mib": mib, "from_cache": from_cache })
+    fn times(stage: Stage, seconds: f64, mib: f64, from_cache: bool) -> StageTimes {
+        StageTimes {
+            stage,
+            seconds,
+            processor_seconds: Some(2.0 * seconds),
+            peak_memory_mib: Some(mib),
+            from_cache,
+        }
     }
 
-    fn made() -> Value {
-        serde_json::json!({
-            "seconds": 13.0, "processor_seconds": 26.0,
-            "stages": [stage("finite elements", 1.0, 200.0, false), stage("reduction", 4.0, 300.0, false),
-                       stage("cache", 2.0, 300.0, false), stage("static state", 0.5, 310.0, false),
-                       stage("response, 3 harmonics", 2.0, 350.0, false), stage(HELD_MODES_STAGE, 2.5, 900.0, false)] })
+    fn summary(
+        seconds: f64,
+        processor_seconds: Option<f64>,
+        stages: Vec<StageTimes>,
+    ) -> CaseSummary {
+        CaseSummary {
+            seconds,
+            processor_seconds,
+            stages,
+            points: 3,
+            converged_points: 3,
+            whole: serde_json::Value::Null,
+        }
+    }
+
+    fn made() -> CaseSummary {
+        let stages = vec![
+            times(Stage::FiniteElements, 1.0, 200.0, false),
+            times(Stage::Reduction, 4.0, 300.0, false),
+            times(Stage::Keeping, 2.0, 300.0, false),
+            times(Stage::StaticState, 0.5, 310.0, false),
+            times(Stage::Response, 2.0, 350.0, false),
+            times(Stage::HeldModes, 2.5, 900.0, false),
+        ];
+        summary(13.0, Some(26.0), stages)
     }
 
     #[test]
     fn time_leaves_out_what_only_the_study_asked_for() {
-        let (summary, none) = (made(), |_: &str| None);
-        let stages = stages(&summary);
-        let spent = spent(&summary, &stages, none);
+        let spent = spent(&made(), |_| None);
         // 13 in all, of them 2.5 of held modes and 2 of keeping; 1 is in no stage.
         assert_eq!((spent.seconds, spent.contact_seconds), (8.5, 2.5));
         assert_eq!(
@@ -162,16 +157,18 @@ mod tests {
     #[test]
     fn what_came_from_the_cache_counts_as_made() {
         let first = made();
-        let of_first = stages(&first);
         // The matrices are assembled again for the held modes.
-        let second = serde_json::json!({
-            "seconds": 7.0, "processor_seconds": null,
-            "stages": [stage("finite elements", 0.0, 50.0, true), stage("reduction", 0.1, 60.0, true),
-                       stage("static state", 0.5, 90.0, false), stage("response, 5 harmonics", 3.0, 100.0, false),
-                       stage("finite elements", 1.1, 250.0, false), stage(HELD_MODES_STAGE, 2.3, 900.0, false)] });
-        let own = stages(&second);
-        let counted = spent(&second, &own, |name| {
-            of_first.iter().find(|s| s.name == name)
+        let stages = vec![
+            times(Stage::FiniteElements, 0.0, 50.0, true),
+            times(Stage::Reduction, 0.1, 60.0, true),
+            times(Stage::StaticState, 0.5, 90.0, false),
+            times(Stage::Response, 3.0, 100.0, false),
+            times(Stage::FiniteElements, 1.1, 250.0, false),
+            times(Stage::HeldModes, 2.3, 900.0, false),
+        ];
+        let second = summary(7.0, None, stages);
+        let counted = spent(&second, |stage| {
+            first.stages.iter().find(|s| s.stage == stage)
         });
         assert!((counted.seconds - 8.5).abs() < 1e-12, "{counted:?}");
         assert_eq!(
@@ -182,9 +179,12 @@ mod tests {
             (counted.peak_memory_mib, counted.not_counted.len()),
             (Some(300.0), 0)
         );
-        let lacking = spent(&second, &own, |_| None);
+        let lacking = spent(&second, |_| None);
         assert!((lacking.seconds - 3.6).abs() < 1e-12, "{lacking:?}");
-        assert_eq!(lacking.not_counted, ["finite elements", "reduction"]);
+        assert_eq!(
+            lacking.not_counted,
+            [Stage::FiniteElements, Stage::Reduction]
+        );
     }
 
     #[test]

@@ -5,19 +5,16 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::path::Path;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::turn::LOCK;
+use super::folder::part_of;
 
 const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;
 const LENGTH: usize = 8;
-/// Of the name of an entry under way.
-const PART: &str = "part";
 
 /// Why an entry is of no use.
 #[derive(Debug, thiserror::Error)]
@@ -81,24 +78,16 @@ pub(super) fn size(value: &impl Serialize) -> u64 {
 
 /// Writes under a name of its own, which no other run uses, and takes the entry's name at the end.
 pub(super) fn write(path: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
     let part = part_of(path);
-    let written = write_part(&part, key, value).and_then(|()| fs::rename(&part, path));
+    let file = File::options().write(true).create_new(true).open(&part)?;
+    let written = write_part(file, key, value).and_then(|()| fs::rename(&part, path));
     if written.is_err() {
         let _ = fs::remove_file(&part); // the first failure is the one to report
     }
     written
 }
 
-fn part_of(path: &Path) -> PathBuf {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let nanoseconds = now.map_or(0, |t| t.as_nanos());
-    path.with_extension(format!("{}-{nanoseconds}.{PART}", std::process::id()))
-}
-
-fn write_part(part: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
+fn write_part(file: File, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
     /// Counts and hashes what passes.
     struct Passing<W> {
         into: W,
@@ -116,7 +105,6 @@ fn write_part(part: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Resu
             self.into.flush()
         }
     }
-    let file = File::options().write(true).create_new(true).open(part)?;
     let mut passing = Passing {
         into: BufWriter::new(file),
         hasher: blake3::Hasher::new(),
@@ -137,79 +125,17 @@ fn write_part(part: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Resu
     passing.into.flush()
 }
 
-/// Removes the entries used longest ago until all together are within the limit; `newest` stays. Entries
-/// under way that nobody has written to for `abandoned` go, too.
-pub(super) fn make_room(folder: &Path, limit_bytes: u64, newest: &Path, abandoned: Duration) {
-    let Ok(files) = fs::read_dir(folder) else {
-        return;
-    };
-    let (mut entries, mut total) = (Vec::new(), 0);
-    for file in files.flatten() {
-        let path = file.path();
-        // Another run may have removed it meanwhile.
-        let Ok(about) = file.metadata() else { continue };
-        let used = about.modified().unwrap_or(UNIX_EPOCH);
-        if !about.is_file() {
-            continue;
-        }
-        if path.extension().is_some_and(|e| e == PART || e == LOCK) {
-            if used.elapsed().is_ok_and(|age| age > abandoned) {
-                let _ = fs::remove_file(&path);
-            }
-            continue;
-        }
-        total += about.len();
-        if path != newest {
-            entries.push((used, path, about.len()));
-        }
-    }
-    entries.sort();
-    for (_, path, size) in entries {
-        if total <= limit_bytes {
-            return;
-        }
-        if fs::remove_file(&path).is_ok() {
-            total -= size;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::folder::tests::Bench;
     use super::*;
-
-    struct Folder(PathBuf);
-
-    impl Folder {
-        fn new(name: &str) -> Self {
-            let name = format!("dovetail-entry-{name}-{}", std::process::id());
-            let path = std::env::temp_dir().join(name);
-            let _ = fs::remove_dir_all(&path);
-            fs::create_dir_all(&path).unwrap();
-            Self(path)
-        }
-        fn names(&self) -> Vec<String> {
-            let files = fs::read_dir(&self.0).unwrap().flatten();
-            let mut names: Vec<_> = files
-                .map(|f| f.file_name().into_string().unwrap())
-                .collect();
-            names.sort();
-            names
-        }
-    }
-
-    impl Drop for Folder {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.0);
-        }
-    }
 
     const KEY: [u8; 32] = [7; 32];
 
     #[test]
     fn any_changed_byte_and_any_cut_is_noticed() {
-        let folder = Folder::new("damage");
-        let path = folder.0.join("a");
+        let bench = Bench::new("damage");
+        let path = bench.path("a");
         let value: Vec<u32> = (0..40).collect();
         assert!(matches!(read::<Vec<u32>>(&path, &KEY), Ok(None)));
         write(&path, &KEY, &value).unwrap();
@@ -233,8 +159,8 @@ mod tests {
 
     #[test]
     fn two_that_write_one_entry_at_once_leave_a_whole_one() {
-        let folder = Folder::new("race");
-        let path = folder.0.join("a");
+        let bench = Bench::new("race");
+        let path = bench.path("a");
         let value: Vec<u64> = (0..100_000).collect();
         std::thread::scope(|scope| {
             for _ in 0..4 {
@@ -246,45 +172,15 @@ mod tests {
                 });
             }
         });
-        assert_eq!(folder.names(), ["a"]);
+        assert_eq!(bench.names(), ["a"]);
     }
 
     #[test]
     fn a_write_that_fails_leaves_nothing() {
-        let folder = Folder::new("failed");
-        let taken = folder.0.join("taken");
+        let bench = Bench::new("failed");
+        let taken = bench.path("taken");
         fs::create_dir_all(taken.join("not empty")).unwrap();
         assert!(write(&taken, &KEY, &1u8).is_err());
-        assert_eq!(folder.names(), ["taken"]);
-    }
-
-    #[test]
-    fn those_used_longest_ago_leave_first() {
-        let folder = Folder::new("room");
-        let file = |name: &str, age_s: u64| {
-            let path = folder.0.join(name);
-            fs::write(&path, [0; 100]).unwrap();
-            let then = SystemTime::now() - Duration::from_secs(age_s);
-            File::options()
-                .append(true)
-                .open(&path)
-                .unwrap()
-                .set_modified(then)
-                .unwrap();
-            path
-        };
-        for (name, age_s) in [("b", 50), ("a", 300), ("c", 400), ("d.1.part", 500)] {
-            file(name, age_s);
-        }
-        let newest = file("e", 1000);
-        let hour = Duration::from_secs(3600);
-        make_room(&folder.0, 400, &newest, hour);
-        assert_eq!(folder.names(), ["a", "b", "c", "d.1.part", "e"]);
-        make_room(&folder.0, 399, &newest, hour);
-        assert_eq!(folder.names(), ["a", "b", "d.1.part", "e"]);
-        make_room(&folder.0, 250, &newest, hour);
-        assert_eq!(folder.names(), ["b", "d.1.part", "e"]);
-        make_room(&folder.0, 10, &newest, Duration::from_secs(60));
-        assert_eq!(folder.names(), ["e"]);
+        assert_eq!(bench.names(), ["taken"]);
     }
 }

@@ -4,6 +4,7 @@
 //! Nothing here ends a run. An entry that cannot be read, or written, is a warning, and the stage is computed.
 
 mod entry;
+mod folder;
 mod program;
 mod turn;
 
@@ -14,6 +15,9 @@ use std::time::{Duration, SystemTime};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use self::folder::Folder;
+pub(super) use self::folder::Kind;
+pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
 use crate::model::Model;
 use crate::progress::Progress;
@@ -31,35 +35,36 @@ pub struct CacheSettings {
     pub limit_bytes: u64,
 }
 
-/// The folder of entries; `None`: nothing is kept, nothing is found.
+/// The folder of entries and their limit in bytes; `None`: nothing is kept, nothing is found.
 #[derive(Debug, Clone)]
 pub(super) struct Cache {
-    settings: Option<CacheSettings>,
+    place: Option<(Folder, u64)>,
 }
 
 /// What an entry holds, and the hash of what it depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Key {
-    kind: &'static str,
+    kind: Kind,
     hash: [u8; 32],
 }
 
 impl Cache {
     pub(super) fn new(settings: Option<&CacheSettings>) -> Self {
+        let settings = settings.filter(|s| s.limit_bytes > 0);
         Self {
-            settings: settings.filter(|s| s.limit_bytes > 0).cloned(),
+            place: settings.map(|s| (Folder::under(&s.folder), s.limit_bytes)),
         }
     }
 
     pub(super) fn is_on(&self) -> bool {
-        self.settings.is_some()
+        self.place.is_some()
     }
 
     /// The key of an entry of this kind that depends on `inputs` and on this program; `None` where nothing is kept.
-    pub(super) fn key(&self, kind: &'static str, inputs: &impl Serialize) -> Option<Key> {
-        self.settings.as_ref()?;
+    pub(super) fn key(&self, kind: Kind, inputs: &impl Serialize) -> Option<Key> {
+        self.place.as_ref()?;
         let mut hasher = blake3::Hasher::new();
-        let whole = (FORMAT, kind, program::fingerprint()?, inputs);
+        let whole = (FORMAT, kind.word(), program::fingerprint()?, inputs);
         postcard::to_io(&whole, &mut hasher).ok()?;
         Some(Key {
             kind,
@@ -67,51 +72,63 @@ impl Cache {
         })
     }
 
-    /// The entry, where there is a sound one. It counts as used now.
-    pub(super) fn get<T: DeserializeOwned>(
+    /// What `accept` makes of the entry, where there is a sound one that it accepts. It counts as
+    /// used now. One that is damaged or not accepted is removed.
+    pub(super) fn get<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
+        accept: impl Fn(T) -> Result<U, String>,
         progress: &Progress,
-    ) -> Option<T> {
-        let (key, path) = (key?, self.path(key?)?);
-        let found = match entry::read(&path, &key.hash) {
-            Ok(found) => found,
-            Err(damage) => {
+    ) -> Option<U> {
+        let (key, (folder, _)) = (key?, self.place.as_ref()?);
+        let path = folder.entry(key.kind, key.hash);
+        let accepted = match entry::read(&path, &key.hash) {
+            Ok(found) => accept(found?),
+            Err(damage) => Err(damage.to_string()),
+        };
+        match accepted {
+            Ok(found) => {
+                if let Ok(file) = File::options().append(true).open(&path) {
+                    // Only the order in which entries leave depends on it.
+                    let _ = file.set_modified(SystemTime::now());
+                }
+                Some(found)
+            }
+            Err(fault) => {
                 progress.warning(&format!(
-                    "the cache entry {} is of no use ({damage}): computing anew",
+                    "the cache entry {} is of no use ({fault}): computing anew",
                     path.display()
                 ));
-                let _ = std::fs::remove_file(&path); // or it is replaced later
+                let _ = folder.remove(&path); // or it is replaced later
                 None
             }
-        }?;
-        if let Ok(file) = File::options().append(true).open(&path) {
-            // Only the order in which entries leave depends on it.
-            let _ = file.set_modified(SystemTime::now());
         }
-        Some(found)
     }
 
-    /// The entry, where another run has just made it; else the right to make it, until the [`Turn`] is dropped: others
-    /// that want it wait.
-    pub(super) fn get_or_turn<T: DeserializeOwned>(
+    /// The entry as by [`Cache::get`], also where another run has just made it; else the right to
+    /// make it, until the [`Turn`] is dropped: others that want it wait.
+    pub(super) fn get_or_turn<T: DeserializeOwned, U>(
         &self,
         key: Option<&Key>,
+        accept: impl Fn(T) -> Result<U, String>,
         progress: &Progress,
-    ) -> Result<T, Option<Turn>> {
-        if let Some(found) = self.get(key, progress) {
+    ) -> Result<U, Option<Turn>> {
+        if let Some(found) = self.get(key, &accept, progress) {
             return Ok(found);
         }
-        let (Some(key), Some(path)) = (key, key.and_then(|key| self.path(key))) else {
+        let (Some(key), Some((folder, _))) = (key, &self.place) else {
             return Err(None);
         };
-        let turn = Turn::wait(&path, || {
+        if folder.prepare().is_err() {
+            return Err(None); // told when the entry is to be kept
+        }
+        let turn = Turn::wait(&folder.entry(key.kind, key.hash), || {
             progress.note(&format!(
                 "another run makes the same entry ({}): waiting for it",
-                key.kind
+                key.kind.word()
             ));
         });
-        match self.get(Some(key), progress) {
+        match self.get(Some(key), &accept, progress) {
             Some(found) => Ok(found),
             None => Err(turn),
         }
@@ -119,35 +136,28 @@ impl Cache {
 
     /// Keeps an entry and lets those go that were used longest ago.
     pub(super) fn put(&self, key: Option<&Key>, value: &impl Serialize, progress: &Progress) {
-        let (Some(settings), Some(key)) = (&self.settings, key) else {
+        let (Some((folder, limit_bytes)), Some(key)) = (&self.place, key) else {
             return;
         };
-        let Some(path) = self.path(key) else {
-            return;
-        };
+        let path = folder.entry(key.kind, key.hash);
         let size = entry::size(value);
-        if size > settings.limit_bytes {
+        if size > *limit_bytes {
             progress.note(&format!(
                 "not kept for later runs: {} MiB are more than the limit of the cache, {} MiB",
                 size >> 20,
-                settings.limit_bytes >> 20
+                limit_bytes >> 20
             ));
             return;
         }
-        if let Err(source) = entry::write(&path, &key.hash, value) {
+        let written = folder.prepare();
+        if let Err(source) = written.and_then(|()| entry::write(&path, &key.hash, value)) {
             progress.warning(&format!(
                 "nothing is kept for later runs: writing {} failed: {source} (another folder: --cache DIR; none: --no-cache)",
                 path.display()
             ));
             return;
         }
-        entry::make_room(&settings.folder, settings.limit_bytes, &path, ABANDONED);
-    }
-
-    fn path(&self, key: &Key) -> Option<PathBuf> {
-        let hash = blake3::Hash::from_bytes(key.hash).to_hex();
-        let folder = &self.settings.as_ref()?.folder;
-        Some(folder.join(format!("{}-{hash}", key.kind)))
+        folder.make_room(*limit_bytes, &path, ABANDONED);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Which program computes, to the last bit of its results.
+//! Which program computes.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -6,13 +6,27 @@ use std::fs;
 use std::io;
 use std::sync::OnceLock;
 
-/// A hash of the executable, the libraries that it has loaded, and what their kernels are chosen by: the processor and
-/// the settings of numerical libraries in the environment. `None` where the executable cannot be read.
+/// A hash of the program's file.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn executable_hash() -> io::Result<[u8; 32]> {
+    static HASH: OnceLock<[u8; 32]> = OnceLock::new();
+    if let Some(hash) = HASH.get() {
+        return Ok(*hash);
+    }
+    let hash = *blake3::hash(&executable()?).as_bytes();
+    Ok(*HASH.get_or_init(|| hash))
+}
+
+/// To the last bit of its results: a hash of the executable, the libraries that it has loaded, and
+/// what their kernels are chosen by: the processor and the settings of numerical libraries in the
+/// environment. `None` where the executable cannot be read.
 pub(super) fn fingerprint() -> Option<[u8; 32]> {
     static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
     *FINGERPRINT.get_or_init(|| {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&executable().ok()?);
+        hasher.update(&executable_hash().ok()?);
         for library in libraries() {
             hasher.update(library.as_bytes());
         }

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fs4::FileExt;
 
-/// Of the name of the file that is locked.
-pub(super) const LOCK: &str = "lock";
+use super::folder::lock_of;
 
 /// Held by the run that makes an entry; the system takes it back when a run ends in whatever way.
 #[derive(Debug)]
@@ -19,8 +18,7 @@ impl Turn {
     /// Waits for the runs before. `waiting` is called where there is one. `None` where files cannot be locked: then two runs
     /// may make the same entry, which costs time and nothing else.
     pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
-        std::fs::create_dir_all(entry.parent()?).ok()?;
-        let path = entry.with_extension(LOCK);
+        let path = lock_of(entry);
         let file = File::options().create(true).append(true).open(&path).ok()?;
         if <File as FileExt>::try_lock(&file).is_err() {
             waiting();
