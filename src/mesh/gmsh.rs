@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use crate::{input, text};
+
 /// What a successful run has to tell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GmshRun {
@@ -67,7 +69,7 @@ pub enum GmshError {
 fn known(parameters: &[String]) -> String {
     match parameters {
         [] => String::new(),
-        some => format!(": it has {}", some.join(", ")),
+        some => format!(": it has {}", text::list(some)),
     }
 }
 
@@ -173,7 +175,7 @@ fn version_in(line: &str) -> Option<String> {
 }
 
 fn check_parameters(script: &Path, parameters: &[(String, f64)]) -> Result<(), GmshError> {
-    let text = std::fs::read(script).map_err(|source| GmshError::Script {
+    let text = input::short_bytes(script).map_err(|source| GmshError::Script {
         path: script.to_path_buf(),
         source,
     })?;

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::gmsh::without_comments;
+use crate::input;
 
 /// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
 const REACH_OUT: [&str; 24] = [
@@ -43,7 +44,7 @@ pub struct ScriptInputs {
 
 /// `None` where the script reaches out, or something cannot be read.
 pub fn inputs(script: &Path) -> Option<ScriptInputs> {
-    let bytes = std::fs::read(script).ok()?;
+    let bytes = input::short_bytes(script).ok()?;
     let text = without_comments(&String::from_utf8_lossy(&bytes));
     let mut words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
     if words.any(|word| REACH_OUT.contains(&word)) {
@@ -51,7 +52,7 @@ pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     }
     let mut settings = Vec::new();
     for path in settings_files(script) {
-        let found = match std::fs::read(&path) {
+        let found = match input::short_bytes(&path) {
             Ok(bytes) => Some(bytes),
             Err(e) if e.kind() == ErrorKind::NotFound => None,
             Err(_) => return None,

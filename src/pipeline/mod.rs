@@ -17,10 +17,11 @@ use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
 use crate::dlft::Response;
 use crate::error::Error;
-use crate::export::manifest;
+use crate::export::{csv, manifest};
 use crate::progress::Progress;
 use crate::reduction::damping::rayleigh;
 use crate::scene::{Scene, Subject};
+use crate::terminal;
 
 /// Where a run writes, and what it was asked by.
 #[derive(Debug, Clone)]
@@ -116,12 +117,14 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
         None => None,
     };
     let rows = files::write_modes(options, &subject, held.as_deref())?;
-    for row in rows.iter().filter(|r| r.mode <= HELD_MODES) {
-        println!(
-            "{:<15} {:<10} {:>3} {:>14.4} Hz",
+    let line = |row: &csv::ModeRow| {
+        format!(
+            "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
             row.kind, row.body, row.mode, row.frequency_hz
-        );
-    }
+        )
+    };
+    let first = rows.iter().filter(|r| r.mode <= HELD_MODES);
+    terminal::print(&first.map(line).collect::<String>())?;
     let blade = held
         .iter()
         .flatten()
