@@ -1,17 +1,20 @@
 //! Command line: arguments -> a checked scene and one call of [`crate::pipeline`]; errors -> exit code.
 
-use std::io::IsTerminal;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::{EXIT_FAILED, EXIT_OK, Error};
+use crate::integration::steady::MOST_PERIODS;
+use crate::integration::step::{LEAST_STEPS, MOST_STEPS};
 use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, CacheSettings, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
 use crate::study::{self, Action, Sharing, StudyOptions};
+use crate::terminal;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -177,15 +180,15 @@ struct VerifyArguments {
     at: Vec<f64>,
 
     /// Time steps per period
-    #[arg(long, value_name = "N", default_value_t = 500, value_parser = at_least_16)]
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = steps_of_a_period)]
     steps: usize,
 
     /// Integrate exactly so many periods, steady or not [default: until steady]
-    #[arg(long, value_name = "N", value_parser = at_least_1)]
+    #[arg(long, value_name = "N", value_parser = periods)]
     periods: Option<usize>,
 
     /// Give up after so many periods
-    #[arg(long, value_name = "N", default_value_t = 1500, value_parser = at_least_1)]
+    #[arg(long, value_name = "N", default_value_t = 1500, value_parser = periods)]
     most_periods: usize,
 
     /// What may be left of the transient, of the amplitude
@@ -209,17 +212,28 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 fn at_least_1(text: &str) -> Result<usize, String> {
-    whole(text, 1)
-}
-
-fn at_least_16(text: &str) -> Result<usize, String> {
-    whole(text, crate::integration::step::LEAST_STEPS)
-}
-
-fn whole(text: &str, least: usize) -> Result<usize, String> {
     match text.parse::<usize>() {
-        Ok(v) if v >= least => Ok(v),
-        _ => Err(format!("a whole number of at least {least} is expected")),
+        Ok(v) if v >= 1 => Ok(v),
+        _ => Err("a whole number of at least 1 is expected".to_owned()),
+    }
+}
+
+fn steps_of_a_period(text: &str) -> Result<usize, String> {
+    whole(text, LEAST_STEPS..=MOST_STEPS)
+}
+
+fn periods(text: &str) -> Result<usize, String> {
+    whole(text, 1..=MOST_PERIODS)
+}
+
+fn whole(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(v) if range.contains(&v) => Ok(v),
+        _ => Err(format!(
+            "a whole number from {} to {} is expected",
+            range.start(),
+            range.end()
+        )),
     }
 }
 
@@ -269,7 +283,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::from(EXIT_OK),
         Err(error) => {
             let code = error.exit_code();
-            report(error);
+            terminal::report(&error);
             ExitCode::from(code)
         }
     }
@@ -383,25 +397,6 @@ fn gibibytes(text: &str) -> Result<f64, String> {
 
 type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;
 
-/// Prints an error to stderr: with colour and lines on a terminal, plain text elsewhere.
-fn report(error: Error) {
-    let terminal = std::io::stderr().is_terminal();
-    // Fails only when a hook is set already, which then does the job.
-    let _ = miette::set_hook(Box::new(move |_| {
-        let options = miette::MietteHandlerOpts::new();
-        Box::new(if terminal {
-            options.build()
-        } else {
-            options.unicode(false).color(false).width(110).build()
-        })
-    }));
-    let mut stderr = std::io::stderr();
-    let _ = std::io::Write::write_fmt(
-        &mut stderr,
-        format_args!("{:?}\n", miette::Report::new(error)),
-    );
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -446,6 +441,9 @@ mod tests {
             ("dovetail run a.toml --threads 0", 2),
             ("dovetail verify a.toml --at 0", 2),
             ("dovetail verify a.toml --steps 3", 2),
+            ("dovetail verify a.toml --steps 1000000000000", 2),
+            ("dovetail verify a.toml --periods 1000000000000", 2),
+            ("dovetail verify a.toml --most-periods 0", 2),
             ("dovetail modes a.toml --rpm 5000", 2),
             ("dovetail run a.toml --rpm 0:5000:3", 2),
             ("dovetail", 2),

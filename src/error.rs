@@ -184,6 +184,18 @@ pub enum Error {
         source: rayon::ThreadPoolBuildError,
     },
 
+    /// `dovetail verify` with many steps of many periods.
+    #[error("{periods} periods of {steps} steps are more than {most} steps")]
+    #[diagnostic(help(
+        "take fewer steps per period (--steps; 500 to 2000 are usual) or fewer periods (--periods, \
+         --most-periods)"
+    ))]
+    TooManySteps {
+        periods: usize,
+        steps: usize,
+        most: usize,
+    },
+
     /// The time integration did not reach its steady state.
     #[error(
         "{frequency_hz:.4} Hz: not steady after {periods} periods, an estimated {left:.1e} of the transient is left"
@@ -251,6 +263,7 @@ impl Error {
             )
             | Self::AllBonded { .. }
             | Self::Environment { .. }
+            | Self::TooManySteps { .. }
             | Self::NoRotation => EXIT_BAD_INPUT,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 EXIT_BAD_INPUT

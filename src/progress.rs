@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::text;
+
 /// Between two lines of a bar where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
 
@@ -176,7 +178,7 @@ impl Progress {
         let spinner = (self.output == Output::Terminal).then(|| {
             let spinner = self
                 .lines
-                .add(ProgressBar::new_spinner().with_message(name.to_owned()));
+                .add(ProgressBar::new_spinner().with_message(text::plain(name)));
             spinner.enable_steady_tick(Duration::from_millis(120));
             spinner
         });
@@ -214,7 +216,7 @@ impl Progress {
         let bar = (self.output == Output::Terminal).then(|| {
             let template = "  {msg} {wide_bar} {pos}/{len} {eta}";
             let style = ProgressStyle::with_template(template);
-            let bar = ProgressBar::new(len).with_message(label.to_owned());
+            let bar = ProgressBar::new(len).with_message(text::plain(label));
             self.lines
                 .add(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
         });
@@ -268,7 +270,7 @@ impl Progress {
         // Bars are cleared, the line printed above them, and drawn again. A stderr that is gone is no
         // reason to end the run.
         self.lines.suspend(|| {
-            let _ = writeln!(std::io::stderr(), "{message}");
+            let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
         });
     }
 }

@@ -219,26 +219,54 @@ fn what_a_folder_lacks_is_said() {
     );
 }
 
+/// Runs `dovetail reduce` into a folder; the lines of what it tells that a scene takes as they are.
+fn reduce(scene: &Path, out: &Path, set: &[&str]) -> String {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.current_dir(env!("CARGO_MANIFEST_DIR"));
+    program.arg("reduce").arg(scene).arg("--out").arg(out);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    let output = program.output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    let lines = stderr.lines().skip_while(|l| *l != "[reduced_model]");
+    let is_key = |l: &&str| l.starts_with('[') || l.contains(" = ");
+    let told: Vec<&str> = lines.take_while(is_key).collect();
+    assert_eq!(told.len(), 5, "{stderr}");
+    told.join("\n")
+}
+
+/// A scene about what [`reduce`] told, on the two frequencies of `TWO_POINTS`.
+fn scene_of(told: &str) -> String {
+    format!(
+        "name = \"again\"\n{told}\n[damping]\nratio = 0.001\n[response]\ntimes_first_stuck_mode = [0.98, 1.02]\n\
+         points = 2\nharmonics = 1\n"
+    )
+}
+
+const LINEAR_MESH: &str = "mesh.file=../meshes/dovetail_order1.msh";
+const TWO_POINTS: [&str; 4] = [
+    LINEAR_MESH,
+    "response.points=2",
+    "response.compare_harmonics=",
+    "response.harmonics=1",
+];
+
 /// What `dovetail reduce` writes gives, number for number, the response of the mesh it came from.
 #[test]
 fn a_reduced_mesh_vibrates_like_the_mesh() {
     let (meshed, again) = (Folder::new("meshed"), Folder::new("again"));
     let paper = Path::new("scenes/paper.toml");
-    let mesh = "mesh.file=../meshes/dovetail_order1.msh";
-    let set = [
-        mesh,
-        "response.points=2",
-        "response.compare_harmonics=",
-        "response.harmonics=1",
-    ];
-    let (code, _, stderr) = dovetail("run", paper, &meshed.0, &set);
+    let (code, _, stderr) = dovetail("run", paper, &meshed.0, &TWO_POINTS);
     assert_eq!(code, 0, "{stderr}");
-    let (code, _, stderr) = dovetail("reduce", paper, &again.path("model"), &[mesh]);
-    assert_eq!(code, 0, "{stderr}");
-    assert!(stderr.contains("friction = 0.3 gap_m = 0.0"), "{stderr}");
-    let text = "name = \"again\"\n[reduced_model]\nfolder = \"model\"\nfriction = 0.3\nforce_n = 1\n\
-                [damping]\nratio = 0.001\n[response]\ntimes_first_stuck_mode = [0.98, 1.02]\npoints = 2\nharmonics = 1\n";
-    let (code, _, stderr) = dovetail("run", &again.scene(text), &again.0, &[]);
+    let told = reduce(paper, &again.path("model"), &[LINEAR_MESH]);
+    assert!(
+        told.contains("friction = 0.3\ngap_m = 0.0\nforce_n = 2.0"),
+        "{told}"
+    );
+    let scene = again.scene(&scene_of(&told));
+    let (code, _, stderr) = dovetail("run", &scene, &again.0, &[]);
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(meshed.text("response.csv"), again.text("response.csv"));
     // The tables of the pairs as well, but for the nodes and the name of the contact.
@@ -261,4 +289,123 @@ fn a_reduced_mesh_vibrates_like_the_mesh() {
     for file in ["static.csv", "contact.csv"] {
         assert_eq!(numbers(&meshed, file), numbers(&again, file), "{file}");
     }
+}
+
+/// Amplitudes of response.csv.
+fn amplitudes_m(folder: &Folder) -> Vec<f64> {
+    let text = folder.text("response.csv");
+    let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let column = header.iter().position(|h| *h == "tip_amplitude_m").unwrap();
+    lines.map(|row| row[column].parse().unwrap()).collect()
+}
+
+/// Whatever the scene's forces, the folder is of 1 N, and what is told gives the amplitudes of
+/// `run`.
+#[test]
+fn reduce_and_then_run_gives_the_amplitudes_of_run() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let paper = std::fs::read_to_string("scenes/paper.toml").unwrap();
+    let paper = paper.replace("../", &format!("{root}/"));
+    let second =
+        "[[excitation]]\npoints = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\nforce_n = 0.4\n";
+    let mesh = format!("mesh.file={root}/meshes/dovetail_order1.msh");
+    let mut forces_of_paper = Vec::new();
+    for (name, text, force) in [
+        ("2 N", paper.clone(), "excitation.0.force_n=2"),
+        ("0.7 N", paper.clone(), "excitation.0.force_n=0.7"),
+        ("none", paper.clone(), "excitation.0.force_n=0"),
+        (
+            "two",
+            format!("{paper}\n{second}"),
+            "excitation.0.force_n=1.1",
+        ),
+    ] {
+        let folder = Folder::new(&format!("forces-{}", name.replace(' ', "-")));
+        let scene = folder.scene(&text);
+        let set = [&mesh, TWO_POINTS[1], TWO_POINTS[2], TWO_POINTS[3], force];
+        let (code, _, stderr) = dovetail("run", &scene, &folder.0, &set);
+        assert_eq!(code, 0, "{name}: {stderr}");
+        let of_mesh = amplitudes_m(&folder);
+        let told = reduce(&scene, &folder.path("model"), &[&mesh, force]);
+        let again = folder.scene(&scene_of(&told));
+        let (code, _, stderr) = dovetail("run", &again, &folder.0, &[]);
+        assert_eq!(code, 0, "{name}: {stderr}");
+        for (a, b) in of_mesh.iter().zip(amplitudes_m(&folder)) {
+            assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} m, {b} m");
+        }
+        if name != "two" {
+            forces_of_paper.push(folder.text("model/f_excitation.mtx"));
+        }
+    }
+    assert!(forces_of_paper.iter().all(|f| *f == forces_of_paper[0]));
+}
+
+#[test]
+fn forces_that_a_folder_cannot_hold_are_refused() {
+    let folder = Folder::new("phase");
+    let paper = Path::new("scenes/paper.toml");
+    for set in ["excitation.0.phase_deg=30", "excitation.0.harmonic=2"] {
+        let (code, _, stderr) = dovetail("reduce", paper, &folder.0, &[LINEAR_MESH, set]);
+        assert_eq!(code, 2, "{set}: {stderr}");
+        assert!(
+            stderr.contains("harmonic = 1 and phase_deg = 0"),
+            "{set}: {stderr}"
+        );
+    }
+}
+
+/// Headers that announce more than there is end at once, as do a stiffness and a mass that no body
+/// has.
+#[test]
+fn a_folder_is_believed_only_as_far_as_it_goes() {
+    let folder = Folder::new("believed");
+    let reference = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let scene = folder.scene(&DOVETAIL72.replace("tests/data/dovetail72", "model"));
+    std::fs::create_dir(folder.path("model")).unwrap();
+    for file in std::fs::read_dir(&reference).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), folder.path("model").join(file.file_name())).unwrap();
+    }
+    let header = "%%MatrixMarket matrix array real general";
+    let diagonal = |value: f64| {
+        let entry = |k: usize| if k / 216 == k % 216 { value } else { 0.0 };
+        let entries: String = (0..216 * 216).map(|k| format!("{}\n", entry(k))).collect();
+        format!("{header}\n216 216\n{entries}")
+    };
+    for (file, text, words) in [
+        (
+            "K.mtx",
+            format!("{header}\n90000 90000\n1\n2\n"),
+            "90000 x 90000",
+        ),
+        (
+            "p.mtx",
+            format!("{header}\n0 18446744073709551615\n"),
+            "0 x 18446744073709551615",
+        ),
+        (
+            "xyz.mtx",
+            format!("{header}\n30000000 3\n0\n"),
+            "30000000 x 3",
+        ),
+        (
+            "K.mtx",
+            diagonal(-1.0),
+            "lowest eigenvalue of the stiffness is -1.000e0 N",
+        ),
+        ("M.mtx", diagonal(0.0), "M - p p^T"),
+    ] {
+        let path = folder.path("model").join(file);
+        let whole = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &text).unwrap();
+        let (code, _, stderr) = dovetail("check", &scene, &folder.path("out"), &[]);
+        std::fs::write(&path, whole).unwrap();
+        assert!(
+            code == 2 && stderr.contains(words) && stderr.contains(file),
+            "{stderr}"
+        );
+    }
+    let (code, _, stderr) = dovetail("check", &scene, &folder.path("out"), &[]);
+    assert_eq!(code, 0, "{stderr}");
 }

@@ -5,6 +5,10 @@ use super::step::{State, Stepper, Work};
 use faer::c64;
 use std::f64::consts::TAU;
 
+/// Most periods.
+pub const MOST_PERIODS: usize = 1_000_000;
+/// Most steps in all periods: days of computing.
+pub const MOST_STEPS_IN_ALL: usize = 2_000_000_000;
 /// Periods in a row whose estimate must be below the tolerance.
 const IN_A_ROW: usize = 3;
 /// Changes from period to period that the estimate is made from.
@@ -72,6 +76,10 @@ pub fn integrate(
     loop {
         period += 1;
         let cycle = one_period(stepper, state, period)?;
+        // The estimate needs the last three.
+        if history.len() == 3 {
+            history.remove(0);
+        }
         history.push(cycle.observed.iter().map(|o| o.first_harmonic_m).collect());
         let left = remaining(&history);
         in_a_row = if left < until.tolerance {

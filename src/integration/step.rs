@@ -39,6 +39,8 @@ use std::f64::consts::TAU;
 const START_SHARE: f64 = 2.0 / 3.0;
 /// Fewest steps of a period.
 pub const LEAST_STEPS: usize = 16;
+/// Most steps of a period: beyond, a step is lost in the rounding of the motion.
+pub const MOST_STEPS: usize = 1_000_000;
 
 /// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the last
 /// step.

@@ -12,6 +12,7 @@ use super::script::{Definitions, is_option};
 
 /// A limit for what gmsh does at once.
 const SHORT_LIMIT_S: f64 = 10.0;
+use crate::text;
 
 /// What a successful run has to tell.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,7 +89,7 @@ pub enum GmshError {
 fn known(parameters: &[String]) -> String {
     match parameters {
         [] => "it has none".to_owned(),
-        some => format!("it has {}", some.join(", ")),
+        some => format!("it has {}", text::list(some)),
     }
 }
 

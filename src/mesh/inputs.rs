@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::script::{Token, is_in_word, tokens};
+use crate::input;
 
 /// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
 const REACH_OUT: [&str; 24] = [
@@ -43,7 +44,7 @@ pub struct ScriptInputs {
 
 /// `None` where the script reaches out, or something cannot be read.
 pub fn inputs(script: &Path) -> Option<ScriptInputs> {
-    let bytes = std::fs::read(script).ok()?;
+    let bytes = input::short_bytes(script).ok()?;
     let text = String::from_utf8_lossy(&bytes);
     let reaches_out = |token: &Token| match token {
         Token::Word(word) => REACH_OUT.contains(word),
@@ -58,7 +59,7 @@ pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     }
     let mut settings = Vec::new();
     for path in settings_files(script) {
-        let found = match std::fs::read(&path) {
+        let found = match input::short_bytes(&path) {
             Ok(bytes) => Some(bytes),
             Err(e) if e.kind() == ErrorKind::NotFound => None,
             Err(_) => return None,

@@ -2,7 +2,9 @@
 //!
 //! `mshio` does the parsing. What it leaves out is done here: it skips `$PhysicalNames`; it drops
 //! node tags that look dense and then takes file order for tag order, so the header is patched in
-//! memory to look sparse; and it believes every count and tag, so all of them are checked here.
+//! memory to look sparse; it looks for the end of a section that it does not know at every byte,
+//! across all blanks that follow, so those sections are made blank; and it believes every count and
+//! tag, so all of them are checked here.
 //!
 //! Kept is what a physical group names, and the nodes that is made of. Format: Gmsh reference
 //! manual, "MSH file format".
@@ -13,13 +15,15 @@ use std::path::Path;
 use mshio::mshfile::{ElementBlock, ElementType, Entities, MshFile, Nodes};
 
 use super::sections::{
-    Names, check_elements_header, encoding, keep_node_tags, physical_names, section_start,
+    Names, blank_other_sections, check_elements_header, encoding, keep_node_tags, physical_names,
+    section_start,
 };
 use super::{ElementOrder, Group, Mesh, MeshError};
+use crate::input;
 
 /// Reads a mesh file. Lengths are multiplied by `metres_per_unit`.
 pub fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, MeshError> {
-    let bytes = std::fs::read(path).map_err(|source| MeshError::Io {
+    let bytes = input::bytes(path).map_err(|source| MeshError::Io {
         path: path.to_path_buf(),
         source,
     })?;
@@ -41,6 +45,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
     }
     let names = physical_names(&bytes)?;
     check_elements_header(&bytes, encoding)?;
+    blank_other_sections(&mut bytes)?;
     let max_node_tag = keep_node_tags(&mut bytes, encoding)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|e| malformed(&bytes, &e))?;
     assemble(file, &names, max_node_tag, metres_per_unit)

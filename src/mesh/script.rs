@@ -69,7 +69,7 @@ impl Definitions {
         let mut waiting = vec![script.to_path_buf()];
         let mut seen = BTreeSet::new();
         while let Some(path) = waiting.pop() {
-            let bytes = match std::fs::read(&path) {
+            let bytes = match crate::input::short_bytes(&path) {
                 Ok(bytes) => bytes,
                 Err(error) if seen.is_empty() => return Err(error),
                 // gmsh tells it.

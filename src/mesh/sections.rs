@@ -62,6 +62,44 @@ fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|w| w == needle)
 }
 
+/// Sections that mshio reads.
+const READ: [&[u8]; 3] = [b"Entities", b"Nodes", b"Elements"];
+
+/// Overwrites all other sections with blanks: what is left stands where it stood. Stops at what is
+/// no section, for mshio to report.
+pub(super) fn blank_other_sections(bytes: &mut [u8]) -> Result<(), MeshError> {
+    const HEADER_END: &[u8] = b"$EndMeshFormat";
+    let Some(mut at) = find(bytes, HEADER_END).map(|at| at + HEADER_END.len()) else {
+        return Ok(());
+    };
+    loop {
+        let blanks = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
+        at += blanks.count();
+        let Some(rest) = bytes[at..].strip_prefix(b"$") else {
+            return Ok(());
+        };
+        let letters = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+        let (name, content) = rest.split_at(letters);
+        if skip_line_end(content).is_none() {
+            return Ok(());
+        }
+        let end = [b"$End", name].concat();
+        let Some(length) = find(content, &end) else {
+            return Err(MeshError::Malformed {
+                byte: at,
+                at: format!("section ${}", String::from_utf8_lossy(name)),
+                reason: format!("it has no {}", String::from_utf8_lossy(&end)),
+            });
+        };
+        let is_read = READ.contains(&name);
+        let next = at + 1 + letters + length + end.len();
+        if !is_read {
+            bytes[at..next].fill(b' ');
+        }
+        at = next;
+    }
+}
+
 /// The four counts at the head of `$Nodes` and `$Elements` (blocks, total, lowest and highest tag)
 /// and where the last one stands.
 fn section_header(

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::text::list;
+
 /// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
 /// the first few, with the number of all.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -205,14 +207,6 @@ fn plural(wanted: &str) -> String {
         "any" => "groups".to_string(),
         kind => format!("{kind} groups"),
     }
-}
-
-fn list<T: std::fmt::Display>(items: &[T]) -> String {
-    if items.is_empty() {
-        return "none".to_string();
-    }
-    let words: Vec<String> = items.iter().map(T::to_string).collect();
-    words.join(", ")
 }
 
 fn points(nearest: &[Unmatched]) -> String {

@@ -14,6 +14,7 @@ use crate::reduction::craig_bampton::{condense, held_modes};
 use crate::reduction::relative::relative;
 use crate::reduction::{ReducedBody, ReductionError};
 use crate::scene::{Scene, Subject};
+use crate::terminal;
 
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;
@@ -138,7 +139,7 @@ pub fn campbell(
         &scene.name,
         &curves,
     )?;
-    families.iter().for_each(Family::print);
+    terminal::print(&families.iter().map(Family::table).collect::<String>())?;
     let mut summary = files::empty_summary(scene, options);
     summary.pairs = model.pairs.len();
     summary.observations = manifest::observation_summaries(model);
@@ -283,17 +284,18 @@ impl Family {
     }
 
     /// One line per speed.
-    fn print(&self) {
-        println!("{}: frequencies in Hz", self.title());
+    fn table(&self) -> String {
         let heads = (1..=self.modes()).map(|mode| format!("{mode:>12}"));
-        println!("{:>10}{}", "speed_rpm", heads.collect::<String>());
-        for (rpm, frequencies) in &self.speeds {
+        let heads = format!("{:>10}{}\n", "speed_rpm", heads.collect::<String>());
+        let line = |(rpm, frequencies): &(f64, Option<Vec<f64>>)| {
             let cells: String = match frequencies {
                 Some(f) => f.iter().map(|f| format!("{f:>12.4}")).collect(),
                 None => format!("{:>12}", "-").repeat(self.modes()),
             };
-            println!("{rpm:>10.1}{cells}");
-        }
+            format!("{rpm:>10.1}{cells}\n")
+        };
+        let lines: String = self.speeds.iter().map(line).collect();
+        format!("{}: frequencies in Hz\n{heads}{lines}", self.title())
     }
 }
 

@@ -6,6 +6,7 @@ use super::Options;
 use super::cache::{Cache, Key, Kind};
 use crate::error::Error;
 use crate::export::{manifest, write_file};
+use crate::input;
 use crate::mesh::gmsh::{self, GmshError, GmshRun};
 use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
 use crate::model::Model;
@@ -38,13 +39,13 @@ impl Origin {
 pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), Error> {
     match &mesh.kind {
         MeshKind::File { path } => {
-            std::fs::metadata(path).map_err(|source| MeshError::Io {
+            input::check(path).map_err(|source| MeshError::Io {
                 path: path.clone(),
                 source,
             })?;
         }
         MeshKind::Geometry { script, .. } => {
-            std::fs::metadata(script).map_err(|source| GmshError::Script {
+            input::check(script).map_err(|source| GmshError::Script {
                 path: script.clone(),
                 source,
             })?;

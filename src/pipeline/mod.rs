@@ -17,10 +17,11 @@ use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
 use crate::dlft::Response;
 use crate::error::Error;
-use crate::export::manifest;
+use crate::export::{csv, manifest};
 use crate::progress::Progress;
 use crate::reduction::damping::rayleigh;
-use crate::scene::{Scene, Subject};
+use crate::scene::{Assembly, Scene, Subject};
+use crate::terminal;
 
 /// Where a run writes, and what it was asked by.
 #[derive(Debug, Clone)]
@@ -116,12 +117,14 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
         None => None,
     };
     let rows = files::write_modes(options, &subject, held.as_deref())?;
-    for row in rows.iter().filter(|r| r.mode <= HELD_MODES) {
-        println!(
-            "{:<15} {:<10} {:>3} {:>14.4} Hz",
+    let line = |row: &csv::ModeRow| {
+        format!(
+            "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
             row.kind, row.body, row.mode, row.frequency_hz
-        );
-    }
+        )
+    };
+    let first = rows.iter().filter(|r| r.mode <= HELD_MODES);
+    terminal::print(&first.map(line).collect::<String>())?;
     let blade = held
         .iter()
         .flatten()
@@ -132,15 +135,20 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
     files::finish(options, summary, progress)
 }
 
-/// Up to the reduced model, written as a folder that `[reduced_model]` reads.
+/// Up to the reduced model, written as a folder that `[reduced_model]` reads. The folder holds the
+/// response to 1 N in all, whatever the forces of the scene: `reduced_model.force_n` alone gives
+/// the amplitude, and the lines that are told give the scene's.
 ///
 /// # Errors
 /// Those of [`modes`]; a scene about a reduced model already, or one the folder cannot hold.
 pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    if scene.assembly().is_none() {
+    let Subject::Assembly(assembly) = &scene.subject else {
         return Err(no_mesh(scene));
-    }
-    let subject = Prepared::of(scene, options, progress)?;
+    };
+    let (of_one_newton, force_n) = of_one_newton(assembly);
+    let mut excited = scene.clone();
+    excited.subject = Subject::Assembly(Box::new(of_one_newton));
+    let subject = Prepared::of(&excited, options, progress)?;
     if subject.pairs.rows.is_empty() {
         let why = "a reduced model is about the pairs of its contacts";
         return Err(Error::AllBonded { why });
@@ -148,17 +156,37 @@ pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(
     let law = files::write_reduced_model(options, &subject, progress)?;
     progress.note(&format!("reduced model in {}", options.out.display()));
     match law {
-        Some(law) => progress.note(&format!(
-            "[reduced_model]\nfolder = \"{}\"\nfriction = {:?}\ngap_m = {:?}\nforce_n = 1.0  # the scene's own force",
-            options.out.display(),
-            law.friction,
-            law.gap_m
-        )),
+        Some(law) => {
+            // A scene counts paths from its own folder, wherever that will be.
+            let folder = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
+            progress.note(&format!(
+                "[reduced_model]\nfolder = {}\nfriction = {:?}\ngap_m = {:?}\nforce_n = {force_n:?}",
+                toml::Value::String(folder.display().to_string()),
+                law.friction,
+                law.gap_m
+            ));
+        }
         None => progress.warning(
             "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
         ),
     }
     Ok(())
+}
+
+/// The assembly with forces that are 1 N in all, in the proportions of its own, and the sum of its
+/// own.
+fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
+    let mut scaled = assembly.clone();
+    let force_n: f64 = assembly.excitations.iter().map(|e| e.force_n).sum();
+    let count = assembly.excitations.len() as f64;
+    for excitation in &mut scaled.excitations {
+        // Without any force all proportions are alike.
+        excitation.force_n = match force_n > 0.0 {
+            true => excitation.force_n / force_n,
+            false => 1.0 / count,
+        };
+    }
+    (scaled, force_n)
 }
 
 /// Up to the static state under rotation.

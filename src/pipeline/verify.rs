@@ -6,12 +6,13 @@ use crate::dlft::{Orbit, Response, StaticState};
 use crate::error::Error;
 use crate::export::{csv, manifest};
 use crate::integration::compare::{Comparison, Start, compare};
-use crate::integration::steady::Until;
+use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::quantities::peak;
 use crate::scene::Scene;
+use crate::terminal;
 
 /// Most frequencies of the response in which the peak is looked for.
 const MOST_POINTS: usize = 81;
@@ -35,10 +36,18 @@ pub struct Verification {
     pub tolerance: f64,
 }
 
+impl Verification {
+    /// How many periods are integrated, or the most where they end with the transient.
+    fn most_periods_asked(&self) -> usize {
+        self.periods.unwrap_or(self.most_periods)
+    }
+}
+
 /// Integrates the reduced model in time at each frequency and compares.
 ///
 /// # Errors
-/// Those of the static state and the reduction; [`Error::NotConverged`] where harmonic balance has no
+/// [`Error::TooManySteps`]; those of the static state and the reduction; [`Error::NotConverged`]
+/// where harmonic balance has no
 /// motion to compare; [`Error::NotSteady`] and [`Error::Disagreement`], after all is written.
 pub fn verify(
     scene: &Scene,
@@ -46,6 +55,14 @@ pub fn verify(
     asked: &Verification,
     progress: &Progress,
 ) -> Result<(), Error> {
+    let (periods, steps) = (asked.most_periods_asked(), asked.steps_per_period);
+    if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
+        return Err(Error::TooManySteps {
+            periods,
+            steps,
+            most: MOST_STEPS_IN_ALL,
+        });
+    }
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
     if relative.pairs.is_empty() {
@@ -69,7 +86,7 @@ pub fn verify(
         let _stage = progress.stage(Stage::TimeIntegration);
         let bar = progress.bar(chosen.len(), "frequencies");
         let until = Until {
-            most_periods: asked.periods.unwrap_or(asked.most_periods),
+            most_periods: periods,
             tolerance: if asked.periods.is_some() {
                 0.0
             } else {
@@ -108,9 +125,7 @@ pub fn verify(
         asked.tolerance,
     ));
     files::finish(options, summary, progress)?;
-    for comparison in &comparisons {
-        print(comparison);
-    }
+    terminal::print(&comparisons.iter().map(table).collect::<String>())?;
     judge(&comparisons, asked)
 }
 
@@ -164,48 +179,54 @@ fn peak_and_flanks(response: &Response) -> Vec<usize> {
     left.into_iter().chain([top.index]).chain(right).collect()
 }
 
-fn print(comparison: &Comparison) {
+/// Both methods side by side at one frequency.
+fn table(comparison: &Comparison) -> String {
     let (b, i) = (&comparison.balance, &comparison.integration);
     let steady = match comparison.steady {
         true => "steady",
         false => "not steady",
     };
-    println!(
-        "{:.4} Hz, {} harmonics; {} periods, {steady}, {:.1e} of the transient left",
-        comparison.frequency_hz, comparison.harmonics, comparison.periods, comparison.left
-    );
-    println!(
-        "    {:<28} {:>14} {:>14} {:>11}",
-        "", "balance", "integration", "difference"
-    );
+    let mut lines = vec![
+        format!(
+            "{:.4} Hz, {} harmonics; {} periods, {steady}, {:.1e} of the transient left",
+            comparison.frequency_hz, comparison.harmonics, comparison.periods, comparison.left
+        ),
+        format!(
+            "    {:<28} {:>14} {:>14} {:>11}",
+            "", "balance", "integration", "difference"
+        ),
+    ];
     let [amplitude, first, contact, input] = comparison.differences();
     let line = |name: &str, b: f64, i: f64, difference: Option<f64>| {
         let percent = difference.map_or(String::new(), |d| format!("{:+.4} %", 100.0 * d));
-        println!("    {name:<28} {b:>14.6e} {i:>14.6e} {percent:>11}");
+        format!("    {name:<28} {b:>14.6e} {i:>14.6e} {percent:>11}")
     };
     if let (Some(b), Some(i)) = (b.amplitude_m, i.amplitude_m) {
-        line("amplitude, m", b, i, amplitude);
+        lines.push(line("amplitude, m", b, i, amplitude));
     }
     if let (Some(b), Some(i)) = (b.first_harmonic_m, i.first_harmonic_m) {
-        line("harmonic 1, m", b, i, first);
+        lines.push(line("harmonic 1, m", b, i, first));
     }
-    line(
-        "contact work, J",
-        b.contact_work_j,
-        i.contact_work_j,
-        contact,
-    );
-    line("damping work, J", b.viscous_work_j, i.viscous_work_j, None);
-    line("input work, J", b.input_work_j, i.input_work_j, input);
-    let count = |name: &str, b: usize, i: usize| println!("    {name:<28} {b:>14} {i:>14}");
-    count("pairs that slip", b.slipping_pairs, i.slipping_pairs);
-    count("pairs that open", b.opening_pairs, i.opening_pairs);
+    let count = |name: &str, b: usize, i: usize| format!("    {name:<28} {b:>14} {i:>14}");
+    lines.extend([
+        line(
+            "contact work, J",
+            b.contact_work_j,
+            i.contact_work_j,
+            contact,
+        ),
+        line("damping work, J", b.viscous_work_j, i.viscous_work_j, None),
+        line("input work, J", b.input_work_j, i.input_work_j, input),
+        count("pairs that slip", b.slipping_pairs, i.slipping_pairs),
+        count("pairs that open", b.opening_pairs, i.opening_pairs),
+    ]);
     if comparison.retention_n > 0.0 {
-        println!(
+        lines.push(format!(
             "    the mean along the slot is held in both by a steady {:.3} N",
             comparison.retention_n
-        );
+        ));
     }
+    lines.join("\n") + "\n"
 }
 
 fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> {

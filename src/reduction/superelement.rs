@@ -5,20 +5,27 @@
 //! | `K.mtx`, `M.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
 //! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes; both absent: m = 0 |
 //! | `f_static.mtx` (`fm_static.mtx`) | n, m | static load on X (on the modes; zeros where absent) |
-//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | unit cosine force of harmonic 1 |
+//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | cosine force of harmonic 1, of an amplitude of 1 N in all |
 //! | `tip_x.mtx`, `tip_modes.mtx` | n, m | the observed point: `tip_x . X + tip_modes . q` |
 //! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
 //! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
 //! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either.
-//! The folder carries no friction, gap, damping or force: the caller gives them.
+//! The folder carries no friction, gap or damping, and no amplitude of the force: the caller gives
+//! them.
+//!
+//! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
+//! negative, and only contact holds the bodies), and M - p p^T, the mass that the stuck modes
+//! leave, is positive semidefinite.
 
 use std::path::{Path, PathBuf};
 
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use crate::numerics::eigen::dense;
 
 /// What the folder holds.
 #[derive(Debug, Clone)]
@@ -59,6 +66,30 @@ pub enum SuperelementError {
         index: usize,
         value: f64,
     },
+    #[error("{} has no rows: a reduced model has at least one pair", path.display())]
+    NoPairs { path: PathBuf },
+    #[error(
+        "{}: the lowest eigenvalue of the stiffness is {lowest_n_m:.3e} N/m, the mean of its \
+         diagonal {mean_n_m:.3e} N/m: the mean must be positive and no eigenvalue below -1e-3 of it; \
+         check the sign of K, and that its rows stand per pair as N, t1, t2",
+        path.display()
+    )]
+    Stiffness {
+        path: PathBuf,
+        lowest_n_m: f64,
+        mean_n_m: f64,
+    },
+    #[error(
+        "{}: the lowest eigenvalue of M - p p^T, the mass that the stuck modes leave, is \
+         {lowest_kg:.3e} kg, the mean of the diagonal of M {mean_kg:.3e} kg: it must not be \
+         negative; check the sign of M, and that p.mtx is the coupling to modes of unit modal mass",
+        path.display()
+    )]
+    Mass {
+        path: PathBuf,
+        lowest_kg: f64,
+        mean_kg: f64,
+    },
     #[error("{}: entries ({row}, {column}) and ({column}, {row}), counted from 1, differ: the matrix must be symmetric", path.display())]
     NotSymmetric {
         path: PathBuf,
@@ -66,9 +97,16 @@ pub enum SuperelementError {
         column: usize,
     },
     #[error(
-        "the superelement format holds one observed point and one cosine force of harmonic 1; the model has {probes} points and {excitations} harmonic loads"
+        "a reduced model holds one observed point and forces cos(w t), the scene has {probes} \
+         points and forces of {harmonics} harmonics{}; leave one [[observe]], and give every \
+         [[excitation]] harmonic = 1 and phase_deg = 0",
+        if *in_phase { "" } else { ", some of them out of phase" }
     )]
-    NotRepresentable { probes: usize, excitations: usize },
+    NotRepresentable {
+        probes: usize,
+        harmonics: usize,
+        in_phase: bool,
+    },
     #[error("cannot write {}: {source}; check that the folder exists and is writable", path.display())]
     Write {
         path: PathBuf,
@@ -76,15 +114,22 @@ pub enum SuperelementError {
     },
 }
 
-/// Reads the folder; every pair follows `law`, the unit excitation is multiplied by `force_n`, and
+/// Reads the folder; every pair follows `law`, the force of the folder, 1 N, is multiplied by
+/// `force_n`, and
 /// the observed point is named `tip`.
 ///
 /// # Errors
 /// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric
-/// (1e-6 of the largest entry); squared frequencies not positive and ascending.
+/// (1e-6 of the largest entry); squared frequencies not positive and ascending; a stiffness or a
+/// mass that no body has.
 pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, SuperelementError> {
     let positions = array(&folder.join("xyz.mtx"), None, Some(3), "pairs x 3")?;
     let pairs = positions.nrows();
+    if pairs == 0 {
+        return Err(SuperelementError::NoPairs {
+            path: folder.join("xyz.mtx"),
+        });
+    }
     let n = 3 * pairs;
     let has = |name: &str| folder.join(name).exists();
     let with_modes = has("w2.mtx") || has("p.mtx");
@@ -157,6 +202,8 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
         }],
         pairs: vec![law; pairs],
     };
+    check_stiffness(&folder.join("K.mtx"), &relative.stiffness)?;
+    check_mass(&folder.join("M.mtx"), &relative)?;
     let positions_m = (0..pairs)
         .map(|i| [positions[(i, 0)], positions[(i, 1)], positions[(i, 2)]])
         .collect();
@@ -179,24 +226,72 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
     })
 }
 
-/// Writes what [`read`] reads, in digits that read back to the same numbers. Friction and gaps are
-/// not written.
+/// Of the mean of its diagonal, what the stiffness may lack to be positive semidefinite.
+const STIFFNESS_LACK: f64 = 1e-3;
+/// Of the mean of its diagonal, what rounding may take from the mass that the stuck modes leave.
+const MASS_LACK: f64 = 1e-6;
+
+fn check_stiffness(path: &Path, stiffness: &Mat<f64>) -> Result<(), SuperelementError> {
+    let mean_n_m = mean_diagonal(stiffness);
+    if mean_n_m > 0.0 && dense::is_definite(stiffness.clone(), STIFFNESS_LACK * mean_n_m) {
+        return Ok(());
+    }
+    Err(SuperelementError::Stiffness {
+        path: path.to_owned(),
+        lowest_n_m: dense::lowest_eigenvalue(stiffness.as_ref()),
+        mean_n_m,
+    })
+}
+
+fn check_mass(path: &Path, model: &RelativeModel) -> Result<(), SuperelementError> {
+    let (p, mean_kg) = (model.coupling.as_ref(), mean_diagonal(&model.mass));
+    let mut left = model.mass.clone();
+    matmul(
+        left.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        p,
+        BlockStructure::Rectangular,
+        p.transpose(),
+        BlockStructure::Rectangular,
+        -1.0,
+        Par::rayon(0),
+    );
+    // Massless pairs are possible.
+    let is_zero = (0..left.nrows()).all(|j| left.col_as_slice(j)[j..].iter().all(|v| *v == 0.0));
+    if is_zero || dense::is_definite(left.clone(), MASS_LACK * mean_kg) {
+        return Ok(());
+    }
+    Err(SuperelementError::Mass {
+        path: path.to_owned(),
+        lowest_kg: dense::lowest_eigenvalue(left.as_ref()),
+        mean_kg,
+    })
+}
+
+fn mean_diagonal(a: &Mat<f64>) -> f64 {
+    let n = a.nrows();
+    (0..n).map(|i| a[(i, i)] / n as f64).sum()
+}
+
+/// Writes what [`read`] reads, in digits that read back to the same numbers; `element` is excited
+/// by 1 N in all. Friction and gaps are not written.
 ///
 /// # Errors
 /// A model with other than one observed point and one cosine load of harmonic 1; a file that
 /// cannot be written.
 pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
     let model = &element.relative;
-    let representable = model.excitations.len() == 1
-        && model.observations.len() == 1
-        && model.excitations.iter().all(|e| {
-            let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
-            e.harmonic == 1 && silent(&e.sine.on_x) && silent(&e.sine.on_modes)
-        });
-    if !representable {
+    let in_phase = model.excitations.iter().all(|e| {
+        let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
+        silent(&e.sine.on_x) && silent(&e.sine.on_modes)
+    });
+    let of_harmonic_1 = model.excitations.len() == 1 && model.highest_excited() == 1;
+    if model.observations.len() != 1 || !of_harmonic_1 || !in_phase {
         return Err(SuperelementError::NotRepresentable {
             probes: model.observations.len(),
-            excitations: model.excitations.len(),
+            harmonics: model.excitations.len(),
+            in_phase,
         });
     }
     let (force, tip) = (&model.excitations[0].cosine, &model.observations[0]);
@@ -310,12 +405,17 @@ mod tests {
         let value = |seed: usize| (seed as f64 * 0.7531).sin() * 10f64.powi((seed % 7) as i32 - 3);
         let vector = |k: usize, at: usize| (0..k).map(|i| value(i + at)).collect::<Vec<_>>();
         let (n, m) = (6, 4);
-        let square = |at: usize| Mat::from_fn(n, n, |i, j| value(at + i * j + i + j));
+        // Off the diagonal at most 1000 in each entry, on it more than all of a row.
+        let square = |at: usize| {
+            Mat::from_fn(n, n, |i, j| {
+                value(at + i * j + i + j) + if i == j { 1e4 } else { 0.0 }
+            })
+        };
         Superelement {
             relative: RelativeModel {
                 stiffness: square(1),
                 mass: square(5),
-                coupling: Mat::from_fn(n, m, |i, j| value(i + 11 * j)),
+                coupling: Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j)),
                 omega2: vec![1.0 / 3.0, 2.0, 2.0, 1e9],
                 static_load: Load {
                     on_x: vector(n, 3),
@@ -451,6 +551,69 @@ mod tests {
             "{message}"
         );
         assert!(read(&folder, law, 1.0).is_ok());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// The message that a model with this change, written and read again, gives.
+    fn said_of(name: &str, change: impl FnOnce(&mut RelativeModel)) -> Result<(), String> {
+        let (folder, mut element) = (folder(name), small());
+        change(&mut element.relative);
+        write(&folder, &element).unwrap();
+        let read = read(&folder, element.relative.pairs[0], 1.0);
+        std::fs::remove_dir_all(folder).unwrap();
+        read.map(|_| ()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_stiffness_or_mass_that_no_body_has_is_refused() {
+        let diagonal =
+            |values: [f64; 6]| Mat::from_fn(6, 6, |i, j| if i == j { values[i] } else { 0.0 });
+        let stiffness =
+            |values: [f64; 6]| said_of("stiffness", |model| model.stiffness = diagonal(values));
+        // Contact alone may hold the body, and spin may soften it.
+        assert_eq!(stiffness([0.0, 0.0, 0.0, 0.0, 0.0, 6.0]), Ok(()));
+        assert_eq!(stiffness([-0.9e-3, 1.0, 1.0, 1.0, 1.0, 2.0]), Ok(()));
+        let message = stiffness([-1.1e-3, 1.0, 1.0, 1.0, 1.0, 2.0]).unwrap_err();
+        for words in ["K.mtx", "lowest eigenvalue", "-1.100e-3 N/m", "sign of K"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        let message = stiffness([-1.0; 6]).unwrap_err();
+        assert!(
+            message.contains("K.mtx") && message.contains("-1.000e0 N/m"),
+            "{message}"
+        );
+        assert!(stiffness([0.0; 6]).is_err());
+        assert!(stiffness([1e308, -1e308, 1e308, 1e308, 1e308, 1e308]).is_err());
+
+        let mass = |mass: f64, coupling: f64| {
+            said_of("mass", |model| {
+                model.mass = diagonal([mass; 6]);
+                model.coupling = Mat::from_fn(6, 4, |i, j| if i == j { coupling } else { 0.0 });
+            })
+        };
+        // Massless pairs, and pairs whose mass is all in the modes, to rounding.
+        assert_eq!(mass(0.0, 0.0), Ok(()));
+        assert_eq!(mass(2.0, 2f64.sqrt()), Ok(()));
+        assert_eq!(mass(2.0, (2f64 + 1e-7).sqrt()), Ok(()));
+        let message = mass(2.0, 3f64.sqrt()).unwrap_err();
+        for words in ["M.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        assert!(mass(-1.0, 0.0).is_err() && mass(0.0, 1.0).is_err());
+        assert!(mass(1e300, 1e200).is_err());
+    }
+
+    #[test]
+    fn a_model_without_pairs_is_refused() {
+        let (folder, element) = (folder("no-pairs"), small());
+        write(&folder, &element).unwrap();
+        let nothing = "%%MatrixMarket matrix array real general\n0 3\n";
+        std::fs::write(folder.join("xyz.mtx"), nothing).unwrap();
+        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        assert!(
+            message.to_string().contains("at least one pair"),
+            "{message}"
+        );
         std::fs::remove_dir_all(folder).unwrap();
     }
 

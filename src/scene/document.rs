@@ -17,7 +17,7 @@ const MOST_PROBLEMS: usize = 20;
 
 /// Parses the text, applies the `--set` arguments in their order and reads the result into the mirror.
 pub fn read(source: &Source) -> Result<RawScene, Vec<Problem>> {
-    let (document, errors) = DeTable::parse_recoverable(source.text);
+    let (document, errors) = DeTable::parse_recoverable(&source.text);
     if !errors.is_empty() {
         return Err(syntax_problems(source, errors));
     }
@@ -45,10 +45,14 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
     for error in errors {
         let span = error.span().unwrap_or(0..0);
         let line = line(span.start);
-        if problems.len() < MOST_PROBLEMS && !lines.contains(&line) {
-            lines.push(line);
-            let message = error.message().to_owned();
-            problems.push(source.problem(span, Fault::Syntax { message }));
+        if lines.contains(&line) {
+            continue;
+        }
+        lines.push(line);
+        let message = error.message().to_owned();
+        problems.push(source.problem(span, Fault::Syntax { message }));
+        if problems.len() == MOST_PROBLEMS {
+            break;
         }
     }
     problems

@@ -8,6 +8,8 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
+use crate::text;
+
 /// Why there is no [`Scene`](super::Scene). As a [`Diagnostic`] the first problem stands for all,
 /// the others follow as related ones.
 #[derive(Debug, Error)]
@@ -302,7 +304,7 @@ impl Fault {
                 format!("the choices are: \"{}\"", valid.join("\", \""))
             }
             Self::UnknownBody { bodies, .. } => {
-                format!("the bodies of this scene are: {}", bodies.join(", "))
+                format!("the bodies of this scene are: {}", text::list(bodies))
             }
             Self::Duplicate { .. } => "give each one a name of its own".to_owned(),
             Self::BadName { .. } => "a name becomes part of file names and column headings: begin with a \
@@ -353,7 +355,7 @@ impl Fault {
             }
             Self::OverrideNoElement { path, elements, .. } => format!(
                 "the elements of `{path}` are: {}; a number (0 is the first) or * for all of them will do as well",
-                elements.join(", ")
+                text::list(elements)
             ),
             Self::OverrideNotATable { path, .. } => format!("set it whole: --set {path}=VALUE"),
             Self::OverrideNothingToRemove { .. } => {

@@ -14,6 +14,8 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
+use crate::input;
+
 pub use error::{Fault, Problem, SceneError};
 pub use keys::nearest;
 
@@ -23,7 +25,7 @@ pub use keys::nearest;
 /// # Errors
 /// [`SceneError::Read`] when the file cannot be read, [`SceneError::Invalid`] as for [`parse`].
 pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneError> {
-    let text = std::fs::read_to_string(path).map_err(|source| SceneError::Read {
+    let text = input::text(path).map_err(|source| SceneError::Read {
         path: path.to_owned(),
         source,
     })?;
@@ -48,7 +50,7 @@ pub fn parse(
 ) -> Result<Scene, SceneError> {
     let source = source::Source {
         name: file_name,
-        text,
+        text: text.into(),
         overrides,
     };
     document::read(&source)

@@ -13,7 +13,8 @@ use super::error::{Fault, Problem};
 /// Where the spans of a scene point to.
 pub struct Source<'i> {
     pub name: &'i str,
-    pub text: &'i str,
+    /// Shared by the problems found in it.
+    pub text: Arc<str>,
     pub overrides: &'i [String],
 }
 
@@ -39,8 +40,8 @@ impl<'i> Source<'i> {
         let (name, text, start) = self.text_at(span.start);
         Problem {
             fault,
-            source_text: NamedSource::new(name, Arc::<str>::from(text)).with_language("TOML"),
-            span: inside(text, span.start - start..span.end.saturating_sub(start)),
+            span: inside(&text, span.start - start..span.end.saturating_sub(start)),
+            source_text: NamedSource::new(name, text).with_language("TOML"),
             other: None,
         }
     }
@@ -57,25 +58,25 @@ impl<'i> Source<'i> {
         let same_text = start == self.text_at(other.start).2;
         let mut problem = self.problem(span, fault);
         if same_text {
-            let span = inside(text, other.start - start..other.end.saturating_sub(start));
+            let span = inside(&text, other.start - start..other.end.saturating_sub(start));
             problem.other = Some((span, label));
         }
         problem
     }
 
     /// Name and text that hold a position, and the position of the text's first byte.
-    fn text_at(&self, position: usize) -> (&'i str, &'i str, usize) {
+    fn text_at(&self, position: usize) -> (&'i str, Arc<str>, usize) {
         if position <= self.text.len() {
-            return (self.name, self.text, 0);
+            return (self.name, Arc::clone(&self.text), 0);
         }
         let mut start = self.text.len() + 1;
         for argument in self.overrides {
             if position <= start + argument.len() {
-                return ("--set", argument, start);
+                return ("--set", argument.as_str().into(), start);
             }
             start += argument.len() + 1;
         }
-        (self.name, self.text, 0)
+        (self.name, Arc::clone(&self.text), 0)
     }
 }
 

@@ -9,6 +9,7 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
 use crate::scene::error::{all_but_first, summary};
+use crate::text;
 
 /// Why a study was not begun, or not brought to its end. A case that fails is no error: it is reported in the tables.
 #[derive(Debug, Error)]
@@ -46,7 +47,7 @@ impl Diagnostic for StudyError {
                 "give the path of a TOML file that describes the study (docs/study.md)".to_owned()
             }
             Self::Invalid { problems } => return problems.first()?.help(),
-            Self::NoSuchCase { cases, .. } => format!("its cases are: {}", cases.join(", ")),
+            Self::NoSuchCase { cases, .. } => format!("its cases are: {}", text::list(cases)),
             Self::File { .. } => {
                 "check that the folder exists and may be written, and that the disk is not full, or choose another \
                  with --out"
@@ -239,7 +240,8 @@ impl StudyFault {
                  coarser (they then count from coarse to fine as they are written)"
                 .to_owned(),
             Self::NotAValue { values, .. } | Self::NoBase { values, .. } => {
-                format!("the values are: {}; for example: base = {}", values.join(", "), values.first().map_or("1", String::as_str))
+                let first = values.first().map_or("1", String::as_str);
+                format!("the values are: {}; for example: base = {first}", text::list(values))
             }
             Self::SetTwice { .. } => "let one knob set both together: values = [{ label = \"coarse\", set = { ... } }, ...]".to_owned(),
             Self::NotAnOverride { .. } => {

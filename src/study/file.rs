@@ -1,6 +1,7 @@
 //! Text -> [`Study`]: which scene, which knobs, which quantities, and how accurate they shall be.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -9,6 +10,7 @@ use super::error::{StudyError, StudyFault, StudyProblem};
 use super::knob::{self, Knob};
 use super::quantity::{self, Quantity};
 use super::reader::{Reader, Section, number};
+use crate::input;
 use crate::scene::nearest;
 
 const TOP_KEYS: &[&str] = &[
@@ -63,18 +65,18 @@ pub struct Target {
 #[derive(Debug, Clone)]
 pub struct StudyText {
     pub file: PathBuf,
-    pub text: String,
+    pub text: Arc<str>,
 }
 
 impl StudyText {
     pub fn read(file: &Path) -> Result<Self, StudyError> {
-        let text = std::fs::read_to_string(file).map_err(|source| StudyError::Read {
+        let text = input::text(file).map_err(|source| StudyError::Read {
             path: file.to_owned(),
             source,
         })?;
         Ok(Self {
             file: file.to_owned(),
-            text,
+            text: text.into(),
         })
     }
 

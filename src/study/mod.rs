@@ -38,6 +38,7 @@ use crate::error::Error;
 use crate::pipeline;
 use crate::progress::Progress;
 use crate::scene::{self, Subject};
+use crate::terminal;
 
 /// What to do with a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -127,7 +128,7 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
         found = answers(&study, &results);
     }
     write(&study, &settings, &results, &found)?;
-    tell(&study, &settings, &results, &found, progress);
+    tell(&study, &settings, &results, &found, progress)?;
     all_well(&results)
 }
 
@@ -246,7 +247,7 @@ fn tell(
     results: &[CaseResult],
     found: &Answers,
     progress: &Progress,
-) {
+) -> Result<(), Error> {
     for result in results {
         if let Ended::Failed { message, .. } = &result.ended {
             progress.warning(&format!(
@@ -256,13 +257,14 @@ fn tell(
             ));
         }
     }
-    for advice in &found.advice {
-        println!("{}", words::advice(study, results, found, advice));
-    }
+    let advice = found.advice.iter();
+    let lines = advice.map(|advice| words::advice(study, results, found, advice) + "\n");
+    terminal::print(&lines.collect::<String>())?;
     progress.note(&format!(
         "answers in {}",
         settings.out.join("study.md").display()
     ));
+    Ok(())
 }
 
 fn all_well(results: &[CaseResult]) -> Result<(), Error> {

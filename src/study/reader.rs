@@ -13,7 +13,7 @@ use crate::scene::nearest;
 /// The text of a study and the problems found in it so far.
 pub struct Reader<'a> {
     pub name: &'a str,
-    pub text: &'a str,
+    pub text: &'a Arc<str>,
     pub problems: Vec<StudyProblem>,
 }
 
@@ -43,8 +43,7 @@ impl Reader<'_> {
         let end = span.end.min(self.text.len());
         self.problems.push(StudyProblem {
             fault,
-            source_text: NamedSource::new(self.name, Arc::<str>::from(self.text))
-                .with_language("TOML"),
+            source_text: NamedSource::new(self.name, Arc::clone(self.text)).with_language("TOML"),
             span: span.start.min(end)..end,
         });
     }

@@ -12,7 +12,7 @@ use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
 use faer::prelude::ReborrowMut;
-use faer::{Mat, MatMut, MatRef, Par, Spec, unzip, zip};
+use faer::{Mat, MatMut, MatRef, Par, Side, Spec, unzip, zip};
 use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
@@ -122,6 +122,44 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     Ok(factor)
 }
 
+/// Whether a symmetric matrix (lower triangle read) with `shift` added to its diagonal is positive
+/// definite: one Cholesky factorisation, on all threads.
+pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
+    let n = a.nrows();
+    for i in 0..n {
+        a[(i, i)] += shift;
+    }
+    let (par, params) = (Par::rayon(0), Spec::default());
+    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, par, params);
+    llt::factor::cholesky_in_place(
+        a.as_mut(),
+        llt::factor::LltRegularization::default(),
+        par,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .is_ok()
+}
+
+/// The lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is
+/// not found.
+pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
+    let scale = a.norm_max();
+    if scale == 0.0 {
+        return 0.0;
+    }
+    let lowest = || {
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
+        scaled
+            .self_adjoint_eigenvalues(Side::Lower)
+            .ok()?
+            .first()
+            .copied()
+    };
+    let lowest = if scale.is_finite() { lowest() } else { None };
+    lowest.map_or(f64::NEG_INFINITY, |value| scale * value)
+}
+
 /// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
 pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
     rhs.par_col_chunks_mut(64).for_each(|mut rhs| {
@@ -207,6 +245,18 @@ mod tests {
                 assert!((w2 / exact - 1.0).abs() < 1e-9, "{i}: {w2:e} {exact:e}");
             }
         }
+    }
+
+    #[test]
+    fn a_shift_decides_what_is_definite() {
+        // Eigenvalues 3 and -1.
+        let a = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
+        assert!(is_definite(a.clone(), 1.001) && !is_definite(a.clone(), 0.999));
+        for scale in [1e-300, 1.0, 1e300] {
+            let lowest = lowest_eigenvalue((faer::Scale(scale) * &a).as_ref());
+            assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
+        }
+        assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Checks of single values: a located raw value becomes a plain one, or a problem is noted.
 
+use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -266,8 +267,11 @@ impl Checker<'_> {
     }
     /// Reports every name that stands earlier in the list.
     pub fn distinct(&mut self, named: &[(String, String, Range<usize>)]) {
-        for (i, (path, name, span)) in named.iter().enumerate() {
-            if let Some((_, _, first)) = named[..i].iter().find(|(_, n, _)| n == name) {
+        let mut firsts = HashMap::new();
+        for (path, name, span) in named {
+            let first: &Range<usize> = firsts.entry(name).or_insert(span);
+            // One `--set` may name several elements alike: their spans are equal.
+            if !std::ptr::eq(first, span) {
                 let fault = Fault::Duplicate {
                     path: path.clone(),
                     name: name.clone(),

@@ -1,0 +1,122 @@
+//! Files that a user names, opened. Only regular files are read: a named pipe would hold a run up
+//! for ever, a device may never end, and a folder says nothing useful.
+
+use std::fs::{File, FileType};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// Most bytes of a text that a person writes: a scene, a study, a script of gmsh.
+pub const MOST_TEXT_BYTES: u64 = 16 << 20;
+
+/// Opens a regular file.
+///
+/// # Errors
+/// Those of the system, and [`ErrorKind::InvalidInput`] for anything but a regular file.
+pub fn open(path: &Path) -> Result<File> {
+    check(path)?;
+    File::open(path)
+}
+
+/// That there is a regular file. It is not opened: opening a named pipe waits for its other end.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn check(path: &Path) -> Result<()> {
+    let kind = std::fs::metadata(path)?.file_type();
+    match kind.is_file() {
+        true => Ok(()),
+        false => Err(Error::new(
+            ErrorKind::InvalidInput,
+            format!("it is {}; give a regular file", called(kind)),
+        )),
+    }
+}
+
+fn called(kind: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_fifo() {
+            return "a named pipe";
+        }
+        if kind.is_char_device() || kind.is_block_device() {
+            return "a device";
+        }
+        if kind.is_socket() {
+            return "a socket";
+        }
+    }
+    match kind.is_dir() {
+        true => "a folder",
+        false => "no regular file",
+    }
+}
+
+/// All bytes of a regular file.
+///
+/// # Errors
+/// Those of [`open`] and of reading.
+pub fn bytes(path: &Path) -> Result<Vec<u8>> {
+    check(path)?;
+    std::fs::read(path)
+}
+
+/// The bytes of a file that a person writes, at most [`MOST_TEXT_BYTES`].
+///
+/// # Errors
+/// Those of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer file.
+pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path)?
+        .take(MOST_TEXT_BYTES + 1)
+        .read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > MOST_TEXT_BYTES {
+        true => Err(Error::new(
+            ErrorKind::InvalidData,
+            format!(
+                "it is longer than {} MiB, too long for a text that a person writes",
+                MOST_TEXT_BYTES >> 20
+            ),
+        )),
+        false => Ok(bytes),
+    }
+}
+
+/// The text of a file that a person writes, at most [`MOST_TEXT_BYTES`] of UTF-8.
+///
+/// # Errors
+/// Those of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not UTF-8.
+pub fn text(path: &Path) -> Result<String> {
+    String::from_utf8(short_bytes(path)?).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let message = format!("it is not a text: byte {} is not UTF-8", at + 1);
+        Error::new(ErrorKind::InvalidData, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_regular_files_of_text_are_read() {
+        let folder = std::env::temp_dir().join(format!("dovetail-input-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let said = |path: &Path| text(path).unwrap_err().to_string();
+        assert!(said(&folder).contains("a folder"));
+        if cfg!(target_os = "linux") {
+            assert!(said(Path::new("/dev/zero")).contains("a device"));
+            assert!(bytes(Path::new("/dev/zero")).is_err());
+        }
+        let path = folder.join("a.toml");
+        std::fs::write(&path, b"ab\xffcd").unwrap();
+        assert!(said(&path).contains("byte 3 is not UTF-8"));
+        std::fs::write(&path, "name = 1").unwrap();
+        assert_eq!(text(&path).unwrap(), "name = 1");
+        // A file of holes: nothing of it need be on the disk.
+        let long = File::create(&path).unwrap();
+        long.set_len(1 << 40).unwrap();
+        assert!(said(&path).contains("longer than 16 MiB"));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,393 @@
+//! Input that no one means: the program ends soon, with a short message, and never with a panic.
+
+use std::os::unix::ffi::OsStrExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A folder for one test, gone at its end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let name = format!("dovetail-bad-input-{name}-{}", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let _ = std::fs::remove_dir_all(&path);
+        std::fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+    fn write(&self, file: &str, text: impl AsRef<[u8]>) -> String {
+        let path = self.0.join(file);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+    fn named_pipe(&self) -> String {
+        let path = self.0.join("pipe");
+        let made = Command::new("mkfifo").arg(&path).status().unwrap();
+        assert!(made.success());
+        path.to_str().unwrap().to_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn root(file: &str) -> String {
+    format!("{}/{file}", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// More than any of these runs takes.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// Runs the program in a folder; exit code and standard error. It must end by itself, soon, without
+/// a panic, with a message that is short and that a terminal only shows.
+fn dovetail(folder: &Folder, arguments: &[&str]) -> (i32, String) {
+    let stderr = folder.0.join("stderr");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dovetail"))
+        .args(arguments)
+        .args(["--no-cache", "--out"])
+        .arg(folder.0.join("out"))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(std::fs::File::create(&stderr).unwrap())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if begin.elapsed() > LIMIT {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("{arguments:?} did not end");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    };
+    let said = String::from_utf8(std::fs::read(&stderr).unwrap()).unwrap();
+    let shown: String = said.chars().take(3000).collect();
+    assert!(!said.contains("panicked"), "{shown}");
+    assert!(said.len() < 40_000, "{} bytes: {shown}", said.len());
+    let obeyed = said.chars().find(|c| c.is_control() && *c != '\n');
+    assert!(obeyed.is_none(), "{obeyed:?}: {shown}");
+    (status.code().expect("ended by a signal"), said)
+}
+
+/// Without the frames and line breaks of the report.
+fn words(said: &str) -> String {
+    let said = said.replace('|', " ");
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn an_error_far_along_a_line_is_shown() {
+    let folder = Folder::new("column");
+    let blanks = " ".repeat(70_000);
+    let scene = folder.write("a.toml", format!("name = \"x\"\na = [{blanks}@ ]\n"));
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert_eq!(code, 2, "{said}");
+    assert!(
+        said.contains("a.toml:2:70006") && said.contains("@ ]"),
+        "{said}"
+    );
+    // The place of a value, and a line of much text around it.
+    let keys: String = (0..20_000).map(|i| format!("k{i} = 1, ")).collect();
+    let scene = folder.write("b.toml", format!("name = 3\nx = {{ {keys} }}\n"));
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert!(code == 2 && said.contains("b.toml:1:8"), "{said}");
+    let study = folder.write("c.toml", format!("name = \"s\"\nscene = [{blanks}@ ]\n"));
+    let (code, said) = dovetail(&folder, &["study", &study]);
+    assert!(code == 2 && said.contains("c.toml:2:"), "{said}");
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_error() {
+    let folder = Folder::new("pipe");
+    let jenkins = root("scenes/verification/jenkins.toml");
+    for arguments in [
+        ["modes", &jenkins].as_slice(),
+        &[
+            "verify",
+            &jenkins,
+            "--at",
+            "1",
+            "--periods",
+            "3",
+            "--steps",
+            "64",
+            "--tolerance",
+            "9",
+        ],
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_dovetail"))
+            .args(arguments)
+            .args(["--no-cache", "--out"])
+            .arg(folder.0.join("out"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+        assert!(said.contains("results in"), "{said}");
+    }
+    if Path::new("/dev/full").exists() {
+        let output = Command::new(env!("CARGO_BIN_EXE_dovetail"))
+            .args(["modes", &jenkins, "--no-cache", "--out"])
+            .arg(folder.0.join("out"))
+            .stdout(
+                std::fs::File::options()
+                    .write(true)
+                    .open("/dev/full")
+                    .unwrap(),
+            )
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("standard output"), "{said}");
+    }
+}
+
+#[test]
+fn a_time_integration_has_an_end() {
+    let folder = Folder::new("steps");
+    let jenkins = root("scenes/verification/jenkins.toml");
+    let verify = |more: &[&str]| {
+        let (code, said) = dovetail(
+            &folder,
+            &[&["verify", &jenkins, "--at", "1"], more].concat(),
+        );
+        assert_eq!(code, 2, "{more:?}: {said}");
+        words(&said)
+    };
+    assert!(verify(&["--steps", "1000000000000"]).contains("from 16 to 1000000"));
+    assert!(verify(&["--steps", "1e12"]).contains("from 16 to 1000000"));
+    assert!(verify(&["--periods", "1000000000000"]).contains("from 1 to 1000000"));
+    let said = verify(&["--steps", "1000000", "--periods", "1000000"]);
+    assert!(
+        said.contains("1000000 periods of 1000000 steps") && said.contains("--steps"),
+        "{said}"
+    );
+    let said = verify(&["--steps", "1000000", "--most-periods", "3000"]);
+    assert!(said.contains("3000 periods"), "{said}");
+}
+
+#[test]
+fn twenty_thousand_faults_are_one_short_report() {
+    let folder = Folder::new("contacts");
+    let paper = std::fs::read_to_string(root("scenes/paper.toml")).unwrap();
+    let contact = |i: usize| {
+        format!(
+            "[[contact]]\nname = \"c{i}\"\nfirst = \"blade_flank_left\"\nsecond = \"jaw_flank_left\"\nfriction = 0.3\n"
+        )
+    };
+    let contacts: String = (0..20_000).map(contact).collect();
+    let scene = folder.write("a.toml", paper + &contacts);
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert_eq!(code, 2, "{said}");
+    let said = words(&said);
+    assert!(
+        said.contains("\"blade_flank_left\" is taken already"),
+        "{said}"
+    );
+    assert!(said.contains("the first of 40000 errors"), "{said}");
+    assert!(said.contains("39979 more errors are not shown"), "{said}");
+    // One argument that names all alike is a fault of each but the first.
+    let two = format!("{}{}", contact(1), contact(2));
+    let paper = std::fs::read_to_string(root("scenes/paper.toml")).unwrap();
+    let scene = folder.write("b.toml", paper + &two);
+    let (code, said) = dovetail(&folder, &["check", &scene, "--set", "contact.*.first=x"]);
+    assert!(code == 2 && said.contains("is taken already"), "{said}");
+    // Lines of nonsense.
+    let lines: String = (0..60_000).map(|i| format!("x{i}\n")).collect();
+    let scene = folder.write("c.toml", lines);
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert!(code == 2 && said.contains("c.toml:1:"), "{said}");
+}
+
+#[test]
+fn blanks_in_a_mesh_cost_no_time() {
+    let folder = Folder::new("blanks");
+    let mesh = std::fs::read(root("meshes/dovetail_small.msh")).unwrap();
+    let at = mesh.windows(7).position(|w| w == b"\n$Nodes").unwrap() + 1;
+    let with = |section: &str, name: &str| {
+        let bytes = [&mesh[..at], section.as_bytes(), &mesh[at..]].concat();
+        let file = folder.write(name, bytes);
+        let set = format!("mesh.file={file}");
+        dovetail(
+            &folder,
+            &["mesh", &root("scenes/paper.toml"), "--set", &set],
+        )
+    };
+    let blanks = " ".repeat(1_000_000);
+    for section in [
+        format!("$Comments\n{blanks}\n$EndComments\n"),
+        format!("$Comments\n{blanks}a comment\n$EndComments\n{blanks}\n"),
+        format!("$\n{blanks}a section without a name\n$End\n"),
+    ] {
+        let (code, said) = with(&section, "blanks.msh");
+        assert_eq!(code, 0, "{said}");
+    }
+    let (code, said) = with(&format!("$Comments\n{blanks}x\n"), "open.msh");
+    assert!(
+        code == 2 && words(&said).contains("it has no $EndComments"),
+        "{said}"
+    );
+}
+
+#[test]
+fn only_regular_files_are_read() {
+    let folder = Folder::new("regular");
+    let pipe = folder.named_pipe();
+    let paper = root("scenes/paper.toml");
+    let model = folder.0.join("model");
+    std::fs::create_dir(&model).unwrap();
+    std::fs::copy(
+        root("scenes/verification/jenkins/K.mtx"),
+        model.join("K.mtx"),
+    )
+    .unwrap();
+    let made = Command::new("mkfifo").arg(model.join("xyz.mtx")).status();
+    assert!(made.unwrap().success());
+    let reduced = folder.write(
+        "reduced.toml",
+        "name = \"r\"\n[reduced_model]\nfolder = \"model\"\nfriction = 0.3\nforce_n = 1\n[damping]\nmass_per_s = 0.1\n\
+         [response]\nfrequency_hz = [1, 2]\n",
+    );
+    let there = folder.0.to_str().unwrap();
+    for (other, called) in [
+        (pipe.as_str(), "a named pipe"),
+        (there, "a folder"),
+        ("/dev/zero", "a device"),
+    ] {
+        let file = format!("mesh.file={other}");
+        let script = format!("mesh.geometry={other}");
+        for arguments in [
+            ["check", other].as_slice(),
+            &["run", other],
+            &["study", other],
+            &["check", &paper, "--set", &file],
+            &["mesh", &paper, "--set", &file],
+            &["check", &paper, "--set", &script],
+            &["mesh", &paper, "--set", &script],
+        ] {
+            let (code, said) = dovetail(&folder, arguments);
+            assert_eq!(code, 2, "{arguments:?}: {said}");
+            let said = words(&said);
+            assert!(
+                said.contains(called) && said.contains("regular file"),
+                "{arguments:?}: {said}"
+            );
+        }
+    }
+    let (code, said) = dovetail(&folder, &["check", &reduced]);
+    assert!(
+        code == 2 && words(&said).contains("it is a named pipe"),
+        "{said}"
+    );
+}
+
+/// `dovetail` itself asserts that no control character is left.
+#[test]
+fn names_do_not_command_the_terminal() {
+    let folder = Folder::new("escapes");
+    let clear = "\x1b[2J\x1b]0;title\x07";
+    // A group of the mesh, by a list of those there are.
+    let mesh = std::fs::read_to_string(root("meshes/blocks_order1.msh")).unwrap();
+    let mesh = folder.write(
+        "a.msh",
+        mesh.replace("\"lower_top\"", &format!("\"{clear}\"")),
+    );
+    let set = format!("mesh.file={mesh}");
+    let (code, said) = dovetail(
+        &folder,
+        &[
+            "mesh",
+            &root("scenes/paper.toml"),
+            "--set",
+            &set,
+            "--set",
+            "body.*.fixed=",
+            "--set",
+            "body.0.volume=upper",
+            "--set",
+            "body.1.volume=lower",
+            "--set",
+            "body.1.fixed=[\"base\"]",
+            "--set",
+            "contact.left.first=nothing",
+        ],
+    );
+    assert!(code == 2 && said.contains("\\u{1b}[2J"), "{said}");
+    // A key and a value of the scene, and its file.
+    let scene = folder.write("b.toml", "name = \"\\u001b[2J\"\n\"\\u001b[3J\" = 1\n");
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert!(code == 2 && said.contains("\\u{1b}[3J"), "{said}");
+    let name = std::ffi::OsStr::from_bytes(b"\x1b[4m.toml");
+    std::fs::write(folder.0.join(name), "name = 3\n").unwrap();
+    let scene = folder.0.join(name);
+    let (code, said) = dovetail(&folder, &["check", scene.to_str().unwrap()]);
+    assert!(code == 2 && said.contains("\\u{1b}[4m.toml:1:8"), "{said}");
+    // Text of the scene beside the fault: TOML allows no control characters but tabs, and those
+    // that turn writing.
+    let scene = folder.write("c.toml", "name = \"\u{202e}x\" # \u{9b}31m\n");
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert!(code == 2 && !said.contains('\u{202e}'), "{said}");
+    let scene = folder.write("d.toml", "name = \"a\0b\"\n\0\0\x1b[2J\n");
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert_eq!(code, 2, "{said}");
+}
+
+#[test]
+fn whatever_is_long_is_cut() {
+    let folder = Folder::new("long");
+    let long = "x".repeat(1_000_000);
+    let deep = "[".repeat(100_000);
+    let keys = ["a"; 100_000].join(".");
+    for (number, text) in [
+        String::new(),
+        format!("name = \"{long}\"\n"),
+        format!("{long} = 1\n"),
+        format!("[{long}]\n[[{long}]]\n"),
+        format!("name = 1 # {long}\n"),
+        format!("[[contact]]\nname = \"{long}\"\n[[contact]]\nname = \"{long}\"\n"),
+        format!("[mesh]\nfile = \"{long}\"\n"),
+        format!("x = {deep}\n"),
+        format!("x = {deep}{}\n", "]".repeat(100_000)),
+        format!("{keys} = 1\n"),
+        format!("[{keys}]\n"),
+        "\u{feff}name = 1".to_owned(),
+        "\0".repeat(100_000),
+        "é".repeat(100_000),
+        "\r".repeat(100_000),
+    ]
+    .iter()
+    .enumerate()
+    {
+        let scene = folder.write("a.toml", text);
+        let (code, said) = dovetail(&folder, &["check", &scene]);
+        assert_eq!(code, 2, "scene {number}: {said}");
+        let (code, said) = dovetail(&folder, &["study", &scene]);
+        assert_eq!(code, 2, "study {number}: {said}");
+    }
+    let paper = root("scenes/paper.toml");
+    let value = "[".repeat(50_000);
+    for set in [
+        format!("name={value}"),
+        format!("{}=1", ["a"; 20_000].join(".")),
+        "x".repeat(100_000),
+    ] {
+        let (code, said) = dovetail(&folder, &["check", &paper, "--set", &set]);
+        assert_eq!(code, 2, "{said}");
+    }
+    // A name that is right but nowhere to be found.
+    let set = format!("mesh.file={}", "y".repeat(5000));
+    let (code, said) = dovetail(&folder, &["run", &paper, "--set", &set]);
+    assert_eq!(code, 2, "{said}");
+}
