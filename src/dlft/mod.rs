@@ -135,6 +135,8 @@ pub struct Response {
 pub mod accuracy;
 pub mod balance;
 mod coarse;
+#[cfg(test)]
+mod jacobians;
 mod linear;
 pub mod march;
 pub mod newton_krylov;
