@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint bench peers extremes study setup vtk clean
+.PHONY: run test verify calculix lint bench peers extremes study mutants setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -58,6 +58,19 @@ extremes: setup
 study: setup
 	cargo build --release --locked
 	target/release/dovetail study studies/harmonics.toml
+
+# Which changes of the contact core its fast tests do not notice; with SHARD=0/8 an eighth of them.
+# See docs/verification.md.
+MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
+    $(if $(SHARD),--shard $(SHARD))
+mutants: setup vtk
+	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
+	$(MUTANTS) --output output/mutants_core -C=--lib \
+	    -f src/contact/law.rs -f src/dlft/balance.rs -f src/dlft/orbit.rs \
+	    -f src/dlft/retention.rs -f src/results/quantities.rs -- -- contact:: \
+	    dlft::march dlft::orbit dlft::powell dlft::retention results::
+	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
+	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
 
 setup:
 	@tools/setup.sh

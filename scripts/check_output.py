@@ -214,8 +214,10 @@ def check_static(root, grids, summary):
     area_by_vtk = check_flank_geometry(flank, rows, table)
     for name in ("pressure_pa", "normal_force_n", "slip_m", "gap_m"):
         same(f"{flank.name}: {name} against {table}", flank.point(name), column(rows, name, table))
+    slip_vector, normal = flank.point("slip_vector_m"), flank.point("normal")
     same(f"{flank.name}: |slip_vector_m| against {table}",
-         np.linalg.norm(flank.point("slip_vector_m"), axis=1), slip, relative=SUM, absolute=1e-18)
+         np.linalg.norm(slip_vector, axis=1), slip, relative=SUM, absolute=1e-18)
+    check_friction_vectors(flank, rows, slip_vector, normal, table)
     same(f"{flank.name}: status against {table}", flank.point("status"),
          [STATIC_STATUS.index(r["status"]) for r in rows])
     facts.append(f"{flank.name}: {len(rows)} pairs, {flank.grid.GetNumberOfCells()} triangles, "
@@ -223,7 +225,7 @@ def check_static(root, grids, summary):
 
     grid = grids["static.vtu"]
     check_tets(grid)
-    check_pairs_in_bodies(grid, rows, np.hypot(slip, gap - clearance))
+    check_pairs_in_bodies(grid, rows, slip_vector + (gap - clearance)[:, None] * normal)
     if not summary:
         return
     for contact in summary["static"]["contacts"]:
@@ -239,13 +241,30 @@ def check_static(root, grids, summary):
                 f"{summary['mesh']['nodes']}")
 
 
+def check_friction_vectors(flank, rows, slip_vector, normal, table):
+    """friction_vector_n lies in the flank; its size and angle with the slip are the table's."""
+    found = flank.point("friction_vector_n")
+    friction, slip = (np.column_stack([column(rows, f"{name}_t{i}_{unit}", table) for i in (1, 2)])
+                      for name, unit in (("friction", "n"), ("slip", "m")))
+    size = np.linalg.norm(friction, axis=1)
+    largest = max(size.max(), 1e-300)
+    same(f"{flank.name}: |friction_vector_n| against {table}",
+         np.linalg.norm(found, axis=1), size, relative=SUM, absolute=SUM * largest)
+    same(f"{flank.name}: friction_vector_n along the normal",
+         (found * normal).sum(axis=1), np.zeros(len(rows)), absolute=SUM * largest)
+    along = np.linalg.norm(slip, axis=1).max()
+    same(f"{flank.name}: friction_vector_n times slip_vector_m against {table}",
+         (found * slip_vector).sum(axis=1), (friction * slip).sum(axis=1),
+         absolute=SUM * largest * along)
+
+
 def node_numbers(grid):
     body, tag = grid.point("body"), grid.point("node_tag")
     return {(int(b), int(t)): i for i, (b, t) in enumerate(zip(body, tag))}
 
 
 def check_pairs_in_bodies(grid, rows, relative_m):
-    """|u of the first body - u of the second| at each pair is its slip and opening."""
+    """u of the first body - u of the second at each pair is its slip and opening, as vectors."""
     numbers = node_numbers(grid)
     names = [k for k in rows[0] if k.endswith("_node")]
     nodes = [[numbers.get((b, int(r[name])), -1) for r in rows] for b, name in enumerate(names)]
@@ -253,18 +272,16 @@ def check_pairs_in_bodies(grid, rows, relative_m):
         problem(f"{grid.name}: a node of static.csv is not in it")
         return
     u, x = grid.point("displacement_m"), grid.points()
-    if len(nodes) == 1:  # on rigid ground
-        same(f"{grid.name}: displacement of the pairs against slip_m and gap_m of static.csv",
-             np.linalg.norm(u[nodes[0]], axis=1), relative_m,
-             absolute=1e-6 * max(relative_m.max(), 1e-12))
-        return
-    distance = np.linalg.norm(x[nodes[0]] - x[nodes[1]], axis=1)
-    size = np.ptp(x, axis=0).max()
-    if distance.max() > 1e-6 * size:
-        problem(f"{grid.name}: the nodes of a pair are {distance.max()} m apart")
-    moved = np.linalg.norm(u[nodes[0]] - u[nodes[1]], axis=1)
-    same(f"{grid.name}: relative displacement of the pairs against slip_m and gap_m of static.csv",
-         moved, relative_m, absolute=1e-6 * max(relative_m.max(), 1e-12))
+    moved = u[nodes[0]]
+    if len(nodes) == 2:  # not on rigid ground
+        moved = moved - u[nodes[1]]
+        distance = np.linalg.norm(x[nodes[0]] - x[nodes[1]], axis=1)
+        size = np.ptp(x, axis=0).max()
+        if distance.max() > 1e-6 * size:
+            problem(f"{grid.name}: the nodes of a pair are {distance.max()} m apart")
+    largest = np.linalg.norm(relative_m, axis=1).max()
+    same(f"{grid.name}: displacement of the pairs against slip_vector_m of flank_static.vtu and "
+         "gap_m of static.csv", moved, relative_m, absolute=1e-6 * max(largest, 1e-12))
 
 
 # Outcomes of response.csv that come with numbers.

@@ -19,6 +19,15 @@ struct Answer {
     work_j: f64,
     input_j: f64,
     viscous_j: f64,
+    /// Distance that the first pair slides in a cycle.
+    slid_m: f64,
+}
+
+impl Answer {
+    /// Input less what friction and damping spend, over the input.
+    fn energy_error(&self) -> f64 {
+        (self.input_j - self.work_j - self.viscous_j) / self.input_j
+    }
 }
 
 /// A folder of its own, gone at the end.
@@ -55,20 +64,22 @@ fn solve(name: &str, set: &[String]) -> Answer {
     };
     pipeline::run(&scene, &options, &Progress::new(true))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
-    let table = std::fs::read_to_string(folder.0.join("response.csv")).unwrap();
-    let [header, row] = table.lines().collect::<Vec<_>>()[..] else {
-        panic!("one frequency was asked for:\n{table}");
+    let table = |file: &str| std::fs::read_to_string(folder.0.join(file)).unwrap();
+    let [response, contact] = ["response.csv", "contact.csv"].map(table);
+    assert_eq!(response.lines().count(), 2, "one frequency was asked for");
+    let first_row = |table: &str, column: &str| -> f64 {
+        let mut lines = table.lines().map(|line| line.split(','));
+        let at = lines.next().unwrap().position(|h| h == column).unwrap();
+        lines.next().unwrap().nth(at).unwrap().parse().unwrap()
     };
-    let number = |column: &str| -> f64 {
-        let at = header.split(',').position(|h| h == column).unwrap();
-        row.split(',').nth(at).unwrap().parse().unwrap()
-    };
+    let number = |column: &str| first_row(&response, column);
     let per_cycle = |column: &str| number(column) / number("frequency_hz");
     Answer {
         amplitude_m: number("tip_amplitude_m"),
         work_j: per_cycle("friction_power_w"),
         input_j: per_cycle("input_power_w"),
         viscous_j: per_cycle("viscous_power_w"),
+        slid_m: first_row(&contact, "peak_slid_m"),
     }
 }
 
@@ -176,7 +187,7 @@ fn den_hartogs_amplitude_with_up_to_sixty_three_harmonics() {
 
 #[test]
 fn jenkins_one_harmonic_is_the_closed_form() {
-    // Force, frequency, amplitude; work per cycle 4 fc (A - fc / kd).
+    // Force, frequency, amplitude; slid per cycle 4 (A - fc / kd), with the work fc times that.
     for (force_n, hz, amplitude) in [
         (0.25, 1.05, 1.95379955),
         (0.25, 1.2, 0.87913353),
@@ -186,16 +197,24 @@ fn jenkins_one_harmonic_is_the_closed_form() {
             "jenkins",
             &[at(hz), format!("reduced_model.force_n={force_n}")],
         );
-        let work = 4.0 * 0.2 * (amplitude - 0.2 / 0.5);
+        let slid = 4.0 * (amplitude - 0.2 / 0.5);
+        let work = 0.2 * slid;
         println!(
-            "P = {force_n}, w = {hz}: A = {:.8} ({:+.1e}), W = {:.8} ({:+.1e})",
+            "P = {force_n}, w = {hz}: A = {:.8} ({:+.1e}), W = {:.8} ({:+.1e}), \
+             slid {:+.1e}, energy {:+.1e}",
             answer.amplitude_m,
             answer.amplitude_m / amplitude - 1.0,
             answer.work_j,
-            answer.work_j / work - 1.0
+            answer.work_j / work - 1.0,
+            answer.slid_m / slid - 1.0,
+            answer.energy_error()
         );
         assert!((answer.amplitude_m / amplitude - 1.0).abs() < 1e-6);
         assert!((answer.work_j / work - 1.0).abs() < 1e-6);
+        assert!((answer.slid_m / slid - 1.0).abs() < 1e-6);
+        // The dashpot damps the mass, which is the pair's and the mode's, and what couples them.
+        assert!(answer.viscous_j > 0.1 * answer.input_j, "{answer:?}");
+        assert!(answer.energy_error().abs() < 1e-12, "{answer:?}");
     }
 }
 

@@ -371,40 +371,58 @@ fn without_gmsh_other_parameters_are_an_error() {
     assert!(!folder.0.join("summary.json").exists());
 }
 
-/// Every scene of the repository, with linear elements, one harmonic and two frequencies.
-#[test]
-fn every_scene_is_sound_and_runs() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let files = std::fs::read_dir(root.join("scenes")).unwrap();
+/// Scene files of a folder, in alphabetical order.
+fn scenes(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let files = std::fs::read_dir(folder).unwrap();
     let files = files.map(|entry| entry.unwrap().path());
     let mut scenes: Vec<PathBuf> = files.filter(|path| path.is_file()).collect();
     scenes.sort();
-    assert!(scenes.len() >= 2);
-    let gmsh = Command::new("gmsh").arg("-version").output().is_ok();
-    for scene in scenes {
-        let folder = Folder::new("scenes");
-        let dovetail = |command: &str, set: &[&str]| {
-            let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-            program
-                .args([command, "--no-cache", "--out"])
-                .arg(&folder.0)
-                .arg(&scene);
-            for set in set {
-                program.args(["--set", set]);
-            }
-            ended(program, 0)
-        };
-        dovetail("check", &[]);
-        if !gmsh {
-            eprintln!("gmsh is not installed: {} is only checked", scene.display());
-            continue;
+    scenes
+}
+
+/// `dovetail COMMAND SCENE --out FOLDER --set ...`, which has to succeed.
+fn succeed(command: &str, scene: &Path, out: &Folder, set: &[&str]) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .args([command, "--no-cache", "--out"])
+        .arg(&out.0)
+        .arg(scene);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    ended(program, 0);
+}
+
+#[test]
+fn every_scene_is_sound() {
+    let folder = Folder::new("sound");
+    for (folder_of_scenes, least) in [("scenes", 2), ("scenes/verification", 8)] {
+        let scenes = scenes(folder_of_scenes);
+        assert!(scenes.len() >= least, "{scenes:?}");
+        for scene in scenes {
+            succeed("check", &scene, &folder, &[]);
         }
+    }
+}
+
+/// With linear elements, one harmonic and two frequencies. (Those of scenes/verification have tests
+/// of their own.)
+#[test]
+fn every_scene_runs() {
+    let gmsh = Command::new("gmsh").arg("-version").output();
+    assert!(
+        gmsh.is_ok(),
+        "gmsh is not installed, and this test runs it: `tools/setup.sh` installs it"
+    );
+    for scene in scenes("scenes") {
+        let folder = Folder::new("scenes");
         let coarse = [
             "mesh.parameters.order=1",
             "response.harmonics=1",
             "response.points=2",
         ];
-        dovetail("run", &coarse);
+        succeed("run", &scene, &folder, &coarse);
         assert_eq!(folder.json()["mesh"]["order"], 1);
         assert_eq!(folder.table("response.csv").len(), 2);
     }

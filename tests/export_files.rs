@@ -1,6 +1,7 @@
 //! Files written from a made-up model and response are read back: by `vtkio`, as text, and by VTK
-//! itself through scripts/check_output.py (where python3 has vtk; `DOVETAIL_PYTHON` names another
-//! interpreter, `DOVETAIL_REQUIRE_VTK=1` makes its absence a failure).
+//! itself through scripts/check_output.py. That needs an interpreter of Python with vtk and numpy:
+//! the one of `tools/setup.sh vtk`, or another one named by `DOVETAIL_PYTHON`; without one these
+//! tests fail.
 
 #[path = "export_files/made_up_run.rs"]
 mod made_up_run;
@@ -342,6 +343,33 @@ fn grids_read_back_bit_for_bit() {
 }
 
 #[test]
+fn slip_and_friction_of_the_flanks_are_vectors_in_space() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = folder("vectors");
+    let path = out.join("flank_static.vtu");
+    flank::write_flank_static(&path, &run.model, &run.static_state).unwrap();
+    let grid = read(&path);
+    for (name, local) in [
+        ("slip_vector_m", &run.static_state.x),
+        ("friction_vector_n", &run.static_state.lambda),
+    ] {
+        let vectors = values(&grid.data.point, name);
+        assert_eq!(vectors.len(), local.len());
+        let rows = vectors.chunks_exact(3).zip(local.chunks_exact(3));
+        for (pair, (vector, local)) in run.model.pairs.iter().zip(rows) {
+            let size = vector.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            for (axis, expected) in pair.frame.iter().zip([0.0, local[1], local[2]]) {
+                let along: f64 = axis.iter().zip(vector).map(|(a, v)| a * v).sum();
+                assert!(
+                    (along - expected).abs() <= 1e-15 * size,
+                    "{name}: {along} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn flank_files_are_the_converged_points_and_old_ones_go() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("series");
@@ -450,9 +478,7 @@ fn figures_show_every_pair_and_every_lost_point() {
 
 #[test]
 fn vtk_reads_every_file_back_with_the_right_numbers() {
-    let Some(python) = python_with_vtk() else {
-        return;
-    };
+    let python = python_with_vtk();
     for (order, nu, nv) in [
         (ElementOrder::Linear, 2, 2),
         (ElementOrder::Quadratic, 2, 2),
@@ -467,9 +493,7 @@ fn vtk_reads_every_file_back_with_the_right_numbers() {
 
 #[test]
 fn the_vtk_check_notices_what_is_wrong() {
-    let Some(python) = python_with_vtk() else {
-        return;
-    };
+    let python = python_with_vtk();
     let run = run(ElementOrder::Quadratic, 2, 2);
     let must_fail = |name: &str, spoil: &dyn Fn(&Path), word: &str| {
         let out = write_all(&format!("spoiled_{name}"), &run);
@@ -531,7 +555,17 @@ fn the_vtk_check_notices_what_is_wrong() {
             fields[0].displacement_m = &moved[0];
             vtu::write_static(&o.join("static.vtu"), &run.model, fields).unwrap();
         },
-        "slip_m",
+        "slip_vector_m",
+    );
+    must_fail(
+        "turned",
+        &|o| {
+            let mut model = run.model.clone();
+            model.pairs.iter_mut().for_each(|p| p.frame.swap(1, 2));
+            flank::write_flank_static(&o.join("flank_static.vtu"), &model, &run.static_state)
+                .unwrap();
+        },
+        "slip_vector_m",
     );
     must_fail(
         "edge_nodes",
@@ -579,25 +613,24 @@ fn the_vtk_check_notices_what_is_wrong() {
     );
 }
 
-/// Interpreter that can import vtk and numpy.
-fn python_with_vtk() -> Option<String> {
-    let python = std::env::var("DOVETAIL_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+/// An interpreter that can import vtk and numpy.
+fn python_with_vtk() -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let python = std::env::var_os("DOVETAIL_PYTHON")
+        .map_or_else(|| root.join("target/venv/bin/python"), PathBuf::from);
     let found = Command::new(&python)
         .args(["-c", "import vtk, numpy"])
         .output();
-    if found.is_ok_and(|o| o.status.success()) {
-        return Some(python);
-    }
-    let required = std::env::var("DOVETAIL_REQUIRE_VTK").is_ok_and(|v| v == "1");
     assert!(
-        !required,
-        "{python} cannot import vtk and numpy: pip install vtk"
+        found.is_ok_and(|o| o.status.success()),
+        "{} is missing or cannot import vtk and numpy: run `make test` or `tools/setup.sh vtk`, \
+         which install them, or name an interpreter that has them in DOVETAIL_PYTHON",
+        python.display()
     );
-    eprintln!("skipped: {python} cannot import vtk and numpy (pip install vtk)");
-    None
+    python
 }
 
-fn check_output(python: &str, out: &Path) -> (bool, String) {
+fn check_output(python: &Path, out: &Path) -> (bool, String) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/check_output.py");
     let done = Command::new(python).arg(script).arg(out).output().unwrap();
     let text = [done.stdout, done.stderr]

@@ -195,10 +195,11 @@ fn the_flanks_carry_the_centrifugal_load_as_equilibrium_says() {
         }
     }
     println!("blade {load_n:.1} N, theory {theory_n:.1} N per flank, found {normal_n:.1?} N");
-    for normal_n in normal_n {
+    // CalculiX, penalty contact: benches/calculix/contact_statics.py. Found: 0.07 % below it, 0.85
+    // % above the theory.
+    for (normal_n, calculix_n) in normal_n.into_iter().zip([4239.7, 4239.0]) {
         assert!((normal_n / theory_n - 1.0).abs() < 0.02, "{normal_n} N");
-        // CalculiX, penalty contact: benches/calculix/contact_statics.py.
-        assert!((normal_n / 4239.0 - 1.0).abs() < 0.02, "{normal_n} N");
+        assert!((normal_n / calculix_n - 1.0).abs() < 0.002, "{normal_n} N");
     }
     // Nothing else holds the blade; spin softening of its small displacement is the rest.
     for (carried, load) in on_blade_n.iter().zip(joint.blade_load_n) {
@@ -207,19 +208,24 @@ fn the_flanks_carry_the_centrifugal_load_as_equilibrium_says() {
 }
 
 #[test]
-fn the_static_slip_is_that_of_an_independent_node_to_node_solution() {
+fn the_static_slip_is_that_of_an_independent_program() {
     let slips = joint().statics.x.chunks(3).map(|x| x[1].hypot(x[2]));
     let largest_m = slips.fold(0.0, f64::max);
     println!("largest slip {:.3} um", 1e6 * largest_m);
-    assert!((largest_m / 13.16e-6 - 1.0).abs() < 0.05, "{largest_m} m");
+    // CalculiX, penalty contact from surface to surface. Found: 3.0 % below it.
+    assert!((largest_m / 13.86e-6 - 1.0).abs() < 0.05, "{largest_m} m");
 }
 
 #[test]
 fn far_from_resonance_the_response_is_nearly_the_stuck_one() {
     let ratios = ratios(response());
     println!("amplitude over stuck amplitude {ratios:.4?}");
-    for far in [&ratios[..3], &ratios[GRID.len() - 3..]].concat() {
-        assert!((far - 1.0).abs() < 0.05, "{far}");
+    // Found: 0.06, 0.25 and 2.3 % above below resonance; 2.4, 0.28 and 0.07 % below above it.
+    let last = ratios.len() - 1;
+    for (i, most) in [0.002, 0.008, 0.05].into_iter().enumerate() {
+        let (low, high) = (ratios[i] - 1.0, 1.0 - ratios[last - i]);
+        assert!(low > 0.0 && low < most, "{}: {low}", GRID[i]);
+        assert!(high > 0.0 && high < most, "{}: {high}", GRID[last - i]);
     }
 }
 
@@ -227,7 +233,8 @@ fn far_from_resonance_the_response_is_nearly_the_stuck_one() {
 fn at_resonance_friction_cuts_the_amplitude_to_less_than_half() {
     let cut = cut(response());
     println!("peak over stuck peak {cut:.4}");
-    assert!(cut < 0.5, "{cut}");
+    // Found: 0.3861.
+    assert!((0.37..0.40).contains(&cut), "{cut}");
 }
 
 #[test]
@@ -269,11 +276,12 @@ fn what_is_put_in_is_spent_in_friction_and_damping() {
         let error = spent(orbit);
         assert!(error.abs() < 1e-6, "{} Hz: {error:e}", orbit.frequency_hz);
     }
-    // At the peak neither of the two is a trifle.
+    // At the peak neither of the two is a trifle. Found: 0.615.
     let friction = |o: &Orbit| o.friction_power_w / o.input_power_w;
     let most = response().orbits.iter().map(friction).fold(0.0, f64::max);
+    println!("friction takes {most:.4} of the input");
     assert!(
-        (0.3..0.9).contains(&most),
+        (0.55..0.68).contains(&most),
         "friction takes {most} of the input"
     );
 }

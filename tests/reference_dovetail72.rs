@@ -226,5 +226,16 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
             orbit.frequency_hz,
             ratio - 1.0
         );
+        // Stuck pairs stay where the static state has them, and keep its friction.
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let n = statics.x.len();
+        for (mean, at_rest) in [
+            (&orbit.x[..n], &statics.x),
+            (&orbit.lambda[..n], &statics.lambda),
+        ] {
+            let apart: Vec<f64> = mean.iter().zip(at_rest).map(|(m, s)| m - s).collect();
+            let off = largest(&apart) / largest(at_rest);
+            assert!(off < 1e-8, "{} Hz: {off:e}", orbit.frequency_hz);
+        }
     }
 }

@@ -256,7 +256,11 @@ fn a_pair_lifts_off_flies_and_lands() {
             open / flight - 1.0
         );
         let off = (height / top - 1.0).abs();
-        assert!(off < 4.0 / steps as f64 && off < last, "{steps} steps");
+        // Found: 65 over the square of the steps.
+        assert!(
+            off < 200.0 / (steps as f64).powi(2) && off < last,
+            "{steps} steps"
+        );
         assert!((open - flight).abs() < 3.0 * TAU / steps as f64);
         last = off;
         let work = settled.cycle.work;
@@ -341,7 +345,10 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     };
     let c = against(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
-    assert!(c.worst() < 0.02, "{:?}", c.differences());
+    // Found: 3e-5, 9e-5, 1.4e-3 and 2.3e-4 of amplitude, harmonic 1, contact work and input.
+    for (difference, most) in c.differences().into_iter().zip([1e-4, 3e-4, 5e-3, 1e-3]) {
+        assert!(difference.unwrap().abs() < most, "{:?}", c.differences());
+    }
 }
 
 /// Near the peak, where all pairs slip: integrated until steady, which takes minutes.

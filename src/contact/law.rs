@@ -93,6 +93,20 @@ mod tests {
     }
 
     #[test]
+    fn what_touches_the_cone_slips_and_what_is_not_pressed_is_open() {
+        for (predicted, contact) in [
+            ([-1.0, 0.5, 0.0], Contact::Slip),
+            ([-1.0, 0.0, 0.0], Contact::Stick),
+            ([0.0, 0.0, 0.0], Contact::Open),
+        ] {
+            assert_eq!(unilateral_coulomb(predicted, 0.5).0, contact);
+        }
+        // Without friction nothing sticks.
+        let (contact, force) = unilateral_coulomb([-1.0, 0.0, 0.0], 0.0);
+        assert_eq!((contact, force), (Contact::Slip, [-1.0, 0.0, 0.0]));
+    }
+
+    #[test]
     fn slip_tangent_is_the_derivative() {
         let p = [-2.0, 0.9, -1.4];
         let tangent = slip_tangent(p, 0.4);

@@ -306,3 +306,82 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::numerics::gmres::dot;
+
+    /// Lambda U - F.
+    fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; u.len()];
+        balance.apply_stiffness(u, &mut out);
+        out.iter_mut()
+            .zip(&balance.force)
+            .for_each(|(o, f)| *o -= f);
+        out
+    }
+
+    #[test]
+    fn a_held_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
+        at_sample_points(|_, sample, u| {
+            for held_statically in [false, true] {
+                let setting = Setting {
+                    held_statically,
+                    ..*sample.setting
+                };
+                let n = setting.system.unknowns();
+                let anchor = if held_statically {
+                    vec![0.0; n]
+                } else {
+                    setting.x_static.to_vec()
+                };
+                let retention = Retention::new(&setting.system.model.stiffness, setting.eps);
+                let free = Balance::new(&setting, OMEGA_RAD_S);
+                let held = Balance::new(&setting, OMEGA_RAD_S).held_by(Cow::Borrowed(&retention));
+                assert!(held.is_held() && !free.is_held());
+                assert_eq!(free.retention_n(u), 0.0);
+
+                let [with, without] = [&held, &free].map(|b| without_contact(b, u));
+                let pull: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+                let (on_mean, on_rest) = pull.split_at(n);
+                assert!(on_rest.iter().all(|f| *f == 0.0));
+                let size_n: f64 = on_mean.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
+                assert!(size_n > 0.01 && (held.retention_n(u) / size_n - 1.0).abs() < 1e-10);
+                let apart: Vec<f64> = u[..n].iter().zip(&anchor).map(|(u, a)| u - a).collect();
+                assert!(dot(on_mean, &apart) > 0.0);
+
+                let mut at_anchor = u.to_vec();
+                at_anchor[..n].copy_from_slice(&anchor);
+                assert_eq!(held.retention_n(&at_anchor), 0.0);
+            }
+        });
+    }
+
+    #[test]
+    fn no_coefficient_of_friction_counts_as_more_than_the_most() {
+        at_sample_points(|_, sample, u| {
+            let (setting, most) = (sample.setting, 0.35);
+            let mut capped = Balance::new(setting, OMEGA_RAD_S);
+            capped.force.copy_from_slice(&sample.force);
+            capped.most_friction = most;
+            let mut model = setting.system.model.clone();
+            assert!(model.pairs.iter().any(|pair| pair.friction < most));
+            for pair in &mut model.pairs {
+                pair.friction = pair.friction.min(most);
+            }
+            let system = ContactSystem::new(&model, setting.system.damping);
+            let setting = Setting {
+                system: &system,
+                ..*setting
+            };
+            let mut less_rough = Balance::new(&setting, OMEGA_RAD_S);
+            less_rough.force.copy_from_slice(&sample.force);
+            let [capped, less_rough, as_it_is] =
+                [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
+            assert_eq!(capped, less_rough);
+            assert_ne!(capped, as_it_is);
+        });
+    }
+}

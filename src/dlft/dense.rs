@@ -140,3 +140,19 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{at_sample_points, differences};
+    use crate::numerics::differences::assert_close;
+
+    #[test]
+    fn the_dense_jacobian_is_that_by_differences() {
+        at_sample_points(|what, balance, u| {
+            let scale = [1.0; 2];
+            let exact = DenseBalance { balance, scale }.jacobian(u);
+            assert_close(&exact, &differences(balance, u), 1e-7, what);
+        });
+    }
+}

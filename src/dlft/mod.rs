@@ -140,6 +140,8 @@ pub mod accuracy;
 pub mod balance;
 mod coarse;
 pub mod dense;
+#[cfg(test)]
+mod jacobians;
 mod linear;
 pub mod march;
 pub mod newton_krylov;

@@ -399,3 +399,114 @@ impl NonlinearSystem for StaticSystem<'_> {
         norm(dx)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{mixed, model};
+    use crate::numerics::differences::{assert_close, central};
+
+    /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
+    /// from where they would do something else; the coefficients are between 0.3 and 0.7.
+    const PREDICTED: [[f64; 3]; 9] = [
+        [-10.0, 0.3, -0.2],
+        [-1.0, 0.9, -1.4],
+        [2.0, 1.0, 1.0],
+        [-10.0, -0.5, 0.0],
+        [-2.0, -1.9, 0.4],
+        [3.0, 0.0, -1.0],
+        [-8.0, 0.1, 0.6],
+        [-0.5, 0.2, 3.0],
+        [1.0, -2.0, 0.0],
+    ];
+
+    /// A system and a point x at which its pairs have those predicted forces.
+    fn with_system(is_held: bool, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
+        let model = model(PREDICTED.len());
+        let n = model.stiffness.nrows();
+        let eps: Vec<f64> = model.own_stiffness().iter().map(|v| 1.3 * v).collect();
+        let all: Vec<usize> = (0..PREDICTED.len()).collect();
+        let inexact = InexactModel::new(&model).taking_part(&all, None);
+        let retention = is_held.then(|| Retention::new(&model.stiffness, &eps));
+        let mut stiffness = Cow::Borrowed(&model.stiffness);
+        if let Some(retention) = &retention {
+            assert!(retention.is_needed());
+            retention.add_to_matrix(stiffness.to_mut());
+        }
+        let mut system = StaticSystem {
+            model: &model,
+            stiffness,
+            eps: &eps,
+            load: vec![0.0; n],
+            slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
+            friction: model.pairs.iter().map(|pair| pair.friction).collect(),
+            scale: 1.0,
+            linear: LinearSystem {
+                inexact,
+                harmonics: vec![],
+                derivatives: vec![0.0; 3 * n],
+                retention,
+                eps: eps.iter().map(|v| *v as f32).collect(),
+            },
+            coarse: None,
+            wear: Wear::default(),
+        };
+        let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
+        let without_load = system.predicted(&x).into_iter().flatten();
+        system.load = without_load
+            .zip(PREDICTED.iter().flatten())
+            .map(|(without, wanted)| wanted - without)
+            .collect();
+        check(&mut system, &x);
+    }
+
+    fn differences(system: &mut StaticSystem<'_>, x: &[f64]) -> Mat<f64> {
+        central(x, 1e-6, |x| {
+            let mut f = vec![0.0; x.len()];
+            system.residual(x, &mut f);
+            f
+        })
+    }
+
+    #[test]
+    fn the_dense_jacobian_is_that_by_differences() {
+        for is_held in [false, true] {
+            with_system(is_held, |system, x| {
+                let of_contact = |(p, mu): (&[f64; 3], &f64)| unilateral_coulomb(*p, *mu).0;
+                let found: Vec<Contact> = system
+                    .predicted(x)
+                    .iter()
+                    .zip(&system.friction)
+                    .map(of_contact)
+                    .collect();
+                let each = [Contact::Stick, Contact::Slip, Contact::Open];
+                assert_eq!(found, [each, each, each].concat());
+                let by_differences = differences(system, x);
+                system.linearise(x);
+                // The derivatives of the law are in single precision.
+                let what = format!("held {is_held}");
+                assert_close(&system.jacobian(), &by_differences, 2e-6, &what);
+            });
+        }
+    }
+
+    #[test]
+    fn corrections_solve_with_the_jacobian_by_differences() {
+        for is_held in [false, true] {
+            with_system(is_held, |system, x| {
+                let by_differences = differences(system, x);
+                system.linearise(x);
+                let size = x.len();
+                let mut corrections = Mat::zeros(size, size);
+                for j in 0..size {
+                    let mut f = vec![0.0; size];
+                    f[j] = -1.0;
+                    assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
+                }
+                let product = by_differences * corrections;
+                let unit = Mat::identity(size, size);
+                assert_close(&unit, &product, 5e-4, &format!("held {is_held}"));
+            });
+        }
+    }
+}

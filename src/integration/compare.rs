@@ -183,3 +183,67 @@ fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
         opening_pairs: cycle.open_fraction.iter().filter(|f| **f > 0.0).count(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::march::Periods;
+    use crate::dlft::penalty::Penalty;
+    use crate::dlft::static_state::static_state;
+    use crate::dlft::sweep::{SweepSettings, sweep};
+    use crate::numerics::newton::NewtonOptions;
+    use crate::reduction::PairLaw;
+    use crate::reduction::superelement::read;
+    use crate::scene::{EpsChoice, Resolution, Solver};
+
+    /// All pairs of the reference dovetail slide at this force and frequency.
+    #[test]
+    fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/dovetail72");
+        let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
+        let damping = Rayleigh {
+            stiffness_s: 0.002 / model.omega2[0].sqrt(),
+            mass_per_s: 0.0,
+        };
+        let newton = NewtonOptions {
+            tolerance: 1e-10,
+            max_iterations: 60,
+        };
+        let rest = static_state(&model, 10, newton);
+        let settings = SweepSettings {
+            frequencies_hz: vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],
+            resolution: Resolution::Fixed {
+                harmonics: 1,
+                samples: 128,
+            },
+            eps: Penalty::new(EpsChoice::Pair),
+            newton,
+            periods: Periods::UntilPeriodic,
+            solver: Solver::NewtonKrylov,
+            slip_threshold_m: None,
+        };
+        let response = sweep(&model, damping, &rest, &settings, &|_| ());
+        let orbit = &response.orbits[0];
+        assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
+
+        let held = holding(&model, orbit);
+        let loads = held.static_load.on_x.iter().zip(&model.static_load.on_x);
+        let added_n: Vec<f64> = loads.map(|(held, free)| held - free).collect();
+        let along_n: f64 = added_n.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
+        assert!(
+            (along_n / orbit.retention_n - 1.0).abs() < 1e-5,
+            "{along_n}"
+        );
+        let across_n: f64 = added_n.iter().step_by(3).map(|f| f.abs()).sum();
+        assert!(across_n < 1e-5 * along_n, "{across_n} of {along_n}");
+        // It pulls back to where the static state has the blade.
+        let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
+        let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
+        assert!(work_j < 0.0, "{work_j}");
+        assert_eq!(held.static_load.on_modes, model.static_load.on_modes);
+    }
+}

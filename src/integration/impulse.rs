@@ -254,6 +254,8 @@ fn slope([normal, t1, t2]: [f64; 3], mu: f64) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::differences::{assert_close, central};
+    use faer::linalg::solvers::DenseSolveCore;
 
     fn problem(pairs: usize, seed: f64, mu: f64) -> ContactProblem {
         let n = 3 * pairs;
@@ -319,5 +321,34 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_jacobian_of_the_contact_forces_is_that_by_differences() {
+        let problem = problem(4, 0.3, 0.4);
+        // What is projected: a pair that sticks, two that slide, one that is open.
+        let argument: Vec<f64> = [
+            [-5.0, 0.3, 0.1],
+            [-1.0, 0.9, -1.4],
+            [-2.0, -1.1, 0.2],
+            [0.5, 1.0, 1.0],
+        ]
+        .concat();
+        let n = argument.len();
+        let lambda: Vec<f64> = (0..n).map(|i| (i as f64 * 0.9).cos()).collect();
+        let free: Vec<f64> = (0..n).map(|i| (i as f64 * 2.3).sin()).collect();
+        let mut u = vec![0.0; n];
+        problem.velocity(&free, &lambda, &mut u);
+        let offset: Vec<f64> = (0..n)
+            .map(|i| (argument[i] - lambda[i]) / problem.scale[i] - u[i])
+            .collect();
+        let differences = central(&lambda, 1e-6, |lambda| {
+            let (mut u, mut a, mut f) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+            problem.velocity(&free, lambda, &mut u);
+            problem.residual(&offset, lambda, &u, &mut a, &mut f);
+            f
+        });
+        let exact = problem.linearise(&argument).reconstruct();
+        assert_close(&exact, &differences, 1e-7, "contact forces");
     }
 }

@@ -18,5 +18,7 @@ pub mod stored;
 pub mod tiles;
 
 #[cfg(test)]
+pub(crate) mod differences;
+#[cfg(test)]
 pub(crate) mod lattice;
 pub mod wear;
