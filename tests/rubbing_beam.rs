@@ -157,22 +157,34 @@ fn a_tip_that_rubs_converges_with_any_number_of_harmonics_and_any_reasonable_eps
     }
 }
 
-#[test]
-fn the_estimated_error_covers_what_eps_and_truncation_move() {
+/// The integration is of first order in its step.
+const OF_INTEGRATION: f64 = 3e-3;
+
+/// The estimate is above the difference from the integration, whatever eps.
+fn assert_estimates(accuracy: f64) {
     for (friction, hz) in CASES {
         let exact_m = integrated_m(friction, hz);
-        for accuracy in [0.1, 0.03] {
-            let resolution = Resolution::Accuracy(accuracy);
-            let orbits = [0.3, 1.0, 3.0].map(|scale| solve(friction, hz, resolution, scale));
-            for orbit in &orbits {
-                let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
-                let estimated = orbit.estimated_error.unwrap();
-                println!(
-                    "F {friction}, {hz} Hz, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}, {:?}",
-                    orbit.harmonics, orbit.outcome
-                );
-                assert!(error < estimated.max(accuracy), "{error} {estimated}");
-            }
+        for scale in [0.3, 1.0, 3.0] {
+            let orbit = solve(friction, hz, Resolution::Accuracy(accuracy), scale);
+            let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+            let estimated = orbit.estimated_error.unwrap();
+            println!(
+                "F {friction}, {hz} Hz, eps x {scale}, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}",
+                orbit.harmonics
+            );
+            assert_eq!(orbit.outcome, Outcome::Converged);
+            assert!(error < estimated + OF_INTEGRATION && estimated <= accuracy);
         }
     }
+}
+
+#[test]
+fn the_estimated_error_covers_what_eps_and_truncation_move() {
+    assert_estimates(0.1);
+}
+
+#[test]
+#[ignore = "slow: make verify"]
+fn the_estimated_error_covers_three_percent_too() {
+    assert_estimates(0.03);
 }

@@ -4,9 +4,12 @@
 //! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves out. Let in, they are
 //! a residual of the finer balance; its first Newton correction says how far the observed amplitudes would
 //! move. Where that is more than the accuracy asked for, the finer balance is solved, from the corrected motion.
+//!
+//! Of few unknowns a balance with four times the harmonics, or at least twice, is solved instead: rigid friction at a point has
+//! kinks over which a linear step tells little, and amplitudes that stay between two numbers of harmonics.
 
 use super::balance::Setting;
-use super::point::{Frequencies, Neighbour, Solved, Work};
+use super::point::{Frequencies, MOST_EXACT_UNKNOWNS, Neighbour, Solved, Work};
 use super::retention::Retention;
 use crate::numerics::fourier::Fourier;
 use crate::numerics::newton::NewtonOptions;
@@ -22,12 +25,17 @@ const BEYOND: usize = 43;
 /// 65 motions at five accuracies 16 were further off than so estimated, none by more than its accuracy (docs/method.md).
 const SHORTFALL: f64 = 2.5;
 
+/// Rungs above the first that are tried where it has no solution that is found.
+const MOST_CLIMBS: usize = 3;
+
 /// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
 const PLENTY: f64 = 0.2;
 
 /// Balances with more and more harmonics.
 pub struct Ladder<'a> {
     rungs: Vec<Frequencies<'a>>,
+    /// Of each rung, as [`Level::check`].
+    checks: Vec<Option<Frequencies<'a>>>,
     /// Relative; `None`: there is one rung, and nothing is estimated.
     accuracy: Option<f64>,
 }
@@ -48,6 +56,8 @@ pub struct Level {
     pub fourier: Fourier,
     /// As in [`Setting`].
     pub eps: Vec<f64>,
+    /// With two to four times the harmonics, where that is so small that it is solved to judge this one.
+    pub check: Option<Box<Level>>,
 }
 
 /// Samples, harmonics and `eps(harmonics)` of each rung.
@@ -59,6 +69,16 @@ pub fn levels(
     let level = |harmonics, samples| Level {
         fourier: Fourier::new(harmonics, samples),
         eps: eps(harmonics),
+        check: None,
+    };
+    let checked = |accuracy: f64, harmonics: usize| {
+        let mut own = level(harmonics, samples_for(accuracy, harmonics));
+        let most = (MOST_EXACT_UNKNOWNS / own.eps.len().max(1)).saturating_sub(1) / 2;
+        let further = (4 * harmonics + 3).min(most);
+        if further > 2 * harmonics {
+            own.check = Some(Box::new(level(further, samples_for(accuracy, further))));
+        }
+        own
     };
     match resolution {
         Resolution::Fixed { harmonics, samples } => vec![level(harmonics, samples)],
@@ -66,7 +86,7 @@ pub fn levels(
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
             steps
                 .chain([BEYOND.max(2 * highest_excited + 1)])
-                .map(|h| level(h, samples_for(accuracy, h)))
+                .map(|h| checked(accuracy, h))
                 .collect()
         }
     }
@@ -91,7 +111,7 @@ impl<'a> Ladder<'a> {
         retention: &'a OnceLock<Retention>,
     ) -> Self {
         let rung = |level: &'a Level| {
-            let Level { fourier, eps } = level;
+            let Level { fourier, eps, .. } = level;
             let setting = Setting {
                 fourier,
                 eps,
@@ -101,6 +121,10 @@ impl<'a> Ladder<'a> {
         };
         Self {
             rungs: levels.iter().map(rung).collect(),
+            checks: levels
+                .iter()
+                .map(|level| level.check.as_deref().map(rung))
+                .collect(),
             accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
@@ -133,7 +157,8 @@ impl<'a> Ladder<'a> {
         let highest = self.rungs.len() - 2;
         let mut rung = from.min(highest);
         let mut solved = solve(&self.rungs[rung], work);
-        if !solved.is_converged() && rung < highest {
+        let last = highest.min(rung + MOST_CLIMBS);
+        while !solved.is_converged() && rung < last {
             rung += 1;
             solved = solve(&self.rungs[rung], work);
         }
@@ -146,16 +171,22 @@ impl<'a> Ladder<'a> {
                     next_rung: rung,
                 };
             }
-            let (corrected, change) = self.rungs[rung + 1].let_in(&solved, frequency_hz, work);
+            let (corrected, change) = match &self.checks[rung] {
+                Some(check) => check.solved_instead(&solved, frequency_hz, work),
+                None => self.rungs[rung + 1].let_in(&solved, frequency_hz, work),
+            };
             let estimated_error = SHORTFALL * change;
             let fine = estimated_error <= accuracy;
-            if !fine && rung < highest {
+            if !fine {
                 let start =
                     Neighbour::after(None, frequency_hz, corrected, solved.balance.is_held());
-                let finer = self.rungs[rung + 1].solve_from(frequency_hz, &start, work);
-                if finer.is_converged() {
-                    solved = finer;
-                    rung += 1;
+                // A rung may have no solution that is found, and the one above it may.
+                let found = (rung + 1..=highest).find_map(|above| {
+                    let finer = self.rungs[above].solve_from(frequency_hz, &start, work);
+                    finer.is_converged().then_some((above, finer))
+                });
+                if let Some((above, finer)) = found {
+                    (rung, solved) = (above, finer);
                     continue;
                 }
             }

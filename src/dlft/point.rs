@@ -12,7 +12,7 @@ use super::dense::{exact_newton, powell};
 use super::march::Periods;
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
-    relative_residual,
+    relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
 use super::retention::{Retention, may_have_left};
@@ -25,12 +25,15 @@ use std::sync::OnceLock;
 
 /// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
+/// Nor once it has taken so many iterations of GMRES: a preconditioner that far from serving goes with an eps far from the
+/// stiffness of the pairs.
+const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 
 /// The dense dogleg is tried up to this many unknowns.
 const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Up to this many unknowns Newton's method takes exact corrections.
-const MOST_EXACT_UNKNOWNS: usize = 500;
+pub const MOST_EXACT_UNKNOWNS: usize = 500;
 /// It may take this many times the iterations allowed: they are cheap, and rigid friction in many harmonics needs them.
 const EXACT_ATTEMPT: usize = 6;
 
@@ -110,6 +113,26 @@ impl Solved<'_> {
     pub fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
     }
+}
+
+/// Largest relative change of an observed amplitude from `u` to `v` (of all the vibration, in forces, where nothing is
+/// observed).
+fn relative_change(balance: &Balance<'_>, u: &[f64], v: &[f64], frequency_hz: f64) -> f64 {
+    let [before, after] = [u, v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
+    let changes = before.iter().zip(&after).map(|(a, b)| {
+        let change = (b - a).abs();
+        if change == 0.0 { 0.0 } else { change / a }
+    });
+    changes.reduce(f64::max).unwrap_or_else(|| {
+        let n = balance.unknowns_per_block();
+        let vibration = |v: &[f64]| {
+            let mut v = v.to_vec();
+            v[..n].fill(0.0);
+            step_length(balance, &v)
+        };
+        let moved: Vec<f64> = u.iter().zip(v).map(|(u, v)| v - u).collect();
+        vibration(&moved) / vibration(u)
+    })
 }
 
 /// U with so many entries: harmonics beyond the last are none, those beyond `entries` are left out.
@@ -224,21 +247,25 @@ impl<'a> Frequencies<'a> {
             return (u, f64::INFINITY);
         }
         let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
-        let amplitudes = [&u, &corrected].map(|u| observed_amplitudes_m(&balance, u, frequency_hz));
-        let changes = amplitudes[0].iter().zip(&amplitudes[1]).map(|(a, b)| {
-            let change = (b - a).abs();
-            if change == 0.0 { 0.0 } else { change / a }
-        });
-        let change = changes.reduce(f64::max).unwrap_or_else(|| {
-            let n = balance.unknowns_per_block();
-            let vibration = |v: &[f64]| {
-                let mut v = v.to_vec();
-                v[..n].fill(0.0);
-                system.length(&v)
-            };
-            vibration(&dx) / vibration(&u)
-        });
+        let change = relative_change(&balance, &u, &corrected, frequency_hz);
         (corrected, change)
+    }
+
+    /// As [`Frequencies::let_in`], with this balance solved instead of corrected once.
+    pub fn solved_instead(
+        &self,
+        coarse: &Solved<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> (Vec<f64>, f64) {
+        let u = resized(&coarse.u, self.unknowns());
+        let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.is_held());
+        let solved = self.solve_from(frequency_hz, &start, work);
+        if !solved.is_converged() {
+            return (u, f64::INFINITY);
+        }
+        let change = relative_change(&solved.balance, &u, &solved.u, frequency_hz);
+        (solved.u, change)
     }
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
@@ -306,6 +333,7 @@ impl<'a> Frequencies<'a> {
 
     fn is_tired(&self, work: &Work) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
+            || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
     }
 
     fn ways(&self) -> Vec<Way> {
