@@ -11,7 +11,7 @@ run: setup
 
 # Every test, then a run whose files VTK's own reader reads back.
 test: setup vtk
-	cargo test --locked
+	cargo test --locked --workspace
 	cargo build --release --locked
 	target/release/dovetail run scenes/paper.toml --out output/check --quiet \
 	    --set response.points=21
@@ -22,7 +22,7 @@ test: setup vtk
 verify: setup
 	@tools/setup.sh calculix
 	cargo build --release --locked
-	cargo test --release --locked -- --ignored
+	cargo test --release --locked --workspace -- --ignored
 	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
 	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
 	$(MAKE) extremes
@@ -35,8 +35,8 @@ calculix:
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:
-	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings
 
 # Seconds and ratios; see docs/performance.md.
 bench: setup

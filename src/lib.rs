@@ -8,6 +8,8 @@
 //! [`integration`] the same motion in time, to check it; [`results`] physical fields; [`export`] files. [`pipeline`] alone knows the sequence;
 //! [`study`] runs the whole of it many times.
 
+#![forbid(unsafe_code)]
+
 pub mod cli;
 pub mod contact;
 pub mod dlft;
@@ -18,7 +20,6 @@ pub mod input;
 pub mod integration;
 pub mod mesh;
 pub mod model;
-pub mod numerics;
 pub mod pipeline;
 pub mod progress;
 pub mod reduction;

@@ -7,9 +7,9 @@ use std::path::Path;
 use dovetail::fem::{assemble_body, statics::SolveFailure};
 use dovetail::mesh::msh;
 use dovetail::model::bind;
-use dovetail::numerics::factor::Cholesky;
 use dovetail::reduction::craig_bampton::held_modes;
 use dovetail::scene::{self, MeshKind};
+use dovetail_numerics::factor::Cholesky;
 
 /// Speed, CalculiX, scipy.
 const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [

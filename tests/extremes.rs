@@ -9,10 +9,10 @@ use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Outcome, PairStatus, Response, StaticState};
-use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, RelativeModel, superelement};
 use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,

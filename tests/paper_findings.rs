@@ -13,12 +13,12 @@ use dovetail::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail::fem::{assemble, statics::SolveFailure};
 use dovetail::mesh::msh;
 use dovetail::model::{Model, bind};
-use dovetail::numerics::factor::Cholesky;
-use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::{Rayleigh, rayleigh};
 use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
 use dovetail::results::quantities::pair_counts;
 use dovetail::scene::{self, MeshKind, Resolution, Scene};
+use dovetail_numerics::factor::Cholesky;
+use dovetail_numerics::newton::NewtonOptions;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,

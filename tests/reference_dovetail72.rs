@@ -7,11 +7,11 @@ use dovetail::dlft::penalty::Penalty;
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{PairStatus, Response, StaticState};
-use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::superelement;
 use dovetail::reduction::{PairLaw, RelativeModel};
 use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
 use std::path::Path;
 
 const NEWTON: NewtonOptions = NewtonOptions {

@@ -9,10 +9,10 @@ use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Orbit, Outcome};
 use dovetail::integration::steady::{Until, integrate};
 use dovetail::integration::step::{State, Stepper};
-use dovetail::numerics::newton::NewtonOptions;
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
 use faer::Mat;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.

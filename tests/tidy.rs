@@ -1,9 +1,9 @@
-//! Keeps the house in order: imports point one way, `unsafe` stays in the bindings, and the paths
-//! that ARCHITECTURE.md names exist.
+//! Keeps in order what the compiler does not: imports inside the program's package point one way, and
+//! the paths that ARCHITECTURE.md names exist.
 
 use std::path::{Path, PathBuf};
 
-/// Each stage may import itself and what stands before it (and `numerics`).
+/// Each stage may import itself and what stands before it.
 const STAGES: [&str; 9] = [
     "scene",
     "model",
@@ -18,14 +18,11 @@ const STAGES: [&str; 9] = [
 /// Modules that every other may import, and that import nothing of the crate.
 const BASE: [&str; 2] = ["input", "text"];
 /// Modules that import nothing else of the crate but themselves.
-const ISLANDS: [&str; 2] = ["numerics", "mesh"];
+const ISLANDS: [&str; 1] = ["mesh"];
 /// Modules of the outermost layer, which may see everything.
 const OUTER: [&str; 8] = [
     "pipeline", "study", "cli", "error", "progress", "terminal", "main", "lib",
 ];
-/// Files that may hold `unsafe`: bindings to foreign code.
-const BINDINGS: [&str; 1] = ["src/numerics/eigen/arpack.rs"];
-
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -117,19 +114,6 @@ fn imports_point_one_way() {
         "imports against the flow:\n{}",
         wrong.join("\n")
     );
-}
-
-#[test]
-fn unsafe_stays_in_the_bindings() {
-    for (file, code) in sources() {
-        let found = code
-            .split(|c: char| !c.is_alphanumeric() && c != '_')
-            .any(|w| w == "unsafe");
-        assert!(
-            !found || BINDINGS.contains(&file.as_str()),
-            "{file} holds unsafe code"
-        );
-    }
 }
 
 #[test]

@@ -17,10 +17,10 @@ use dovetail::fem::statics::SolveFailure;
 use dovetail::fem::{self, Structure};
 use dovetail::mesh;
 use dovetail::model::{self, Model};
-use dovetail::numerics::factor::{Cholesky, Symbolic};
-use dovetail::numerics::sparse::{submatrix, times};
 use dovetail::reduction::{JOINED_STUCK_MODES, reduce_joined};
 use dovetail::scene;
+use dovetail_numerics::factor::{Cholesky, Symbolic};
+use dovetail_numerics::sparse::{submatrix, times};
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 

@@ -8,11 +8,11 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, Side, c64};
 
 use super::dynamic_stiffness::Coefficients;
-use crate::numerics::eigen::softest::softest;
-use crate::numerics::gmres::{axpy, dot, norm};
-use crate::numerics::sparse::product;
-use crate::numerics::tiles::SymmetricTiles;
 use crate::reduction::RelativeModel;
+use dovetail_numerics::eigen::softest::softest;
+use dovetail_numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::sparse::product;
+use dovetail_numerics::tiles::SymmetricTiles;
 
 /// Softest motions for each root of the number of unknowns.
 const MOTIONS_PER_ROOT: f64 = 2.0;

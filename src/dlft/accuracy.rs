@@ -8,9 +8,9 @@
 use super::balance::Setting;
 use super::point::{Frequencies, Neighbour, Solved, Work};
 use super::retention::Retention;
-use crate::numerics::fourier::Fourier;
-use crate::numerics::newton::NewtonOptions;
 use crate::scene::{Resolution, Solver};
+use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::newton::NewtonOptions;
 use std::sync::OnceLock;
 
 /// Harmonics that are tried one after the other.

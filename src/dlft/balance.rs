@@ -8,8 +8,8 @@ use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative
 use super::retention::Retention;
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;
-use crate::numerics::fourier::Fourier;
 use crate::reduction::PairLaw;
+use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
@@ -311,7 +311,7 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
-    use crate::numerics::gmres::dot;
+    use dovetail_numerics::gmres::dot;
 
     /// Lambda U - F.
     fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {

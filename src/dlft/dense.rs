@@ -6,8 +6,8 @@
 
 use super::balance::Balance;
 use super::newton_krylov::{load_scale, relative_residual, step_length};
-use crate::numerics::dogleg::{DoglegSystem, dogleg};
-use crate::numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
+use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
+use dovetail_numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
@@ -145,7 +145,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{at_sample_points, differences};
-    use crate::numerics::differences::assert_close;
+    use dovetail_testkit::differences::assert_close;
 
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {

@@ -9,12 +9,12 @@ use super::penalty::Penalty;
 use super::retention::Retention;
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
-use crate::numerics::differences::{assert_close, central};
-use crate::numerics::fourier::Fourier;
-use crate::numerics::newton::NonlinearSystem;
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 use crate::scene::EpsChoice;
+use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::newton::NonlinearSystem;
+use dovetail_testkit::differences::{assert_close, central};
 use faer::Mat;
 use std::borrow::Cow;
 

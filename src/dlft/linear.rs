@@ -11,7 +11,7 @@ use super::coarse::Coarse;
 use super::retention::Retention;
 use crate::contact::dynamic_stiffness::Coefficients;
 use crate::contact::inexact::Inexact;
-use crate::numerics::gmres::{GmresEnd, gmres};
+use dovetail_numerics::gmres::{GmresEnd, gmres};
 
 /// J at one point. Vectors are blocks of m: the mean, then cosine and sine of each harmonic.
 pub struct LinearSystem {

@@ -2,7 +2,7 @@
 //! derivative including the history of slip.
 
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
-use crate::numerics::fourier::Fourier;
+use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};

@@ -152,7 +152,7 @@ pub mod retention;
 pub mod static_state;
 pub mod sweep;
 
-use crate::numerics::newton::NewtonStatus;
+use dovetail_numerics::newton::NewtonStatus;
 
 impl From<NewtonStatus> for Outcome {
     fn from(status: NewtonStatus) -> Self {

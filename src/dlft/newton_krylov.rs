@@ -6,9 +6,9 @@ use super::balance::{Balance, Jacobian};
 use super::coarse::Coarse;
 use super::linear::LinearSystem;
 use crate::contact::inexact::Inexact;
-use crate::numerics::gmres::norm;
-use crate::numerics::newton::NonlinearSystem;
-use crate::numerics::wear::Wear;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::NonlinearSystem;
+use dovetail_numerics::wear::Wear;
 
 /// Relative residual asked of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;

@@ -16,9 +16,9 @@ use super::newton_krylov::{
 };
 use super::orbit::observed_amplitudes_m;
 use super::retention::{Retention, may_have_left};
-use crate::numerics::gmres::norm;
-use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use crate::scene::Solver;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;

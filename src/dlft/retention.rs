@@ -10,7 +10,7 @@
 //! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
-use crate::numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::gmres::{axpy, dot, norm};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

@@ -11,10 +11,10 @@ use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
-use crate::numerics::gmres::norm;
-use crate::numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
-use crate::numerics::wear::Wear;
 use crate::reduction::RelativeModel;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use dovetail_numerics::wear::Wear;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatMut};
 use std::borrow::Cow;
@@ -404,7 +404,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{mixed, model};
-    use crate::numerics::differences::{assert_close, central};
+    use dovetail_testkit::differences::{assert_close, central};
 
     /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
     /// from where they would do something else; the coefficients are between 0.3 and 0.7.

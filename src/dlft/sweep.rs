@@ -12,10 +12,10 @@ use super::point::{Neighbour, Solved, Work};
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
-use crate::numerics::newton::NewtonOptions;
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use crate::scene::{Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 

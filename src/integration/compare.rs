@@ -191,10 +191,10 @@ mod tests {
     use crate::dlft::penalty::Penalty;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
-    use crate::numerics::newton::NewtonOptions;
     use crate::reduction::PairLaw;
     use crate::reduction::superelement::read;
     use crate::scene::{EpsChoice, Resolution, Solver};
+    use dovetail_numerics::newton::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]

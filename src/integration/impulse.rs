@@ -254,7 +254,7 @@ fn slope([normal, t1, t2]: [f64; 3], mu: f64) -> [[f64; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::differences::{assert_close, central};
+    use dovetail_testkit::differences::{assert_close, central};
     use faer::linalg::solvers::DenseSolveCore;
 
     fn problem(pairs: usize, seed: f64, mu: f64) -> ContactProblem {

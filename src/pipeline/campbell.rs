@@ -8,13 +8,13 @@ use crate::export::manifest;
 use crate::export::plots::{CampbellFamily, write_campbell};
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{Body, Model};
-use crate::numerics::sparse::sum;
 use crate::progress::{Progress, Stage};
 use crate::reduction::craig_bampton::{condense, held_modes};
 use crate::reduction::relative::relative;
 use crate::reduction::{ReducedBody, ReductionError};
 use crate::scene::{Scene, Subject};
 use crate::terminal;
+use dovetail_numerics::sparse::sum;
 
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;

@@ -10,9 +10,9 @@ use crate::input;
 use crate::mesh::gmsh::{self, GmshError, GmshRun};
 use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
 use crate::model::Model;
-use crate::numerics::stored;
 use crate::progress::{Progress, Stage};
 use crate::scene::{MeshKind, MeshSource};
+use dovetail_numerics::stored;
 
 /// The mesh of a script, in the folder of the results.
 const MESH_FILE: &str = "mesh.msh";

@@ -9,11 +9,11 @@ use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
-use crate::numerics::newton::NewtonOptions;
 use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use crate::scene::{FrequencyRange, Resolution, ResponseSpec, Scene};
+use dovetail_numerics::newton::NewtonOptions;
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Psi is never formed: the two condensed blocks come out of the factorisation of K_ii
-//! ([`crate::numerics::condense`]). Fields are recovered by one solve each.
+//! ([`dovetail_numerics::condense`]). Fields are recovered by one solve each.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -18,11 +18,11 @@ use serde::{Deserialize, Serialize};
 use super::ReductionError;
 use crate::fem::BodyMatrices;
 use crate::model::{Body, NodeMotion};
-use crate::numerics::condense;
-use crate::numerics::eigen::{Modes, lowest_modes};
-use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
-use crate::numerics::sparse::{product, submatrix, times};
-use crate::numerics::stored;
+use dovetail_numerics::condense;
+use dovetail_numerics::eigen::{Modes, lowest_modes};
+use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
+use dovetail_numerics::sparse::{product, submatrix, times};
+use dovetail_numerics::stored;
 
 /// One body on its kept dofs (flank nodes in the order of the pairs, then probe nodes) and the
 /// amplitudes of its fixed-interface modes: n = kept + modes coordinates, in this order.
@@ -259,8 +259,8 @@ fn node_tag(body: &Body, free: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::sparse::dense;
     use crate::reduction::lattice_model::assembly;
+    use dovetail_numerics::sparse::dense;
     use faer::linalg::solvers::Solve;
 
     fn dynamic_stiffness(k: &Mat<f64>, m: &Mat<f64>, omega: f64) -> Mat<f64> {
@@ -361,7 +361,7 @@ mod tests {
             a
         };
         let (k, m) = (&structure.bodies[0].stiffness, &structure.bodies[0].mass);
-        let penalty = crate::numerics::eigen::dense::modes(
+        let penalty = dovetail_numerics::eigen::dense::modes(
             stiffen(k, 1e18).as_ref(),
             stiffen(m, 0.0).as_ref(),
         )

@@ -24,11 +24,11 @@ use super::relative::{Recovery, Way, loads_and_probes, stuck_error};
 use super::{Load, ReducedModel, ReductionError, RelativeModel};
 use crate::fem::Structure;
 use crate::model::Model;
-use crate::numerics::condense::condense;
-use crate::numerics::eigen::lowest_modes;
-use crate::numerics::factor::{Cholesky, FactorError, Symbolic};
-use crate::numerics::sparse::{product, submatrix, times};
-use crate::numerics::stored;
+use dovetail_numerics::condense::condense;
+use dovetail_numerics::eigen::lowest_modes;
+use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
+use dovetail_numerics::sparse::{product, submatrix, times};
+use dovetail_numerics::stored;
 
 /// What gives the motion of the bodies back: one solve for each column.
 #[derive(Debug, Clone, Serialize, Deserialize)]

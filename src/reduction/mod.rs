@@ -17,9 +17,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::fem::Structure;
 use crate::model::{ContactPair, Excitation, Model};
-use crate::numerics::eigen::EigenError;
-use crate::numerics::factor::FactorError;
-use crate::numerics::stored;
+use dovetail_numerics::eigen::EigenError;
+use dovetail_numerics::factor::FactorError;
+use dovetail_numerics::stored;
 
 pub use craig_bampton::ReducedBody;
 pub use relative::Recovery;

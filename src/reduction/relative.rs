@@ -33,9 +33,9 @@ use super::craig_bampton::ReducedBody;
 use super::joined::Joined;
 use super::{Load, Probe, ReducedModel, ReductionError, RelativeModel};
 use crate::model::Model;
-use crate::numerics::eigen::{EigenError, dense};
-use crate::numerics::sparse::{product, symmetrised};
-use crate::numerics::stored;
+use dovetail_numerics::eigen::{EigenError, dense};
+use dovetail_numerics::sparse::{product, symmetrised};
+use dovetail_numerics::stored;
 
 const GLOBAL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -441,9 +441,9 @@ pub(super) fn stuck_error(source: EigenError) -> ReductionError {
 mod tests {
     use super::*;
     use crate::fem::Structure;
-    use crate::numerics::sparse::dense as to_dense;
     use crate::reduction::lattice_model::assembly;
     use crate::reduction::{reduce, reduce_joined};
+    use dovetail_numerics::sparse::dense as to_dense;
     use faer::c64;
     use faer::linalg::solvers::Solve;
 

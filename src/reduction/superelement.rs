@@ -25,7 +25,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
-use crate::numerics::eigen::dense;
+use dovetail_numerics::eigen::dense;
 
 /// What the folder holds.
 #[derive(Debug, Clone)]

@@ -61,19 +61,23 @@ impl Fourier {
     pub fn harmonics(&self) -> usize {
         self.harmonics
     }
+    #[inline]
     pub fn samples(&self) -> usize {
         self.samples
     }
     /// Number of coefficients of a signal, 2H + 1.
+    #[inline]
     pub fn width(&self) -> usize {
         2 * self.harmonics + 1
     }
     /// 1, cos t_n, sin t_n, cos 2 t_n, ... at sample `n`: what the coefficients are multiplied by.
+    #[inline]
     pub fn synthesis_row(&self, n: usize) -> &[f64] {
         &self.table[n * self.width()..(n + 1) * self.width()]
     }
 
     /// All those rows, N x (2H+1), row-major.
+    #[inline]
     pub fn synthesis(&self) -> &[f64] {
         &self.table
     }

@@ -5,7 +5,7 @@
 //! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
 //! start another run on the thread that holds the lock.
 
-#![allow(unsafe_code)]
+#![expect(unsafe_code, reason = "calls of a foreign library")]
 
 use std::ffi::{CStr, c_int};
 use std::sync::{Mutex, PoisonError};
@@ -15,8 +15,8 @@ use nalgebra_sparse::CscMatrix;
 
 use super::proof::{SPARE, complete};
 use super::{EigenError, Modes};
-use crate::numerics::factor::Cholesky;
-use crate::numerics::sparse;
+use crate::factor::Cholesky;
+use crate::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
 
@@ -199,9 +199,9 @@ pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::eigen::assert_like_dense;
-    use crate::numerics::eigen::lowest_modes as lowest;
-    use crate::numerics::lattice::Lattice;
+    use crate::eigen::assert_like_dense;
+    use crate::eigen::lowest_modes as lowest;
+    use dovetail_testkit::lattice::Lattice;
 
     fn against_dense(lattice: Lattice, count: usize) {
         let (k, m) = lattice.cantilever();

@@ -116,8 +116,8 @@ fn eliminate<'p>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::factor::Ldlt;
-    use crate::numerics::lattice::Lattice;
+    use crate::factor::Ldlt;
+    use dovetail_testkit::lattice::Lattice;
 
     #[test]
     fn the_count_is_that_of_the_factor_with_its_pivots() {

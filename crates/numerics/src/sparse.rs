@@ -203,7 +203,7 @@ pub fn dense(a: &CscMatrix<f64>) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::{Lattice, scattered};
+    use dovetail_testkit::lattice::{Lattice, scattered};
 
     fn matrices() -> (CscMatrix<f64>, CscMatrix<f64>) {
         let lattice = Lattice {

@@ -4,9 +4,9 @@
 use nalgebra_sparse::CscMatrix;
 
 use super::{EigenError, Modes, fix_signs};
-use crate::numerics::factor::Cholesky;
-use crate::numerics::inertia::negative_eigenvalues;
-use crate::numerics::sparse;
+use crate::factor::Cholesky;
+use crate::inertia::negative_eigenvalues;
+use crate::sparse;
 
 /// Modes computed beyond those asked for, to find a gap for the Sturm count; more at each new try.
 pub(super) const SPARE: usize = 2;

@@ -227,7 +227,7 @@ impl<'de> Deserialize<'de> for Cholesky {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::{Lattice, scattered};
+    use dovetail_testkit::lattice::{Lattice, scattered};
 
     #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
     struct All {

@@ -70,8 +70,8 @@ pub fn condense(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::Lattice;
-    use crate::numerics::sparse::{dense, submatrix, sum};
+    use crate::sparse::{dense, submatrix, sum};
+    use dovetail_testkit::lattice::Lattice;
     use faer::linalg::solvers::Solve;
 
     /// A cantilever; whichever of its unknowns stand last will be the boundary.

@@ -8,8 +8,8 @@ use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
-use crate::numerics::fronts::in_rows;
-use crate::numerics::sparse::product;
+use crate::fronts::in_rows;
+use crate::sparse::product;
 
 /// Of the diagonal, added to it: the matrix may have motions that cost nothing, or a little less (spin softening). The first with
 /// which it is definite serves.
@@ -114,8 +114,8 @@ fn factored(mut a: MatMut<'_, f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::Lattice;
-    use crate::numerics::sparse::dense;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::Lattice;
 
     #[test]
     fn they_are_those_of_the_dense_eigenproblem() {
@@ -136,7 +136,7 @@ mod tests {
                 if i == j { weights[i] } else { 0.0 }
             },
         );
-        let modes = crate::numerics::eigen::dense::modes(k.as_ref(), mass.as_ref()).unwrap();
+        let modes = crate::eigen::dense::modes(k.as_ref(), mass.as_ref()).unwrap();
         for (j, exact) in modes.omega2[..20].iter().enumerate() {
             let w = motions.col(j);
             let theta = w.transpose() * (&k * w);

@@ -426,8 +426,8 @@ fn generic(error: FaerError, unknowns: usize) -> FactorError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::{Lattice, scattered};
-    use crate::numerics::sparse::dense;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::{Lattice, scattered};
     use faer::Mat;
 
     fn block() -> Lattice {

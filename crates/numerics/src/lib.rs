@@ -16,9 +16,4 @@ mod solve;
 pub mod sparse;
 pub mod stored;
 pub mod tiles;
-
-#[cfg(test)]
-pub(crate) mod differences;
-#[cfg(test)]
-pub(crate) mod lattice;
 pub mod wear;

@@ -417,9 +417,9 @@ impl<'a> Rows<'a> {
 
 #[cfg(test)]
 mod tests {
-    use crate::numerics::factor::Symbolic;
-    use crate::numerics::lattice::{Lattice, scattered};
-    use crate::numerics::sparse::times;
+    use crate::factor::Symbolic;
+    use crate::sparse::times;
+    use dovetail_testkit::lattice::{Lattice, scattered};
     use faer::Mat;
 
     #[test]

@@ -18,8 +18,8 @@ use super::arpack::start_entry;
 use super::dense::largest_first;
 use super::proof::{SPARE, complete};
 use super::{EigenError, Modes};
-use crate::numerics::factor::Cholesky;
-use crate::numerics::sparse::{product, symmetric_product};
+use crate::factor::Cholesky;
+use crate::sparse::{product, symmetric_product};
 
 /// Columns of a block.
 const BLOCK: usize = 8;
@@ -297,8 +297,8 @@ fn subtract(a: MatRef<'_, f64>, shares: MatRef<'_, f64>, u: MatMut<'_, f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::eigen::assert_like_dense;
-    use crate::numerics::lattice::Lattice;
+    use crate::eigen::assert_like_dense;
+    use dovetail_testkit::lattice::Lattice;
 
     fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
         let lattice = Lattice {

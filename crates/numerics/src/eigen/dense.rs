@@ -16,7 +16,7 @@ use faer::{Mat, MatMut, MatRef, Par, Side, Spec, unzip, zip};
 use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
-use crate::numerics::sparse::{product, symmetrised};
+use crate::sparse::{product, symmetrised};
 
 /// All modes, ascending; the strict upper triangles are not read for K, and M is symmetrised.
 ///
@@ -183,8 +183,8 @@ fn normalise(vectors: &mut Mat<f64>, mass: MatRef<'_, f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::Lattice;
-    use crate::numerics::sparse::dense;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::Lattice;
 
     #[test]
     fn modes_diagonalise_both_matrices() {

@@ -208,7 +208,7 @@ fn inverse(permutation: &[usize]) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::lattice::Lattice;
+    use dovetail_testkit::lattice::Lattice;
 
     /// A box of nodes with three unknowns each, neighbours coupled.
     fn grid(shape: [usize; 3]) -> SparsityPattern {
