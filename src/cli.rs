@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::description::Scene;
 use crate::error::{EXIT_FAILED, EXIT_OK, Error};
 use crate::integration::steady::MOST_PERIODS;
 use crate::integration::step::{LEAST_STEPS, MOST_STEPS};
@@ -395,7 +396,7 @@ fn gibibytes(text: &str) -> Result<f64, String> {
     }
 }
 
-type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;
+type Stage = Box<dyn Fn(&Scene, &Options, &Progress) -> Result<(), Error>>;
 
 #[cfg(test)]
 mod tests {

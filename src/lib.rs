@@ -12,6 +12,7 @@
 
 pub mod cli;
 pub mod contact;
+pub mod description;
 pub mod dlft;
 pub mod error;
 pub mod export;

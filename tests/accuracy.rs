@@ -2,12 +2,12 @@
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Orbit, Response};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -5,8 +5,8 @@ mod shared_scenes;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail::mesh::{self, ElementOrder, Mesh, quality};
+use dovetail::model::{Assembly, ContactLaw, ContactSpec};
 use dovetail::model::{Model, ModelError, NodeMotion, bind};
-use dovetail::scene::{Assembly, ContactLaw, ContactSpec};
 use shared_scenes::*;
 
 // --------------------------------------------------------------------------- binding a scene

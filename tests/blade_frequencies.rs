@@ -6,9 +6,10 @@ use std::path::Path;
 
 use dovetail::fem::{assemble_body, statics::SolveFailure};
 use dovetail::mesh::msh;
+use dovetail::mesh::source::MeshKind;
 use dovetail::model::bind;
 use dovetail::reduction::craig_bampton::held_modes;
-use dovetail::scene::{self, MeshKind};
+use dovetail::scene;
 use dovetail_numerics::factor::Cholesky;
 
 /// Speed, CalculiX, scipy.

@@ -3,6 +3,7 @@
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{PairStatus, Response, StaticState};
@@ -11,7 +12,6 @@ use dovetail::integration::steady::{Until, integrate};
 use dovetail::integration::step::{State, Stepper};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 use faer::Mat;
 use std::f64::consts::TAU;

@@ -6,12 +6,12 @@ use std::process::Command;
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 
 const NEWTON: NewtonOptions = NewtonOptions {

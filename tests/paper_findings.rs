@@ -5,18 +5,21 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::Path;
 use std::sync::OnceLock;
 
+use dovetail::description::Scene;
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::Resolution;
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail::fem::{assemble, statics::SolveFailure};
 use dovetail::mesh::msh;
+use dovetail::mesh::source::MeshKind;
 use dovetail::model::{Model, bind};
 use dovetail::reduction::damping::{Rayleigh, rayleigh};
 use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
 use dovetail::results::quantities::pair_counts;
-use dovetail::scene::{self, MeshKind, Resolution, Scene};
+use dovetail::scene;
 use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::newton::NewtonOptions;
 

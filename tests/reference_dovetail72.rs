@@ -4,13 +4,13 @@
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{PairStatus, Response, StaticState};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::superelement;
 use dovetail::reduction::{PairLaw, RelativeModel};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 use std::path::Path;
 

@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use dovetail::scene::{self, Resolution};
+use dovetail::dlft::settings::Resolution;
+use dovetail::scene;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

@@ -4,8 +4,7 @@
 use std::path::{Path, PathBuf};
 
 /// Each stage may import itself and what stands before it.
-const STAGES: [&str; 9] = [
-    "scene",
+const STAGES: [&str; 10] = [
     "model",
     "fem",
     "reduction",
@@ -13,6 +12,8 @@ const STAGES: [&str; 9] = [
     "dlft",
     "integration",
     "results",
+    "description",
+    "scene",
     "export",
 ];
 /// Modules that every other may import, and that import nothing of the crate.

@@ -2,6 +2,7 @@
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::dlft::{Response, StaticState};
@@ -10,7 +11,6 @@ use dovetail::integration::steady::{Settled, Until, integrate};
 use dovetail::integration::step::{State, Stepper};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 use faer::Mat;
 use std::f64::consts::TAU;

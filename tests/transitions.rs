@@ -4,11 +4,11 @@
 
 use dovetail::dlft::march::Periods;
 use dovetail::dlft::penalty::Penalty;
+use dovetail::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail::dlft::static_state::static_state;
 use dovetail::dlft::sweep::{SweepSettings, sweep};
 use dovetail::reduction::damping::Rayleigh;
 use dovetail::reduction::{PairLaw, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
 use dovetail_numerics::newton::NewtonOptions;
 use std::path::Path;
 

@@ -8,7 +8,7 @@
 use super::balance::Setting;
 use super::point::{Frequencies, Neighbour, Solved, Work};
 use super::retention::Retention;
-use crate::scene::{Resolution, Solver};
+use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
 use std::sync::OnceLock;

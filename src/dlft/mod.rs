@@ -149,6 +149,7 @@ pub mod orbit;
 pub mod penalty;
 mod point;
 pub mod retention;
+pub mod settings;
 pub mod static_state;
 pub mod sweep;
 

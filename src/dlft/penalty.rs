@@ -5,8 +5,8 @@
 //! are left out. Its choice moves the solution by no more than the truncation does.
 
 use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::dlft::settings::EpsChoice;
 use crate::reduction::RelativeModel;
-use crate::scene::EpsChoice;
 use dovetail_numerics::gmres::{dot, norm};
 
 /// The dynamic stiffness is looked at over this many harmonics at least: with one alone, a resonance of it

@@ -16,7 +16,7 @@ use super::newton_krylov::{
 };
 use super::orbit::observed_amplitudes_m;
 use super::retention::{Retention, may_have_left};
-use crate::scene::Solver;
+use crate::dlft::settings::Solver;
 use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use std::borrow::Cow;

@@ -10,7 +10,7 @@
 //! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress sigma.
 
 use super::quadrature::Table;
-use crate::scene::Material;
+use crate::model::Material;
 
 /// Lame's constants, Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]

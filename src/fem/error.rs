@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::statics::SolveFailure;
+use crate::model::Prestress;
 use crate::model::{Body, NodeMotion, Rotation};
-use crate::scene::Prestress;
 
 #[derive(Debug, thiserror::Error)]
 pub enum FemError {

@@ -149,8 +149,8 @@ const RULE: [(f64, [f64; 3]); 7] = {
 mod tests {
     use super::*;
     use crate::mesh::ElementOrder;
+    use crate::model::Material;
     use crate::model::{DofMap, NodeMotion};
-    use crate::scene::Material;
 
     /// int L_0^i L_1^j L_2^k dA = 2 A i! j! k! / (i + j + k + 2)!
     #[test]

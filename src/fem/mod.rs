@@ -16,8 +16,8 @@ mod error;
 use nalgebra_sparse::CscMatrix;
 
 use crate::mesh::ElementOrder;
+use crate::model::Prestress;
 use crate::model::{Body, Model, Rotation};
-use crate::scene::Prestress;
 use assembly::{NodePattern, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
 use elements::Elements;
 use quadrature::Tables;

@@ -189,11 +189,11 @@ mod tests {
     use super::*;
     use crate::dlft::march::Periods;
     use crate::dlft::penalty::Penalty;
+    use crate::dlft::settings::{EpsChoice, Resolution, Solver};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
     use crate::reduction::PairLaw;
     use crate::reduction::superelement::read;
-    use crate::scene::{EpsChoice, Resolution, Solver};
     use dovetail_numerics::newton::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.

@@ -15,6 +15,7 @@ mod process;
 pub mod quality;
 mod script;
 mod sections;
+pub mod source;
 
 pub use error::MeshError;
 pub use gmsh::{GmshError, GmshRun, generate};

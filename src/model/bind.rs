@@ -8,7 +8,7 @@ use super::{
     Body, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation, StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
-use crate::scene::{Assembly, BodySpec};
+use crate::model::{Assembly, BodySpec};
 
 const NONE: u32 = u32::MAX;
 

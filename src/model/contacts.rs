@@ -5,8 +5,8 @@ use super::pairing::{nearest_distance, pair};
 use super::vector::{Vector, cross, dot, scaled, sub, unit};
 use super::{ContactPair, ModelError, NO_NODE};
 use crate::mesh::{Group, Mesh};
+use crate::model::ContactSpec;
 use crate::model::error::Unmatched;
-use crate::scene::ContactSpec;
 
 /// Pairs of one contact; node numbers are still the mesh's.
 pub(super) struct Contact {

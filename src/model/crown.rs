@@ -2,7 +2,7 @@
 
 use super::ContactPair;
 use super::vector::{Vector, dot, scaled, sub, unit};
-use crate::scene::CrownSpec;
+use crate::model::CrownSpec;
 
 /// Adds the crown's clearance d^2 / (2 R) to the pairs of one contact. d is measured in the tangent plane of the
 /// flank (across its mean normal): from the centre or, with an axis, from the line along it.

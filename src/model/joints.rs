@@ -5,7 +5,7 @@ use super::contacts::{Contact, contact, ground_contact};
 use super::crown::add_crown;
 use super::{ContactPair, ModelError};
 use crate::mesh::Mesh;
-use crate::scene::{Assembly, ContactLaw, ContactSpec};
+use crate::model::{Assembly, ContactLaw, ContactSpec};
 
 /// What the contacts of a scene make of the flanks.
 #[derive(Default)]

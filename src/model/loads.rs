@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::bind::{Draft, find_group, first_tags, kind};
 use super::{ModelError, StaticLoad, Traction};
 use crate::mesh::{ElementOrder, Group, Mesh};
-use crate::scene::{LoadKind, LoadSpec};
+use crate::model::{LoadKind, LoadSpec};
 
 /// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn static_load(

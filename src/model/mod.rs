@@ -1,4 +1,4 @@
-//! [`Scene`](crate::scene::Scene) + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//! [`Assembly`] + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
 //!
 //! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
@@ -6,11 +6,11 @@
 use serde::Serialize;
 
 use crate::mesh::ElementOrder;
-use crate::scene::{Material, Prestress};
 
 mod bind;
 mod contacts;
 mod crown;
+mod description;
 mod dofs;
 mod error;
 mod flank;
@@ -20,6 +20,10 @@ pub mod pairing;
 mod vector;
 
 pub use bind::bind;
+pub use description::{
+    Assembly, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind, LoadSpec,
+    Material, ObservationSpec, Prestress, RotationSpec,
+};
 pub use error::{ModelError, Unmatched};
 
 /// What the finite elements and the contact need, with every name resolved.

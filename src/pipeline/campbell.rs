@@ -2,6 +2,7 @@
 
 use super::meshed::{Bound, HELD_MODES, assemble};
 use super::{Options, files, hertz};
+use crate::description::{Scene, Subject};
 use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
 use crate::export::manifest;
@@ -12,7 +13,6 @@ use crate::progress::{Progress, Stage};
 use crate::reduction::craig_bampton::{condense, held_modes};
 use crate::reduction::relative::relative;
 use crate::reduction::{ReducedBody, ReductionError};
-use crate::scene::{Scene, Subject};
 use crate::terminal;
 use dovetail_numerics::sparse::sum;
 

@@ -8,6 +8,8 @@ use super::meshed::Meshed;
 use super::meshing::create_folder;
 use super::prepared::Prepared;
 use super::{Options, hertz};
+use crate::description::{Scene, Subject};
+use crate::dlft::settings::Resolution;
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use crate::error::Error;
 use crate::export::plots::{
@@ -22,7 +24,6 @@ use crate::reduction::superelement::{self, Superelement};
 use crate::reduction::{PairLaw, Recovery};
 use crate::results::quantities::{pair_counts, peak};
 use crate::results::recovery::NodalField;
-use crate::scene::{Resolution, Scene, Subject};
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;

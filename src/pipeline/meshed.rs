@@ -13,11 +13,11 @@ use crate::export::manifest;
 use crate::fem::statics::SolveFailure;
 use crate::fem::{self, FemError, Structure};
 use crate::mesh::Mesh;
+use crate::model::Assembly;
 use crate::model::{self, Model};
 use crate::progress::{Progress, Stage};
 use crate::reduction::craig_bampton::held_modes;
 use crate::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
-use crate::scene::Assembly;
 use dovetail_numerics::factor::{Cholesky, FactorError};
 
 /// Modes of each body alone, flanks held, that `dovetail modes` lists.

@@ -8,10 +8,10 @@ use crate::error::Error;
 use crate::export::{manifest, write_file};
 use crate::input;
 use crate::mesh::gmsh::{self, GmshError, GmshRun};
+use crate::mesh::source::{MeshKind, MeshSource};
 use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
 use crate::model::Model;
 use crate::progress::{Progress, Stage};
-use crate::scene::{MeshKind, MeshSource};
 use dovetail_numerics::stored;
 
 /// The mesh of a script, in the folder of the results.

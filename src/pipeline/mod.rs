@@ -15,12 +15,13 @@ pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
+use crate::description::{Scene, Subject};
 use crate::dlft::Response;
 use crate::error::Error;
 use crate::export::{csv, manifest};
+use crate::model::Assembly;
 use crate::progress::Progress;
 use crate::reduction::damping::rayleigh;
-use crate::scene::{Assembly, Scene, Subject};
 use crate::terminal;
 
 /// Where a run writes, and what it was asked by.

@@ -2,9 +2,11 @@
 
 use super::hertz;
 use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::description::{FrequencyRange, ResponseSpec, Scene};
 use crate::dlft::accuracy::samples_for;
 use crate::dlft::orbit::{linear_orbit, stuck_point};
 use crate::dlft::penalty::Penalty;
+use crate::dlft::settings::Resolution;
 use crate::dlft::static_state::static_state as solve_static;
 use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
@@ -12,7 +14,6 @@ use crate::error::Error;
 use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
-use crate::scene::{FrequencyRange, Resolution, ResponseSpec, Scene};
 use dovetail_numerics::newton::NewtonOptions;
 
 /// Newton iterations allowed for one step of the static load.

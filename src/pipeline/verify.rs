@@ -2,6 +2,7 @@
 
 use super::prepared::Prepared;
 use super::{Options, files, solve};
+use crate::description::Scene;
 use crate::dlft::{Orbit, Response, StaticState};
 use crate::error::Error;
 use crate::export::{csv, manifest};
@@ -11,7 +12,6 @@ use crate::progress::{Progress, Stage};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::quantities::peak;
-use crate::scene::Scene;
 use crate::terminal;
 
 /// Most frequencies of the response in which the peak is looked for.

@@ -1,6 +1,18 @@
 //! Rayleigh damping C = a K + b M.
 
-use crate::scene::DampingSpec;
+/// Rayleigh damping C = stiffness_s K + mass_per_s M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DampingSpec {
+    Rayleigh {
+        stiffness_s: f64,
+        mass_per_s: f64,
+    },
+    /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
+    Ratio {
+        ratio: f64,
+        stuck_mode: usize,
+    },
+}
 
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,8 @@
 
 use crate::fem::{BodyMatrices, Structure};
 use crate::mesh::ElementOrder;
+use crate::model::Material;
 use crate::model::{Body, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation};
-use crate::scene::Material;
 use dovetail_testkit::lattice::{Lattice, scattered};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar

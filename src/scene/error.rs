@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::text;
 
-/// Why there is no [`Scene`](super::Scene). As a [`Diagnostic`] the first problem stands for all,
+/// Why there is no [`Scene`](crate::description::Scene). As a [`Diagnostic`] the first problem stands for all,
 /// the others follow as related ones.
 #[derive(Debug, Error)]
 pub enum SceneError {

@@ -34,10 +34,11 @@ use self::cases::{Case, cases, combination};
 use self::file::{Study, StudyText};
 use self::folder::{Found, Settings};
 use self::results::{CaseResult, Ended, collect};
+use crate::description::Subject;
 use crate::error::Error;
 use crate::pipeline;
 use crate::progress::Progress;
-use crate::scene::{self, Subject};
+use crate::scene;
 use crate::terminal;
 
 /// What to do with a study.

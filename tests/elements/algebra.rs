@@ -2,8 +2,8 @@
 
 use dovetail::fem::statics::SolveFailure;
 use dovetail::fem::{BodyMatrices, assemble_body};
+use dovetail::model::Material;
 use dovetail::model::{Body, NodeMotion};
-use dovetail::scene::Material;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Par, Side};

@@ -3,7 +3,7 @@
 use dovetail::mesh::block::{block, distort, map_nodes};
 use dovetail::mesh::{ElementOrder, Mesh};
 use dovetail::model::{Body, DofMap, NodeMotion, Rotation};
-use dovetail::scene::{Material, Prestress};
+use dovetail::model::{Material, Prestress};
 
 pub const ORDERS: [ElementOrder; 2] = [ElementOrder::Linear, ElementOrder::Quadratic];
 pub const STEEL: Material = Material {

@@ -4,7 +4,7 @@ use dovetail::fem::{assemble_body, tet10};
 use dovetail::mesh::ElementOrder;
 use dovetail::mesh::block::block;
 use dovetail::model::NodeMotion;
-use dovetail::scene::Prestress;
+use dovetail::model::Prestress;
 
 use crate::algebra::*;
 use crate::bodies::*;

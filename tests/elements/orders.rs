@@ -8,7 +8,7 @@ use dovetail::fem::elasticity::{Lame, map_gradients};
 use dovetail::fem::{tet4, tet10};
 use dovetail::mesh::block::{FACES, block, distort, map_nodes};
 use dovetail::mesh::{ElementOrder, Mesh};
-use dovetail::scene::Material;
+use dovetail::model::Material;
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::sparse::submatrix;

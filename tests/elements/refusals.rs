@@ -3,8 +3,8 @@
 use dovetail::fem::{FemError, assemble_body, tet10};
 use dovetail::mesh::ElementOrder;
 use dovetail::mesh::block::block;
+use dovetail::model::Prestress;
 use dovetail::model::{Body, NodeMotion};
-use dovetail::scene::Prestress;
 use nalgebra_sparse::CscMatrix;
 
 use crate::algebra::*;

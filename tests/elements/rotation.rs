@@ -8,7 +8,7 @@ use dovetail::fem::{assemble_body, tet10};
 use dovetail::mesh::ElementOrder;
 use dovetail::mesh::block::{block, map_nodes};
 use dovetail::model::{Body, Rotation};
-use dovetail::scene::{Material, Prestress};
+use dovetail::model::{Material, Prestress};
 
 use crate::algebra::*;
 use crate::bodies::*;

@@ -4,7 +4,7 @@ use dovetail::fem::assemble_body;
 use dovetail::fem::expand_to_nodes;
 use dovetail::fem::stress::{nodal_stress, stress, von_mises};
 use dovetail::mesh::block::{block, map_nodes};
-use dovetail::scene::Prestress;
+use dovetail::model::Prestress;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

@@ -5,9 +5,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail::dlft::{Orbit, Outcome, PairCycle, PairStatus, Response, StaticState, StuckPoint};
 use dovetail::mesh::ElementOrder;
+use dovetail::model::Material;
 use dovetail::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation};
 use dovetail::results::recovery::NodalField;
-use dovetail::scene::Material;
 
 const HARMONICS: usize = 3;
 

@@ -3,10 +3,12 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
+use crate::description::ResponseSpec;
+use crate::model::{ContactLaw, ContactSpec, CrownSpec};
+use crate::reduction::damping::DampingSpec;
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
-use crate::scene::{ContactLaw, ContactSpec, CrownSpec, DampingSpec, ResponseSpec};
 
 /// `bodies`: how many the scene has.
 pub fn contacts(

@@ -4,9 +4,10 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
 use super::response::MOST_HARMONICS;
+use crate::description::ResponseSpec;
+use crate::model::{ExcitationSpec, ObservationSpec};
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawExcitation, RawObserve};
-use crate::scene::{ExcitationSpec, ObservationSpec, ResponseSpec};
 
 pub fn excitations(
     checker: &mut Checker,

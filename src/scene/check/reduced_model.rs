@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
-use crate::scene::ReducedModelSpec;
+use crate::description::ReducedModelSpec;
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawReducedModel, RawScene};
 
