@@ -65,10 +65,11 @@ MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
     $(if $(SHARD),--shard $(SHARD))
 mutants: setup vtk
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
-	$(MUTANTS) --output output/mutants_core -C=--lib \
-	    -f src/contact/law.rs -f src/dlft/balance.rs -f src/dlft/orbit.rs \
-	    -f src/dlft/retention.rs -f src/results/quantities.rs -- -- contact:: \
-	    dlft::march dlft::orbit dlft::powell dlft::retention results::
+	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
+	    -f crates/solver/src/contact/law.rs -f crates/solver/src/dlft/balance.rs \
+	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
+	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
+	    dlft::march dlft::orbit dlft::dense dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
 

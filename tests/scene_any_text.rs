@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use dovetail::dlft::settings::Resolution;
 use dovetail::scene;
+use dovetail_solver::dlft::settings::Resolution;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

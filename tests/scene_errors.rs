@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use dovetail::description::Scene;
-use dovetail::dlft::settings::Resolution;
-use dovetail::reduction::damping::DampingSpec;
 use dovetail::scene::{self, SceneError};
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../scenes/paper.toml");
@@ -692,7 +692,7 @@ fn a_body_alone_has_no_second_flank_and_a_bonded_one_needs_no_friction() {
     let (bonded, _) = edited("friction = 0.3", 0, "law = \"bonded\"");
     let scene = parse(&bonded, &[]).unwrap();
     let laws = scene.assembly().unwrap().contacts.iter().map(|c| c.law);
-    use dovetail::model::ContactLaw::{Bonded, UnilateralCoulomb};
+    use dovetail_solver::model::ContactLaw::{Bonded, UnilateralCoulomb};
     assert_eq!(laws.collect::<Vec<_>>(), [Bonded, UnilateralCoulomb]);
     let (plain, line) = edited("friction = 0.3", 0, "");
     let contact = plain[..plain.find("\nname = \"left\"").unwrap()]

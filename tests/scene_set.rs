@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use dovetail::description::{FrequencyRange, Scene};
-use dovetail::dlft::settings::Solver;
-use dovetail::mesh::source::MeshKind;
-use dovetail::reduction::damping::DampingSpec;
 use dovetail::scene::{self, SceneError};
+use dovetail_solver::description::{FrequencyRange, Scene};
+use dovetail_solver::dlft::settings::Solver;
+use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../scenes/paper.toml");

@@ -1,10 +1,13 @@
-//! Keeps in order what the compiler does not: imports inside the program's package point one way, and
-//! the paths that ARCHITECTURE.md names exist.
+//! Keeps in order what the compiler does not: imports between the modules of a package point one way,
+//! and the paths that ARCHITECTURE.md names exist.
 
 use std::path::{Path, PathBuf};
 
-/// Each stage may import itself and what stands before it.
-const STAGES: [&str; 10] = [
+/// The modules of the library. Each may import itself and what stands before it.
+const SOLVER: [&str; 11] = [
+    "input",
+    "text",
+    "mesh",
     "model",
     "fem",
     "reduction",
@@ -13,17 +16,10 @@ const STAGES: [&str; 10] = [
     "integration",
     "results",
     "description",
-    "scene",
-    "export",
 ];
-/// Modules that every other may import, and that import nothing of the crate.
-const BASE: [&str; 2] = ["input", "text"];
-/// Modules that import nothing else of the crate but themselves.
-const ISLANDS: [&str; 1] = ["mesh"];
-/// Modules of the outermost layer, which may see everything.
-const OUTER: [&str; 8] = [
-    "pipeline", "study", "cli", "error", "progress", "terminal", "main", "lib",
-];
+/// The modules of the program that import nothing else of it; all others may see everything.
+const PROGRAM: [&str; 2] = ["scene", "export"];
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -39,10 +35,10 @@ fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// (path relative to the root, text without comments).
-fn sources() -> Vec<(String, String)> {
+/// Path relative to `folder` and text without comments of each file below it.
+fn sources(folder: &Path) -> Vec<(String, String)> {
     let mut files = Vec::new();
-    rust_files(&root().join("src"), &mut files);
+    rust_files(folder, &mut files);
     files.sort();
     files
         .iter()
@@ -52,12 +48,8 @@ fn sources() -> Vec<(String, String)> {
                 .lines()
                 .map(|line| line.split("//").next().unwrap())
                 .collect();
-            let name = file
-                .strip_prefix(root())
-                .unwrap()
-                .to_string_lossy()
-                .replace('\\', "/");
-            (name, code.join("\n"))
+            let name = file.strip_prefix(folder).unwrap().to_string_lossy();
+            (name.replace('\\', "/"), code.join("\n"))
         })
         .collect()
 }
@@ -83,33 +75,30 @@ fn first_word(text: &str) -> String {
         .collect()
 }
 
-#[test]
-fn imports_point_one_way() {
+/// The imports that `may(module, import)` does not allow.
+fn wrong_imports(folder: &str, may: impl Fn(&str, &str) -> bool) -> Vec<String> {
     let mut wrong = Vec::new();
-    for (file, code) in sources() {
-        let module = first_word(file.strip_prefix("src/").unwrap());
-        if OUTER.contains(&module.as_str()) {
-            continue;
-        }
+    for (file, code) in sources(&root().join(folder)) {
+        let module = first_word(&file);
         for import in imports(&code) {
-            let allowed = import == module
-                || if BASE.contains(&module.as_str()) {
-                    false
-                } else if BASE.contains(&import.as_str()) {
-                    true
-                } else if ISLANDS.contains(&module.as_str()) {
-                    false
-                } else {
-                    let place = |name: &str| STAGES.iter().position(|s| *s == name);
-                    let own = place(&module)
-                        .unwrap_or_else(|| panic!("{file}: give {module} a place in STAGES"));
-                    ISLANDS.contains(&import.as_str()) || place(&import).is_some_and(|p| p < own)
-                };
-            if !allowed {
-                wrong.push(format!("{file} imports {import}"));
+            if import != module && !may(&module, &import) {
+                wrong.push(format!("{folder}/{file} imports {import}"));
             }
         }
     }
+    wrong
+}
+
+#[test]
+fn imports_point_one_way() {
+    let place = |module: &str| {
+        let found = SOLVER.iter().position(|m| *m == module);
+        found.unwrap_or_else(|| panic!("give {module} a place in SOLVER"))
+    };
+    let mut wrong = wrong_imports("crates/solver/src", |module, import| {
+        place(import) < place(module)
+    });
+    wrong.extend(wrong_imports("src", |module, _| !PROGRAM.contains(&module)));
     assert!(
         wrong.is_empty(),
         "imports against the flow:\n{}",
@@ -125,8 +114,9 @@ fn every_path_in_the_architecture_exists() {
         let is_path = quoted.contains('/') && !quoted.contains([' ', '<', '*', ':']);
         if is_path && !quoted.starts_with("output/") {
             checked += 1;
+            let places = [root(), root().join("crates/solver/src")];
             assert!(
-                root().join(quoted).exists(),
+                places.iter().any(|place| place.join(quoted).exists()),
                 "ARCHITECTURE.md names `{quoted}`"
             );
         }

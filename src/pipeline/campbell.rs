@@ -2,19 +2,19 @@
 
 use super::meshed::{Bound, HELD_MODES, assemble};
 use super::{Options, files, hertz};
-use crate::description::{Scene, Subject};
 use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
 use crate::export::manifest;
 use crate::export::plots::{CampbellFamily, write_campbell};
-use crate::fem::{BodyMatrices, Structure};
-use crate::model::{Body, Model};
 use crate::progress::{Progress, Stage};
-use crate::reduction::craig_bampton::{condense, held_modes};
-use crate::reduction::relative::relative;
-use crate::reduction::{ReducedBody, ReductionError};
 use crate::terminal;
 use dovetail_numerics::sparse::sum;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::fem::{BodyMatrices, Structure};
+use dovetail_solver::model::{Body, Model};
+use dovetail_solver::reduction::craig_bampton::{condense, held_modes};
+use dovetail_solver::reduction::relative::relative;
+use dovetail_solver::reduction::{ReducedBody, ReductionError};
 
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;

@@ -1,5 +1,5 @@
 //! TOML -> [`Scene`]: everything one run depends on, checked (positive moduli, known options, ordered
-//! ranges), in SI units. Names of mesh groups are checked later, by [`crate::model`], when the mesh is known.
+//! ranges), in SI units. Names of mesh groups are checked later, by [`dovetail_solver::model`], when the mesh is known.
 
 mod check;
 mod document;
@@ -11,8 +11,8 @@ mod source;
 
 use std::path::Path;
 
-use crate::description::Scene;
-use crate::input;
+use dovetail_solver::description::Scene;
+use dovetail_solver::input;
 
 pub use error::{Fault, Problem, SceneError};
 pub use keys::nearest;

@@ -12,12 +12,12 @@ use super::error::StudyError;
 use super::file::Study;
 use super::quantity::Quantity;
 use super::summary::CaseSummary;
-use crate::description::{Scene, Subject};
 use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
 use crate::export::write_file;
-use crate::mesh::source::MeshKind;
 use crate::pipeline;
 use crate::scene;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::mesh::source::MeshKind;
 
 /// case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -34,12 +34,12 @@ use self::cases::{Case, cases, combination};
 use self::file::{Study, StudyText};
 use self::folder::{Found, Settings};
 use self::results::{CaseResult, Ended, collect};
-use crate::description::Subject;
 use crate::error::Error;
 use crate::pipeline;
 use crate::progress::Progress;
 use crate::scene;
 use crate::terminal;
+use dovetail_solver::description::Subject;
 
 /// What to do with a study.
 #[derive(Debug, Clone, PartialEq, Eq)]

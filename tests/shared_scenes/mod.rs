@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use dovetail::mesh::source::{MeshKind, MeshSource};
-use dovetail::mesh::{self, Mesh};
-use dovetail::model::{
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
+use dovetail_solver::mesh::{self, Mesh};
+use dovetail_solver::model::{
     Assembly, BodySpec, ContactSpec, ExcitationSpec, Material, ObservationSpec, Prestress,
     RotationSpec,
 };
@@ -46,7 +46,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         name: name.into(),
         first: first.into(),
         second: Some(second.into()),
-        law: dovetail::model::ContactLaw::UnilateralCoulomb,
+        law: dovetail_solver::model::ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
         crown: None,

@@ -3,12 +3,12 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
-use crate::description::ResponseSpec;
-use crate::model::{ContactLaw, ContactSpec, CrownSpec};
-use crate::reduction::damping::DampingSpec;
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
+use dovetail_solver::description::ResponseSpec;
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec};
+use dovetail_solver::reduction::damping::DampingSpec;
 
 /// `bodies`: how many the scene has.
 pub fn contacts(

@@ -3,10 +3,10 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
-use crate::model::{LoadKind, LoadSpec};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::RawLoad;
+use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {
     let specs: Vec<Option<LoadSpec>> = raw

@@ -6,10 +6,10 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
-use crate::mesh::source::{MeshKind, MeshSource};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{Located, Number, RawMesh};
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 
 pub fn mesh(checker: &mut Checker, base_dir: &Path, raw: &Spanned<RawMesh>) -> Option<MeshSource> {
     let at = Table::of("mesh", raw.span(), None);

@@ -4,10 +4,10 @@ use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
 use super::response::MOST_HARMONICS;
-use crate::description::ResponseSpec;
-use crate::model::{ExcitationSpec, ObservationSpec};
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawExcitation, RawObserve};
+use dovetail_solver::description::ResponseSpec;
+use dovetail_solver::model::{ExcitationSpec, ObservationSpec};
 
 pub fn excitations(
     checker: &mut Checker,

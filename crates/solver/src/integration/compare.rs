@@ -203,7 +203,7 @@ mod tests {
             friction: 0.3,
             gap_m: 0.0,
         };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/dovetail72");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
         let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
         let damping = Rayleigh {
             stiffness_s: 0.002 / model.omega2[0].sqrt(),

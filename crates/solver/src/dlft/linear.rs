@@ -174,7 +174,7 @@ mod tests {
             friction: 0.3,
             gap_m: 0.0,
         };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/dovetail72");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
         read(folder.as_ref(), law, 1.0).unwrap().relative
     }
 
