@@ -11,7 +11,7 @@ run: setup
 
 # Every test, then a run whose files VTK's own reader reads back.
 test: setup vtk
-	cargo test --locked
+	cargo test --locked --workspace
 	cargo build --release --locked
 	target/release/dovetail run scenes/paper.toml --out output/check --quiet \
 	    --set response.points=21
@@ -22,7 +22,7 @@ test: setup vtk
 verify: setup
 	@tools/setup.sh calculix
 	cargo build --release --locked
-	cargo test --release --locked -- --ignored
+	cargo test --release --locked --workspace -- --ignored
 	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
 	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
 	$(MAKE) extremes
@@ -35,8 +35,8 @@ calculix:
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:
-	cargo fmt --check
-	cargo clippy --locked --all-targets -- -D warnings
+	cargo fmt --all --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings
 
 # Seconds and ratios; see docs/performance.md.
 bench: setup
@@ -65,10 +65,11 @@ MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
     $(if $(SHARD),--shard $(SHARD))
 mutants: setup vtk
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
-	$(MUTANTS) --output output/mutants_core -C=--lib \
-	    -f src/contact/law.rs -f src/dlft/balance.rs -f src/dlft/orbit.rs \
-	    -f src/dlft/retention.rs -f src/results/quantities.rs -- -- contact:: \
-	    dlft::march dlft::orbit dlft::powell dlft::retention results::
+	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
+	    -f crates/solver/src/contact/law.rs -f crates/solver/src/dlft/balance.rs \
+	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
+	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
+	    dlft::march dlft::orbit dlft::dense dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
 

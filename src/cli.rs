@@ -7,14 +7,15 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::error::{EXIT_FAILED, EXIT_OK, Error};
-use crate::integration::steady::MOST_PERIODS;
-use crate::integration::step::{LEAST_STEPS, MOST_STEPS};
 use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, CacheSettings, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
 use crate::study::{self, Action, Sharing, StudyOptions};
 use crate::terminal;
+use dovetail_solver::description::Scene;
+use dovetail_solver::integration::steady::MOST_PERIODS;
+use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -395,7 +396,7 @@ fn gibibytes(text: &str) -> Result<f64, String> {
     }
 }
 
-type Stage = Box<dyn Fn(&scene::Scene, &Options, &Progress) -> Result<(), Error>>;
+type Stage = Box<dyn Fn(&Scene, &Options, &Progress) -> Result<(), Error>>;
 
 #[cfg(test)]
 mod tests {

@@ -5,19 +5,19 @@ use std::path::PathBuf;
 use miette::Diagnostic;
 use thiserror::Error;
 
-use crate::dlft::Outcome;
 use crate::export::ExportError;
-use crate::fem::FemError;
-use crate::integration::IntegrationError;
-use crate::mesh::MeshError;
-use crate::mesh::gmsh::GmshError;
-use crate::mesh::quality::QualityError;
-use crate::model::ModelError;
-use crate::reduction::ReductionError;
-use crate::reduction::damping::DampingError;
-use crate::reduction::superelement::SuperelementError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
+use dovetail_solver::dlft::Outcome;
+use dovetail_solver::fem::FemError;
+use dovetail_solver::integration::IntegrationError;
+use dovetail_solver::mesh::MeshError;
+use dovetail_solver::mesh::gmsh::GmshError;
+use dovetail_solver::mesh::quality::QualityError;
+use dovetail_solver::model::ModelError;
+use dovetail_solver::reduction::ReductionError;
+use dovetail_solver::reduction::damping::DampingError;
+use dovetail_solver::reduction::superelement::SuperelementError;
 
 /// Exit code of a run that did what it was asked.
 pub const EXIT_OK: u8 = 0;

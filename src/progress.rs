@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::text;
+use dovetail_solver::text;
 
 /// Between two lines of a bar where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);

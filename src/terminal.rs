@@ -11,7 +11,7 @@ use miette::{
 };
 
 use crate::error::Error;
-use crate::text;
+use dovetail_solver::text;
 
 /// Most related errors of a report.
 const MOST_RELATED: usize = 20;

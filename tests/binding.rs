@@ -4,9 +4,9 @@ mod shared_scenes;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dovetail::mesh::{self, ElementOrder, Mesh, quality};
-use dovetail::model::{Model, ModelError, NodeMotion, bind};
-use dovetail::scene::{Assembly, ContactLaw, ContactSpec};
+use dovetail_solver::mesh::{self, ElementOrder, Mesh, quality};
+use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec};
+use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
 use shared_scenes::*;
 
 // --------------------------------------------------------------------------- binding a scene
@@ -536,7 +536,7 @@ fn a_body_alone_stands_on_rigid_ground() {
     assert_eq!(one.flank_triangles, two.flank_triangles);
     assert_eq!(one.pairs.len(), 9);
     for (one, two) in one.pairs.iter().zip(&two.pairs) {
-        assert_eq!(one.nodes, [two.nodes[0], dovetail::model::NO_NODE]);
+        assert_eq!(one.nodes, [two.nodes[0], dovetail_solver::model::NO_NODE]);
         assert_eq!(one.position_m, two.position_m);
         assert!((one.area_m2 - two.area_m2).abs() < 1e-15);
         for (a, b) in one.frame.iter().zip(two.frame) {
@@ -550,7 +550,7 @@ fn a_body_alone_stands_on_rigid_ground() {
     assert!(held.pairs.is_empty() && held.bonded.is_empty() && held.contact_names.is_empty());
     let fixed = |m: &&NodeMotion| **m == NodeMotion::Fixed;
     assert_eq!(held.bodies[0].dofs.nodes.iter().filter(fixed).count(), 25);
-    let free = |model: &dovetail::model::Model| model.bodies[0].dofs.free_nodes();
+    let free = |model: &dovetail_solver::model::Model| model.bodies[0].dofs.free_nodes();
     assert_eq!(free(&held), free(&one) - 9);
 }
 

@@ -4,12 +4,13 @@
 
 use std::path::Path;
 
-use dovetail::fem::{assemble_body, statics::SolveFailure};
-use dovetail::mesh::msh;
-use dovetail::model::bind;
-use dovetail::numerics::factor::Cholesky;
-use dovetail::reduction::craig_bampton::held_modes;
-use dovetail::scene::{self, MeshKind};
+use dovetail::scene;
+use dovetail_numerics::factor::Cholesky;
+use dovetail_solver::fem::{assemble_body, statics::SolveFailure};
+use dovetail_solver::mesh::msh;
+use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::bind;
+use dovetail_solver::reduction::craig_bampton::held_modes;
 
 /// Speed, CalculiX, scipy.
 const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [

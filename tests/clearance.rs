@@ -1,18 +1,18 @@
 //! Pairs with a clearance: what closes it is not pressed, and moving the bodies apart changes no
 //! motion.
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{PairStatus, Response, StaticState};
-use dovetail::integration::compare::on_orbit;
-use dovetail::integration::steady::{Until, integrate};
-use dovetail::integration::step::{State, Stepper};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{PairStatus, Response, StaticState};
+use dovetail_solver::integration::compare::on_orbit;
+use dovetail_solver::integration::steady::{Until, integrate};
+use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel, superelement};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dovetail::pipeline::{self, Options};
 use dovetail::progress::Progress;
-use dovetail::reduction::superelement::{self, Superelement};
-use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 use dovetail::scene;
+use dovetail_solver::reduction::superelement::{self, Superelement};
+use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 use faer::Mat;
 
 /// What a run says of its only frequency.

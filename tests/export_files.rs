@@ -11,13 +11,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dovetail::dlft::{Outcome, Response};
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{self, AmplitudeScale};
 use dovetail::export::{ExportError, csv, flank, vtu};
-use dovetail::mesh::ElementOrder;
-use dovetail::results::pairs::PairTable;
-use dovetail::results::quantities::{peak, sweep_fields};
+use dovetail_solver::dlft::{Outcome, Response};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{peak, sweep_fields};
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 

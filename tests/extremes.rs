@@ -4,15 +4,15 @@
 use std::path::Path;
 use std::process::Command;
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{Outcome, PairStatus, Response, StaticState};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{PairLaw, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -153,7 +153,7 @@ fn flanks_too_rough_to_slide_jam_and_the_response_converges() {
     let amplitudes = |friction| {
         let model = model(friction, 0.05);
         let response = respond(&model, &statics(&model), &[0.98, 1.02], 1);
-        let amplitude = |o: &dovetail::dlft::Orbit| {
+        let amplitude = |o: &dovetail_solver::dlft::Orbit| {
             assert_eq!(o.outcome, Outcome::Converged, "{friction}");
             o.observed_amplitude_m[0]
         };

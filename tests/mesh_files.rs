@@ -4,8 +4,8 @@ mod shared_scenes;
 
 use std::collections::BTreeSet;
 
-use dovetail::mesh::{self, ElementOrder, FACET_EDGES, MeshError, TET_EDGES, quality};
-use dovetail::model::bind;
+use dovetail_solver::mesh::{self, ElementOrder, FACET_EDGES, MeshError, TET_EDGES, quality};
+use dovetail_solver::model::bind;
 use shared_scenes::*;
 
 // ------------------------------------------------------------------------- what the files say

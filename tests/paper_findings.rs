@@ -5,20 +5,23 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::Path;
 use std::sync::OnceLock;
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{Orbit, PairStatus, Response, StaticState};
-use dovetail::fem::{assemble, statics::SolveFailure};
-use dovetail::mesh::msh;
-use dovetail::model::{Model, bind};
-use dovetail::numerics::factor::Cholesky;
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::{Rayleigh, rayleigh};
-use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
-use dovetail::results::quantities::pair_counts;
-use dovetail::scene::{self, MeshKind, Resolution, Scene};
+use dovetail::scene;
+use dovetail_numerics::factor::Cholesky;
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::fem::{assemble, statics::SolveFailure};
+use dovetail_solver::mesh::msh;
+use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::{Model, bind};
+use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
+use dovetail_solver::reduction::{ReducedModel, RelativeModel, reduce};
+use dovetail_solver::results::quantities::pair_counts;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,

@@ -3,16 +3,16 @@
 
 mod shared_scenes;
 
-use dovetail::contact::dynamic_stiffness::ContactSystem;
-use dovetail::fem::statics::SolveFailure;
-use dovetail::fem::{BodyMatrices, Structure, assemble};
-use dovetail::model::{Model, bind};
-use dovetail::numerics::factor::Cholesky;
-use dovetail::numerics::sparse::dense;
-use dovetail::reduction::craig_bampton::held_modes;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{ReducedModel, RelativeModel, reduce};
-use dovetail::scene::Assembly;
+use dovetail_numerics::factor::Cholesky;
+use dovetail_numerics::sparse::dense;
+use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
+use dovetail_solver::fem::statics::SolveFailure;
+use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
+use dovetail_solver::model::Assembly;
+use dovetail_solver::model::{Model, bind};
+use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{ReducedModel, RelativeModel, reduce};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
 use shared_scenes::{blocks_assembly, ready};

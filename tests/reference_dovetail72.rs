@@ -2,16 +2,16 @@
 //! (tests/data/dovetail72): static counts exact, first-harmonic amplitudes to 1e-8,
 //! friction work to 0.1 % (the reference summed it over samples).
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{PairStatus, Response, StaticState};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::superelement;
-use dovetail::reduction::{PairLaw, RelativeModel};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{PairStatus, Response, StaticState};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::superelement;
+use dovetail_solver::reduction::{PairLaw, RelativeModel};
 use std::path::Path;
 
 const NEWTON: NewtonOptions = NewtonOptions {

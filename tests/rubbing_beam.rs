@@ -2,17 +2,17 @@
 //! Rigid friction at one point is where a truncated series does worst, and where the parameter eps of DLFT matters most:
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{Orbit, Outcome};
-use dovetail::integration::steady::{Until, integrate};
-use dovetail::integration::step::{State, Stepper};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Orbit, Outcome};
+use dovetail_solver::integration::steady::{Until, integrate};
+use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
 use faer::Mat;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.

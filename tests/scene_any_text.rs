@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use dovetail::scene::{self, Resolution};
+use dovetail::scene;
+use dovetail_solver::dlft::settings::Resolution;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

@@ -3,7 +3,10 @@
 
 use std::path::Path;
 
-use dovetail::scene::{self, Scene, SceneError};
+use dovetail::scene::{self, SceneError};
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../scenes/paper.toml");
@@ -689,7 +692,7 @@ fn a_body_alone_has_no_second_flank_and_a_bonded_one_needs_no_friction() {
     let (bonded, _) = edited("friction = 0.3", 0, "law = \"bonded\"");
     let scene = parse(&bonded, &[]).unwrap();
     let laws = scene.assembly().unwrap().contacts.iter().map(|c| c.law);
-    use dovetail::scene::ContactLaw::{Bonded, UnilateralCoulomb};
+    use dovetail_solver::model::ContactLaw::{Bonded, UnilateralCoulomb};
     assert_eq!(laws.collect::<Vec<_>>(), [Bonded, UnilateralCoulomb]);
     let (plain, line) = edited("friction = 0.3", 0, "");
     let contact = plain[..plain.find("\nname = \"left\"").unwrap()]
@@ -769,7 +772,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     assert_eq!(assembly.contacts.len(), 2);
     assert_eq!(
         scene.damping,
-        scene::DampingSpec::Ratio {
+        DampingSpec::Ratio {
             ratio: 0.001,
             stuck_mode: 1
         }
@@ -778,7 +781,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     assert_eq!(
         (response.resolution, response.points),
         (
-            scene::Resolution::Fixed {
+            Resolution::Fixed {
                 harmonics: 3,
                 samples: 128
             },

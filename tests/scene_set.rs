@@ -2,7 +2,11 @@
 
 use std::path::Path;
 
-use dovetail::scene::{self, Scene, SceneError};
+use dovetail::scene::{self, SceneError};
+use dovetail_solver::description::{FrequencyRange, Scene};
+use dovetail_solver::dlft::settings::Solver;
+use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
 const PAPER: &str = include_str!("../scenes/paper.toml");
@@ -53,12 +57,12 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
         (0.0, 1e-6)
     );
     assert!(assembly.bodies.iter().all(|b| b.material.poisson == 0.3));
-    assert_eq!(scene.response.solver, scene::Solver::Powell);
+    assert_eq!(scene.response.solver, Solver::Powell);
     assert_eq!(assembly.observations[0].name, "top");
     let [x, y, z] = assembly.excitations[0].direction;
     assert!(x == 0.0 && (y - 0.5f64.sqrt()).abs() < 1e-15 && (z - 0.5f64.sqrt()).abs() < 1e-15);
     assert_eq!(scene.static_state.load_steps, 3);
-    let scene::MeshKind::Geometry { parameters, .. } = &assembly.mesh.kind else {
+    let MeshKind::Geometry { parameters, .. } = &assembly.mesh.kind else {
         panic!()
     };
     let value = |name: &str| parameters.iter().find(|p| p.0 == name).map(|p| p.1);
@@ -76,12 +80,12 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
 #[test]
 fn a_key_displaces_those_of_the_file_that_it_excludes() {
     let scene = parse(&["response.frequency_hz=[440, 460]", "damping.mass_per_s=2"]).unwrap();
-    let hz = scene::FrequencyRange::Hz {
+    let hz = FrequencyRange::Hz {
         from_hz: 440.0,
         to_hz: 460.0,
     };
     assert_eq!(scene.response.range, hz);
-    let rayleigh = scene::DampingSpec::Rayleigh {
+    let rayleigh = DampingSpec::Rayleigh {
         stiffness_s: 0.0,
         mass_per_s: 2.0,
     };
@@ -89,15 +93,12 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
     let scene = parse(&["mesh.file=../meshes/x.msh"]).unwrap();
     let path = Path::new("scenes").join("../meshes/x.msh");
     let assembly = scene.assembly().unwrap();
-    assert_eq!(assembly.mesh.kind, scene::MeshKind::File { path });
+    assert_eq!(assembly.mesh.kind, MeshKind::File { path });
     // What excludes nothing displaces nothing.
     let scene = parse(&["response.slip_threshold_m=1e-9", "mesh.metres_per_unit=1"]).unwrap();
     assert_eq!(scene.response.slip_threshold_m, Some(1e-9));
     let assembly = scene.assembly().unwrap();
-    assert!(matches!(
-        assembly.mesh.kind,
-        scene::MeshKind::Geometry { .. }
-    ));
+    assert!(matches!(assembly.mesh.kind, MeshKind::Geometry { .. }));
     // Two arguments that exclude each other are the caller's contradiction.
     let both = [
         "response.frequency_hz=[1, 2]",
@@ -108,7 +109,7 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
     let one = parse(&["response.frequency_hz=[450, 450]", "response.points=1"]).unwrap();
     assert_eq!(
         one.response.range,
-        scene::FrequencyRange::Hz {
+        FrequencyRange::Hz {
             from_hz: 450.0,
             to_hz: 450.0
         }

@@ -1,17 +1,17 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::dlft::{Response, StaticState};
-use dovetail::integration::compare::{Comparison, Start, compare};
-use dovetail::integration::steady::{Settled, Until, integrate};
-use dovetail::integration::step::{State, Stepper};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Response, StaticState};
+use dovetail_solver::integration::compare::{Comparison, Start, compare};
+use dovetail_solver::integration::steady::{Settled, Until, integrate};
+use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -2,14 +2,14 @@
 //! starts, four forces and four choices of harmonics and samples, on the 72-pair reference model. Every
 //! point converges, its mean near the static state.
 
-use dovetail::dlft::march::Periods;
-use dovetail::dlft::penalty::Penalty;
-use dovetail::dlft::static_state::static_state;
-use dovetail::dlft::sweep::{SweepSettings, sweep};
-use dovetail::numerics::newton::NewtonOptions;
-use dovetail::reduction::damping::Rayleigh;
-use dovetail::reduction::{PairLaw, superelement};
-use dovetail::scene::{EpsChoice, Resolution, Solver};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{PairLaw, superelement};
 use std::path::Path;
 
 const NEWTON: NewtonOptions = NewtonOptions {

@@ -13,14 +13,14 @@ use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use dovetail::fem::statics::SolveFailure;
-use dovetail::fem::{self, Structure};
-use dovetail::mesh;
-use dovetail::model::{self, Model};
-use dovetail::numerics::factor::{Cholesky, Symbolic};
-use dovetail::numerics::sparse::{submatrix, times};
-use dovetail::reduction::{JOINED_STUCK_MODES, reduce_joined};
 use dovetail::scene;
+use dovetail_numerics::factor::{Cholesky, Symbolic};
+use dovetail_numerics::sparse::{submatrix, times};
+use dovetail_solver::fem::statics::SolveFailure;
+use dovetail_solver::fem::{self, Structure};
+use dovetail_solver::mesh;
+use dovetail_solver::model::{self, Model};
+use dovetail_solver::reduction::{JOINED_STUCK_MODES, reduce_joined};
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 

@@ -7,11 +7,11 @@ use std::path::Path;
 
 use super::flank::check_pairs;
 use super::{ExportError, write_file};
-use crate::dlft::{Orbit, PairStatus, Response, StaticState};
-use crate::integration::compare::Comparison;
-use crate::model::Model;
-use crate::results::pairs::PairTable;
-use crate::results::quantities::{
+use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::integration::compare::Comparison;
+use dovetail_solver::model::Model;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
     cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
 };
 
@@ -253,12 +253,13 @@ pub fn write_contact(
         table.pair_cells(pairs, i)?;
         table.number("peak_frequency_hz", at_peak.map(|o| o.frequency_hz))?;
         table.text(fields.as_ref().map_or("", |f| f.status[i].word()));
-        let cell = |values: &dyn Fn(&crate::results::quantities::CycleFields) -> f64| {
+        let cell = |values: &dyn Fn(&dovetail_solver::results::quantities::CycleFields) -> f64| {
             fields.as_ref().map(values)
         };
-        let pressure = |values: &dyn Fn(&crate::results::quantities::CycleFields) -> f64| {
-            pair.area_m2.and_then(|_| cell(values))
-        };
+        let pressure =
+            |values: &dyn Fn(&dovetail_solver::results::quantities::CycleFields) -> f64| {
+                pair.area_m2.and_then(|_| cell(values))
+            };
         table.number(
             "peak_pressure_mean_pa",
             pressure(&|f| f.pressure_mean_pa[i]),

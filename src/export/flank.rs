@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use super::ExportError;
 use super::file::remove_old_series;
 use super::vtu::{Grid, check_length, write_pvd};
-use crate::dlft::{Orbit, PairStatus, Response, StaticState};
-use crate::model::Model;
-use crate::results::quantities::{cycle_fields, static_fields, sweep_fields};
+use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::model::Model;
+use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
 
 /// How many points of a response became files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,7 +172,7 @@ fn flank_grid(model: &Model) -> Grid {
 
 /// Components along t1 and t2 as a vector in space.
 fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
-    let vector = |(p, s): (&crate::model::ContactPair, &[f64; 2])| {
+    let vector = |(p, s): (&dovetail_solver::model::ContactPair, &[f64; 2])| {
         let [_, t1, t2] = p.frame;
         [0, 1, 2].map(|a| s[0] * t1[a] + s[1] * t2[a])
     };

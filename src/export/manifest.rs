@@ -7,12 +7,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{ExportError, write_file};
-use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
-use crate::integration::compare::{Comparison, Figures};
-use crate::mesh::ElementOrder;
-use crate::model::Model;
-use crate::results::pairs::PairTable;
-use crate::results::quantities::{
+use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::integration::compare::{Comparison, Figures};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::model::Model;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
     converged, energy_balance_error, pair_counts, peak, peak_ratio, static_fields, stuck_peak,
     sweep_fields,
 };
@@ -376,7 +376,7 @@ pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
             .copied(),
         direction,
     };
-    let summary = |o: &crate::model::Observation| ObservationSummary {
+    let summary = |o: &dovetail_solver::model::Observation| ObservationSummary {
         name: o.name.clone(),
         terms: o.terms.iter().map(term).collect(),
     };

@@ -14,9 +14,9 @@ use vtkio::xml::Compressor;
 
 use super::file::remove_old_series;
 use super::{ExportError, write_file};
-use crate::mesh::ElementOrder;
-use crate::model::Model;
-use crate::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::model::Model;
+use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
 
 /// Fields of one body in the static state.
 #[derive(Debug, Clone, Copy)]

@@ -6,15 +6,15 @@ use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
 use crate::export::manifest;
 use crate::export::plots::{CampbellFamily, write_campbell};
-use crate::fem::{BodyMatrices, Structure};
-use crate::model::{Body, Model};
-use crate::numerics::sparse::sum;
 use crate::progress::{Progress, Stage};
-use crate::reduction::craig_bampton::{condense, held_modes};
-use crate::reduction::relative::relative;
-use crate::reduction::{ReducedBody, ReductionError};
-use crate::scene::{Scene, Subject};
 use crate::terminal;
+use dovetail_numerics::sparse::sum;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::fem::{BodyMatrices, Structure};
+use dovetail_solver::model::{Body, Model};
+use dovetail_solver::reduction::craig_bampton::{condense, held_modes};
+use dovetail_solver::reduction::relative::relative;
+use dovetail_solver::reduction::{ReducedBody, ReductionError};
 
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;

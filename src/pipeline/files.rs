@@ -8,21 +8,22 @@ use super::meshed::Meshed;
 use super::meshing::create_folder;
 use super::prepared::Prepared;
 use super::{Options, hertz};
-use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use crate::error::Error;
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
     write_separation_map, write_static_pressure_map,
 };
 use crate::export::{csv, flank, manifest, vtu};
-use crate::fem::{expand_to_nodes, stress};
-use crate::model::Model;
 use crate::progress::{Progress, Stage};
-use crate::reduction::superelement::{self, Superelement};
-use crate::reduction::{PairLaw, Recovery};
-use crate::results::quantities::{pair_counts, peak};
-use crate::results::recovery::NodalField;
-use crate::scene::{Resolution, Scene, Subject};
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::fem::{expand_to_nodes, stress};
+use dovetail_solver::model::Model;
+use dovetail_solver::reduction::superelement::{self, Superelement};
+use dovetail_solver::reduction::{PairLaw, Recovery};
+use dovetail_solver::results::quantities::{pair_counts, peak};
+use dovetail_solver::results::recovery::NodalField;
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;

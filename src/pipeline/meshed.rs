@@ -10,15 +10,15 @@ use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
-use crate::fem::statics::SolveFailure;
-use crate::fem::{self, FemError, Structure};
-use crate::mesh::Mesh;
-use crate::model::{self, Model};
-use crate::numerics::factor::{Cholesky, FactorError};
 use crate::progress::{Progress, Stage};
-use crate::reduction::craig_bampton::held_modes;
-use crate::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
-use crate::scene::Assembly;
+use dovetail_numerics::factor::{Cholesky, FactorError};
+use dovetail_solver::fem::statics::SolveFailure;
+use dovetail_solver::fem::{self, FemError, Structure};
+use dovetail_solver::mesh::Mesh;
+use dovetail_solver::model::Assembly;
+use dovetail_solver::model::{self, Model};
+use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
 
 /// Modes of each body alone, flanks held, that `dovetail modes` lists.
 pub(super) const HELD_MODES: usize = 6;

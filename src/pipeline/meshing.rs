@@ -6,13 +6,13 @@ use super::Options;
 use super::cache::{Cache, Key, Kind};
 use crate::error::Error;
 use crate::export::{manifest, write_file};
-use crate::input;
-use crate::mesh::gmsh::{self, GmshError, GmshRun};
-use crate::mesh::{Mesh, MeshError, inputs, msh, quality};
-use crate::model::Model;
-use crate::numerics::stored;
 use crate::progress::{Progress, Stage};
-use crate::scene::{MeshKind, MeshSource};
+use dovetail_numerics::stored;
+use dovetail_solver::input;
+use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
+use dovetail_solver::mesh::{Mesh, MeshError, inputs, msh, quality};
+use dovetail_solver::model::Model;
 
 /// The mesh of a script, in the folder of the results.
 const MESH_FILE: &str = "mesh.msh";

@@ -15,13 +15,14 @@ pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
 use self::meshed::{Bound, HELD_MODES};
 use self::prepared::Prepared;
-use crate::dlft::Response;
 use crate::error::Error;
 use crate::export::{csv, manifest};
 use crate::progress::Progress;
-use crate::reduction::damping::rayleigh;
-use crate::scene::{Assembly, Scene, Subject};
 use crate::terminal;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::dlft::Response;
+use dovetail_solver::model::Assembly;
+use dovetail_solver::reduction::damping::rayleigh;
 
 /// Where a run writes, and what it was asked by.
 #[derive(Debug, Clone)]

@@ -4,10 +4,10 @@ use super::meshed::Meshed;
 use super::{Options, hertz};
 use crate::error::Error;
 use crate::progress::{Progress, Stage};
-use crate::reduction::superelement;
-use crate::reduction::{PairLaw, RelativeModel};
-use crate::results::pairs::PairTable;
-use crate::scene::{ReducedModelSpec, Scene, Subject};
+use dovetail_solver::description::{ReducedModelSpec, Scene, Subject};
+use dovetail_solver::reduction::superelement;
+use dovetail_solver::reduction::{PairLaw, RelativeModel};
+use dovetail_solver::results::pairs::PairTable;
 
 /// A coefficient of friction above this is computed as this. A pair then sticks as long as it is pressed, which a larger one does not
 /// change (1e3 and 1e4 give the same peak to 1e-5), but friction is known to the coefficient times the rounding of

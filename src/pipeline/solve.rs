@@ -1,19 +1,20 @@
 //! From a reduced model to its static state and its response.
 
 use super::hertz;
-use crate::contact::dynamic_stiffness::ContactSystem;
-use crate::dlft::accuracy::samples_for;
-use crate::dlft::orbit::{linear_orbit, stuck_point};
-use crate::dlft::penalty::Penalty;
-use crate::dlft::static_state::static_state as solve_static;
-use crate::dlft::sweep::{SweepSettings, sweep};
-use crate::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
 use crate::error::Error;
-use crate::numerics::newton::NewtonOptions;
 use crate::progress::{Progress, Stage};
-use crate::reduction::RelativeModel;
-use crate::reduction::damping::Rayleigh;
-use crate::scene::{FrequencyRange, Resolution, ResponseSpec, Scene};
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
+use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
+use dovetail_solver::dlft::accuracy::samples_for;
+use dovetail_solver::dlft::orbit::{linear_orbit, stuck_point};
+use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::static_state::static_state as solve_static;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
+use dovetail_solver::reduction::RelativeModel;
+use dovetail_solver::reduction::damping::Rayleigh;
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;

@@ -2,17 +2,17 @@
 
 use super::prepared::Prepared;
 use super::{Options, files, solve};
-use crate::dlft::{Orbit, Response, StaticState};
 use crate::error::Error;
 use crate::export::{csv, manifest};
-use crate::integration::compare::{Comparison, Start, compare};
-use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::progress::{Progress, Stage};
-use crate::reduction::RelativeModel;
-use crate::reduction::damping::{Rayleigh, rayleigh};
-use crate::results::quantities::peak;
-use crate::scene::Scene;
 use crate::terminal;
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::{Orbit, Response, StaticState};
+use dovetail_solver::integration::compare::{Comparison, Start, compare};
+use dovetail_solver::integration::steady::{MOST_STEPS_IN_ALL, Until};
+use dovetail_solver::reduction::RelativeModel;
+use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
+use dovetail_solver::results::quantities::peak;
 
 /// Most frequencies of the response in which the peak is looked for.
 const MOST_POINTS: usize = 81;

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
-use crate::text;
+use dovetail_solver::text;
 
-/// Why there is no [`Scene`](super::Scene). As a [`Diagnostic`] the first problem stands for all,
+/// Why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] the first problem stands for all,
 /// the others follow as related ones.
 #[derive(Debug, Error)]
 pub enum SceneError {

@@ -9,7 +9,7 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
 use crate::scene::error::{all_but_first, summary};
-use crate::text;
+use dovetail_solver::text;
 
 /// Why a study was not begun, or not brought to its end. A case that fails is no error: it is reported in the tables.
 #[derive(Debug, Error)]

@@ -10,8 +10,8 @@ use super::error::{StudyError, StudyFault, StudyProblem};
 use super::knob::{self, Knob};
 use super::quantity::{self, Quantity};
 use super::reader::{Reader, Section, number};
-use crate::input;
 use crate::scene::nearest;
+use dovetail_solver::input;
 
 const TOP_KEYS: &[&str] = &[
     "name",

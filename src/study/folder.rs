@@ -15,7 +15,9 @@ use super::summary::CaseSummary;
 use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
 use crate::export::write_file;
 use crate::pipeline;
-use crate::scene::{self, MeshKind, Scene, Subject};
+use crate::scene;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::mesh::source::MeshKind;
 
 /// case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -37,8 +37,9 @@ use self::results::{CaseResult, Ended, collect};
 use crate::error::Error;
 use crate::pipeline;
 use crate::progress::Progress;
-use crate::scene::{self, Subject};
+use crate::scene;
 use crate::terminal;
+use dovetail_solver::description::Subject;
 
 /// What to do with a study.
 #[derive(Debug, Clone, PartialEq, Eq)]

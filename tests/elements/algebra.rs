@@ -1,9 +1,9 @@
 //! Small algebra on the matrices of a body, and fields at its nodes.
 
-use dovetail::fem::statics::SolveFailure;
-use dovetail::fem::{BodyMatrices, assemble_body};
-use dovetail::model::{Body, NodeMotion};
-use dovetail::scene::Material;
+use dovetail_solver::fem::statics::SolveFailure;
+use dovetail_solver::fem::{BodyMatrices, assemble_body};
+use dovetail_solver::model::Material;
+use dovetail_solver::model::{Body, NodeMotion};
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Par, Side};

@@ -1,9 +1,9 @@
 //! Blocks as bodies: free, held at a flank, distorted, bent.
 
-use dovetail::mesh::block::{block, distort, map_nodes};
-use dovetail::mesh::{ElementOrder, Mesh};
-use dovetail::model::{Body, DofMap, NodeMotion, Rotation};
-use dovetail::scene::{Material, Prestress};
+use dovetail_solver::mesh::block::{block, distort, map_nodes};
+use dovetail_solver::mesh::{ElementOrder, Mesh};
+use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
+use dovetail_solver::model::{Material, Prestress};
 
 pub const ORDERS: [ElementOrder; 2] = [ElementOrder::Linear, ElementOrder::Quadratic];
 pub const STEEL: Material = Material {

@@ -1,10 +1,10 @@
 //! Mass, and the load of rotation.
 
-use dovetail::fem::{assemble_body, tet10};
-use dovetail::mesh::ElementOrder;
-use dovetail::mesh::block::block;
-use dovetail::model::NodeMotion;
-use dovetail::scene::Prestress;
+use dovetail_solver::fem::{assemble_body, tet10};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::block::block;
+use dovetail_solver::model::NodeMotion;
+use dovetail_solver::model::Prestress;
 
 use crate::algebra::*;
 use crate::bodies::*;

@@ -4,14 +4,14 @@
 //! frequencies with h^(2p). Errors are integrated by a product rule that is exact to degree 7; the
 //! assembly's go to degree 6 at most.
 
-use dovetail::fem::elasticity::{Lame, map_gradients};
-use dovetail::fem::{tet4, tet10};
-use dovetail::mesh::block::{FACES, block, distort, map_nodes};
-use dovetail::mesh::{ElementOrder, Mesh};
-use dovetail::numerics::eigen::lowest_modes;
-use dovetail::numerics::factor::Cholesky;
-use dovetail::numerics::sparse::submatrix;
-use dovetail::scene::Material;
+use dovetail_numerics::eigen::lowest_modes;
+use dovetail_numerics::factor::Cholesky;
+use dovetail_numerics::sparse::submatrix;
+use dovetail_solver::fem::elasticity::{Lame, map_gradients};
+use dovetail_solver::fem::{tet4, tet10};
+use dovetail_solver::mesh::block::{FACES, block, distort, map_nodes};
+use dovetail_solver::mesh::{ElementOrder, Mesh};
+use dovetail_solver::model::Material;
 
 use crate::algebra::*;
 use crate::bodies::*;

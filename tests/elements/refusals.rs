@@ -1,10 +1,10 @@
 //! Order of work, and what is refused.
 
-use dovetail::fem::{FemError, assemble_body, tet10};
-use dovetail::mesh::ElementOrder;
-use dovetail::mesh::block::block;
-use dovetail::model::{Body, NodeMotion};
-use dovetail::scene::Prestress;
+use dovetail_solver::fem::{FemError, assemble_body, tet10};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::block::block;
+use dovetail_solver::model::Prestress;
+use dovetail_solver::model::{Body, NodeMotion};
 use nalgebra_sparse::CscMatrix;
 
 use crate::algebra::*;

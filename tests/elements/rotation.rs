@@ -1,14 +1,14 @@
 //! Rotation: closed forms, tables, and the geometric stiffness itself.
 
-use dovetail::fem::elasticity::{Lame, geometric_stiffness, map_gradients, stress_at};
-use dovetail::fem::quadrature::Rule;
-use dovetail::fem::statics::held_displacement;
-use dovetail::fem::stress::nodal_stress;
-use dovetail::fem::{assemble_body, tet10};
-use dovetail::mesh::ElementOrder;
-use dovetail::mesh::block::{block, map_nodes};
-use dovetail::model::{Body, Rotation};
-use dovetail::scene::{Material, Prestress};
+use dovetail_solver::fem::elasticity::{Lame, geometric_stiffness, map_gradients, stress_at};
+use dovetail_solver::fem::quadrature::Rule;
+use dovetail_solver::fem::statics::held_displacement;
+use dovetail_solver::fem::stress::nodal_stress;
+use dovetail_solver::fem::{assemble_body, tet10};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::block::{block, map_nodes};
+use dovetail_solver::model::{Body, Rotation};
+use dovetail_solver::model::{Material, Prestress};
 
 use crate::algebra::*;
 use crate::bodies::*;

@@ -1,10 +1,10 @@
 //! Stiffness: rigid motions, patch tests, uniform stress.
 
-use dovetail::fem::assemble_body;
-use dovetail::fem::expand_to_nodes;
-use dovetail::fem::stress::{nodal_stress, stress, von_mises};
-use dovetail::mesh::block::{block, map_nodes};
-use dovetail::scene::Prestress;
+use dovetail_solver::fem::assemble_body;
+use dovetail_solver::fem::expand_to_nodes;
+use dovetail_solver::fem::stress::{nodal_stress, stress, von_mises};
+use dovetail_solver::mesh::block::{block, map_nodes};
+use dovetail_solver::model::Prestress;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

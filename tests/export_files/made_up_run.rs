@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-use dovetail::dlft::{Orbit, Outcome, PairCycle, PairStatus, Response, StaticState, StuckPoint};
-use dovetail::mesh::ElementOrder;
-use dovetail::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation};
-use dovetail::results::recovery::NodalField;
-use dovetail::scene::Material;
+use dovetail_solver::dlft::{
+    Orbit, Outcome, PairCycle, PairStatus, Response, StaticState, StuckPoint,
+};
+use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::model::Material;
+use dovetail_solver::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation};
+use dovetail_solver::results::recovery::NodalField;
 
 const HARMONICS: usize = 3;
 

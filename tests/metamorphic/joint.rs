@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dovetail::mesh::Mesh;
+use dovetail_solver::mesh::Mesh;
 
 use crate::NEWTON;
 use crate::meshes::write;

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use dovetail::mesh::block::map_nodes;
-use dovetail::mesh::{self, ElementOrder, Group, Mesh};
+use dovetail_solver::mesh::block::map_nodes;
+use dovetail_solver::mesh::{self, ElementOrder, Group, Mesh};
 
 /// Groups of the small dovetail that the scene names.
 const GROUPS: [&str; 9] = [

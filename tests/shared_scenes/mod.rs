@@ -3,10 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use dovetail::mesh::{self, Mesh};
-use dovetail::scene::{
-    Assembly, BodySpec, ContactSpec, ExcitationSpec, Material, MeshKind, MeshSource,
-    ObservationSpec, Prestress, RotationSpec,
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
+use dovetail_solver::mesh::{self, Mesh};
+use dovetail_solver::model::{
+    Assembly, BodySpec, ContactSpec, ExcitationSpec, Material, ObservationSpec, Prestress,
+    RotationSpec,
 };
 
 pub const MM: f64 = 1e-3;
@@ -45,7 +46,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         name: name.into(),
         first: first.into(),
         second: Some(second.into()),
-        law: dovetail::scene::ContactLaw::UnilateralCoulomb,
+        law: dovetail_solver::model::ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
         crown: None,

@@ -11,8 +11,8 @@ use super::{
     Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix, text_style,
     tick_label, write_svg,
 };
-use crate::dlft::{Outcome, Response};
 use crate::export::ExportError;
+use dovetail_solver::dlft::{Outcome, Response};
 
 const SIZE: (u32, u32) = (1280, 800);
 
@@ -38,14 +38,14 @@ pub struct Curve {
 
 /// Amplitude of an observation where the response converged.
 pub fn response_curve(label: &str, response: &Response, observation: usize) -> Curve {
-    let point = |o: &crate::dlft::Orbit| {
+    let point = |o: &dovetail_solver::dlft::Orbit| {
         let amplitude = o.observed_amplitude_m.get(observation).copied();
         (
             o.frequency_hz,
             amplitude.filter(|a| o.outcome.is_converged() && a.is_finite()),
         )
     };
-    let inaccurate = |o: &&crate::dlft::Orbit| o.outcome == Outcome::AccuracyNotReached;
+    let inaccurate = |o: &&dovetail_solver::dlft::Orbit| o.outcome == Outcome::AccuracyNotReached;
     let orbits = response.orbits.iter();
     Curve {
         label: label.to_owned(),
@@ -61,7 +61,7 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
 
 /// Amplitude of an observation of the stuck assembly.
 pub fn stuck_curve(label: &str, response: &Response, observation: usize) -> Curve {
-    let point = |s: &crate::dlft::StuckPoint| {
+    let point = |s: &dovetail_solver::dlft::StuckPoint| {
         (
             s.frequency_hz,
             s.observed_amplitude_m

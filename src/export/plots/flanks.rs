@@ -12,11 +12,11 @@ use super::{
     Canvas, Drawn, INK, TEXT_PX, TITLE_PX, round_ticks, si_prefix, text_style, tick_label,
     write_svg,
 };
-use crate::dlft::{Response, StaticState};
 use crate::export::ExportError;
 use crate::export::flank::check_pairs;
-use crate::model::Model;
-use crate::results::quantities::{static_fields, sweep_fields};
+use dovetail_solver::dlft::{Response, StaticState};
+use dovetail_solver::model::Model;
+use dovetail_solver::results::quantities::{static_fields, sweep_fields};
 
 const WIDTH: i32 = 1400;
 const LEFT: i32 = 96;

@@ -19,8 +19,8 @@ use self::folder::Folder;
 pub(super) use self::folder::Kind;
 pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
-use crate::model::Model;
 use crate::progress::Progress;
+use dovetail_solver::model::Model;
 
 /// Of the entries. The program is part of every key, so this matters to those who share a folder only.
 const FORMAT: u32 = 1;

@@ -8,7 +8,7 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{Located, RawBody, RawRotation};
-use crate::scene::{BodySpec, Material, Prestress, RotationSpec};
+use dovetail_solver::model::{BodySpec, Material, Prestress, RotationSpec};
 
 /// Largest speed taken for meant, rpm: far above it squares would leave the range of f64.
 const MOST_RPM: f64 = 1e7;

@@ -6,7 +6,9 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
-use crate::scene::{ContactLaw, ContactSpec, CrownSpec, DampingSpec, ResponseSpec};
+use dovetail_solver::description::ResponseSpec;
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec};
+use dovetail_solver::reduction::damping::DampingSpec;
 
 /// `bodies`: how many the scene has.
 pub fn contacts(

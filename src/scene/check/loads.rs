@@ -6,7 +6,7 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::RawLoad;
-use crate::scene::{LoadKind, LoadSpec};
+use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {
     let specs: Vec<Option<LoadSpec>> = raw

@@ -9,7 +9,7 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{Located, Number, RawMesh};
-use crate::scene::{MeshKind, MeshSource};
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 
 pub fn mesh(checker: &mut Checker, base_dir: &Path, raw: &Spanned<RawMesh>) -> Option<MeshSource> {
     let at = Table::of("mesh", raw.span(), None);

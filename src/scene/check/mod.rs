@@ -20,7 +20,8 @@ use super::error::{Fault, Problem};
 use super::keys::{self, Shape};
 use super::raw::RawScene;
 use super::source::Source;
-use super::{Assembly, ResponseSpec, Scene, StaticSpec, Subject};
+use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
+use dovetail_solver::model::Assembly;
 
 /// The checked scene, or every problem in the order of the text.
 pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {

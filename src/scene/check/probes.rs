@@ -6,7 +6,8 @@ use super::fields::{Checker, Limits, Table};
 use super::response::MOST_HARMONICS;
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawExcitation, RawObserve};
-use crate::scene::{ExcitationSpec, ObservationSpec, ResponseSpec};
+use dovetail_solver::description::ResponseSpec;
+use dovetail_solver::model::{ExcitationSpec, ObservationSpec};
 
 pub fn excitations(
     checker: &mut Checker,

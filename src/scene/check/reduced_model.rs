@@ -6,9 +6,9 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
-use crate::scene::ReducedModelSpec;
 use crate::scene::error::Fault;
 use crate::scene::raw::{RawReducedModel, RawScene};
+use dovetail_solver::description::ReducedModelSpec;
 
 pub fn reduced_model(
     checker: &mut Checker,

@@ -6,7 +6,8 @@ use super::fields::{Checker, Limits, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::raw::{Number, RawResponse};
-use crate::scene::{EpsChoice, FrequencyRange, Resolution, ResponseSpec, Solver};
+use dovetail_solver::description::{FrequencyRange, ResponseSpec};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 
 /// More harmonics, samples or frequencies than these are taken for a slip of the pen.
 pub const MOST_HARMONICS: usize = 1_000;

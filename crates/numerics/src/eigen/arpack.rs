@@ -1,0 +1,297 @@
+//! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
+//! dsaupd in mode 3, generalised problem); [`proof`](super::proof) checks what comes out.
+//!
+//! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
+//! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
+//! start another run on the thread that holds the lock.
+
+#![expect(unsafe_code, reason = "calls of a foreign library")]
+
+use std::ffi::{CStr, c_int};
+use std::sync::{Mutex, PoisonError};
+
+use faer::{Mat, MatRef};
+use nalgebra_sparse::CscMatrix;
+
+use super::proof::{SPARE, complete};
+use super::{EigenError, Modes};
+use crate::factor::Cholesky;
+use crate::sparse;
+
+static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+const TRIES: usize = 3;
+
+/// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
+pub(super) fn smallest_size(count: usize) -> usize {
+    3 * basis(count + SPARE)
+}
+
+fn basis(wanted: usize) -> usize {
+    (2 * wanted + 4).max(20)
+}
+
+/// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
+///
+/// # Errors
+/// [`EigenError::Arpack`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
+/// growing bases and other start vectors; errors of the factorisation of K - sigma M.
+pub(super) fn lowest_modes(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let n = stiffness.nrows();
+    let mut outcome = Err(EigenError::Arpack {
+        routine: "dsaupd",
+        info: 0,
+    });
+    for attempt in 0..TRIES {
+        let wanted = (count + (SPARE << attempt)).min(n - 2);
+        let vectors = (basis(wanted) << attempt).min(n - 1);
+        outcome = lanczos(mass, factor, wanted, vectors, attempt)
+            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
+        match outcome {
+            Err(
+                EigenError::Arpack { .. }
+                | EigenError::Residual { .. }
+                | EigenError::Missing { .. },
+            ) => {}
+            _ => break,
+        }
+    }
+    outcome
+}
+
+/// One ARPACK run: `wanted` modes with a basis of `vectors`, unsorted signs.
+fn lanczos(
+    mass: &CscMatrix<f64>,
+    factor: &Cholesky,
+    wanted: usize,
+    vectors: usize,
+    attempt: usize,
+) -> Result<Modes, EigenError> {
+    let n = mass.nrows();
+    let too_large = |_| EigenError::TooLarge { unknowns: n };
+    let (order, columns) = (c_int::try_from(n).map_err(too_large)?, wanted as c_int);
+    let (basis_columns, kind, which) = (vectors as c_int, c"G", c"LM");
+    let work = vectors * (vectors + 8);
+    let mut residual: Vec<f64> = (0..n).map(|i| start_entry(i, attempt)).collect();
+    let mut basis = vec![0.0; n * vectors];
+    let mut work_vectors = vec![0.0; 3 * n];
+    let mut work_small = vec![0.0; work];
+    let mut iparam: [c_int; 11] = [0; 11];
+    iparam[0] = 1; // exact shifts
+    iparam[2] = 1000; // restarts at most
+    iparam[3] = 1; // block size, the only one there is
+    iparam[6] = 3; // shift-invert
+    let mut ipntr: [c_int; 11] = [0; 11];
+    let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
+    let mut product = vec![0.0; n];
+
+    let _alone = ONE_RUN_AT_A_TIME
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    loop {
+        // SAFETY: all arrays have the lengths the Users' Guide asks for (resid n, v n x ncv, workd
+        // 3n, workl ncv (ncv + 8), iparam and ipntr 11), live across the loop, and are touched by no
+        // one else; the lock keeps ARPACK's static state to this run; the strings are constants.
+        unsafe {
+            arpack_sys::dsaupd_c(
+                &mut ido,
+                CStr::as_ptr(kind),
+                order,
+                CStr::as_ptr(which),
+                columns,
+                0.0,
+                residual.as_mut_ptr(),
+                basis_columns,
+                basis.as_mut_ptr(),
+                order,
+                iparam.as_mut_ptr(),
+                ipntr.as_mut_ptr(),
+                work_vectors.as_mut_ptr(),
+                work_small.as_mut_ptr(),
+                work as c_int,
+                &mut info,
+            );
+        }
+        // ipntr counts from 1.
+        let at = |i: usize| (ipntr[i] as usize).wrapping_sub(1);
+        match ido {
+            // y = K^-1 M x
+            -1 => {
+                sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product);
+                factor.solve_vector(&mut product);
+            }
+            // y = K^-1 (M x), M x given
+            1 => {
+                product.copy_from_slice(&work_vectors[at(2)..at(2) + n]);
+                factor.solve_vector(&mut product);
+            }
+            // y = M x
+            2 => sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product),
+            _ => break,
+        }
+        work_vectors[at(1)..at(1) + n].copy_from_slice(&product);
+    }
+    // 1: out of restarts. Fewer modes than wanted converged; the caller tries a larger basis.
+    if info != 0 || (iparam[4] as usize) < wanted {
+        return Err(EigenError::Arpack {
+            routine: "dsaupd",
+            info,
+        });
+    }
+    let select = vec![0 as c_int; vectors];
+    let mut omega2 = vec![0.0; wanted];
+    let mut modes = vec![0.0; n * wanted];
+    // SAFETY: as above; d holds nev numbers, z n x nev, select ncv; the arrays of the finished dsaupd
+    // run are passed on unchanged, as the Users' Guide demands.
+    unsafe {
+        arpack_sys::dseupd_c(
+            1,
+            CStr::as_ptr(c"A"),
+            select.as_ptr(),
+            omega2.as_mut_ptr(),
+            modes.as_mut_ptr(),
+            order,
+            0.0,
+            CStr::as_ptr(kind),
+            order,
+            CStr::as_ptr(which),
+            columns,
+            0.0,
+            residual.as_mut_ptr(),
+            basis_columns,
+            basis.as_mut_ptr(),
+            order,
+            iparam.as_mut_ptr(),
+            ipntr.as_mut_ptr(),
+            work_vectors.as_mut_ptr(),
+            work_small.as_mut_ptr(),
+            work as c_int,
+            &mut info,
+        );
+    }
+    if info != 0 {
+        return Err(EigenError::Arpack {
+            routine: "dseupd",
+            info,
+        });
+    }
+    let modes = MatRef::from_column_major_slice(&modes, n, wanted);
+    let mut ascending: Vec<usize> = (0..wanted).collect();
+    ascending.sort_by(|&a, &b| omega2[a].total_cmp(&omega2[b]));
+    Ok(Modes {
+        omega2: ascending.iter().map(|&i| omega2[i]).collect(),
+        vectors: Mat::from_fn(n, wanted, |i, j| modes[(i, ascending[j])]),
+    })
+}
+
+/// The start vector: our own, so that every run is the same; another one for each try.
+pub(super) fn start_entry(i: usize, attempt: usize) -> f64 {
+    let mixed = ((i + 1) as u64 + ((attempt as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ (mixed >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (mixed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eigen::assert_like_dense;
+    use crate::eigen::lowest_modes as lowest;
+    use dovetail_testkit::lattice::Lattice;
+
+    fn against_dense(lattice: Lattice, count: usize) {
+        let (k, m) = lattice.cantilever();
+        assert!(k.nrows() > smallest_size(count));
+        let modes = lowest(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
+        assert_like_dense(&k, &m, &modes, count);
+    }
+
+    #[test]
+    fn arpack_and_dense_agree() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        against_dense(lattice, 12);
+    }
+
+    #[test]
+    fn repeated_modes_are_all_found() {
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        for count in [7, 12, 21] {
+            let lattice = Lattice {
+                shape: [9, 4, 4],
+                stiffness: 4e7,
+                mass: 0.1,
+                irregularity: 0.0,
+            };
+            against_dense(lattice, count);
+        }
+    }
+
+    #[test]
+    fn runs_are_the_same_to_the_bit_even_side_by_side() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let run = || lowest(&k, &m, 6, &Cholesky::factor(&k).unwrap()).unwrap();
+        let first = run();
+        let (a, b) = rayon::join(run, run);
+        for other in [a, b] {
+            assert_eq!(first.omega2, other.omega2);
+            assert_eq!(first.vectors, other.vectors);
+        }
+    }
+
+    #[test]
+    fn none_all_and_too_many_modes() {
+        let lattice = Lattice {
+            shape: [3, 2, 2],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.1,
+        };
+        let (k, m) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        for (asked, given) in [(0, 0), (1, 1), (24, 24), (99, 24)] {
+            let modes = lowest(&k, &m, asked, &factor).unwrap();
+            assert_eq!((modes.count(), modes.vectors.ncols()), (given, given));
+        }
+        assert!(matches!(
+            lowest(&k, &CscMatrix::identity(5), 1, &factor),
+            Err(EigenError::Sizes { .. })
+        ));
+    }
+
+    #[test]
+    fn a_missing_mode_is_noticed() {
+        let lattice = Lattice {
+            shape: [9, 4, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        let all = lanczos(&m, &factor, 10, 24, 0).unwrap();
+        let keep: Vec<usize> = (0..10).filter(|i| *i != 2).collect();
+        let some = Modes {
+            omega2: keep.iter().map(|&i| all.omega2[i]).collect(),
+            vectors: Mat::from_fn(k.nrows(), 9, |i, j| all.vectors[(i, keep[j])]),
+        };
+        assert!(matches!(
+            complete(&k, &m, 6, some, &factor),
+            Err(EigenError::Missing { expected, found, .. }) if expected == found + 1
+        ));
+    }
+}

@@ -1,0 +1,379 @@
+//! Shift-invert Lanczos about zero in blocks (Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994)
+//! 228-272, without their shifts and restarts): for factors that are read from memory at each solve. A
+//! pass over the factor advances a whole block, and both threads take part.
+//!
+//! With A = K^-1 M and V orthonormal in the product of M, A V = V T + V' R E^T, T block tridiagonal.
+//! T s = theta s gives the mode V s with omega^2 = 1 / theta, its residual |R E^T s|. The basis is kept
+//! orthonormal in full. A multiple mode is found as often as the block is wide; what no block met is
+//! found missing by the Sturm count of [`proof`](super::proof).
+
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use nalgebra_sparse::CscMatrix;
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+
+use super::arpack::start_entry;
+use super::dense::largest_first;
+use super::proof::{SPARE, complete};
+use super::{EigenError, Modes};
+use crate::factor::Cholesky;
+use crate::sparse::{product, symmetric_product};
+
+/// Columns of a block.
+const BLOCK: usize = 8;
+/// Residual over theta at which a mode has converged.
+const CONVERGED: f64 = 1e-9;
+/// A column shorter than this, relative to the longest of all blocks, lies in the basis.
+const DEPENDENT: f64 = 1e-12;
+/// Share of the square of a column that must lie outside the others' span for it to be made orthogonal to them
+/// all at once: the first of two rounds may leave an error of rounding over this.
+const INDEPENDENT: f64 = 1e-10;
+/// Rows that one task takes.
+const ROWS: usize = 8192;
+const TRIES: usize = 3;
+
+/// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
+///
+/// # Errors
+/// [`EigenError::Basis`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
+/// other start vectors and more room; errors of the factorisation of K - sigma M.
+pub fn lowest_modes(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let n = stiffness.nrows();
+    let mut outcome = Err(EigenError::Basis {
+        converged: 0,
+        wanted: count,
+        columns: 0,
+    });
+    for attempt in 0..TRIES {
+        let wanted = (count + (SPARE << attempt)).min(n);
+        outcome = lanczos(mass, factor, wanted, attempt)
+            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
+        match outcome {
+            Err(
+                EigenError::Basis { .. } | EigenError::Residual { .. } | EigenError::Missing { .. },
+            ) => {}
+            _ => break,
+        }
+    }
+    outcome
+}
+
+fn lanczos(
+    mass: &CscMatrix<f64>,
+    factor: &Cholesky,
+    wanted: usize,
+    attempt: usize,
+) -> Result<Modes, EigenError> {
+    let n = mass.nrows();
+    let room = ((6 * wanted + 10 * BLOCK) << attempt).min(n);
+    // V and M V.
+    let mut basis = Mat::<f64>::zeros(n, room + BLOCK);
+    let mut weighted_basis = Mat::<f64>::zeros(n, room + BLOCK);
+    let start = Mat::from_fn(n, BLOCK.min(n), |i, j| start_entry(i + j * n, attempt));
+    let mut next = symmetric_product(mass, start.as_ref());
+    factor.solve_in_place(next.as_mut());
+    let none = basis.get(.., ..0);
+    let mut longest = 0.0;
+    let (mut weighted, _) = orthonormalise(mass, [none, none], &mut next, &mut longest);
+    // Lower triangle of T.
+    let mut projected = Mat::<f64>::zeros(room + BLOCK, room + BLOCK);
+    let mut columns = 0;
+    loop {
+        let width = next.ncols();
+        let end = columns + width;
+        basis.get_mut(.., columns..end).copy_from(&next);
+        weighted_basis
+            .get_mut(.., columns..end)
+            .copy_from(&weighted);
+        let all = basis.get(.., ..end);
+        let spanned = [all, weighted_basis.get(.., ..end)];
+        next = weighted;
+        factor.solve_in_place(next.as_mut());
+        // Once more in `orthonormalise`.
+        let shares = project_out(spanned, &mut next);
+        let corner = projected.get_mut(columns..end, columns..end);
+        { corner }.copy_from(shares.get(columns..end, ..));
+        let remainder;
+        (weighted, remainder) = orthonormalise(mass, spanned, &mut next, &mut longest);
+        let beyond = end..end + next.ncols();
+        let mut below = projected.get_mut(beyond, columns..end);
+        below.copy_from(&remainder);
+        let (theta, shares) = largest_first(projected.get(..end, ..end).to_owned())?;
+        let last = product(remainder.as_ref(), shares.get(columns..end, ..));
+        let found = wanted.min(end);
+        let converged = (0..found)
+            .take_while(|&i| last.col(i).norm_l2() <= CONVERGED * theta[i])
+            .count();
+        if converged == wanted {
+            let shares = shares.get(.., ..wanted);
+            let mut vectors = Mat::zeros(n, wanted);
+            subtract(all, (-shares).as_ref(), vectors.as_mut());
+            return Ok(Modes {
+                omega2: theta[..wanted].iter().map(|x| x.recip()).collect(),
+                vectors,
+            });
+        }
+        if next.ncols() == 0 {
+            // An invariant space without the rest of the modes: on in another one.
+            let fresh = |i, j| start_entry(i + j * n, TRIES + end);
+            next = Mat::from_fn(n, BLOCK.min(n - end), fresh);
+            project_out(spanned, &mut next);
+            project_out(spanned, &mut next);
+            weighted = orthonormalise(mass, spanned, &mut next, &mut longest).0;
+        }
+        columns = end;
+        if columns + next.ncols() > room {
+            return Err(EigenError::Basis {
+                converged,
+                wanted,
+                columns,
+            });
+        }
+    }
+}
+
+/// Makes the columns of `u`, already orthogonal to `basis` but for rounding, orthonormal in the product
+/// of the mass; those that depend on the others are dropped. Gives M u and R, old u = new u R.
+fn orthonormalise(
+    mass: &CscMatrix<f64>,
+    basis: [MatRef<'_, f64>; 2],
+    u: &mut Mat<f64>,
+    longest: &mut f64,
+) -> (Mat<f64>, Mat<f64>) {
+    let mut remainder = Mat::<f64>::identity(u.ncols(), u.ncols());
+    let mut weighted = symmetric_product(mass, u.as_ref());
+    for round in 0..2 {
+        if round > 0 {
+            // What was short has been stretched, and its share of the basis with it.
+            project_out(basis, u);
+            weighted = symmetric_product(mass, u.as_ref());
+        }
+        let shortest = if round == 0 { *longest } else { 0.0 };
+        if let Some(own) = whiten(u, &mut weighted, DEPENDENT * shortest) {
+            if round == 0 {
+                *longest = (0..own.ncols()).fold(*longest, |most, j| own[(j, j)].max(most));
+            }
+            remainder = product(own.as_ref(), remainder.as_ref());
+            continue;
+        }
+        let (mut kept, mut own) = (Vec::new(), Mat::<f64>::zeros(u.ncols(), u.ncols()));
+        for j in 0..u.ncols() {
+            for (place, &i) in kept.iter().enumerate() {
+                let share = dot(&weighted, i, u, j);
+                own[(place, j)] = share;
+                minus(u, j, share, i);
+                minus(&mut weighted, j, share, i);
+            }
+            let length = dot(&weighted, j, u, j).max(0.0).sqrt();
+            let bound = if round == 0 {
+                *longest = length.max(*longest);
+                DEPENDENT * *longest
+            } else {
+                0.0
+            };
+            if length > bound {
+                own[(kept.len(), j)] = length;
+                kept.push(j);
+                for v in u.col_as_slice_mut(j) {
+                    *v /= length;
+                }
+                for v in weighted.col_as_slice_mut(j) {
+                    *v /= length;
+                }
+            }
+        }
+        if kept.len() < u.ncols() {
+            let keep = |a: &Mat<f64>| Mat::from_fn(a.nrows(), kept.len(), |i, j| a[(i, kept[j])]);
+            (*u, weighted) = (keep(u), keep(&weighted));
+        }
+        remainder = product(own.get(..kept.len(), ..), remainder.as_ref());
+    }
+    (weighted, remainder)
+}
+
+/// Makes the columns of `u`, and `weighted` = M u, orthonormal by the Cholesky factor of u^T M u: R, old u =
+/// new u R. `None`, and nothing done, where a column depends on the others too closely for that, or what
+/// it does not share with them is shorter than `shortest`.
+fn whiten(u: &mut Mat<f64>, weighted: &mut Mat<f64>, shortest: f64) -> Option<Mat<f64>> {
+    let width = u.ncols();
+    let mut l = gram(u.as_ref(), weighted.as_ref());
+    for j in 0..width {
+        let whole = l[(j, j)];
+        for p in 0..j {
+            let share = l[(j, p)];
+            for i in j..width {
+                l[(i, j)] -= share * l[(i, p)];
+            }
+        }
+        let own = l[(j, j)];
+        let independent = own > INDEPENDENT * whole && own.sqrt() > shortest;
+        if !independent {
+            return None;
+        }
+        for i in j..width {
+            l[(i, j)] /= own.sqrt();
+        }
+    }
+    for a in [u, weighted] {
+        a.par_row_chunks_mut(ROWS).for_each(|rows| {
+            solve_lower_triangular_in_place(l.as_ref(), rows.transpose_mut(), Par::Seq);
+        });
+    }
+    Some(Mat::from_fn(width, width, |i, j| {
+        if i <= j { l[(j, i)] } else { 0.0 }
+    }))
+}
+
+/// Takes out of `u` its share of the basis, given with its product by the mass; gives the share.
+fn project_out([basis, weighted]: [MatRef<'_, f64>; 2], u: &mut Mat<f64>) -> Mat<f64> {
+    let shares = gram(weighted, u.as_ref());
+    subtract(basis, shares.as_ref(), u.as_mut());
+    shares
+}
+
+/// Column i of a times column j of b, on the calling thread.
+fn dot(a: &Mat<f64>, i: usize, b: &Mat<f64>, j: usize) -> f64 {
+    const LANES: usize = 16;
+    let mut sums = [0.0; LANES];
+    let (a, b) = (a.col_as_slice(i), b.col_as_slice(j));
+    for (a, b) in a.chunks(LANES).zip(b.chunks(LANES)) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    sums.iter().sum()
+}
+
+/// Column j less a share of column i, i < j.
+fn minus(a: &mut Mat<f64>, j: usize, share: f64, i: usize) {
+    let (left, mut right) = a.as_mut().split_at_col_mut(j);
+    let from = left.rb().col(i).try_as_col_major();
+    let into = right.rb_mut().col_mut(0).try_as_col_major_mut();
+    if let (Some(from), Some(into)) = (from, into) {
+        for (into, from) in into.as_slice_mut().iter_mut().zip(from.as_slice()) {
+            *into -= share * from;
+        }
+    }
+}
+
+/// a^T b, summed over fixed blocks of rows in their order.
+fn gram(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut sum = Mat::zeros(a.ncols(), b.ncols());
+    if a.nrows() == 0 || a.ncols() == 0 || b.ncols() == 0 {
+        return sum;
+    }
+    let parts: Vec<Mat<f64>> = a
+        .par_row_chunks(ROWS)
+        .zip(b.par_row_chunks(ROWS))
+        .map(|(a, b)| {
+            let mut part = Mat::zeros(a.ncols(), b.ncols());
+            matmul(&mut part, Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+            part
+        })
+        .collect();
+    for part in &parts {
+        sum += part;
+    }
+    sum
+}
+
+/// `u -= a shares`
+fn subtract(a: MatRef<'_, f64>, shares: MatRef<'_, f64>, u: MatMut<'_, f64>) {
+    if a.nrows() == 0 || a.ncols() == 0 || u.ncols() == 0 {
+        return;
+    }
+    u.par_row_chunks_mut(ROWS)
+        .zip(a.par_row_chunks(ROWS))
+        .for_each(|(u, a)| matmul(u, Accum::Add, a, shares, -1.0, Par::Seq));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eigen::assert_like_dense;
+    use dovetail_testkit::lattice::Lattice;
+
+    fn against_dense(shape: [usize; 3], irregularity: f64, count: usize) {
+        let lattice = Lattice {
+            shape,
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity,
+        };
+        let (k, m) = lattice.cantilever();
+        let modes = lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
+        assert_like_dense(&k, &m, &modes, count);
+    }
+
+    #[test]
+    fn modes_are_those_of_the_dense_solver() {
+        against_dense([9, 5, 4], 0.6, 12);
+        against_dense([12, 6, 5], 0.6, 30);
+    }
+
+    #[test]
+    fn repeated_modes_are_all_found() {
+        // A square section of equal springs: bending modes come in equal pairs. An odd count cuts one.
+        for count in [7, 12, 21] {
+            against_dense([9, 4, 4], 0.0, count);
+        }
+    }
+
+    #[test]
+    fn a_space_that_ends_is_spanned() {
+        // All modes: the blocks run out of directions.
+        against_dense([3, 2, 2], 0.1, 24);
+        // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions at most.
+        let spring = |i: usize| [1.0, 4.0, 9.0][i];
+        let lowest = |times: usize, count: usize| {
+            let m = CscMatrix::identity(3 * times);
+            let mut k = m.clone();
+            for (i, v) in k.values_mut().iter_mut().enumerate() {
+                *v = spring(i % 3);
+            }
+            lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap())
+        };
+        for (times, count) in [(12, 24), (20, 60)] {
+            let modes = lowest(times, count).unwrap();
+            for (i, w2) in modes.omega2.iter().enumerate() {
+                assert!((w2 / spring(i / times) - 1.0).abs() < 1e-10, "{i} {w2}");
+            }
+        }
+        // More of one kind than a block is wide: noticed.
+        let missed = lowest(20, 20);
+        assert!(
+            matches!(missed, Err(EigenError::Missing { expected, found, .. }) if found < expected),
+            "{missed:?}"
+        );
+    }
+
+    #[test]
+    fn threads_change_no_bit() {
+        let lattice = Lattice {
+            shape: [30, 14, 12],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| lowest_modes(&k, &m, 4, &factor).unwrap())
+        };
+        let (one, three) = (run(1), run(3));
+        assert!(k.nrows() > ROWS);
+        assert_eq!(one.omega2, three.omega2);
+        assert_eq!(one.vectors, three.vectors);
+    }
+}

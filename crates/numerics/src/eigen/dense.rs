@@ -1,0 +1,281 @@
+//! All modes of a dense pencil.
+//!
+//! The stiffness is factored, K = L L^T, and L^-1 M L^-T y = y / omega^2 solved: the low modes, which
+//! matter most, are then right to rounding however high the highest one is (with the mass factored
+//! their relative error would be omega_max^2 / omega^2 times larger).
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, MatRef, Par, Side, Spec, unzip, zip};
+use rayon::iter::ParallelIterator;
+
+use super::{EigenError, Modes, fix_signs};
+use crate::sparse::{product, symmetrised};
+
+/// All modes, ascending; the strict upper triangles are not read for K, and M is symmetrised.
+///
+/// # Errors
+/// [`EigenError::StiffnessNotPositive`], [`EigenError::MassNotPositive`], [`EigenError::Dense`].
+pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes, EigenError> {
+    modes_of_factored(cholesky(stiffness)?.as_ref(), mass)
+}
+
+/// [`modes`] of a stiffness given by its [`cholesky`] factor.
+///
+/// # Errors
+/// [`EigenError::MassNotPositive`], [`EigenError::Dense`].
+pub fn modes_of_factored(
+    factor: MatRef<'_, f64>,
+    mass: MatRef<'_, f64>,
+) -> Result<Modes, EigenError> {
+    let n = factor.nrows();
+    if n == 0 {
+        return Ok(Modes {
+            omega2: Vec::new(),
+            vectors: Mat::zeros(0, 0),
+        });
+    }
+    // L^-1 M L^-T, by two solves and two transposes.
+    let mut whitened = mass.to_owned();
+    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
+    let mut whitened = whitened.transpose().to_owned();
+    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
+    let whitened = symmetrised(whitened.as_ref());
+    let (inverses, mut vectors) = largest_first(whitened)?;
+    let has_mass = |x: &f64| *x > f64::EPSILON * inverses[0];
+    if let Some(mode) = inverses.iter().position(|x| !has_mass(x)) {
+        return Err(EigenError::MassNotPositive { mode: mode + 1 });
+    }
+    solve_upper_triangular_in_place(factor.transpose(), vectors.as_mut(), Par::Seq);
+    normalise(&mut vectors, mass);
+    fix_signs(&mut vectors);
+    Ok(Modes {
+        omega2: inverses.iter().map(|x| x.recip()).collect(),
+        vectors,
+    })
+}
+
+/// Eigenvalues of a symmetric matrix (lower triangle read), the largest first, and a vector per column.
+///
+/// # Errors
+/// [`EigenError::Dense`].
+pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
+    let n = a.nrows();
+    // Divide and conquer deflates against unit vectors: the eigenvalues, 1 / omega^2, must be of order
+    // one, or all but the largest are lost in the thresholds.
+    let scale = a.norm_max();
+    if scale > 0.0 && scale.is_finite() {
+        zip!(a.as_mut()).for_each(|unzip!(v)| *v /= scale);
+    }
+    let mut values = Diag::zeros(n);
+    let mut vectors = Mat::zeros(n, n);
+    let params = Spec::default();
+    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params);
+    let failed = || EigenError::Dense { unknowns: n };
+    self_adjoint_evd(
+        a.as_ref(),
+        values.as_mut(),
+        Some(vectors.as_mut()),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::try_new(scratch).map_err(|_| failed())?),
+        params,
+    )
+    .map_err(|_| failed())?;
+    // They came out ascending.
+    let values = values.column_vector().iter().rev();
+    let values = values.map(|x| scale * x).collect();
+    Ok((values, vectors.reverse_cols().to_owned()))
+}
+
+/// Lower Cholesky factor of a dense positive definite matrix (lower triangle read).
+///
+/// # Errors
+/// [`EigenError::StiffnessNotPositive`] on a negative pivot or one that is zero but for rounding.
+pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
+    let n = a.nrows();
+    let mut factor = a.to_owned();
+    let params = Spec::default();
+    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params);
+    llt::factor::cholesky_in_place(
+        factor.as_mut(),
+        llt::factor::LltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|llt::factor::LltError::NonPositivePivot { index }| {
+        EigenError::StiffnessNotPositive { pivot: index }
+    })?;
+    for i in 0..n {
+        // A pivot this small is rounding (see `numerics::factor`).
+        let is_stiffness = factor[(i, i)].powi(2) > 1e-12 * a[(i, i)];
+        if !is_stiffness {
+            return Err(EigenError::StiffnessNotPositive { pivot: i });
+        }
+    }
+    Ok(factor)
+}
+
+/// Whether a symmetric matrix (lower triangle read) with `shift` added to its diagonal is positive
+/// definite: one Cholesky factorisation, on all threads.
+pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
+    let n = a.nrows();
+    for i in 0..n {
+        a[(i, i)] += shift;
+    }
+    let (par, params) = (Par::rayon(0), Spec::default());
+    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, par, params);
+    llt::factor::cholesky_in_place(
+        a.as_mut(),
+        llt::factor::LltRegularization::default(),
+        par,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .is_ok()
+}
+
+/// The lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is
+/// not found.
+pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
+    let scale = a.norm_max();
+    if scale == 0.0 {
+        return 0.0;
+    }
+    let lowest = || {
+        let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
+        scaled
+            .self_adjoint_eigenvalues(Side::Lower)
+            .ok()?
+            .first()
+            .copied()
+    };
+    let lowest = if scale.is_finite() { lowest() } else { None };
+    lowest.map_or(f64::NEG_INFINITY, |value| scale * value)
+}
+
+/// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
+pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
+    rhs.par_col_chunks_mut(64).for_each(|mut rhs| {
+        solve_lower_triangular_in_place(factor, rhs.rb_mut(), Par::Seq);
+        solve_upper_triangular_in_place(factor.transpose(), rhs, Par::Seq);
+    });
+}
+
+/// Scales the columns to unit modal mass.
+fn normalise(vectors: &mut Mat<f64>, mass: MatRef<'_, f64>) {
+    let weighted = product(mass, vectors.as_ref());
+    for j in 0..vectors.ncols() {
+        let modal_mass = weighted.col(j).transpose() * vectors.col(j);
+        vectors
+            .col_mut(j)
+            .iter_mut()
+            .for_each(|v| *v /= modal_mass.sqrt());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::Lattice;
+
+    #[test]
+    fn modes_diagonalise_both_matrices() {
+        let lattice = Lattice {
+            shape: [5, 3, 3],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.0,
+        };
+        let (k, m) = lattice.cantilever();
+        let (k, m) = (dense(&k), dense(&m));
+        let modes = modes(k.as_ref(), m.as_ref()).unwrap();
+        assert!(modes.omega2.is_sorted());
+        let project = |a: &Mat<f64>| modes.vectors.transpose() * (a * &modes.vectors);
+        let unit = Mat::<f64>::identity(k.nrows(), k.nrows());
+        assert!((project(&m) - &unit).norm_max() < 1e-11);
+        let top = modes.omega2[modes.count() - 1];
+        let spectrum = Mat::from_fn(k.nrows(), k.nrows(), |i, j| {
+            if i == j { modes.omega2[i] } else { 0.0 }
+        });
+        assert!((project(&k) - spectrum).norm_max() < 1e-11 * top);
+    }
+
+    #[test]
+    fn a_chain_has_its_textbook_frequencies_from_lowest_to_highest() {
+        // n equal masses between springs, both ends held: omega_k = 2 sqrt(k/m) sin(k pi / (2 (n+1))).
+        let n = 40;
+        let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 => 2e9,
+            1 => -1e9,
+            _ => 0.0,
+        });
+        let m = Mat::from_fn(n, n, |i, j| if i == j { 0.25 } else { 0.0 });
+        let modes = modes(k.as_ref(), m.as_ref()).unwrap();
+        for (i, w2) in modes.omega2.iter().enumerate() {
+            let angle = (i + 1) as f64 * std::f64::consts::PI / (2 * (n + 1)) as f64;
+            let exact = 4.0 * 4e9 * angle.sin().powi(2);
+            assert!((w2 / exact - 1.0).abs() < 1e-11, "{i}: {w2} {exact}");
+        }
+    }
+
+    #[test]
+    fn high_modes_are_right_in_any_unit() {
+        // The chain again, larger than what the eigenvalue solver treats in one piece. Its eigenvalues
+        // 1/omega^2 are of order 1e-17 to 1e-12 in SI; scaled by 1e12 nothing but the unit changes.
+        let n = 300;
+        for unit in [1.0, 1e12] {
+            let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+                0 => 2e12,
+                1 => -1e12,
+                _ => 0.0,
+            });
+            let m = Mat::from_fn(n, n, |i, j| if i == j { 1e-5 * unit } else { 0.0 });
+            let modes = modes(k.as_ref(), m.as_ref()).unwrap();
+            for (i, w2) in modes.omega2.iter().enumerate() {
+                let angle = (i + 1) as f64 * std::f64::consts::PI / (2 * (n + 1)) as f64;
+                let exact = 4.0 * 1e17 / unit * angle.sin().powi(2);
+                assert!((w2 / exact - 1.0).abs() < 1e-9, "{i}: {w2:e} {exact:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_shift_decides_what_is_definite() {
+        // Eigenvalues 3 and -1.
+        let a = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 2.0 });
+        assert!(is_definite(a.clone(), 1.001) && !is_definite(a.clone(), 0.999));
+        for scale in [1e-300, 1.0, 1e300] {
+            let lowest = lowest_eigenvalue((faer::Scale(scale) * &a).as_ref());
+            assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
+        }
+        assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
+    }
+
+    #[test]
+    fn what_is_not_positive_is_an_error() {
+        let k = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { -1.0 });
+        let unit = Mat::<f64>::identity(2, 2);
+        assert!(matches!(
+            modes(k.as_ref(), unit.as_ref()),
+            Err(EigenError::StiffnessNotPositive { pivot: 1 })
+        ));
+        assert!(matches!(
+            modes(unit.as_ref(), Mat::from_fn(2, 2, |_, _| 1.0).as_ref()),
+            Err(EigenError::MassNotPositive { mode: 2 })
+        ));
+        assert_eq!(
+            modes(Mat::zeros(0, 0).as_ref(), Mat::zeros(0, 0).as_ref())
+                .unwrap()
+                .count(),
+            0
+        );
+    }
+}

@@ -1,0 +1,74 @@
+//! That computed modes are modes, and that none is missing: residuals, and a Sturm count (the inertia of
+//! K - sigma M just above the last one, Parlett, The Symmetric Eigenvalue Problem, 3.3).
+
+use nalgebra_sparse::CscMatrix;
+
+use super::{EigenError, Modes, fix_signs};
+use crate::factor::Cholesky;
+use crate::inertia::negative_eigenvalues;
+use crate::sparse;
+
+/// Modes computed beyond those asked for, to find a gap for the Sturm count; more at each new try.
+pub(super) const SPARE: usize = 2;
+/// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
+const RESIDUAL: f64 = 1e-8;
+/// Two eigenvalues closer than this, relatively, have no room for a shift between them.
+const GAP: f64 = 1e-6;
+
+/// Checks residuals and that no mode is missing, and cuts the spare modes off.
+pub(super) fn complete(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    modes: Modes,
+    factor: &Cholesky,
+) -> Result<Modes, EigenError> {
+    let weighted = sparse::symmetric_product(mass, modes.vectors.as_ref());
+    let mut followed = weighted.clone();
+    factor.solve_in_place(followed.as_mut());
+    for j in 0..modes.count() {
+        let phi = modes.vectors.col(j);
+        let residual = (phi - faer::Scale(modes.omega2[j]) * followed.col(j)).norm_l2();
+        let residual = residual / phi.norm_l2();
+        let accepted = residual < RESIDUAL && modes.omega2[j] > 0.0; // false for a NaN
+        if !accepted {
+            return Err(EigenError::Residual {
+                mode: j + 1,
+                residual,
+            });
+        }
+    }
+    let (found, shift) = gap(&modes.omega2, count);
+    let below = negative_eigenvalues(stiffness, shift, mass, factor.symbolic())?;
+    if below != found {
+        return Err(EigenError::Missing {
+            below: shift,
+            expected: below,
+            found,
+        });
+    }
+    let mut vectors = modes.vectors.get(.., ..count).to_owned();
+    for j in 0..count {
+        let modal_mass = weighted.col(j).transpose() * modes.vectors.col(j);
+        vectors
+            .col_mut(j)
+            .iter_mut()
+            .for_each(|v| *v /= modal_mass.sqrt());
+    }
+    fix_signs(&mut vectors);
+    Ok(Modes {
+        omega2: modes.omega2[..count].to_vec(),
+        vectors,
+    })
+}
+
+/// The widest gap above the first `count` eigenvalues: how many lie below it, and a shift in it.
+/// Where all the spare ones coincide with the last, just above the last.
+fn gap(omega2: &[f64], count: usize) -> (usize, f64) {
+    let ratio = |i: usize| omega2[i] / omega2[i - 1];
+    (count..omega2.len())
+        .filter(|&i| ratio(i) > 1.0 + GAP)
+        .max_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))
+        .map(|i| (i, (omega2[i] * omega2[i - 1]).sqrt()))
+        .unwrap_or((omega2.len(), omega2[omega2.len() - 1] * (1.0 + GAP)))
+}

@@ -1,0 +1,166 @@
+//! The softest motions of a dense symmetric matrix beside its own diagonal: a space for a coarse problem, so that a few
+//! rounds of inverse iteration are enough.
+
+use faer::diag::DiagRef;
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+
+use crate::fronts::in_rows;
+use crate::sparse::product;
+
+/// Of the diagonal, added to it: the matrix may have motions that cost nothing, or a little less (spin softening). The first with
+/// which it is definite serves.
+const SHIFTS: [f64; 3] = [1e-5, 1e-3, 1e-1];
+const ROUNDS: usize = 4;
+/// Columns eliminated together.
+const BLOCK: usize = 256;
+
+/// `count` motions w (n x count, fewer where n is less) that about span the eigenvectors `A w = theta diag(weights) w` of the
+/// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is far
+/// from positive semi-definite, or a weight is not positive.
+pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
+    let n = matrix.nrows();
+    let count = count.min(n);
+    let nothing = || Mat::zeros(n, 0);
+    if count == 0 || !weights.iter().all(|w| *w > 0.0 && w.is_finite()) {
+        return nothing();
+    }
+    let shifted = SHIFTS.iter().find_map(|shift| {
+        let mut factor = matrix.to_owned();
+        for (i, w) in weights.iter().enumerate() {
+            factor[(i, i)] += shift * w;
+        }
+        factored(factor.as_mut()).then_some(factor)
+    });
+    let Some(factor) = shifted else {
+        return nothing();
+    };
+    let weights = DiagRef::from_slice(weights);
+    // Vectors that are the same on every machine.
+    let mut motions = Mat::from_fn(n, count, |i, j| {
+        ((i * (j + 1)) as f64 * 0.618_033_988_75 + (j * j) as f64).sin()
+    });
+    for _ in 0..ROUNDS {
+        if !orthonormalise(&mut motions, weights) {
+            return nothing();
+        }
+        motions = weights * &motions;
+        super::dense::solve_in_place(factor.as_ref(), motions.as_mut());
+    }
+    drop(factor);
+    if !orthonormalise(&mut motions, weights) {
+        return nothing();
+    }
+    let projected = motions.transpose() * product(matrix, motions.as_ref());
+    match projected.self_adjoint_eigen(Side::Lower) {
+        Ok(ritz) => product(motions.as_ref(), ritz.U()),
+        Err(_) => nothing(),
+    }
+}
+
+/// Orthonormal columns in the inner product of `weights`; false where they are dependent.
+fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
+    // Twice: one pass leaves what the condition of the columns costs.
+    for _ in 0..2 {
+        let gram = motions.transpose() * (weights * &*motions);
+        let Ok(factor) = gram.llt(Side::Lower) else {
+            return false;
+        };
+        let mut rows = motions.transpose().to_owned();
+        solve_lower_triangular_in_place(factor.L(), rows.as_mut(), Par::Seq);
+        *motions = rows.transpose().to_owned();
+    }
+    true
+}
+
+/// Lower Cholesky factor in place, on all threads, to the same bits however many; false where there is none.
+fn factored(mut a: MatMut<'_, f64>) -> bool {
+    let n = a.nrows();
+    for start in (0..n).step_by(BLOCK) {
+        let width = BLOCK.min(n - start);
+        let (left, right) = a.rb_mut().split_at_col_mut(start + width);
+        let (pivots, mut below) = left.get_mut(start.., start..).split_at_row_mut(width);
+        let Ok(factor) = super::dense::cholesky(pivots.rb()) else {
+            return false;
+        };
+        { pivots }.copy_from(&factor);
+        in_rows(below.rb_mut(), |_, rows| {
+            solve_lower_triangular_in_place(factor.as_ref(), rows.transpose_mut(), Par::Seq);
+        });
+        let trailing = right.get_mut(start + width.., ..);
+        trailing
+            .par_col_chunks_mut(BLOCK)
+            .enumerate()
+            .for_each(|(chunk, columns)| {
+                // On and below the diagonal block.
+                let (first, count) = (chunk * BLOCK, columns.ncols());
+                let rows = below.rb().get(first.., ..);
+                matmul(
+                    columns.get_mut(first.., ..),
+                    Accum::Add,
+                    rows,
+                    rows.get(..count, ..).transpose(),
+                    -1.0,
+                    Par::Seq,
+                );
+            });
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::Lattice;
+
+    #[test]
+    fn they_are_those_of_the_dense_eigenproblem() {
+        let lattice = Lattice {
+            shape: [9, 7, 6],
+            stiffness: 3e7,
+            mass: 1.0,
+            irregularity: 0.4,
+        };
+        let (k, _) = lattice.cantilever();
+        let k = dense(&k);
+        let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();
+        let motions = softest(k.as_ref(), &weights, 40);
+        let mass = Mat::from_fn(
+            k.nrows(),
+            k.nrows(),
+            |i, j| {
+                if i == j { weights[i] } else { 0.0 }
+            },
+        );
+        let modes = crate::eigen::dense::modes(k.as_ref(), mass.as_ref()).unwrap();
+        for (j, exact) in modes.omega2[..20].iter().enumerate() {
+            let w = motions.col(j);
+            let theta = w.transpose() * (&k * w);
+            let off = if j < 5 { 1e-3 } else { 0.2 };
+            assert!((theta / exact - 1.0).abs() < off, "{j}: {theta} {exact}");
+            let one = w.transpose() * (&mass * w);
+            assert!((one - 1.0).abs() < 1e-10);
+        }
+    }
+
+    #[test]
+    fn a_matrix_with_motions_that_cost_nothing_has_them_first() {
+        // A chain that nothing holds.
+        let n = 300;
+        let k = Mat::from_fn(n, n, |i, j| match i.abs_diff(j) {
+            0 if i == 0 || i == n - 1 => 1.0,
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        });
+        let motions = softest(k.as_ref(), &vec![2.0; n], 10);
+        let even = 1.0 / (2.0 * n as f64).sqrt();
+        assert!((0..n).all(|i| (motions[(i, 0)].abs() - even).abs() < 1e-6 * even));
+        assert_eq!(softest(Mat::zeros(3, 3).as_ref(), &[0.0; 3], 2).ncols(), 0);
+        assert_eq!(softest((-k).as_ref(), &vec![2.0; n], 2).ncols(), 0);
+    }
+}

@@ -1,0 +1,546 @@
+//! Sparse factorisations of symmetric matrices: Cholesky for definite ones, LDL^T with inertia for
+//! indefinite ones. Analysed by faer, ordered by [`super::order`].
+//!
+//! The Cholesky factor is computed by [`super::elimination`] and used by [`super::solve`], both on all threads.
+
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
+use faer::perm::PermRef;
+use faer::sparse::FaerError;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+    supernodal::{SupernodalLltRef, SymbolicSupernodalCholesky},
+};
+use faer::{Conj, MatMut, Par, Side};
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+
+use super::elimination::{Stopped, eliminate};
+use super::order::{Order, OrderError, nested_dissection};
+use super::solve::Factor;
+use super::sparse::{symbolic_view, view};
+use super::stored::Packed;
+
+/// A pivot below this share of its diagonal entry is rounding, not stiffness: a structure that
+/// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
+const SINGULAR_PIVOT: f64 = 1e-12;
+
+#[derive(Debug, thiserror::Error)]
+pub enum FactorError {
+    #[error("the matrix is {rows} x {columns}: only square matrices can be factored")]
+    NotSquare { rows: usize, columns: usize },
+    #[error("entry ({row}, {column}) of the matrix is {value}: all entries must be finite")]
+    NotFinite {
+        row: usize,
+        column: usize,
+        value: f64,
+    },
+    #[error("the matrix has another pattern of entries than the one that was analysed")]
+    PatternDiffers,
+    /// `dof` in the numbering of the matrix, not of the permuted one.
+    #[error("the matrix is not positive definite: negative pivot at unknown {dof}")]
+    NotPositiveDefinite { dof: usize },
+    /// As above, with a pivot that is zero but for rounding.
+    #[error(
+        "the matrix is singular: the pivot of unknown {dof} is {share:.1e} of its diagonal entry"
+    )]
+    Singular { dof: usize, share: f64 },
+    #[error(transparent)]
+    Order(#[from] OrderError),
+    #[error("not enough memory to factor {unknowns} unknowns")]
+    OutOfMemory { unknowns: usize },
+}
+
+/// Order and symbolic analysis of one pattern of entries, shared by all matrices that have it
+/// (the stiffness with and without rotation, K - sigma M). Cheap to clone.
+#[derive(Debug, Clone)]
+pub struct Symbolic {
+    inner: Arc<Analysis>,
+}
+
+#[derive(Debug)]
+struct Analysis {
+    symbolic: SymbolicCholesky<usize>,
+    pattern: Packed,
+    fingerprint: u64,
+}
+
+impl Symbolic {
+    /// Analyses a structurally symmetric matrix (both triangles stored) whose unknowns come in nodes
+    /// of three.
+    ///
+    /// # Errors
+    /// A matrix that is not square, too large, or does not fit in memory.
+    pub fn analyse(matrix: &CscMatrix<f64>) -> Result<Self, FactorError> {
+        let pattern = matrix.pattern();
+        let (rows, columns) = (matrix.nrows(), matrix.ncols());
+        if rows != columns {
+            return Err(FactorError::NotSquare { rows, columns });
+        }
+        Self::ordered(pattern, &nested_dissection(pattern, 3)?)
+    }
+
+    /// The analysis of a pattern in an order found earlier, new to old.
+    ///
+    /// # Errors
+    /// As [`Symbolic::analyse`]; an order that is no permutation.
+    pub(super) fn of_order(
+        pattern: &SparsityPattern,
+        new_to_old: Vec<usize>,
+    ) -> Result<Self, FactorError> {
+        let order = Order::of(new_to_old).filter(|order| {
+            let unknowns = order.new_to_old.len();
+            (pattern.minor_dim(), pattern.major_dim()) == (unknowns, unknowns)
+        });
+        Self::ordered(pattern, &order.ok_or(FactorError::PatternDiffers)?)
+    }
+
+    fn ordered(pattern: &SparsityPattern, order: &Order) -> Result<Self, FactorError> {
+        let rows = pattern.minor_dim();
+        let permutation = PermRef::new_checked(&order.new_to_old, &order.old_to_new, rows);
+        let symbolic = factorize_symbolic_cholesky(
+            symbolic_view(pattern),
+            Side::Upper,
+            SymmetricOrdering::Custom(permutation),
+            CholeskySymbolicParams {
+                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+                ..Default::default()
+            },
+        )
+        .map_err(|e| generic(e, rows))?;
+        Ok(Self {
+            inner: Arc::new(Analysis {
+                symbolic,
+                pattern: Packed::of(pattern),
+                fingerprint: fingerprint(pattern),
+            }),
+        })
+    }
+
+    /// The pattern that was analysed.
+    pub(super) fn pattern(&self) -> &Packed {
+        &self.inner.pattern
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.inner.symbolic.nrows()
+    }
+
+    /// Entries of the factor (with the zeros that supernodes store).
+    pub fn factor_entries(&self) -> usize {
+        self.inner.symbolic.len_val()
+    }
+
+    /// Factors a positive definite matrix of this pattern.
+    ///
+    /// # Errors
+    /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the one
+    /// analysed, entries that are not finite, too little memory.
+    pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
+        self.check(matrix)?;
+        let symbolic = &self.inner.symbolic;
+        let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
+        match eliminate(self, &[matrix], &mut values) {
+            Ok(_) => self.factored(values, matrix),
+            Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
+            Err(Stopped::Pivot) => {
+                drop(values);
+                Err(self.refused(matrix))
+            }
+        }
+    }
+
+    /// Factors an indefinite matrix of this pattern, without pivoting.
+    ///
+    /// # Errors
+    /// [`FactorError::Singular`] on a zero pivot, a pattern other than the one analysed, entries
+    /// that are not finite, too little memory.
+    pub fn ldlt(&self, matrix: &CscMatrix<f64>) -> Result<Ldlt, FactorError> {
+        self.check(matrix)?;
+        let symbolic = &self.inner.symbolic;
+        let unknowns = symbolic.nrows();
+        let mut values = zeros(symbolic.len_val(), unknowns)?;
+        let params = faer::Spec::default();
+        let mut memory = buffer(
+            symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, params),
+            unknowns,
+        )?;
+        let outcome = symbolic.factorize_numeric_ldlt(
+            &mut values,
+            view(matrix),
+            Side::Upper,
+            LdltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            params,
+        );
+        match outcome {
+            Ok(_) => Ok(Ldlt {
+                symbolic: self.clone(),
+                values,
+            }),
+            Err(LdltError::ZeroPivot { index }) => Err(FactorError::Singular {
+                dof: self.unpermuted(index),
+                share: 0.0,
+            }),
+        }
+    }
+
+    /// Why there is no Cholesky factor: the first pivot that is not clearly positive is rounding of zero, or
+    /// negative.
+    pub(super) fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
+        let mut first = None;
+        match self.ldlt(matrix) {
+            Ok(ldlt) => self.pivots(&ldlt.values, |position, pivot| {
+                let dof = self.unpermuted(position);
+                let share = pivot / diagonal(matrix, dof);
+                let positive = pivot > 0.0 && share > SINGULAR_PIVOT;
+                if !positive && first.is_none() {
+                    first = Some((dof, share));
+                }
+            }),
+            Err(error) => return error,
+        }
+        match first {
+            Some((dof, share)) if share.abs() >= SINGULAR_PIVOT => {
+                FactorError::NotPositiveDefinite { dof }
+            }
+            Some((dof, share)) => FactorError::Singular { dof, share },
+            None => FactorError::Singular { dof: 0, share: 0.0 },
+        }
+    }
+
+    /// The supernodes; `None` for an empty matrix.
+    pub(super) fn supernodal(&self) -> Option<&SymbolicSupernodalCholesky<usize>> {
+        match self.inner.symbolic.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodal) if self.unknowns() > 0 => Some(supernodal),
+            _ => None,
+        }
+    }
+
+    /// New to old, old to new.
+    pub(super) fn permutation(&self) -> (&[usize], &[usize]) {
+        self.inner
+            .symbolic
+            .perm()
+            .map_or((&[], &[]), |permutation| permutation.arrays())
+    }
+
+    /// The Cholesky factor of `matrix` from its values, laid out by supernodes.
+    pub(super) fn factored(
+        &self,
+        values: Vec<f64>,
+        matrix: &CscMatrix<f64>,
+    ) -> Result<Cholesky, FactorError> {
+        let factor = Cholesky {
+            symbolic: self.clone(),
+            values,
+        };
+        factor.check_pivots(matrix)?;
+        Ok(factor)
+    }
+
+    /// Whether `matrix` has the pattern analysed and finite entries.
+    pub(super) fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
+        if fingerprint(matrix.pattern()) != self.inner.fingerprint {
+            return Err(FactorError::PatternDiffers);
+        }
+        match matrix.triplet_iter().find(|(_, _, v)| !v.is_finite()) {
+            Some((row, column, &value)) => Err(FactorError::NotFinite { row, column, value }),
+            None => Ok(()),
+        }
+    }
+
+    fn unpermuted(&self, position: usize) -> usize {
+        match self.inner.symbolic.perm() {
+            Some(permutation) => permutation.arrays().0[position],
+            None => position,
+        }
+    }
+
+    /// The diagonal of the factor, by permuted position.
+    fn pivots(&self, values: &[f64], mut each: impl FnMut(usize, f64)) {
+        let SymbolicCholeskyRaw::Supernodal(supernodal) = self.inner.symbolic.raw() else {
+            // Supernodes are forced; only an empty matrix has none.
+            return;
+        };
+        let factor = SupernodalLltRef::<usize, f64>::new(supernodal, values);
+        for s in 0..supernodal.n_supernodes() {
+            let supernode = factor.supernode(s);
+            for j in 0..supernode.val().ncols() {
+                each(supernode.start() + j, supernode.val()[(j, j)]);
+            }
+        }
+    }
+}
+
+/// L L^T of a positive definite matrix.
+#[derive(Debug, Clone)]
+pub struct Cholesky {
+    symbolic: Symbolic,
+    values: Vec<f64>,
+}
+
+impl Cholesky {
+    /// Analyses and factors in one go; see [`Symbolic::analyse`] and [`Symbolic::cholesky`].
+    ///
+    /// # Errors
+    /// Those of the two.
+    pub fn factor(matrix: &CscMatrix<f64>) -> Result<Self, FactorError> {
+        Symbolic::analyse(matrix)?.cholesky(matrix)
+    }
+
+    pub fn symbolic(&self) -> &Symbolic {
+        &self.symbolic
+    }
+
+    /// Entries of the factor, laid out by supernodes.
+    pub(super) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The factor of these [`values`](Self::values); `None` where they are not as many as it has.
+    pub(super) fn of_values(symbolic: Symbolic, values: Vec<f64>) -> Option<Self> {
+        (values.len() == symbolic.factor_entries()).then_some(Self { symbolic, values })
+    }
+
+    /// Replaces each column of `rhs` (unknowns x columns) by the solution. Panics if the number of
+    /// rows is not the number of unknowns.
+    pub fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
+        assert_eq!(
+            rhs.nrows(),
+            self.symbolic.unknowns(),
+            "rows of the right-hand side"
+        );
+        if let Some(supernodes) = self.symbolic.supernodal() {
+            let factor = Factor {
+                supernodes: SupernodalLltRef::new(supernodes, &self.values),
+                new_to_old: self.symbolic.permutation().0,
+            };
+            factor.solve(rhs);
+        }
+    }
+
+    /// [`Cholesky::solve_in_place`] for one right-hand side, on the calling thread: it does not touch the
+    /// thread pool.
+    pub fn solve_vector(&self, rhs: &mut [f64]) {
+        let symbolic = &self.symbolic.inner.symbolic;
+        let mut memory = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        LltRef::new(symbolic, &self.values).solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(rhs, rhs.len(), 1),
+            Par::Seq,
+            MemStack::new(&mut memory),
+        );
+    }
+
+    fn check_pivots(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
+        let mut smallest = (1.0, 0);
+        self.symbolic.pivots(&self.values, |position, pivot| {
+            let dof = self.symbolic.unpermuted(position);
+            let share = pivot * pivot / diagonal(matrix, dof);
+            if share < smallest.0 || share.is_nan() {
+                smallest = (share, dof);
+            }
+        });
+        if smallest.0 > SINGULAR_PIVOT {
+            Ok(())
+        } else {
+            Err(FactorError::Singular {
+                dof: smallest.1,
+                share: smallest.0,
+            })
+        }
+    }
+}
+
+/// L D L^T of an indefinite matrix, without pivoting: the inertia is right even near an eigenvalue of the
+/// pencil.
+#[derive(Debug, Clone)]
+pub struct Ldlt {
+    symbolic: Symbolic,
+    values: Vec<f64>,
+}
+
+impl Ldlt {
+    /// Analyses and factors in one go; see [`Symbolic::analyse`] and [`Symbolic::ldlt`].
+    ///
+    /// # Errors
+    /// Those of the two.
+    pub fn factor(matrix: &CscMatrix<f64>) -> Result<Self, FactorError> {
+        Symbolic::analyse(matrix)?.ldlt(matrix)
+    }
+
+    /// Number of negative eigenvalues of the matrix (Sylvester's law of inertia). For K - sigma M
+    /// with M positive definite: the number of eigenvalues of the pencil below sigma.
+    pub fn negative_pivots(&self) -> usize {
+        let mut negative = 0;
+        self.symbolic
+            .pivots(&self.values, |_, d| negative += usize::from(d < 0.0));
+        negative
+    }
+}
+
+fn diagonal(matrix: &CscMatrix<f64>, dof: usize) -> f64 {
+    matrix
+        .get_entry(dof, dof)
+        .map_or(0.0, |entry| entry.into_value())
+}
+
+/// FNV-1a over the pattern, so that a matrix of another pattern is not factored by mistake.
+fn fingerprint(pattern: &SparsityPattern) -> u64 {
+    let mix = |hash: u64, value: &usize| (hash ^ *value as u64).wrapping_mul(0x0100_0000_01b3);
+    let start = mix(0xcbf2_9ce4_8422_2325, &pattern.minor_dim());
+    let start = pattern.major_offsets().iter().fold(start, mix);
+    pattern.minor_indices().iter().fold(start, mix)
+}
+
+pub(super) fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
+    let mut values = Vec::new();
+    values
+        .try_reserve_exact(len)
+        .map_err(|_| FactorError::OutOfMemory { unknowns })?;
+    values.resize(len, 0.0);
+    Ok(values)
+}
+
+fn buffer(size: faer::dyn_stack::StackReq, unknowns: usize) -> Result<MemBuffer, FactorError> {
+    MemBuffer::try_new(size).map_err(|_| FactorError::OutOfMemory { unknowns })
+}
+
+fn generic(error: FaerError, unknowns: usize) -> FactorError {
+    match error {
+        FaerError::IndexOverflow => FactorError::Order(OrderError::TooLarge {
+            unknowns,
+            entries: usize::MAX,
+        }),
+        _ => FactorError::OutOfMemory { unknowns },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sparse::dense;
+    use dovetail_testkit::lattice::{Lattice, scattered};
+    use faer::Mat;
+
+    fn block() -> Lattice {
+        Lattice {
+            shape: [7, 5, 4],
+            stiffness: 3e7,
+            mass: 0.2,
+            irregularity: 0.4,
+        }
+    }
+
+    fn right_hand_sides(n: usize, columns: usize) -> Mat<f64> {
+        Mat::from_fn(n, columns, |i, j| scattered(i + n * j))
+    }
+
+    #[test]
+    fn a_factor_solves() {
+        let (k, _) = block().cantilever();
+        let n = k.nrows();
+        let symbolic = Symbolic::analyse(&k).unwrap();
+        for columns in [1, 5, 33, 300] {
+            let b = right_hand_sides(n, columns);
+            let mut x = b.clone();
+            symbolic.cholesky(&k).unwrap().solve_in_place(x.as_mut());
+            let error = (dense(&k) * &x - &b).norm_l2() / b.norm_l2();
+            assert!(error < 1e-11, "{columns}: {error}");
+        }
+    }
+
+    #[test]
+    fn inertia_counts_the_eigenvalues_below_the_shift() {
+        let (k, m) = block().cantilever();
+        let symbolic = Symbolic::analyse(&k).unwrap();
+        assert_eq!(symbolic.ldlt(&k).unwrap().negative_pivots(), 0);
+        let mut seen = Vec::new();
+        for sigma in [1e7, 6e7, 4e8, 3e9, 1e11] {
+            let mut shifted = k.clone();
+            for (v, m) in shifted.values_mut().iter_mut().zip(m.values()) {
+                *v -= sigma * m;
+            }
+            let values = dense(&shifted)
+                .self_adjoint_eigenvalues(Side::Lower)
+                .unwrap();
+            let below = values.iter().filter(|v| **v < 0.0).count();
+            assert_eq!(symbolic.ldlt(&shifted).unwrap().negative_pivots(), below);
+            seen.push(below);
+        }
+        assert!(seen[0] < seen[2] && seen[2] < seen[4], "{seen:?}");
+    }
+
+    #[test]
+    fn a_negative_pivot_is_reported_where_it_is() {
+        let (mut k, _) = block().cantilever();
+        let spoilt = 100;
+        for (i, j, v) in k.triplet_iter_mut() {
+            if i == spoilt && j == spoilt {
+                *v = -1e9;
+            }
+        }
+        // Eliminated first or later, the pivot of the spoilt unknown is the only negative one.
+        match Cholesky::factor(&k) {
+            Err(FactorError::NotPositiveDefinite { dof }) => assert_eq!(dof, spoilt),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(Ldlt::factor(&k).unwrap().negative_pivots(), 1);
+    }
+
+    #[test]
+    fn what_nothing_holds_is_singular() {
+        let free = block();
+        let number: Vec<_> = (0..free.nodes()).map(Some).collect();
+        let (k, _) = free.matrices(&number, free.nodes());
+        assert!(matches!(
+            Cholesky::factor(&k),
+            Err(FactorError::Singular { .. })
+        ));
+        // With its unknowns in other orders, as rounding makes the last pivot of either sign.
+        for turn in 1..20 {
+            let count = free.nodes();
+            let number: Vec<_> = (0..count).map(|i| Some((i + 7 * turn) % count)).collect();
+            let (k, _) = free.matrices(&number, count);
+            assert!(
+                matches!(Cholesky::factor(&k), Err(FactorError::Singular { .. })),
+                "{turn}"
+            );
+        }
+    }
+
+    #[test]
+    fn wrong_input_is_refused() {
+        let (k, _) = block().cantilever();
+        let symbolic = Symbolic::analyse(&k).unwrap();
+        let other = CscMatrix::identity(k.nrows());
+        assert!(matches!(
+            symbolic.cholesky(&other),
+            Err(FactorError::PatternDiffers)
+        ));
+        let mut spoilt = k.clone();
+        spoilt.values_mut()[17] = f64::NAN;
+        assert!(matches!(
+            symbolic.ldlt(&spoilt),
+            Err(FactorError::NotFinite { .. })
+        ));
+        let wide = CscMatrix::<f64>::zeros(2, 3);
+        assert!(matches!(
+            Symbolic::analyse(&wide),
+            Err(FactorError::NotSquare { .. })
+        ));
+    }
+
+    #[test]
+    fn nothing_to_factor_is_no_error() {
+        let factor = Cholesky::factor(&CscMatrix::zeros(0, 0)).unwrap();
+        factor.solve_in_place(Mat::zeros(0, 4).as_mut());
+    }
+}

@@ -1,0 +1,170 @@
+//! Inertia of an indefinite matrix by a multifrontal LDL^T that keeps no factor (Duff, Reid, ACM Trans.
+//! Math. Softw. 9 (1983) 302-325): a count of the negative pivots, on all threads. Without pivoting, as
+//! [`Ldlt`](super::factor::Ldlt).
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::ldlt::factor::{
+    LdltRegularization, cholesky_in_place, cholesky_in_place_scratch,
+};
+use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::{MatMut, Par, Spec};
+use nalgebra_sparse::CscMatrix;
+
+use super::factor::{FactorError, Symbolic};
+use super::fronts::{Left, Lower, Tree, in_rows, remainder};
+use super::pool::Pool;
+use super::sparse::sum;
+
+/// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of K, or of
+/// another matrix: then it is analysed again, as it is where M has entries that K has not.
+///
+/// # Errors
+/// [`FactorError::Singular`] on a zero pivot; those of [`Symbolic::analyse`].
+pub fn negative_eigenvalues(
+    stiffness: &CscMatrix<f64>,
+    shift: f64,
+    mass: &CscMatrix<f64>,
+    symbolic: &Symbolic,
+) -> Result<usize, FactorError> {
+    let counted = symbolic
+        .check(stiffness)
+        .and_then(|()| count(&[(1.0, stiffness), (-shift, mass)], symbolic));
+    match counted {
+        Err(FactorError::PatternDiffers) => {
+            let whole = sum(stiffness, -shift, mass);
+            let own = Symbolic::analyse(&whole)?;
+            own.check(&whole)?;
+            count(&[(1.0, &whole)], &own)
+        }
+        counted => counted,
+    }
+}
+
+/// Of the sum of the terms, of which the first has the pattern analysed.
+fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize, FactorError> {
+    let (Some(supernodes), Some((_, first))) = (symbolic.supernodal(), terms.first()) else {
+        return Ok(0);
+    };
+    let tree = Tree::new(supernodes, symbolic, first);
+    let pool = Pool::default();
+    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, &pool, terms, s))?;
+    Ok(roots.iter().map(|(_, negative)| negative).sum())
+}
+
+/// What a branch leaves to its parent, and its negative pivots.
+fn eliminate<'p>(
+    tree: &Tree<'_>,
+    pool: &'p Pool,
+    terms: &[(f64, &CscMatrix<f64>)],
+    s: usize,
+) -> Result<(Lower<'p>, usize), FactorError> {
+    let branches = tree.branches(&tree.children[s], |child| {
+        eliminate(tree, pool, terms, child)
+    })?;
+    let width = tree.columns(s).len();
+    let below = tree.supernodes.supernode(s).pattern().len();
+    let mut front = pool.zeros((width + below) * width);
+    let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
+    let mut negative = 0;
+    let mut children = Vec::with_capacity(branches.len());
+    for (&child, (rest, found)) in tree.children[s].iter().zip(branches) {
+        let rows = tree.rows_of_child(s, child);
+        let rows = rows.ok_or(FactorError::PatternDiffers)?;
+        let left = Left { rest, rows };
+        left.add_to_front(&mut front);
+        children.push(left);
+        negative += found;
+    }
+    for &(factor, matrix) in terms {
+        tree.add_entries(s, factor, matrix, &mut front)
+            .ok_or(FactorError::PatternDiffers)?;
+    }
+    let (mut pivots, mut lower) = front.split_at_row_mut(width);
+    let params = Spec::default();
+    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+    cholesky_in_place(
+        pivots.rb_mut(),
+        LdltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|_| FactorError::Singular {
+        dof: tree.new_to_old[tree.columns(s).start],
+        share: 0.0,
+    })?;
+    let pivots = pivots.rb();
+    negative += (0..width).filter(|&j| pivots[(j, j)] < 0.0).count();
+    // F_21 L^-T, and that over D.
+    in_rows(lower.rb_mut(), |_, rows| {
+        solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
+    });
+    let mut scaled = pool.stale(below * width);
+    let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
+    for j in 0..width {
+        let pivot = pivots[(j, j)];
+        let column = scaled.rb_mut().col_mut(j);
+        for (scaled, v) in column.iter_mut().zip(lower.rb().col(j).iter()) {
+            *scaled = v / pivot;
+        }
+    }
+    let rest = remainder(pool, width, scaled.rb(), lower.rb(), &children);
+    Ok((rest, negative))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::factor::Ldlt;
+    use dovetail_testkit::lattice::Lattice;
+
+    #[test]
+    fn the_count_is_that_of_the_factor_with_its_pivots() {
+        // The second one has fronts of several blocks.
+        for shape in [[7, 5, 4], [12, 18, 18]] {
+            let lattice = Lattice {
+                shape,
+                stiffness: 3e7,
+                mass: 0.2,
+                irregularity: 0.4,
+            };
+            let (k, m) = lattice.cantilever();
+            let symbolic = Symbolic::analyse(&k).unwrap();
+            let mut seen = Vec::new();
+            for sigma in [0.0, 6e7, 4e8] {
+                let found = negative_eigenvalues(&k, sigma, &m, &symbolic).unwrap();
+                let shifted = sum(&k, -sigma, &m);
+                let expected = Ldlt::factor(&shifted).unwrap().negative_pivots();
+                assert_eq!(found, expected);
+                seen.push(found);
+            }
+            assert!(seen[0] == 0 && 0 < seen[1] && seen[1] < seen[2], "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn other_patterns_and_nothing_at_all() {
+        let mut diagonal = CscMatrix::identity(9);
+        diagonal.values_mut()[4] = -2.0;
+        diagonal.values_mut()[8] = -1.0;
+        let none = CscMatrix::zeros(0, 0);
+        let other = Symbolic::analyse(&none).unwrap();
+        let count = |shift: f64, mass: &CscMatrix<f64>| {
+            negative_eigenvalues(&diagonal, shift, mass, &other)
+        };
+        let unit = CscMatrix::identity(9);
+        assert_eq!(count(0.0, &unit).unwrap(), 2);
+        assert_eq!(count(1.5, &unit).unwrap(), 9);
+        assert!(matches!(
+            count(1.0, &unit),
+            Err(FactorError::Singular { .. })
+        ));
+        // A mass with entries where the stiffness has none.
+        let mut far = nalgebra_sparse::CooMatrix::from(&unit);
+        far.push(0, 7, 5.0);
+        far.push(7, 0, 5.0);
+        assert_eq!(count(0.5, &CscMatrix::from(&far)).unwrap(), 3);
+        assert_eq!(negative_eigenvalues(&none, 0.0, &none, &other).unwrap(), 0);
+    }
+}

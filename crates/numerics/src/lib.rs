@@ -1,0 +1,19 @@
+//! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
+
+pub mod condense;
+pub mod dogleg;
+pub mod eigen;
+mod elimination;
+pub mod factor;
+pub mod fourier;
+mod fronts;
+pub mod gmres;
+pub mod inertia;
+pub mod newton;
+pub mod order;
+mod pool;
+mod solve;
+pub mod sparse;
+pub mod stored;
+pub mod tiles;
+pub mod wear;

@@ -1,0 +1,334 @@
+//! Fill-reducing order: nested dissection of the node graph, then a postorder of its elimination tree.
+//!
+//! The unknowns of a finite element node come together, so the graph of the nodes is dissected
+//! (a ninth of the entries in 3-D) and each node is expanded into its unknowns. The postorder costs
+//! nothing in fill and lets the factorisation find its supernodes (Liu, SIAM J. Matrix Anal. Appl.
+//! 11 (1990) 134-172).
+
+use feral_metis::{CscPattern, OrderingError, metis_order};
+use nalgebra_sparse::pattern::SparsityPattern;
+
+/// A permutation and its inverse.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Order {
+    /// The old index at each new position.
+    pub new_to_old: Vec<usize>,
+    /// The new position of each old index.
+    pub old_to_new: Vec<usize>,
+}
+
+impl Order {
+    /// `None` where the list is no permutation.
+    pub fn of(new_to_old: Vec<usize>) -> Option<Self> {
+        let mut seen = vec![false; new_to_old.len()];
+        for &old in &new_to_old {
+            if std::mem::replace(seen.get_mut(old)?, true) {
+                return None;
+            }
+        }
+        let old_to_new = inverse(&new_to_old);
+        Some(Self {
+            new_to_old,
+            old_to_new,
+        })
+    }
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum OrderError {
+    #[error("a pattern of {rows} rows and {columns} columns cannot be ordered: it must be square")]
+    NotSquare { rows: usize, columns: usize },
+    #[error(
+        "{unknowns} unknowns with {entries} entries are more than the ordering's 32-bit indices can name"
+    )]
+    TooLarge { unknowns: usize, entries: usize },
+    #[error("nested dissection failed: {0}")]
+    Dissection(OrderingError),
+}
+
+/// Orders a structurally symmetric pattern whose unknowns come in nodes of `block` consecutive ones
+/// (3 in solid mechanics; 1 is used where `block` does not divide their number).
+///
+/// # Errors
+/// A pattern that is not square, or larger than 32-bit indices.
+pub fn nested_dissection(pattern: &SparsityPattern, block: usize) -> Result<Order, OrderError> {
+    let unknowns = pattern.minor_dim();
+    if pattern.major_dim() != unknowns {
+        return Err(OrderError::NotSquare {
+            rows: unknowns,
+            columns: pattern.major_dim(),
+        });
+    }
+    let block = if block > 0 && unknowns.is_multiple_of(block) {
+        block
+    } else {
+        1
+    };
+    let graph = node_graph(pattern, block);
+    let too_large = || OrderError::TooLarge {
+        unknowns: graph.nodes(),
+        entries: graph.neighbours.len(),
+    };
+    let narrow = |v: &[usize]| -> Result<Vec<i32>, OrderError> {
+        v.iter()
+            .map(|&x| i32::try_from(x).map_err(|_| too_large()))
+            .collect()
+    };
+    let (offsets, neighbours) = (narrow(&graph.offsets)?, narrow(&graph.neighbours)?);
+    let pattern = CscPattern::new(graph.nodes(), &offsets, &neighbours).ok_or_else(too_large)?;
+    let dissection: Vec<usize> = match graph.nodes() {
+        0 => Vec::new(),
+        _ => metis_order(&pattern)
+            .map_err(OrderError::Dissection)?
+            .into_iter()
+            .map(|node| node as usize)
+            .collect(),
+    };
+    let tree = elimination_tree(&graph, &dissection);
+    let nodes = postorder(&tree)
+        .into_iter()
+        .map(|position| dissection[position]);
+    let new_to_old: Vec<usize> = nodes
+        .flat_map(|node| (0..block).map(move |i| block * node + i))
+        .collect();
+    let old_to_new = inverse(&new_to_old);
+    Ok(Order {
+        new_to_old,
+        old_to_new,
+    })
+}
+
+/// Adjacency of the nodes, ascending, each neighbour once, a node not its own neighbour.
+struct Graph {
+    offsets: Vec<usize>,
+    neighbours: Vec<usize>,
+}
+
+impl Graph {
+    fn nodes(&self) -> usize {
+        self.offsets.len() - 1
+    }
+    fn neighbours(&self, node: usize) -> &[usize] {
+        &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
+    }
+}
+
+fn node_graph(pattern: &SparsityPattern, block: usize) -> Graph {
+    let nodes = pattern.major_dim() / block;
+    let mut offsets = Vec::with_capacity(nodes + 1);
+    offsets.push(0);
+    let mut neighbours = Vec::new();
+    let mut row = Vec::new();
+    for node in 0..nodes {
+        row.clear();
+        for column in block * node..block * (node + 1) {
+            row.extend(
+                pattern
+                    .lane(column)
+                    .iter()
+                    .map(|&i| i / block)
+                    .filter(|&i| i != node),
+            );
+        }
+        row.sort_unstable();
+        row.dedup();
+        neighbours.extend_from_slice(&row);
+        offsets.push(neighbours.len());
+    }
+    Graph {
+        offsets,
+        neighbours,
+    }
+}
+
+/// Parent of each position in the elimination tree of the permuted graph; roots are their own
+/// parents (Liu's algorithm with path compression).
+fn elimination_tree(graph: &Graph, new_to_old: &[usize]) -> Vec<usize> {
+    let n = graph.nodes();
+    let position = inverse(new_to_old);
+    let mut parent: Vec<usize> = (0..n).collect();
+    let mut ancestor: Vec<usize> = (0..n).collect();
+    for (new, &old) in new_to_old.iter().enumerate() {
+        for &neighbour in graph.neighbours(old) {
+            let mut at = position[neighbour];
+            while at < new {
+                let next = ancestor[at];
+                ancestor[at] = new;
+                if next == at {
+                    parent[at] = new;
+                    break;
+                }
+                at = next;
+            }
+        }
+    }
+    parent
+}
+
+/// The positions of a forest, children before parents, each subtree together.
+fn postorder(parent: &[usize]) -> Vec<usize> {
+    const NONE: usize = usize::MAX;
+    let n = parent.len();
+    let (mut first_child, mut next_sibling) = (vec![NONE; n], vec![NONE; n]);
+    let mut roots = Vec::new();
+    for child in (0..n).rev() {
+        if parent[child] == child {
+            roots.push(child);
+        } else {
+            next_sibling[child] = first_child[parent[child]];
+            first_child[parent[child]] = child;
+        }
+    }
+    let mut order = Vec::with_capacity(n);
+    let mut path = Vec::new();
+    for root in roots.into_iter().rev() {
+        path.push(root);
+        while let Some(&at) = path.last() {
+            if first_child[at] == NONE {
+                order.push(at);
+                path.pop();
+            } else {
+                let child = first_child[at];
+                first_child[at] = next_sibling[child];
+                path.push(child);
+            }
+        }
+    }
+    order
+}
+
+fn inverse(permutation: &[usize]) -> Vec<usize> {
+    let mut inverse = vec![0; permutation.len()];
+    for (new, &old) in permutation.iter().enumerate() {
+        inverse[old] = new;
+    }
+    inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_testkit::lattice::Lattice;
+
+    /// A box of nodes with three unknowns each, neighbours coupled.
+    fn grid(shape: [usize; 3]) -> SparsityPattern {
+        let lattice = Lattice {
+            shape,
+            stiffness: 1.0,
+            mass: 1.0,
+            irregularity: 0.0,
+        };
+        let number: Vec<_> = (0..lattice.nodes()).map(Some).collect();
+        lattice
+            .matrices(&number, lattice.nodes())
+            .0
+            .pattern()
+            .clone()
+    }
+
+    /// The order of the nodes behind the order of the unknowns.
+    fn node_order(order: &Order) -> Vec<usize> {
+        order
+            .new_to_old
+            .iter()
+            .step_by(3)
+            .map(|dof| dof / 3)
+            .collect()
+    }
+
+    /// Entries of the Cholesky factor under an order, by symbolic elimination on sets.
+    fn fill(graph: &Graph, new_to_old: &[usize]) -> usize {
+        let position = inverse(new_to_old);
+        let mut below: Vec<std::collections::BTreeSet<usize>> = (0..graph.nodes())
+            .map(|new| {
+                let all = graph
+                    .neighbours(new_to_old[new])
+                    .iter()
+                    .map(|&o| position[o]);
+                all.filter(|&p| p > new).collect()
+            })
+            .collect();
+        for new in 0..graph.nodes() {
+            let column = below[new].clone();
+            if let Some(&parent) = column.first() {
+                below[parent].extend(column.iter().filter(|&&p| p > parent));
+            }
+        }
+        below.iter().map(|c| c.len() + 1).sum()
+    }
+
+    #[test]
+    fn the_order_is_a_permutation_that_keeps_nodes_together() {
+        let order = nested_dissection(&grid([6, 5, 4]), 3).unwrap();
+        let mut sorted = order.new_to_old.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..360).collect::<Vec<_>>());
+        for node in order.new_to_old.chunks(3) {
+            assert_eq!(node[0] % 3, 0);
+            assert_eq!([node[1], node[2]], [node[0] + 1, node[0] + 2]);
+        }
+        for (new, &old) in order.new_to_old.iter().enumerate() {
+            assert_eq!(order.old_to_new[old], new);
+        }
+    }
+
+    /// In a postorder the subtree of a node is the block of positions that ends with it.
+    fn is_postordered(tree: &[usize]) -> bool {
+        let mut descendants = vec![1; tree.len()];
+        for (at, &parent) in tree.iter().enumerate() {
+            if parent != at {
+                descendants[parent] += descendants[at];
+            }
+        }
+        tree.iter()
+            .enumerate()
+            .all(|(at, &parent)| at + descendants[parent] > parent)
+    }
+
+    #[test]
+    fn a_postorder_keeps_the_fill_and_gathers_the_subtrees() {
+        let graph = node_graph(&grid([6, 5, 4]), 3);
+        let shuffled: Vec<usize> = (0..120).map(|i| (i * 77 + 13) % 120).collect();
+        let tree = elimination_tree(&graph, &shuffled);
+        assert!(!is_postordered(&tree));
+        let gathered: Vec<usize> = postorder(&tree).into_iter().map(|p| shuffled[p]).collect();
+        assert!(is_postordered(&elimination_tree(&graph, &gathered)));
+        assert_eq!(fill(&graph, &gathered), fill(&graph, &shuffled));
+    }
+
+    #[test]
+    fn the_whole_order_is_postordered() {
+        let pattern = grid([9, 8, 7]);
+        let order = node_order(&nested_dissection(&pattern, 3).unwrap());
+        assert!(is_postordered(&elimination_tree(
+            &node_graph(&pattern, 3),
+            &order
+        )));
+    }
+
+    #[test]
+    fn dissection_fills_far_less_than_the_natural_order() {
+        let pattern = grid([11, 11, 11]);
+        let graph = node_graph(&pattern, 3);
+        let order = node_order(&nested_dissection(&pattern, 3).unwrap());
+        let natural: Vec<usize> = (0..graph.nodes()).collect();
+        let (dissected, natural) = (fill(&graph, &order), fill(&graph, &natural));
+        assert!(3 * dissected < 2 * natural, "{dissected} against {natural}");
+    }
+
+    #[test]
+    fn pieces_without_connection_and_no_unknowns_at_all_are_ordered() {
+        let diagonal = SparsityPattern::try_from_offsets_and_indices(
+            4,
+            4,
+            vec![0, 1, 2, 3, 4],
+            vec![0, 1, 2, 3],
+        );
+        let mut order = nested_dissection(&diagonal.unwrap(), 3).unwrap().new_to_old;
+        order.sort_unstable();
+        assert_eq!(order, [0, 1, 2, 3]);
+        let nothing = nested_dissection(&SparsityPattern::zeros(0, 0), 3).unwrap();
+        assert!(nothing.new_to_old.is_empty());
+        assert!(nested_dissection(&SparsityPattern::zeros(2, 3), 3).is_err());
+    }
+}

@@ -1,0 +1,252 @@
+//! What the sparse matrices of this crate need beyond nalgebra-sparse: submatrices, products with
+//! dense blocks on all threads, K + s M. Results do not depend on the number of threads.
+
+use faer::linalg::matmul::matmul;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+
+/// Columns of a dense block that one task takes.
+const WIDTH: usize = 64;
+
+/// A nalgebra-sparse matrix seen by faer, without a copy.
+pub fn view(a: &CscMatrix<f64>) -> SparseColMatRef<'_, usize, f64> {
+    SparseColMatRef::new(symbolic_view(a.pattern()), a.values())
+}
+
+/// A pattern of columns seen by faer, without a copy.
+pub fn symbolic_view(pattern: &SparsityPattern) -> SymbolicSparseColMatRef<'_, usize> {
+    SymbolicSparseColMatRef::new_checked(
+        pattern.minor_dim(),
+        pattern.major_dim(),
+        pattern.major_offsets(),
+        None,
+        pattern.minor_indices(),
+    )
+}
+
+/// The rows and columns of `a` in the two lists, in their order; rows must ascend. Panics on an
+/// index that `a` does not have.
+pub fn submatrix(a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]) -> CscMatrix<f64> {
+    const ABSENT: usize = usize::MAX;
+    debug_assert!(rows.is_sorted_by(|x, y| x < y), "rows must ascend");
+    let mut position = vec![ABSENT; a.nrows()];
+    for (new, &old) in rows.iter().enumerate() {
+        position[old] = new;
+    }
+    let mut offsets = Vec::with_capacity(columns.len() + 1);
+    offsets.push(0);
+    let (mut indices, mut values) = (Vec::new(), Vec::new());
+    for &column in columns {
+        let column = a.col(column);
+        for (&row, &value) in column.row_indices().iter().zip(column.values()) {
+            if position[row] != ABSENT {
+                indices.push(position[row]);
+                values.push(value);
+            }
+        }
+        offsets.push(indices.len());
+    }
+    CscMatrix::try_from_csc_data(rows.len(), columns.len(), offsets, indices, values)
+        .expect("ascending rows of a valid matrix stay a valid matrix")
+}
+
+/// `k + s m`; on one pattern of entries where the two share it, else on the union.
+pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
+    if k.pattern() == m.pattern() {
+        let mut sum = k.clone();
+        for (k, m) in sum.values_mut().iter_mut().zip(m.values()) {
+            *k += s * m;
+        }
+        sum
+    } else if let Some(sum) = sum_within(k, s, m) {
+        sum
+    } else {
+        k + &(m * s)
+    }
+}
+
+/// `k + s m` where `k` stores every entry of `m`.
+fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatrix<f64>> {
+    if (k.nrows(), k.ncols()) != (m.nrows(), m.ncols()) {
+        return None;
+    }
+    let mut sum = k.clone();
+    for (mut into, from) in sum.col_iter_mut().zip(m.col_iter()) {
+        let (rows, values) = into.rows_and_values_mut();
+        let mut at = 0;
+        for (row, v) in from.row_indices().iter().zip(from.values()) {
+            at += rows[at..].iter().position(|r| r == row)?;
+            values[at] += s * v;
+        }
+    }
+    Some(sum)
+}
+
+/// `a x` for a dense block of columns.
+pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut y = Mat::zeros(a.nrows(), x.ncols());
+    if a.nrows() == 0 || a.ncols() == 0 || x.ncols() == 0 {
+        return y;
+    }
+    y.par_col_chunks_mut(PANEL)
+        .zip(x.par_col_chunks(PANEL))
+        .for_each(|(y, x)| panel_times(a, x, y));
+    y
+}
+
+/// Columns multiplied together: one row of the panel is a cache line.
+const PANEL: usize = 8;
+
+/// `y = a x` for at most [`PANEL`] columns, gathered row by row so that each entry of `a` meets
+/// consecutive numbers.
+fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
+    let width = x.ncols();
+    let mut sums = vec![[0.0; PANEL]; a.nrows()];
+    let mut row = [0.0; PANEL];
+    for (j, column) in a.col_iter().enumerate() {
+        for (c, r) in row.iter_mut().enumerate().take(width) {
+            *r = x[(j, c)];
+        }
+        for (&i, v) in column.row_indices().iter().zip(column.values()) {
+            for (s, r) in sums[i].iter_mut().zip(&row) {
+                *s += v * r;
+            }
+        }
+    }
+    for c in 0..width {
+        for (y, s) in y.as_mut().col_mut(c).iter_mut().zip(&sums) {
+            *y = s[c];
+        }
+    }
+}
+
+/// `a x` for a symmetric `a` with both triangles stored and a dense block of columns: each row of the
+/// product is gathered in registers.
+pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
+    let mut y = Mat::zeros(a.nrows(), x.ncols());
+    if a.nrows() == 0 || x.ncols() == 0 {
+        return y;
+    }
+    y.par_col_chunks_mut(PANEL)
+        .zip(x.par_col_chunks(PANEL))
+        .for_each(|(mut y, x)| {
+            let mut rows = vec![[0.0; PANEL]; a.nrows()];
+            for (c, column) in x.col_iter().enumerate() {
+                for (row, v) in rows.iter_mut().zip(column.iter()) {
+                    row[c] = *v;
+                }
+            }
+            let product: Vec<[f64; PANEL]> = a
+                .col_iter()
+                .map(|column| {
+                    let mut sum = [0.0; PANEL];
+                    for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                        for (s, r) in sum.iter_mut().zip(&rows[i]) {
+                            *s += v * r;
+                        }
+                    }
+                    sum
+                })
+                .collect();
+            for (c, column) in y.as_mut().col_iter_mut().enumerate() {
+                for (into, row) in column.iter_mut().zip(&product) {
+                    *into = row[c];
+                }
+            }
+        });
+    y
+}
+
+/// `a x` for a symmetric `a` with both triangles stored, on the calling thread.
+pub fn symmetric_times(a: &CscMatrix<f64>, x: &[f64], y: &mut [f64]) {
+    for (y, column) in y.iter_mut().zip(a.col_iter()) {
+        *y = column
+            .row_indices()
+            .iter()
+            .zip(column.values())
+            .map(|(&i, v)| v * x[i])
+            .sum();
+    }
+}
+
+/// `a b` for dense matrices (transposes are views: `product(a.transpose(), b)`).
+pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    if c.nrows() == 0 || c.ncols() == 0 || a.ncols() == 0 {
+        return c;
+    }
+    c.par_col_chunks_mut(WIDTH)
+        .zip(b.par_col_chunks(WIDTH))
+        .for_each(|(c, b)| {
+            matmul(c, Accum::Replace, a, b, 1.0, Par::Seq);
+        });
+    c
+}
+
+/// The mean of a matrix and its transpose: symmetric to the last bit.
+pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
+}
+
+/// A sparse matrix as a dense one.
+pub fn dense(a: &CscMatrix<f64>) -> Mat<f64> {
+    let mut d = Mat::zeros(a.nrows(), a.ncols());
+    for (i, j, v) in a.triplet_iter() {
+        d[(i, j)] += v;
+    }
+    d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_testkit::lattice::{Lattice, scattered};
+
+    fn matrices() -> (CscMatrix<f64>, CscMatrix<f64>) {
+        let lattice = Lattice {
+            shape: [4, 3, 3],
+            stiffness: 2.0,
+            mass: 0.3,
+            irregularity: 0.5,
+        };
+        lattice.cantilever()
+    }
+
+    #[test]
+    fn submatrices_and_sums_are_the_dense_ones() {
+        let (k, m) = matrices();
+        let (rows, columns) = (vec![0, 2, 3, 40, 71], vec![70, 3, 2]);
+        let (sub, whole) = (dense(&submatrix(&k, &rows, &columns)), dense(&k));
+        for (i, &row) in rows.iter().enumerate() {
+            for (j, &column) in columns.iter().enumerate() {
+                assert_eq!(sub[(i, j)], whole[(row, column)]);
+            }
+        }
+        assert_eq!(submatrix(&k, &[], &columns).ncols(), 3);
+        let expected = dense(&k) - faer::Scale(7.0) * dense(&m);
+        assert!((dense(&sum(&k, -7.0, &m)) - &expected).norm_max() < 1e-14);
+        let other = CscMatrix::identity(k.nrows());
+        let expected = dense(&k) + faer::Scale(3.0) * dense(&other);
+        assert!((dense(&sum(&k, 3.0, &other)) - expected).norm_max() < 1e-14);
+    }
+
+    #[test]
+    fn products_are_the_dense_ones() {
+        let (k, _) = matrices();
+        let n = k.nrows();
+        let x = Mat::from_fn(n, 150, |i, j| scattered(i + n * j));
+        let expected = dense(&k) * &x;
+        assert!((times(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
+        assert!((product(dense(&k).as_ref(), x.as_ref()) - &expected).norm_max() < 1e-13);
+        assert!((symmetric_product(&k, x.as_ref()) - &expected).norm_max() < 1e-13);
+        let mut y = vec![0.0; n];
+        symmetric_times(&k, x.col_as_slice(7), &mut y);
+        assert!((0..n).all(|i| (y[i] - expected[(i, 7)]).abs() < 1e-13));
+        assert_eq!(times(&k, Mat::zeros(n, 0).as_ref()).ncols(), 0);
+        let none = product(Mat::zeros(3, 0).as_ref(), Mat::zeros(0, 2).as_ref());
+        assert_eq!(none, Mat::<f64>::zeros(3, 2));
+    }
+}

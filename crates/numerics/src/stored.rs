@@ -1,0 +1,302 @@
+//! Matrices and factors in a form that reads back to the last bit, for serde: numbers as bytes of this machine,
+//! indices in 32 bits.
+//!
+//! The modules are for `#[serde(with = "...")]`. A [`Cholesky`] goes as its values, its order and the pattern of the
+//! matrix; the symbolic analysis, which follows from these two, is made anew.
+
+use faer::{Mat, MatRef};
+use nalgebra_sparse::CscMatrix;
+use nalgebra_sparse::pattern::SparsityPattern;
+use serde::de::{Deserialize, Deserializer, Error, Visitor};
+use serde::ser::{Serialize, SerializeTuple, Serializer};
+
+use super::factor::{Cholesky, Symbolic};
+
+/// Numbers as bytes.
+struct Bytes<'a, T>(&'a [T]);
+
+impl<T: bytemuck::NoUninit> Serialize for Bytes<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(bytemuck::cast_slice(self.0))
+    }
+}
+
+/// What [`Bytes`] wrote.
+struct Owned<T>(Vec<T>);
+
+impl<'de, T: bytemuck::AnyBitPattern> Deserialize<'de> for Owned<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OfBytes<T>(std::marker::PhantomData<T>);
+        impl<T: bytemuck::AnyBitPattern> Visitor<'_> for OfBytes<T> {
+            type Value = Owned<T>;
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("whole numbers of bytes")
+            }
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Owned<T>, E> {
+                let size = size_of::<T>();
+                if !bytes.len().is_multiple_of(size) {
+                    return Err(E::invalid_length(bytes.len(), &self));
+                }
+                let numbers = bytes.chunks_exact(size);
+                Ok(Owned(numbers.map(bytemuck::pod_read_unaligned).collect()))
+            }
+        }
+        deserializer.deserialize_bytes(OfBytes(std::marker::PhantomData))
+    }
+}
+
+/// A `Vec` of plain numbers, such as `f64` or `u8`.
+pub mod numbers {
+    use super::*;
+
+    pub fn serialize<T: bytemuck::NoUninit, S: Serializer>(
+        values: &[T],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Bytes(values).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, T: bytemuck::AnyBitPattern, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<T>, D::Error> {
+        Ok(Owned::deserialize(deserializer)?.0)
+    }
+}
+
+/// `Mat<f64>`.
+pub mod matrix {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(a: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        let columns = (0..a.ncols()).flat_map(|j| a.col_as_slice(j));
+        let values: Vec<f64> = columns.copied().collect();
+        (a.nrows() as u64, a.ncols() as u64, Bytes(&values)).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
+        let (rows, columns, values): (u64, u64, Owned<f64>) =
+            Deserialize::deserialize(deserializer)?;
+        if rows.checked_mul(columns) != Some(values.0.len() as u64) {
+            return Err(D::Error::custom("a matrix of another size than its values"));
+        }
+        let (rows, columns) = (rows as usize, columns as usize);
+        Ok(MatRef::from_column_major_slice(&values.0, rows, columns).to_owned())
+    }
+}
+
+/// `CscMatrix<f64>`.
+pub mod sparse_matrix {
+    use super::*;
+
+    pub fn serialize<S: Serializer>(a: &CscMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        (Packed::of(a.pattern()), Bytes(a.values())).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<CscMatrix<f64>, D::Error> {
+        let (pattern, values): (Packed, Owned<f64>) = Deserialize::deserialize(deserializer)?;
+        let pattern = pattern.unpacked().map_err(D::Error::custom)?;
+        CscMatrix::try_from_pattern_and_values(pattern, values.0)
+            .map_err(|_| D::Error::custom("a sparse matrix of another pattern than its values"))
+    }
+}
+
+/// A pattern of entries in 32-bit indices, by square blocks of `block` where all of its blocks are full.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Packed {
+    rows: u64,
+    block: u32,
+    /// Per column of blocks, entries up to its end.
+    ends: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Packed {
+    pub fn of(pattern: &SparsityPattern) -> Self {
+        Self::by_blocks(pattern, 3).unwrap_or_else(|| Self {
+            rows: pattern.minor_dim() as u64,
+            block: 1,
+            ends: pattern.major_offsets()[1..]
+                .iter()
+                .map(|&e| e as u32)
+                .collect(),
+            indices: pattern.minor_indices().iter().map(|&i| i as u32).collect(),
+        })
+    }
+
+    /// `None` where some block is not full.
+    fn by_blocks(pattern: &SparsityPattern, block: usize) -> Option<Self> {
+        let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
+        if !rows.is_multiple_of(block) || !columns.is_multiple_of(block) {
+            return None;
+        }
+        let (mut ends, mut indices) = (Vec::with_capacity(columns / block), Vec::new());
+        for node in 0..columns / block {
+            let first = pattern.lane(block * node);
+            let same = |other: usize| pattern.lane(block * node + other) == first;
+            let is_full = |b: &[usize]| {
+                b.len() == block
+                    && b[0].is_multiple_of(block)
+                    && b.windows(2).all(|w| w[1] == w[0] + 1)
+            };
+            if !(1..block).all(same) || !first.chunks(block).all(is_full) {
+                return None;
+            }
+            indices.extend(first.iter().step_by(block).map(|&i| (i / block) as u32));
+            ends.push(indices.len() as u32);
+        }
+        Some(Self {
+            rows: rows as u64,
+            block: block as u32,
+            ends,
+            indices,
+        })
+    }
+
+    pub fn unpacked(&self) -> Result<SparsityPattern, &'static str> {
+        let block = self.block as usize;
+        let (mut offsets, mut indices, mut start) = (vec![0], Vec::new(), 0);
+        for &end in &self.ends {
+            let blocks = self
+                .indices
+                .get(start..end as usize)
+                .ok_or("a torn pattern")?;
+            start = end as usize;
+            let lane = || blocks.iter().map(|&b| block * b as usize);
+            for _ in 0..block {
+                indices.extend(lane().flat_map(|i| i..i + block));
+                offsets.push(indices.len());
+            }
+        }
+        let (columns, rows) = (offsets.len() - 1, self.rows as usize);
+        SparsityPattern::try_from_offsets_and_indices(columns, rows, offsets, indices)
+            .map_err(|_| "a pattern whose indices do not ascend")
+    }
+}
+
+impl Serialize for Packed {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let whole = (
+            self.rows,
+            self.block,
+            Bytes(&self.ends),
+            Bytes(&self.indices),
+        );
+        whole.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Packed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (rows, block, ends, indices): (u64, u32, Owned<u32>, Owned<u32>) =
+            Deserialize::deserialize(deserializer)?;
+        Ok(Self {
+            rows,
+            block,
+            ends: ends.0,
+            indices: indices.0,
+        })
+    }
+}
+
+impl Serialize for Cholesky {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let order = self.symbolic().permutation().0;
+        let order: Vec<u32> = order.iter().map(|&i| i as u32).collect();
+        let mut parts = serializer.serialize_tuple(3)?;
+        parts.serialize_element(self.symbolic().pattern())?;
+        parts.serialize_element(&Bytes(&order))?;
+        parts.serialize_element(&Bytes(self.values()))?;
+        parts.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Cholesky {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (pattern, order, values): (Packed, Owned<u32>, Owned<f64>) =
+            Deserialize::deserialize(deserializer)?;
+        let pattern = pattern.unpacked().map_err(D::Error::custom)?;
+        let order = order.0.into_iter().map(|i| i as usize).collect();
+        let symbolic = Symbolic::of_order(&pattern, order).map_err(D::Error::custom)?;
+        Cholesky::of_values(symbolic, values.0)
+            .ok_or_else(|| D::Error::custom("a factor of another size than its values"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_testkit::lattice::{Lattice, scattered};
+
+    #[derive(Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+    struct All {
+        #[serde(with = "numbers")]
+        numbers: Vec<f64>,
+        #[serde(with = "matrix")]
+        matrix: Mat<f64>,
+        #[serde(with = "sparse_matrix")]
+        sparse: CscMatrix<f64>,
+    }
+
+    #[test]
+    fn everything_reads_back_to_the_bit() {
+        let lattice = Lattice {
+            shape: [5, 4, 3],
+            stiffness: 3e7,
+            mass: 0.2,
+            irregularity: 0.4,
+        };
+        let (k, _) = lattice.cantilever();
+        // Rows and columns of another number, not in blocks.
+        let ragged = CscMatrix::try_from_csc_data(
+            4,
+            2,
+            vec![0, 2, 3],
+            vec![1, 3, 0],
+            vec![0.1, -0.0, 5e-324],
+        );
+        for sparse in [k, ragged.unwrap(), CscMatrix::zeros(0, 3)] {
+            let all = All {
+                numbers: vec![0.1, -0.0, f64::MIN_POSITIVE, 1.0 / 3.0],
+                matrix: Mat::from_fn(7, 3, |i, j| scattered(i + 9 * j)),
+                sparse,
+            };
+            let bytes = postcard::to_stdvec(&all).unwrap();
+            assert_eq!(postcard::from_bytes::<All>(&bytes).unwrap(), all);
+            for cut in [0, 1, bytes.len() / 2, bytes.len() - 1] {
+                assert!(postcard::from_bytes::<All>(&bytes[..cut]).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn a_factor_that_was_read_back_solves_to_the_same_bits() {
+        let lattice = Lattice {
+            shape: [6, 4, 4],
+            stiffness: 3e7,
+            mass: 0.2,
+            irregularity: 0.4,
+        };
+        let (k, _) = lattice.cantilever();
+        let factor = Cholesky::factor(&k).unwrap();
+        let bytes = postcard::to_stdvec(&factor).unwrap();
+        let back: Cholesky = postcard::from_bytes(&bytes).unwrap();
+        let n = factor.symbolic().unknowns();
+        let mut x = Mat::from_fn(n, 40, |i, j| scattered(i + n * j));
+        let mut y = x.clone();
+        factor.solve_in_place(x.as_mut());
+        back.solve_in_place(y.as_mut());
+        assert_eq!(x, y);
+        assert!(x.norm_max() > 0.0);
+        let nothing = Cholesky::factor(&CscMatrix::zeros(0, 0)).unwrap();
+        let bytes = postcard::to_stdvec(&nothing).unwrap();
+        assert_eq!(
+            postcard::from_bytes::<Cholesky>(&bytes)
+                .unwrap()
+                .symbolic()
+                .unknowns(),
+            0
+        );
+    }
+}

@@ -1,0 +1,301 @@
+//! Dynamic stiffness of the pairs, and what the stuck modes add to loads and fields.
+//!
+//! With z = w^2 - i w b and s = 1 + i w a (Rayleigh damping a K + b M):
+//! `Lambda(w) = s K - z M - sum_m (z^2 / d_m) p_m p_m^T`, `d_m = s w_m^2 - z`,
+//! `F(w) = F_X + sum_m (z / d_m) p_m fm_m`, `q_m = (fm_m + z p_m . X) / d_m`.
+//! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine.
+//!
+//! Lambda is not formed: K, M and P = [p_m] are the same at every frequency and harmonic, so that they are
+//! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
+//! would be 2H matrices of the size of K.
+
+use crate::reduction::RelativeModel;
+use crate::reduction::damping::Rayleigh;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
+
+/// The reduced model with its damping.
+pub struct ContactSystem<'a> {
+    pub model: &'a RelativeModel,
+    pub damping: Rayleigh,
+}
+
+/// Stiffness of the mean and of the harmonics 1..H at one frequency.
+pub struct HarmonicStiffness<'a> {
+    model: &'a RelativeModel,
+    /// Of the first harmonic, rad/s.
+    omega: f64,
+    harmonics: Vec<Coefficients>,
+}
+
+/// Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
+#[derive(Debug, Clone)]
+pub struct Coefficients {
+    pub s: c64,
+    pub z: c64,
+    pub modes: Vec<c64>,
+}
+
+impl<'a> ContactSystem<'a> {
+    pub fn new(model: &'a RelativeModel, damping: Rayleigh) -> Self {
+        Self { model, damping }
+    }
+
+    /// Number of unknowns of one harmonic, 3 per pair.
+    pub fn unknowns(&self) -> usize {
+        self.model.stiffness.nrows()
+    }
+
+    /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
+    pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
+        let model = self.model;
+        HarmonicStiffness {
+            model,
+            omega,
+            harmonics: (1..=harmonics)
+                .map(|k| coefficients(&model.omega2, self.damping, k as f64 * omega))
+                .collect(),
+        }
+    }
+
+    /// Lambda at `omega` rad/s, real and imaginary part, n x n.
+    pub fn stiffness_at(&self, omega: f64) -> [Mat<f64>; 2] {
+        self.stiffness(omega, 1).formed(1)
+    }
+
+    /// Load condensed on X at `omega`, from a load of complex amplitude `on_x`, `on_modes`.
+    pub fn condensed_load(&self, omega: f64, on_x: &[c64], on_modes: &[c64]) -> Vec<c64> {
+        let (s, z) = s_and_z(self.damping, omega);
+        let mut load = on_x.to_vec();
+        for (m, &fm) in on_modes.iter().enumerate() {
+            let amplitude = fm * z / (s * self.model.omega2[m] - z);
+            for (f, p) in load.iter_mut().zip(self.model.coupling.col(m).iter()) {
+                *f += amplitude * *p;
+            }
+        }
+        load
+    }
+
+    /// Amplitudes of the stuck modes under X and a modal load, at `omega`.
+    pub fn modal_response(&self, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
+        let (s, z) = s_and_z(self.damping, omega);
+        on_modes
+            .iter()
+            .enumerate()
+            .map(|(m, &fm)| {
+                let mut px = c64::new(0.0, 0.0);
+                for (v, p) in x.iter().zip(self.model.coupling.col(m).iter()) {
+                    px += v * *p;
+                }
+                (fm + z * px) / (s * self.model.omega2[m] - z)
+            })
+            .collect()
+    }
+}
+
+/// s and z at `omega` rad/s.
+fn s_and_z(damping: Rayleigh, omega: f64) -> (c64, c64) {
+    let Rayleigh {
+        stiffness_s,
+        mass_per_s,
+    } = damping;
+    (
+        c64::new(1.0, omega * stiffness_s),
+        c64::new(omega * omega, -omega * mass_per_s),
+    )
+}
+
+fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {
+    let (s, z) = s_and_z(damping, omega);
+    let mode = |w2: &f64| -(z * z) / (s * *w2 - z);
+    Coefficients {
+        s,
+        z,
+        modes: omega2.iter().map(mode).collect(),
+    }
+}
+
+/// `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K X, M X and P c P^T X.
+fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out: [&mut [f64]; 2]) {
+    let [out_c, out_s] = out;
+    for (i, (yc, ys)) in out_c.iter_mut().zip(out_s).enumerate() {
+        let [kc, ks, mc, ms] = [k[0][i], k[1][i], m[0][i], m[1][i]];
+        (*yc, *ys) = (p[0][i], p[1][i]);
+        *yc += c.s.re * kc + c.s.im * ks - c.z.re * mc - c.z.im * ms;
+        *ys += c.s.re * ks - c.s.im * kc - c.z.re * ms + c.z.im * mc;
+    }
+}
+
+impl HarmonicStiffness<'_> {
+    pub fn harmonics(&self) -> usize {
+        self.harmonics.len()
+    }
+
+    /// Unknowns of one block.
+    pub fn unknowns(&self) -> usize {
+        self.model.stiffness.nrows()
+    }
+
+    /// Of each harmonic, with the stuck modes below `cut` times the highest of them.
+    pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
+        let highest = cut * self.omega * self.harmonics.len() as f64;
+        let below = |w2: &f64| *w2 < highest * highest;
+        let low = self.model.omega2.partition_point(below);
+        let mut harmonics = self.harmonics.clone();
+        harmonics.iter_mut().for_each(|c| c.modes.truncate(low));
+        harmonics
+    }
+
+    /// Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] of vectors of 2H+1 blocks: the mean, then cosine and sine of each
+    /// harmonic (`X = cosine - i sine`).
+    pub fn apply(&self, v: &[f64], y: &mut [f64]) {
+        let RelativeModel {
+            stiffness,
+            mass,
+            coupling,
+            ..
+        } = self.model;
+        let (n, modes) = (self.unknowns(), coupling.ncols());
+        let count = 2 * self.harmonics.len();
+        let product = |a: MatRef<'_, f64>, b: &[f64]| {
+            let (rows, columns) = (a.nrows(), b.len() / a.ncols().max(1));
+            let mut out = vec![0.0; rows * columns];
+            matmul(
+                MatMut::from_column_major_slice_mut(&mut out, rows, columns),
+                Accum::Replace,
+                a,
+                MatRef::from_column_major_slice(b, a.ncols(), columns),
+                1.0,
+                Par::Seq,
+            );
+            out
+        };
+        // Side by side where a core is free, as at the end of a sweep when its other half is done.
+        let (stiff, inert) = rayon::join(
+            || product(stiffness.as_ref(), v),
+            || product(mass.as_ref(), &v[n..]),
+        );
+        let mut modal = vec![0.0; count * n];
+        if modes > 0 {
+            let mut amplitudes = product(coupling.transpose(), &v[n..]);
+            for (c, g) in self
+                .harmonics
+                .iter()
+                .zip(amplitudes.chunks_exact_mut(2 * modes))
+            {
+                let (gc, gs) = g.split_at_mut(modes);
+                for ((gc, gs), a) in gc.iter_mut().zip(gs).zip(&c.modes) {
+                    let (c, s) = (*gc, *gs);
+                    *gc = a.re * c + a.im * s;
+                    *gs = a.re * s - a.im * c;
+                }
+            }
+            modal = product(coupling.as_ref(), &amplitudes);
+        }
+        y[..n].copy_from_slice(&stiff[..n]);
+        for (k, (c, y)) in self
+            .harmonics
+            .iter()
+            .zip(y[n..].chunks_exact_mut(2 * n))
+            .enumerate()
+        {
+            let (yc, ys) = y.split_at_mut(n);
+            combine(
+                c,
+                cosine_and_sine(&stiff[n..], k, n),
+                cosine_and_sine(&inert, k, n),
+                cosine_and_sine(&modal, k, n),
+                [yc, ys],
+            );
+        }
+    }
+
+    /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
+    pub fn diagonal(&self, k: usize) -> Vec<c64> {
+        let RelativeModel {
+            stiffness,
+            mass,
+            coupling,
+            ..
+        } = self.model;
+        let c = &self.harmonics[k - 1];
+        let mut diagonal: Vec<c64> = (0..self.unknowns())
+            .map(|i| c.s * stiffness[(i, i)] - c.z * mass[(i, i)])
+            .collect();
+        for (m, mode) in c.modes.iter().enumerate() {
+            let coupling = coupling.col_as_slice(m);
+            for (d, p) in diagonal.iter_mut().zip(coupling) {
+                *d += *mode * (p * p);
+            }
+        }
+        diagonal
+    }
+
+    /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
+    pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
+        let RelativeModel {
+            stiffness,
+            mass,
+            coupling,
+            ..
+        } = self.model;
+        let c = &self.harmonics[k - 1];
+        let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
+            let n = self.unknowns();
+            let mut out = Mat::zeros(n, n);
+            for j in 0..n {
+                let (k, m) = (stiffness.col_as_slice(j), mass.col_as_slice(j));
+                let out = out.col_as_slice_mut(j);
+                for ((o, k), m) in out.iter_mut().zip(k).zip(m) {
+                    *o = s * k - z * m;
+                }
+            }
+            let scaled = Mat::from_fn(n, coupling.ncols(), |i, m| coupling[(i, m)] * mode(m));
+            let other = coupling.transpose();
+            matmul(&mut out, Accum::Add, &scaled, other, 1.0, Par::Seq);
+            out
+        };
+        [
+            part(c.s.re, c.z.re, &|m| c.modes[m].re),
+            part(c.s.im, c.z.im, &|m| c.modes[m].im),
+        ]
+    }
+}
+
+/// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.
+fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
+    [
+        &v[2 * k * n..(2 * k + 1) * n],
+        &v[(2 * k + 1) * n..(2 * k + 2) * n],
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reduction::PairLaw;
+    use crate::reduction::superelement::read;
+
+    #[test]
+    fn the_diagonal_is_that_of_the_formed_matrix() {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        let model = read(folder.as_ref(), law, 1.0).unwrap().relative;
+        let damping = Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 30.0,
+        };
+        let omega = 0.98 * model.omega2[0].sqrt();
+        let stiffness = ContactSystem::new(&model, damping).stiffness(omega, 2);
+        for k in 1..=2 {
+            let [re, im] = stiffness.formed(k);
+            for (i, v) in stiffness.diagonal(k).iter().enumerate() {
+                let formed = c64::new(re[(i, i)], im[(i, i)]);
+                assert!((v - formed).norm() < 1e-12 * formed.norm(), "{k}, {i}");
+            }
+        }
+    }
+}

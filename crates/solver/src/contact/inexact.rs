@@ -1,0 +1,301 @@
+//! The dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take part alone,
+//! K in single precision, and the mass through the softest motions of the flanks. Inertia matters where motions are soft;
+//! in the others it is beneath single precision: `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
+
+use std::sync::Arc;
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par, Side, c64};
+
+use super::dynamic_stiffness::Coefficients;
+use crate::reduction::RelativeModel;
+use dovetail_numerics::eigen::softest::softest;
+use dovetail_numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::sparse::product;
+use dovetail_numerics::tiles::SymmetricTiles;
+
+/// Softest motions for each root of the number of unknowns.
+const MOTIONS_PER_ROOT: f64 = 2.0;
+const FEWEST_MOTIONS: usize = 12;
+/// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
+const DEPENDENT: f64 = 1e-4;
+/// From this share on all pairs take part.
+const ALL_FROM: f64 = 0.25;
+/// Pairs more than needed that may take part, beside one in four.
+const SPARE: usize = 16;
+
+/// What is the same for all sets of pairs.
+pub struct InexactModel<'a> {
+    model: &'a RelativeModel,
+    /// n x motions.
+    softest: Mat<f64>,
+    /// M ~ inertia inertia^T, n x motions or fewer.
+    inertia: Mat<f32>,
+    all: Option<Arc<Inexact>>,
+}
+
+/// K, M, P and the softest motions on the unknowns of some pairs; m unknowns.
+pub struct Inexact {
+    /// Ascending.
+    pub pairs: Vec<usize>,
+    stiffness: SymmetricTiles,
+    /// W^T, motions x m.
+    pub motions: Mat<f32>,
+    /// (K W)^T, motions x m.
+    pub forces: Mat<f32>,
+    inertia: Mat<f32>,
+    coupling: Mat<f32>,
+}
+
+impl<'a> InexactModel<'a> {
+    /// Finds the softest motions: a Cholesky factor of K, n x n.
+    pub fn new(model: &'a RelativeModel) -> Self {
+        let n = model.stiffness.nrows();
+        let count = (MOTIONS_PER_ROOT * (n as f64).sqrt()).ceil() as usize;
+        let softest = softest(
+            model.stiffness.as_ref(),
+            &model.own_stiffness(),
+            count.max(FEWEST_MOTIONS),
+        );
+        let moved = product(model.mass.as_ref(), softest.as_ref());
+        let mut this = Self {
+            inertia: narrow(nystrom(&moved, &softest).as_ref()),
+            model,
+            softest,
+            all: None,
+        };
+        let forces = product(model.stiffness.as_ref(), this.softest.as_ref());
+        this.all = Some(Arc::new(Inexact {
+            forces: narrow(forces.transpose()),
+            motions: narrow(this.softest.transpose()),
+            ..this.without_motions((0..model.pairs.len()).collect())
+        }));
+        this
+    }
+
+    /// For where no linear solve is made, or few: no motions.
+    pub fn unprepared(model: &'a RelativeModel) -> Self {
+        let n = model.stiffness.nrows();
+        Self {
+            model,
+            softest: Mat::zeros(n, 0),
+            inertia: Mat::zeros(n, 0),
+            all: None,
+        }
+    }
+
+    /// On pairs among which are all of `active`: those of `last` where they serve, all pairs where enough of
+    /// them are active.
+    pub fn taking_part(&self, active: &[usize], last: Option<&Arc<Inexact>>) -> Arc<Inexact> {
+        let count = active.len();
+        let most = count + count / 4 + SPARE;
+        if let Some(last) = last {
+            let serves = |all: &[usize]| active.iter().all(|p| all.binary_search(p).is_ok());
+            let is_all = last.pairs.len() == self.model.pairs.len();
+            let few_enough = last.pairs.len() <= most || (is_all && self.all_take_part(count));
+            if few_enough && serves(&last.pairs) {
+                return Arc::clone(last);
+            }
+        }
+        if let Some(all) = &self.all
+            && self.all_take_part(count)
+        {
+            return Arc::clone(all);
+        }
+        let mut pairs = active.to_vec();
+        if let Some(last) = last {
+            pairs.extend(&last.pairs);
+            pairs.sort_unstable();
+            pairs.dedup();
+            if pairs.len() > most {
+                pairs = active.to_vec();
+            }
+        }
+        Arc::new(self.on(pairs))
+    }
+
+    fn all_take_part(&self, count: usize) -> bool {
+        count as f64 >= ALL_FROM * self.model.pairs.len() as f64
+    }
+
+    fn on(&self, pairs: Vec<usize>) -> Inexact {
+        let mut inexact = self.without_motions(pairs);
+        let m = inexact.unknowns();
+        let columns = columns(&inexact.pairs);
+        let all = self.model.own_stiffness();
+        let weights: Vec<f64> = columns.iter().map(|&c| all[c]).collect();
+        let count = (MOTIONS_PER_ROOT * (m as f64).sqrt()).ceil() as usize;
+        let motions = self.softest.get(.., ..count.min(self.softest.ncols()));
+        let on_pairs = Mat::from_fn(m, motions.ncols(), |i, j| motions[(columns[i], j)]);
+        let motions = independent(on_pairs, &weights);
+        inexact.motions = narrow(motions.transpose());
+        let mut forces = Mat::zeros(m, motions.ncols());
+        inexact
+            .stiffness
+            .times(inexact.motions.transpose(), forces.as_mut());
+        inexact.forces = forces.transpose().to_owned();
+        inexact
+    }
+
+    fn without_motions(&self, pairs: Vec<usize>) -> Inexact {
+        let columns = columns(&pairs);
+        let (inertia, coupling) = (&self.inertia, &self.model.coupling);
+        let m = columns.len();
+        Inexact {
+            stiffness: SymmetricTiles::of(self.model.stiffness.as_ref(), &columns),
+            inertia: Mat::from_fn(m, inertia.ncols(), |i, j| inertia[(columns[i], j)]),
+            coupling: Mat::from_fn(m, coupling.ncols(), |i, j| coupling[(columns[i], j)] as f32),
+            motions: Mat::zeros(0, m),
+            forces: Mat::zeros(0, m),
+            pairs,
+        }
+    }
+}
+
+impl Inexact {
+    pub fn unknowns(&self) -> usize {
+        3 * self.pairs.len()
+    }
+
+    /// Their places among all.
+    pub fn columns(&self) -> Vec<usize> {
+        columns(&self.pairs)
+    }
+
+    /// K x, m x any.
+    pub fn stiffness_times(&self, x: MatRef<'_, f32>) -> Mat<f32> {
+        let mut y = Mat::zeros(x.nrows(), x.ncols());
+        self.stiffness.times(x, y.as_mut());
+        y
+    }
+
+    /// `Lambda x` from x and `K x`, m x (2H+1): the mean, then cosine and sine of each harmonic.
+    pub fn dynamic(
+        &self,
+        harmonics: &[Coefficients],
+        x: MatRef<'_, f32>,
+        kx: Mat<f32>,
+    ) -> Mat<f32> {
+        let mut y = kx;
+        for (k, c) in harmonics.iter().enumerate() {
+            for i in 0..y.nrows() {
+                turn(c.s, &mut y, i, 2 * k + 1);
+            }
+        }
+        let modes = harmonics.first().map_or(0, |c| c.modes.len());
+        let coupling = self.coupling.get(.., ..modes);
+        for (basis, is_inertia) in [(self.inertia.as_ref(), true), (coupling, false)] {
+            let mut amplitudes = times(basis.transpose(), x.get(.., 1..));
+            for (k, c) in harmonics.iter().enumerate() {
+                for i in 0..basis.ncols() {
+                    let by = if is_inertia { -c.z } else { c.modes[i] };
+                    turn(by, &mut amplitudes, i, 2 * k);
+                }
+            }
+            let (y, amplitudes) = (y.get_mut(.., 1..), amplitudes.as_ref());
+            matmul(y, Accum::Add, basis, amplitudes, 1.0, Par::Seq);
+        }
+        y
+    }
+
+    /// Lambda of one harmonic on the first so many motions, real and imaginary part: (Lambda W)^T, `count` x m.
+    pub fn dynamic_motions(&self, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
+        let motions = self.motions.get(..count, ..);
+        let coupling = self.coupling.get(.., ..c.modes.len());
+        let [inertia, modal] = [self.inertia.as_ref(), coupling].map(|basis| times(motions, basis));
+        let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
+            let mut y = Mat::from_fn(count, self.unknowns(), |j, i| {
+                s as f32 * self.forces[(j, i)]
+            });
+            let modal = Mat::from_fn(modal.nrows(), modal.ncols(), |j, m| {
+                mode(m) as f32 * modal[(j, m)]
+            });
+            let y_mut = y.as_mut();
+            let inertia_t = self.inertia.transpose();
+            matmul(y_mut, Accum::Add, &inertia, inertia_t, -z as f32, Par::Seq);
+            matmul(
+                y.as_mut(),
+                Accum::Add,
+                &modal,
+                coupling.transpose(),
+                1.0,
+                Par::Seq,
+            );
+            y
+        };
+        [
+            part(c.s.re, c.z.re, &|m| c.modes[m].re),
+            part(c.s.im, c.z.im, &|m| c.modes[m].im),
+        ]
+    }
+}
+
+/// Row i of a cosine and a sine column times a complex number, `X = cosine - i sine`.
+fn turn(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
+    let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
+    a[(i, cosine)] = (by.re * c + by.im * s) as f32;
+    a[(i, cosine + 1)] = (by.re * s - by.im * c) as f32;
+}
+
+fn times(a: MatRef<'_, f32>, b: MatRef<'_, f32>) -> Mat<f32> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(c.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    c
+}
+
+fn narrow(a: MatRef<'_, f64>) -> Mat<f32> {
+    Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] as f32)
+}
+
+fn columns(pairs: &[usize]) -> Vec<usize> {
+    pairs
+        .iter()
+        .flat_map(|p| [3 * p, 3 * p + 1, 3 * p + 2])
+        .collect()
+}
+
+/// N of `(M W) (W^T M W)^-1 (M W)^T = N N^T`; motions without mass are left out.
+fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
+    const NO_MASS: f64 = 1e-10;
+    let nothing = || Mat::zeros(moved.nrows(), 0);
+    if motions.ncols() == 0 {
+        return nothing();
+    }
+    let among = product(motions.transpose(), moved.as_ref());
+    let Ok(eigen) = among.self_adjoint_eigen(Side::Lower) else {
+        return nothing();
+    };
+    let masses = eigen.S().column_vector();
+    let largest = masses.iter().fold(0.0_f64, |m, v| m.max(*v));
+    let first = masses
+        .iter()
+        .position(|v| *v > NO_MASS * largest)
+        .unwrap_or(masses.nrows());
+    let vectors = eigen.U().get(.., first..);
+    let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
+        vectors[(i, j)] / masses[first + j].sqrt()
+    });
+    product(moved.as_ref(), scaled.as_ref())
+}
+
+/// Orthonormal columns in the inner product of `weights`, in their order, without those that depend on earlier ones.
+fn independent(motions: Mat<f64>, weights: &[f64]) -> Mat<f64> {
+    let root: Vec<f64> = weights.iter().map(|w| w.sqrt()).collect();
+    let mut kept: Vec<Vec<f64>> = vec![];
+    for j in 0..motions.ncols() {
+        let column = motions.col_as_slice(j).iter().zip(&root);
+        let mut column: Vec<f64> = column.map(|(v, r)| v * r).collect();
+        let before = norm(&column);
+        for _ in 0..2 {
+            for earlier in &kept {
+                axpy(-dot(earlier, &column), earlier, &mut column);
+            }
+        }
+        let left = norm(&column);
+        if left > DEPENDENT.sqrt() * before {
+            column.iter_mut().for_each(|v| *v /= left);
+            kept.push(column);
+        }
+    }
+    Mat::from_fn(motions.nrows(), kept.len(), |i, j| kept[j][i] / root[i])
+}

@@ -1,0 +1,92 @@
+//! One run as a value: what vibrates, how it is damped, and which response is asked for.
+
+use std::path::PathBuf;
+
+use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+use crate::model::Assembly;
+use crate::reduction::damping::DampingSpec;
+
+/// Everything one run depends on, in SI units, with the names of mesh groups still unresolved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name of the run: the default output folder is `output/<name>`.
+    pub name: String,
+    pub subject: Subject,
+    pub damping: DampingSpec,
+    pub static_state: StaticSpec,
+    pub response: ResponseSpec,
+}
+
+impl Scene {
+    /// The mesh and all that refers to it, where the scene is about one.
+    pub fn assembly(&self) -> Option<&Assembly> {
+        match &self.subject {
+            Subject::Assembly(assembly) => Some(assembly),
+            Subject::ReducedModel(_) => None,
+        }
+    }
+}
+
+/// What vibrates.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Subject {
+    /// Bodies of a mesh.
+    Assembly(Box<Assembly>),
+    /// What a reduction has left of bodies that are not described further.
+    ReducedModel(ReducedModelSpec),
+}
+
+/// A reduced model read from a folder (its files: `reduction::superelement`).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReducedModelSpec {
+    pub folder: PathBuf,
+    /// Coulomb coefficient of every pair.
+    pub friction: f64,
+    /// Initial clearance of every pair, m.
+    pub gap_m: f64,
+    /// The folder's unit excitation is multiplied by this.
+    pub force_n: f64,
+}
+
+/// Static state under rotation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticSpec {
+    /// The load is applied in this many equal steps.
+    pub load_steps: usize,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ResponseSpec {
+    pub range: FrequencyRange,
+    /// Number of frequencies, evenly spaced.
+    pub points: usize,
+    pub resolution: Resolution,
+    /// A second response with this many harmonics, drawn beside the first.
+    pub compare_harmonics: Option<usize>,
+    pub eps: EpsChoice,
+    /// eps is multiplied by this (1 = the choice itself).
+    pub eps_scale: f64,
+    /// Converged when the relative residual is below this: the larger of |f_0| / |F| and
+    /// |f_1..H| / |F_1..H|.
+    pub tolerance: f64,
+    pub max_newton_iterations: usize,
+    pub solver: Solver,
+    /// Stuck modes kept; `None` keeps all of them (the paper's exact condensation).
+    pub stuck_modes: Option<usize>,
+    /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
+    /// static slip.
+    pub slip_threshold_m: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FrequencyRange {
+    Hz {
+        from_hz: f64,
+        to_hz: f64,
+    },
+    /// Multiples of the first stuck frequency.
+    OfFirstStuckMode {
+        from: f64,
+        to: f64,
+    },
+}

@@ -1,0 +1,387 @@
+//! The harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian
+//! J = (I - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
+//!
+//! A pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
+//! once, and only the other ("active") pairs enter the linear solve.
+
+use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
+use super::retention::Retention;
+use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+use crate::contact::inexact::InexactModel;
+use crate::reduction::PairLaw;
+use dovetail_numerics::fourier::Fourier;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
+use rayon::prelude::*;
+use std::borrow::Cow;
+
+/// Everything that is the same at all frequencies of a sweep.
+#[derive(Clone, Copy)]
+pub struct Setting<'a> {
+    pub system: &'a ContactSystem<'a>,
+    /// For the inner linear solves.
+    pub inexact: &'a InexactModel<'a>,
+    pub fourier: &'a Fourier,
+    /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
+    pub eps: &'a [f64],
+    /// Static relative displacement, m, n: where the march of a pair starts.
+    pub x_static: &'a [f64],
+    /// The static state is held along the slot, and so is the mean of every motion about it.
+    pub held_statically: bool,
+    /// Sum of the pairs' compression in the static state, N.
+    pub pressing_n: f64,
+    pub periods: Periods,
+    /// A pair that slides less than this in a period sticks, m.
+    pub slip_threshold_m: f64,
+}
+
+/// One frequency.
+pub struct Balance<'a> {
+    pub setting: &'a Setting<'a>,
+    /// The mean and the harmonics 1..H.
+    pub stiffness: HarmonicStiffness<'a>,
+    /// F, (2H+1) n.
+    pub force: Vec<f64>,
+    /// Holds the mean at the static state along what is free but for friction.
+    retention: Option<Cow<'a, Retention>>,
+    /// Coefficients of friction above this count as this.
+    pub most_friction: f64,
+}
+
+/// What the pairs did at one U.
+pub struct Evaluation {
+    /// f(U), (2H+1) n.
+    pub residual: Vec<f64>,
+    /// lambda_u = F - Lambda U + eps U, (2H+1) n.
+    pub lambda_u: Vec<f64>,
+    /// lambda(U), (2H+1) n.
+    pub lambda: Vec<f64>,
+    pub ends: Vec<PairEnd>,
+}
+
+/// J at one U.
+pub struct Jacobian {
+    /// Pairs that do not stick throughout, ascending.
+    pub active: Vec<usize>,
+    /// D of each active pair, 3(2H+1) square, row-major, component-major indices.
+    pub derivatives: Vec<Vec<f64>>,
+}
+
+impl<'a> Balance<'a> {
+    /// Dynamic stiffness and condensed loads at `omega` rad/s.
+    pub fn new(setting: &'a Setting<'a>, omega: f64) -> Self {
+        let harmonics = setting.fourier.harmonics();
+        let system = setting.system;
+        let n = system.unknowns();
+        let stiffness = system.stiffness(omega, harmonics);
+        let mut force = vec![0.0; (2 * harmonics + 1) * n];
+        force[..n].copy_from_slice(&system.model.static_load.on_x);
+        for load in &system.model.excitations {
+            let k = load.harmonic;
+            if k == 0 || k > harmonics {
+                continue;
+            }
+            let complex = |c: &[f64], s: &[f64]| -> Vec<c64> {
+                c.iter().zip(s).map(|(&c, &s)| c64::new(c, -s)).collect()
+            };
+            let condensed = system.condensed_load(
+                k as f64 * omega,
+                &complex(&load.cosine.on_x, &load.sine.on_x),
+                &complex(&load.cosine.on_modes, &load.sine.on_modes),
+            );
+            for (i, f) in condensed.iter().enumerate() {
+                force[(2 * k - 1) * n + i] += f.re;
+                force[2 * k * n + i] -= f.im;
+            }
+        }
+        Self {
+            setting,
+            stiffness,
+            force,
+            retention: None,
+            most_friction: f64::INFINITY,
+        }
+    }
+
+    /// The same balance with the mean held by `retention`, anchored at the static state, or at rest where
+    /// the static state is held from there.
+    pub fn held_by(mut self, retention: Cow<'a, Retention>) -> Self {
+        let n = self.unknowns_per_block();
+        if !self.setting.held_statically {
+            retention.add_to(self.setting.x_static, &mut self.force[..n]);
+        }
+        self.retention = Some(retention);
+        self
+    }
+
+    /// What holds the mean, if anything does.
+    pub fn retention(&self) -> Option<&Retention> {
+        self.retention.as_deref()
+    }
+
+    pub fn is_held(&self) -> bool {
+        self.retention.is_some()
+    }
+
+    /// Force in the retention at U, N; zero without one.
+    pub fn retention_n(&self, u: &[f64]) -> f64 {
+        let n = self.unknowns_per_block();
+        let at_rest = vec![0.0; n];
+        let anchor = if self.setting.held_statically {
+            &at_rest
+        } else {
+            self.setting.x_static
+        };
+        self.retention
+            .as_ref()
+            .map_or(0.0, |r| r.force_n(&u[..n], anchor))
+    }
+
+    pub fn unknowns_per_block(&self) -> usize {
+        self.setting.system.unknowns()
+    }
+
+    fn law(&self, pair: usize) -> PairLaw {
+        let law = self.setting.system.model.pairs[pair];
+        PairLaw {
+            friction: law.friction.min(self.most_friction),
+            ..law
+        }
+    }
+
+    fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
+        let (eps_n, eps_t) = (self.setting.eps[3 * pair], self.setting.eps[3 * pair + 1]);
+        let law = self.law(pair);
+        let x = &self.setting.x_static[3 * pair..3 * pair + 3];
+        PairInput {
+            periods: self.setting.periods,
+            force,
+            shift_n: eps_n * law.gap_m,
+            friction: law.friction,
+            start: [eps_t * x[1], eps_t * x[2]],
+        }
+    }
+
+    /// y = Lambda v, all harmonics.
+    pub fn apply_stiffness(&self, v: &[f64], y: &mut [f64]) {
+        self.stiffness.apply(v, y);
+        if let Some(retention) = &self.retention {
+            let n = self.unknowns_per_block();
+            retention.add_to(&v[..n], &mut y[..n]);
+        }
+    }
+
+    /// lambda_u = F - Lambda U + eps U.
+    pub fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
+        let n = self.unknowns_per_block();
+        let mut out = vec![0.0; u.len()];
+        self.apply_stiffness(u, &mut out);
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = self.force[i] - *o + self.setting.eps[i % n] * u[i];
+        }
+        out
+    }
+
+    /// f(U), lambda(U) and what each pair does.
+    pub fn evaluate(&self, u: &[f64]) -> Evaluation {
+        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+        let width = fourier.width();
+        let lambda_u = self.lambda_u(u);
+        let marched: Vec<(PairEnd, Vec<f64>)> = (0..n / 3)
+            .into_par_iter()
+            .with_min_len(16)
+            .map_init(
+                || Signals::new(fourier.samples()),
+                |signals, pair| {
+                    let force = gather(&lambda_u, n, pair, width);
+                    let mut lambda = vec![0.0; 3 * width];
+                    let end = march(fourier, self.input(pair, &force), signals, &mut lambda);
+                    (end, lambda)
+                },
+            )
+            .collect();
+        let mut lambda = vec![0.0; u.len()];
+        for (pair, (_, local)) in marched.iter().enumerate() {
+            scatter(local, n, pair, width, &mut lambda);
+        }
+        let residual = (0..u.len())
+            .map(|i| {
+                // Lambda U - F = eps U - lambda_u.
+                self.setting.eps[i % n] * u[i] - lambda_u[i] + lambda[i]
+            })
+            .collect();
+        let ends = marched.into_iter().map(|(end, _)| end).collect();
+        Evaluation {
+            residual,
+            lambda_u,
+            lambda,
+            ends,
+        }
+    }
+
+    /// J at the U whose evaluation gave `lambda_u`.
+    pub fn linearise(&self, lambda_u: &[f64]) -> Jacobian {
+        let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
+        let width = fourier.width();
+        let found: Vec<Option<Vec<f64>>> = (0..n / 3)
+            .into_par_iter()
+            .with_min_len(8)
+            .map_init(
+                || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
+                |(signals, lambda), pair| {
+                    let force = gather(lambda_u, n, pair, width);
+                    let input = self.input(pair, &force);
+                    let end = march(fourier, input, signals, lambda);
+                    (!end.always_stuck).then(|| {
+                        let mut derivative = vec![0.0; 9 * width * width];
+                        march_derivative(fourier, input, signals, &end, &mut derivative);
+                        derivative
+                    })
+                },
+            )
+            .collect();
+        let mut jacobian = Jacobian {
+            active: vec![],
+            derivatives: vec![],
+        };
+        for (pair, derivative) in found.into_iter().enumerate() {
+            if let Some(derivative) = derivative {
+                jacobian.active.push(pair);
+                jacobian.derivatives.push(derivative);
+            }
+        }
+        jacobian
+    }
+
+    /// Distance that a pair slides in a period, m.
+    pub fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
+        end.slid_n / self.setting.eps[3 * pair + 1]
+    }
+
+    /// Whether a pair slides farther than the threshold in a period.
+    pub fn slips(&self, pair: usize, end: &PairEnd) -> bool {
+        self.slid_m(pair, end) > self.setting.slip_threshold_m
+    }
+
+    /// Whether a pair neither slips nor opens in a period.
+    pub fn sticks(&self, pair: usize, end: &PairEnd) -> bool {
+        end.open_samples == 0 && !self.slips(pair, end)
+    }
+
+    /// eps of entry `i` of a full vector.
+    pub fn eps_at(&self, i: usize) -> f64 {
+        self.setting.eps[i % self.unknowns_per_block()]
+    }
+}
+
+/// y = A x, dense.
+pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
+    let (rows, columns) = (y.len(), x.len());
+    matmul(
+        MatMut::from_column_major_slice_mut(y, rows, 1),
+        Accum::Replace,
+        matrix,
+        MatRef::from_column_major_slice(x, columns, 1),
+        1.0,
+        Par::Seq,
+    );
+}
+
+/// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.
+pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
+    let mut out = vec![0.0; 3 * width];
+    for c in 0..3 {
+        for h in 0..width {
+            out[c * width + h] = v[h * n + 3 * pair + c];
+        }
+    }
+    out
+}
+
+/// The reverse of [`gather`].
+pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]) {
+    for c in 0..3 {
+        for h in 0..width {
+            v[h * n + 3 * pair + c] = local[c * width + h];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use dovetail_numerics::gmres::dot;
+
+    /// Lambda U - F.
+    fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; u.len()];
+        balance.apply_stiffness(u, &mut out);
+        out.iter_mut()
+            .zip(&balance.force)
+            .for_each(|(o, f)| *o -= f);
+        out
+    }
+
+    #[test]
+    fn a_held_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
+        at_sample_points(|_, sample, u| {
+            for held_statically in [false, true] {
+                let setting = Setting {
+                    held_statically,
+                    ..*sample.setting
+                };
+                let n = setting.system.unknowns();
+                let anchor = if held_statically {
+                    vec![0.0; n]
+                } else {
+                    setting.x_static.to_vec()
+                };
+                let retention = Retention::new(&setting.system.model.stiffness, setting.eps);
+                let free = Balance::new(&setting, OMEGA_RAD_S);
+                let held = Balance::new(&setting, OMEGA_RAD_S).held_by(Cow::Borrowed(&retention));
+                assert!(held.is_held() && !free.is_held());
+                assert_eq!(free.retention_n(u), 0.0);
+
+                let [with, without] = [&held, &free].map(|b| without_contact(b, u));
+                let pull: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+                let (on_mean, on_rest) = pull.split_at(n);
+                assert!(on_rest.iter().all(|f| *f == 0.0));
+                let size_n: f64 = on_mean.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
+                assert!(size_n > 0.01 && (held.retention_n(u) / size_n - 1.0).abs() < 1e-10);
+                let apart: Vec<f64> = u[..n].iter().zip(&anchor).map(|(u, a)| u - a).collect();
+                assert!(dot(on_mean, &apart) > 0.0);
+
+                let mut at_anchor = u.to_vec();
+                at_anchor[..n].copy_from_slice(&anchor);
+                assert_eq!(held.retention_n(&at_anchor), 0.0);
+            }
+        });
+    }
+
+    #[test]
+    fn no_coefficient_of_friction_counts_as_more_than_the_most() {
+        at_sample_points(|_, sample, u| {
+            let (setting, most) = (sample.setting, 0.35);
+            let mut capped = Balance::new(setting, OMEGA_RAD_S);
+            capped.force.copy_from_slice(&sample.force);
+            capped.most_friction = most;
+            let mut model = setting.system.model.clone();
+            assert!(model.pairs.iter().any(|pair| pair.friction < most));
+            for pair in &mut model.pairs {
+                pair.friction = pair.friction.min(most);
+            }
+            let system = ContactSystem::new(&model, setting.system.damping);
+            let setting = Setting {
+                system: &system,
+                ..*setting
+            };
+            let mut less_rough = Balance::new(&setting, OMEGA_RAD_S);
+            less_rough.force.copy_from_slice(&sample.force);
+            let [capped, less_rough, as_it_is] =
+                [&capped, &less_rough, sample].map(|b| b.evaluate(u).lambda);
+            assert_eq!(capped, less_rough);
+            assert_ne!(capped, as_it_is);
+        });
+    }
+}

@@ -1,0 +1,158 @@
+//! One frequency with its Jacobian formed and factored, for few unknowns: Newton's method with exact corrections, and
+//! Powell's hybrid method, the paper's solver.
+//!
+//! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so that
+//! steps are measured in forces.
+
+use super::balance::Balance;
+use super::newton_krylov::{load_scale, relative_residual, step_length};
+use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
+use dovetail_numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatMut};
+
+/// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`].
+pub fn exact_newton(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    let mut system = ExactSystem {
+        dense: DenseBalance::new(balance, options),
+        factor: None,
+    };
+    newton(&mut system, u, options)
+}
+
+/// Solves one frequency from `u` by the dogleg.
+pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    dogleg(&DenseBalance::new(balance, options), u, options)
+}
+
+struct ExactSystem<'a, 'b> {
+    dense: DenseBalance<'a, 'b>,
+    /// Of the Jacobian at the last linearisation.
+    factor: Option<PartialPivLu<f64>>,
+}
+
+impl NonlinearSystem for ExactSystem<'_, '_> {
+    const DAMPING: Damping = Damping::Persistent;
+
+    fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+        f.copy_from_slice(&self.dense.residual(x));
+    }
+    fn measure(&self, f: &[f64]) -> f64 {
+        self.dense.measure(f)
+    }
+    fn linearise(&mut self, x: &[f64]) {
+        self.factor = Some(self.dense.jacobian(x).partial_piv_lu());
+    }
+    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let Some(factor) = &self.factor else {
+            return false;
+        };
+        dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
+        factor.solve_in_place(MatMut::from_column_major_slice_mut(dx, f.len(), 1));
+        dx.iter().all(|d| d.is_finite())
+    }
+    fn length(&self, dx: &[f64]) -> f64 {
+        step_length(self.dense.balance, dx)
+    }
+}
+
+struct DenseBalance<'a, 'b> {
+    balance: &'b Balance<'a>,
+    /// As in [`load_scale`].
+    scale: [f64; 2],
+}
+
+impl<'a, 'b> DenseBalance<'a, 'b> {
+    fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
+        Self {
+            balance,
+            scale: load_scale(balance, options.tolerance),
+        }
+    }
+}
+
+impl DoglegSystem for DenseBalance<'_, '_> {
+    fn residual(&self, x: &[f64]) -> Vec<f64> {
+        self.balance.evaluate(x).residual
+    }
+    fn measure(&self, f: &[f64]) -> f64 {
+        relative_residual(f, self.balance.unknowns_per_block(), self.scale)
+    }
+    fn scaling(&self, i: usize) -> f64 {
+        self.balance.eps_at(i)
+    }
+    /// J = (I - D)(Lambda - eps) + eps, dense, all pairs.
+    fn jacobian(&self, x: &[f64]) -> Mat<f64> {
+        let balance = self.balance;
+        let n = balance.unknowns_per_block();
+        let width = x.len() / n;
+        let jacobian = balance.linearise(&balance.lambda_u(x));
+        let mut out = Mat::<f64>::zeros(x.len(), x.len());
+        // Lambda - eps.
+        let mut stiffness = balance.setting.system.model.stiffness.clone();
+        if let Some(retention) = balance.retention() {
+            retention.add_to_matrix(&mut stiffness);
+        }
+        for j in 0..n {
+            out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
+        }
+        for k in 1..=balance.stiffness.harmonics() {
+            let [re, im] = balance.stiffness.formed(k);
+            let (c, s) = ((2 * k - 1) * n, 2 * k * n);
+            for j in 0..n {
+                for i in 0..n {
+                    let (re, im) = (re[(i, j)], im[(i, j)]);
+                    out[(c + i, c + j)] = re;
+                    out[(c + i, s + j)] = im;
+                    out[(s + i, c + j)] = -im;
+                    out[(s + i, s + j)] = re;
+                }
+            }
+        }
+        for i in 0..x.len() {
+            out[(i, i)] -= balance.eps_at(i);
+        }
+        let mut derivatives = vec![None; n / 3];
+        for (pair, d) in jacobian.active.iter().zip(&jacobian.derivatives) {
+            derivatives[*pair] = Some(d);
+        }
+        let full = 3 * width;
+        let mut local = vec![0.0; full];
+        for j in 0..x.len() {
+            let column = out.col_as_slice_mut(j);
+            for (pair, derivative) in derivatives.iter().enumerate() {
+                let at = |i: usize| (i % width) * n + 3 * pair + i / width;
+                match derivative {
+                    None => (0..full).for_each(|i| column[at(i)] = 0.0),
+                    Some(d) => {
+                        (0..full).for_each(|i| local[i] = column[at(i)]);
+                        for (i, row) in d.chunks_exact(full).enumerate() {
+                            let moved: f64 = row.iter().zip(&local).map(|(d, l)| d * l).sum();
+                            column[at(i)] -= moved;
+                        }
+                    }
+                }
+            }
+        }
+        for i in 0..x.len() {
+            out[(i, i)] += balance.eps_at(i);
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{at_sample_points, differences};
+    use dovetail_testkit::differences::assert_close;
+
+    #[test]
+    fn the_dense_jacobian_is_that_by_differences() {
+        at_sample_points(|what, balance, u| {
+            let scale = [1.0; 2];
+            let exact = DenseBalance { balance, scale }.jacobian(u);
+            assert_close(&exact, &differences(balance, u), 1e-7, what);
+        });
+    }
+}

@@ -1,0 +1,241 @@
+//! Jacobians written by hand against differences of their own residuals, at points where pairs
+//! stick, slip and open. Here the points, and the linear solves of the Newton-Krylov method; the
+//! other solvers have their tests beside them.
+
+use super::balance::{Balance, Setting};
+use super::march::Periods;
+use super::newton_krylov::{KrylovSystem, Preconditioner};
+use super::penalty::Penalty;
+use super::retention::Retention;
+use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::contact::inexact::InexactModel;
+use crate::dlft::settings::EpsChoice;
+use crate::reduction::damping::Rayleigh;
+use crate::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::newton::NonlinearSystem;
+use dovetail_testkit::differences::{assert_close, central};
+use faer::Mat;
+use std::borrow::Cow;
+
+const HARMONICS: usize = 3;
+const SAMPLES: usize = 64;
+/// Of the balances.
+pub const OMEGA_RAD_S: f64 = 0.4;
+/// The mass has this rank: that of the linear solves, through as many soft motions, is then exact.
+const MASSES: usize = 12;
+const MODES: usize = 3;
+
+/// What a pair is made to do in a period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    Sticks,
+    /// Always pressed together, slides for a part of the period.
+    Slides,
+    /// Slides, and is apart for a part of the period.
+    LiftsOff,
+    StaysOpen,
+}
+
+/// Numbers between -1 and 1, the same on every machine.
+pub fn mixed(i: usize, seed: usize) -> f64 {
+    ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
+}
+
+/// `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing holds the slide
+/// of all along t1.
+pub fn model(pairs: usize) -> RelativeModel {
+    let n = 3 * pairs;
+    let slide = 1.0 / (pairs as f64).sqrt();
+    let b = Mat::from_fn(n, n, |i, j| {
+        let own = if i == j { 2.0 } else { 0.0 };
+        own + 0.3 * mixed(i * n + j, 0)
+    });
+    // Orthogonal to the slide.
+    let across = Mat::from_fn(n, n, |i, j| {
+        let unit = if i == j { 1.0 } else { 0.0 };
+        let common = if i % 3 == 1 && j % 3 == 1 {
+            slide * slide
+        } else {
+            0.0
+        };
+        unit - common
+    });
+    let b = &b * &across;
+    let stiffness = b.transpose() * &b;
+    let load = |seed: usize| Load {
+        on_x: (0..n).map(|i| mixed(i, seed)).collect(),
+        on_modes: (0..MODES).map(|i| mixed(i, seed + 1)).collect(),
+    };
+    let g = Mat::from_fn(n, MASSES, |i, j| 0.3 * mixed(i * MASSES + j, 1));
+    RelativeModel {
+        mass: &g * g.transpose(),
+        coupling: Mat::from_fn(n, MODES, |i, j| 0.2 * mixed(i * MODES + j, 2)),
+        omega2: vec![0.9, 2.5, 4.0],
+        static_load: load(20),
+        // The last is beyond the harmonics of the balances.
+        excitations: [1, 2, HARMONICS + 1]
+            .map(|harmonic| HarmonicLoad {
+                harmonic,
+                cosine: load(20 + 10 * harmonic),
+                sine: load(25 + 10 * harmonic),
+            })
+            .to_vec(),
+        observations: [70, 80]
+            .map(|seed| Probe {
+                name: seed.to_string(),
+                on_x: load(seed).on_x,
+                on_modes: load(seed).on_modes,
+            })
+            .to_vec(),
+        pairs: (0..pairs)
+            .map(|p| PairLaw {
+                friction: 0.3 + 0.05 * p as f64,
+                gap_m: 0.1 * (p % 3) as f64,
+            })
+            .collect(),
+        stiffness,
+    }
+}
+
+/// Nine pairs of which most take part in the linear solves, and nine of which two do.
+const MANY: [Motion; 9] = [
+    Motion::Sticks,
+    Motion::Slides,
+    Motion::LiftsOff,
+    Motion::StaysOpen,
+    Motion::Slides,
+    Motion::LiftsOff,
+    Motion::Sticks,
+    Motion::Slides,
+    Motion::StaysOpen,
+];
+const FEW: [Motion; 9] = [
+    Motion::Sticks,
+    Motion::Sticks,
+    Motion::Slides,
+    Motion::Sticks,
+    Motion::Sticks,
+    Motion::Sticks,
+    Motion::LiftsOff,
+    Motion::Sticks,
+    Motion::Sticks,
+];
+
+/// lambda_u of a pair that moves so, in one block of 3 per coefficient; `shift_n` is what the law
+/// adds to N.
+fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[f64; 3]> {
+    let (press, shake, rub) = match motion {
+        Motion::Sticks => (20.0, 0.2, 0.2),
+        Motion::Slides => (1.5, 0.2, 0.8),
+        Motion::LiftsOff => (0.3, 0.8, 0.6),
+        Motion::StaysOpen => (-8.0, 0.2, 0.6),
+    };
+    let mut blocks = vec![[-press - shift_n, start[0], start[1]]];
+    for h in 1..=2 * HARMONICS {
+        let fall = 1.0 / h.div_ceil(2) as f64;
+        blocks.push([0, 1, 2].map(|c| {
+            let size = if c == 0 { shake } else { rub };
+            size * fall * mixed(20 * pair + 3 * h + c, 4)
+        }));
+    }
+    blocks
+}
+
+/// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
+/// with the mean free and held. The forces are such that the pairs do at U what they are meant to.
+pub fn at_sample_points(check: impl Fn(&str, &Balance<'_>, &[f64])) {
+    for (motions, is_held) in [(MANY, false), (MANY, true), (FEW, false), (FEW, true)] {
+        let model = model(motions.len());
+        let damping = Rayleigh {
+            stiffness_s: 0.1,
+            mass_per_s: 0.15,
+        };
+        let n = model.stiffness.nrows();
+        let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
+        let system = ContactSystem::new(&model, damping);
+        let penalty = Penalty {
+            choice: EpsChoice::Pair,
+            scale: 1.3,
+        };
+        let eps = penalty.of(&system, OMEGA_RAD_S, HARMONICS);
+        let inexact = InexactModel::new(&model);
+        let fourier = Fourier::new(HARMONICS, SAMPLES);
+        let retention = Retention::new(&model.stiffness, &eps);
+        assert!(retention.is_needed());
+        let setting = Setting {
+            system: &system,
+            inexact: &inexact,
+            fourier: &fourier,
+            eps: &eps,
+            x_static: &x_static,
+            held_statically: false,
+            pressing_n: 1.0,
+            periods: Periods::UntilPeriodic,
+            slip_threshold_m: 0.0,
+        };
+        let mut balance = Balance::new(&setting, OMEGA_RAD_S);
+        if is_held {
+            balance = balance.held_by(Cow::Borrowed(&retention));
+        }
+        let u: Vec<f64> = (0..fourier.width() * n)
+            .map(|i| 0.1 * mixed(i, 6))
+            .collect();
+        // F = lambda_u + Lambda U - eps U.
+        let mut force = vec![0.0; u.len()];
+        balance.apply_stiffness(&u, &mut force);
+        for (pair, motion) in motions.into_iter().enumerate() {
+            let [eps_n, eps_t] = [eps[3 * pair], eps[3 * pair + 1]];
+            let start = [1, 2].map(|c| eps_t * x_static[3 * pair + c]);
+            let shift_n = eps_n * model.pairs[pair].gap_m;
+            for (h, block) in lambda_u(motion, pair, shift_n, start).iter().enumerate() {
+                for (c, lambda_u) in block.iter().enumerate() {
+                    let i = h * n + 3 * pair + c;
+                    force[i] += lambda_u - eps[3 * pair + c] * u[i];
+                }
+            }
+        }
+        balance.force = force;
+        for (motion, end) in motions.iter().zip(balance.evaluate(&u).ends) {
+            let does = match end.open_samples {
+                _ if end.always_stuck => Motion::Sticks,
+                0 => Motion::Slides,
+                SAMPLES => Motion::StaysOpen,
+                _ => Motion::LiftsOff,
+            };
+            assert!(end.periodic && does == *motion, "{motion:?}: {end:?}");
+            assert!((end.slid_n > 0.1) == matches!(motion, Motion::Slides | Motion::LiftsOff));
+        }
+        let moving = motions.iter().filter(|m| **m != Motion::Sticks).count();
+        let mean = if is_held { "held" } else { "free" };
+        check(&format!("{moving} pairs move, mean {mean}"), &balance, &u);
+    }
+}
+
+/// d residual / d U.
+pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
+    central(u, 1e-6, |u| balance.evaluate(u).residual)
+}
+
+/// The corrections of unit residuals, -J^-1, times J by differences: the matrix-free products, what
+/// is known of the pairs that stick and what they do to the others. To single precision.
+#[test]
+fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
+    at_sample_points(|what, balance, u| {
+        let size = u.len();
+        let mut preconditioner = Preconditioner::default();
+        let stays = |_: &[f64]| false;
+        let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-6, 1e-9, &stays);
+        system.residual(u, &mut vec![0.0; size]);
+        system.linearise(u);
+        let mut corrections = Mat::zeros(size, size);
+        for j in 0..size {
+            let mut f = vec![0.0; size];
+            f[j] = -1.0;
+            assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
+        }
+        let product = differences(balance, u) * corrections;
+        let unit = Mat::identity(size, size);
+        assert_close(&unit, &product, 1e-4, what);
+    });
+}

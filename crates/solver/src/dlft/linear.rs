@@ -1,0 +1,291 @@
+//! The linear systems of Newton's method on the flanks: J = Lambda - D (Lambda - eps) on the pairs that take part, by
+//! GMRES in two levels. The softest motions, all harmonics coupled, are solved for directly ([`super::coarse`]); what
+//! is left is stiff and local, for which dividing by eps serves, the diagonal of J where eps is that of K. So the
+//! iterations depend little on how fine the flanks are, and each reads K once, in single precision.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::coarse::Coarse;
+use super::retention::Retention;
+use crate::contact::dynamic_stiffness::Coefficients;
+use crate::contact::inexact::Inexact;
+use dovetail_numerics::gmres::{GmresEnd, gmres};
+
+/// J at one point. Vectors are blocks of m: the mean, then cosine and sine of each harmonic.
+pub struct LinearSystem {
+    pub inexact: Arc<Inexact>,
+    pub harmonics: Vec<Coefficients>,
+    /// D of each pair, 3(2H+1) square, component-major indices, one after the other, by columns.
+    pub derivatives: Vec<f32>,
+    /// On the pairs that take part.
+    pub retention: Option<Retention>,
+    /// Of each unknown, N/m.
+    pub eps: Vec<f32>,
+}
+
+impl LinearSystem {
+    /// Blocks of a vector, 2H+1.
+    pub fn width(&self) -> usize {
+        2 * self.harmonics.len() + 1
+    }
+
+    /// A x = b to the relative residual `tolerance`, the vibrating part of b and of what is left of it weighed by
+    /// `vibration_weight`.
+    pub fn solve(
+        &self,
+        coarse: Option<&Coarse>,
+        b: &[f64],
+        vibration_weight: f64,
+        tolerance: f64,
+        max_iterations: usize,
+    ) -> (Vec<f64>, GmresEnd) {
+        let m = self.inexact.unknowns();
+        let weigh = |v: &mut [f64], by: f64| v[m..].iter_mut().for_each(|v| *v *= by);
+        let mut right = b.to_vec();
+        weigh(&mut right, vibration_weight);
+        let mut x = vec![0.0; b.len()];
+        let end = gmres(
+            |v, w| {
+                let mut v = v.to_vec();
+                weigh(&mut v, vibration_weight.recip());
+                let (_, y) = self.preconditioned(coarse, &v, true);
+                widen(y.as_ref(), w);
+                weigh(w, vibration_weight);
+            },
+            |v| {
+                weigh(v, vibration_weight.recip());
+                let (z, _) = self.preconditioned(coarse, v, false);
+                widen(z.as_ref(), v);
+            },
+            &right,
+            &mut x,
+            tolerance,
+            max_iterations,
+        );
+        (x, end)
+    }
+
+    /// z that about solves J z = v, and J z (where it is asked for).
+    fn preconditioned(
+        &self,
+        coarse: Option<&Coarse>,
+        v: &[f64],
+        applied: bool,
+    ) -> (Mat<f32>, Mat<f32>) {
+        let m = self.inexact.unknowns();
+        let mut left = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
+        let mut z = Mat::zeros(m, self.width());
+        let mut y = Mat::zeros(m, self.width());
+        if let Some(coarse) = coarse {
+            let [soft, forces] = coarse.solve(&self.inexact, left.as_ref());
+            y = self.apply(soft.as_ref(), forces);
+            left -= &y;
+            z = soft;
+        }
+        for h in 0..self.width() {
+            let column = left.col_as_slice_mut(h).iter_mut();
+            column.zip(&self.eps).for_each(|(l, eps)| *l /= eps);
+        }
+        z += &left;
+        if applied {
+            let forces = self.inexact.stiffness_times(left.as_ref());
+            y += self.apply(left.as_ref(), forces);
+        }
+        (z, y)
+    }
+
+    /// J x from x and K x.
+    fn apply(&self, x: MatRef<'_, f32>, kx: Mat<f32>) -> Mat<f32> {
+        let m = x.nrows();
+        let mut y = self.inexact.dynamic(&self.harmonics, x, kx);
+        if let Some(retention) = &self.retention {
+            let mean: Vec<f64> = x.col(0).iter().map(|v| f64::from(*v)).collect();
+            let mut held = vec![0.0; m];
+            retention.add_to(&mean, &mut held);
+            let column = y.col_as_slice_mut(0).iter_mut();
+            column.zip(&held).for_each(|(y, h)| *y += *h as f32);
+        }
+        self.subtract_moved(&mut y, |y, i, h| y - self.eps[i] * x[(i, h)]);
+        y
+    }
+
+    /// (I - D) v.
+    pub fn unmoved(&self, v: &[f64]) -> Vec<f64> {
+        let m = self.inexact.unknowns();
+        let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
+        self.subtract_moved(&mut y, |y, _, _| y);
+        let mut out = vec![0.0; v.len()];
+        widen(y.as_ref(), &mut out);
+        out
+    }
+
+    /// y := y - D a, with a from each entry of y, its row and its block.
+    fn subtract_moved(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
+        let width = self.width();
+        let full = 3 * width;
+        let (mut apart, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
+        for (slot, d) in self.derivatives.chunks_exact(full * full).enumerate() {
+            for c in 0..3 {
+                let i = 3 * slot + c;
+                for h in 0..width {
+                    apart[c * width + h] = a(y[(i, h)], i, h);
+                }
+            }
+            moved.fill(0.0);
+            for (column, a) in d.chunks_exact(full).zip(&apart) {
+                moved.iter_mut().zip(column).for_each(|(m, d)| *m += d * a);
+            }
+            for c in 0..3 {
+                for h in 0..width {
+                    y[(3 * slot + c, h)] -= moved[c * width + h];
+                }
+            }
+        }
+    }
+}
+
+/// Block by block.
+fn widen(a: MatRef<'_, f32>, out: &mut [f64]) {
+    let m = a.nrows();
+    for (h, out) in out.chunks_exact_mut(m).enumerate() {
+        let column = a.col(h).iter();
+        out.iter_mut()
+            .zip(column)
+            .for_each(|(o, v)| *o = f64::from(*v));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+    use crate::contact::inexact::InexactModel;
+    use crate::reduction::damping::Rayleigh;
+    use crate::reduction::superelement::read;
+    use crate::reduction::{PairLaw, RelativeModel};
+
+    const HARMONICS: usize = 2;
+    const FULL: usize = 3 * (2 * HARMONICS + 1);
+
+    fn dovetail() -> RelativeModel {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        read(folder.as_ref(), law, 1.0).unwrap().relative
+    }
+
+    /// Near the first stuck mode; pairs that slip at some samples, each with a D of its own.
+    fn system(
+        model: &RelativeModel,
+        pairs: &[usize],
+    ) -> (LinearSystem, HarmonicStiffness<'static>) {
+        let model: &'static RelativeModel = Box::leak(Box::new(model.clone()));
+        let damping = Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 0.0,
+        };
+        let stiffness =
+            ContactSystem::new(model, damping).stiffness(0.99 * model.omega2[0].sqrt(), HARMONICS);
+        let inexact = InexactModel::new(model).taking_part(pairs, None);
+        let m = inexact.unknowns();
+        let derivatives = (0..m / 3 * FULL * FULL).map(|i| {
+            let (row, column) = (i % FULL, i / FULL % FULL);
+            let mixing = 0.02 * (i as f32).sin();
+            if row == column { 0.05 } else { mixing }
+        });
+        let linear = LinearSystem {
+            harmonics: stiffness.coefficients(6.0),
+            derivatives: derivatives.collect(),
+            retention: None,
+            eps: inexact
+                .columns()
+                .iter()
+                .map(|&c| model.stiffness[(c, c)] as f32)
+                .collect(),
+            inexact,
+        };
+        (linear, stiffness)
+    }
+
+    /// J x in double precision, with the mass as it is and all stuck modes.
+    fn exactly(linear: &LinearSystem, stiffness: &HarmonicStiffness<'_>, x: &[f64]) -> Vec<f64> {
+        let (n, width) = (stiffness.unknowns(), linear.width());
+        let columns = linear.inexact.columns();
+        let m = columns.len();
+        let (mut whole, mut forces) = (vec![0.0; n * width], vec![0.0; n * width]);
+        for h in 0..width {
+            (0..m).for_each(|i| whole[h * n + columns[i]] = x[h * m + i]);
+        }
+        stiffness.apply(&whole, &mut forces);
+        let force = |h: usize, i: usize| forces[h * n + columns[i]];
+        let mut y = vec![0.0; m * width];
+        for (slot, d) in linear.derivatives.chunks_exact(FULL * FULL).enumerate() {
+            for row in 0..FULL {
+                let (i, h) = (3 * slot + row / width, row % width);
+                let moved = (0..FULL).map(|column| {
+                    let (j, k) = (3 * slot + column / width, column % width);
+                    let apart = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
+                    f64::from(d[column * FULL + row]) * apart
+                });
+                y[h * m + i] = force(h, i) - moved.sum::<f64>();
+            }
+        }
+        y
+    }
+
+    fn norm(v: impl Iterator<Item = f64>) -> f64 {
+        v.map(|v| v * v).sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn what_it_solves_is_solved_exactly_and_the_softest_motions_save_iterations() {
+        let model = dovetail();
+        let every_third: Vec<usize> = (0..10).map(|p| 3 * p).collect();
+        for pairs in [(0..72).collect(), every_third] {
+            let (linear, stiffness) = system(&model, &pairs);
+            let size = linear.inexact.unknowns() * linear.width();
+            let b: Vec<f64> = (0..size).map(|i| (i as f64 * 0.7).sin()).collect();
+            let coarse = Coarse::new(&linear).unwrap();
+            let (x, end) = linear.solve(Some(&coarse), &b, 1.0, 1e-4, 400);
+            assert!(end.converged);
+            let y = exactly(&linear, &stiffness, &x);
+            let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.into_iter());
+            assert!(left < 5e-4, "{left:e}");
+        }
+        let (linear, _) = system(&model, &(0..72).collect::<Vec<_>>());
+        let size = linear.inexact.unknowns() * linear.width();
+        let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
+        let coarse = Coarse::new(&linear);
+        let [with, without] =
+            [coarse.as_ref(), None].map(|c| linear.solve(c, &b, 1.0, 1e-2, 400).1.iterations);
+        assert!(2 * with < without, "{with} {without}");
+    }
+
+    #[test]
+    fn nothing_of_the_residual_is_left_on_the_softest_motions() {
+        let model = dovetail();
+        let (linear, stiffness) = system(&model, &(0..72).collect::<Vec<_>>());
+        let (m, width) = (linear.inexact.unknowns(), linear.width());
+        let v = Mat::from_fn(m, width, |i, h| ((i * (h + 2)) as f32 * 0.3).cos());
+        let [z, _] = Coarse::new(&linear)
+            .unwrap()
+            .solve(&linear.inexact, v.as_ref());
+        let mut wide = vec![0.0; m * width];
+        widen(z.as_ref(), &mut wide);
+        let y = exactly(&linear, &stiffness, &wide);
+        let on_motions = |a: &dyn Fn(usize, usize) -> f64| {
+            let motions = &linear.inexact.motions;
+            norm((0..width * motions.nrows()).map(|k| {
+                let (h, j) = (k % width, k / width);
+                (0..m).map(|i| f64::from(motions[(j, i)]) * a(i, h)).sum()
+            }))
+        };
+        let before = on_motions(&|i, h| f64::from(v[(i, h)]));
+        let after = on_motions(&|i, h| f64::from(v[(i, h)]) - y[h * m + i]);
+        assert!(after < 1e-3 * before, "{after:e} of {before:e}");
+    }
+}

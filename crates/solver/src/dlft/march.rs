@@ -1,0 +1,611 @@
+//! One pair marched through its period: from the predicted to the contact forces, with the exact
+//! derivative including the history of slip.
+
+use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
+use dovetail_numerics::fourier::Fourier;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
+
+/// Periods marched one after the other before the periodic state is solved for.
+pub const PLAIN_PERIODS: usize = 6;
+/// Periods after which a force that is still not periodic is given up.
+pub const MOST_PERIODS: usize = 40;
+/// Periodic when the state moves by less than this fraction of the largest predicted force.
+const PERIODICITY: f64 = 1e-12;
+/// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
+/// sliding: within this fraction of the largest predicted force a sample counts as touching.
+const TOUCH: f64 = 1e-8;
+
+/// How long a pair is marched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Periods {
+    /// Until the end of a period equals its start.
+    UntilPeriodic,
+    /// A fixed number (at most [`PLAIN_PERIODS`]), periodic or not, as older programs do.
+    Exactly(usize),
+}
+
+/// What the march of one pair starts from.
+#[derive(Debug, Clone, Copy)]
+pub struct PairInput<'a> {
+    pub periods: Periods,
+    /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
+    pub force: &'a [f64],
+    /// eps_N times the initial clearance, N.
+    pub shift_n: f64,
+    pub friction: f64,
+    /// lambda_x (tangential) at the start of the first period, N.
+    pub start: [f64; 2],
+}
+
+/// How the march of one pair ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairEnd {
+    pub periodic: bool,
+    /// The pair sticks at every sample since the start: its contact force is its prediction.
+    pub always_stuck: bool,
+    pub open_samples: usize,
+    /// Length of the path of lambda_x over the last period, N (distance slid = this / eps_T).
+    pub slid_n: f64,
+    history: History,
+}
+
+/// Which marched periods the derivative has to go through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum History {
+    /// This many, from the start.
+    FromStart(usize),
+    /// The state was solved for: `slipping` is the start of the last period that slid (the state is
+    /// the fixed point of that period), `last` the start of the last period.
+    FixedPoint {
+        slipping: [f64; 2],
+        last: [f64; 2],
+        touch_n: f64,
+    },
+}
+
+/// Signals of the last marched period, component-major, 3 x N; reused from pair to pair.
+pub struct Signals {
+    pub lambda_u: Vec<f64>,
+    pub lambda: Vec<f64>,
+}
+
+impl Signals {
+    pub fn new(samples: usize) -> Self {
+        Self {
+            lambda_u: vec![0.0; 3 * samples],
+            lambda: vec![0.0; 3 * samples],
+        }
+    }
+}
+
+/// Marches one pair to its periodic contact force and writes the coefficients of that force into
+/// `lambda` (component-major, 3 x (2H+1)).
+pub fn march(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &mut Signals,
+    lambda: &mut [f64],
+) -> PairEnd {
+    Arch::new().dispatch(March(fourier, input, signals, lambda))
+}
+
+/// With the widest vectors the processor has; the same arithmetic. (A closure would be compiled for the least
+/// processor, and called.)
+struct March<'a>(&'a Fourier, PairInput<'a>, &'a mut Signals, &'a mut [f64]);
+
+impl WithSimd for March<'_> {
+    type Output = PairEnd;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> PairEnd {
+        march_pair(self.0, self.1, self.2, self.3)
+    }
+}
+
+#[inline(always)]
+fn march_pair(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &mut Signals,
+    lambda: &mut [f64],
+) -> PairEnd {
+    let (samples, width) = (fourier.samples(), fourier.width());
+    for c in 0..3 {
+        fourier.to_time(
+            &input.force[c * width..(c + 1) * width],
+            &mut signals.lambda_u[c * samples..(c + 1) * samples],
+        );
+    }
+    let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut state = input.start;
+    if input.friction == 0.0 {
+        // No force depends on what was: the state is that of the last sample, and one period is periodic.
+        state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
+    }
+    let mut end = PairEnd {
+        periodic: false,
+        always_stuck: true,
+        open_samples: 0,
+        slid_n: 0.0,
+        history: History::FromStart(1),
+    };
+    let mut slipping = state;
+    for period in 1..=MOST_PERIODS {
+        let before = state;
+        let (slips, memory) = one_period(samples, &input, signals, &mut state, &mut end);
+        end.always_stuck &= !slips;
+        if slips {
+            slipping = before;
+        }
+        end.history = if period <= PLAIN_PERIODS {
+            History::FromStart(period)
+        } else {
+            History::FixedPoint {
+                slipping,
+                last: before,
+                touch_n: TOUCH * scale,
+            }
+        };
+        let moved = [state[0] - before[0], state[1] - before[1]];
+        end.periodic = match input.periods {
+            Periods::UntilPeriodic => moved[0].hypot(moved[1]) <= PERIODICITY * scale,
+            Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
+        };
+        if end.periodic {
+            break;
+        }
+        if period >= PLAIN_PERIODS {
+            // Newton's step on (state after a period) = (state before it).
+            let step = memory.fixed_point_step(moved);
+            state = [before[0] + step[0], before[1] + step[1]];
+        }
+    }
+    for c in 0..3 {
+        fourier.to_frequency(
+            &signals.lambda[c * samples..(c + 1) * samples],
+            &mut lambda[c * width..(c + 1) * width],
+        );
+    }
+    end
+}
+
+/// Marches one period from `state`; says whether any sample was off sticking.
+#[inline(always)]
+fn one_period(
+    samples: usize,
+    input: &PairInput<'_>,
+    signals: &mut Signals,
+    state: &mut [f64; 2],
+    end: &mut PairEnd,
+) -> (bool, Memory) {
+    let (mut slips, mut memory) = (false, Memory::Whole);
+    (end.open_samples, end.slid_n) = (0, 0.0);
+    for n in 0..samples {
+        let predicted = prediction(signals, samples, n, input.shift_n, *state);
+        let (contact, force) = unilateral_coulomb(predicted, input.friction);
+        for (c, force) in force.iter().enumerate() {
+            signals.lambda[c * samples + n] = *force;
+        }
+        if contact == Contact::Stick {
+            continue;
+        }
+        slips = true;
+        let next = [
+            signals.lambda_u[samples + n] - force[1],
+            signals.lambda_u[2 * samples + n] - force[2],
+        ];
+        if contact == Contact::Open {
+            end.open_samples += 1;
+            memory = Memory::Lost;
+        } else {
+            end.slid_n += length(next[0] - state[0], next[1] - state[1]);
+            memory = memory.after_slip(predicted, input.friction);
+        }
+        *state = next;
+    }
+    (slips, memory)
+}
+
+/// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
+/// maps a change onto the direction across the slide, times kappa: a product of such is of rank one.
+#[derive(Debug, Clone, Copy)]
+enum Memory {
+    /// Sticking throughout: the identity.
+    Whole,
+    /// factor last first^T.
+    RankOne {
+        factor: f64,
+        last: [f64; 2],
+        first: [f64; 2],
+    },
+    /// Opened: nothing of the earlier state is left.
+    Lost,
+}
+
+impl Memory {
+    #[inline(always)]
+    fn after_slip(self, predicted: [f64; 3], friction: f64) -> Self {
+        let tangent = slip_tangent(predicted, friction);
+        let across = [-tangent.direction[1], tangent.direction[0]];
+        match self {
+            Self::Lost => Self::Lost,
+            Self::Whole => Self::RankOne {
+                factor: tangent.kappa,
+                last: across,
+                first: across,
+            },
+            Self::RankOne {
+                factor,
+                last,
+                first,
+            } => {
+                let turn = across[0] * last[0] + across[1] * last[1];
+                Self::RankOne {
+                    factor: factor * tangent.kappa * turn,
+                    last: across,
+                    first,
+                }
+            }
+        }
+    }
+
+    /// (I - memory)^-1 r.
+    fn fixed_point_step(self, r: [f64; 2]) -> [f64; 2] {
+        match self {
+            Self::Whole | Self::Lost => r,
+            Self::RankOne {
+                factor,
+                last,
+                first,
+            } => {
+                let rest = 1.0 - factor * (first[0] * last[0] + first[1] * last[1]);
+                if rest < 1e-9 {
+                    return r;
+                }
+                let c = factor * (first[0] * r[0] + first[1] * r[1]) / rest;
+                [r[0] + c * last[0], r[1] + c * last[1]]
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn prediction(
+    signals: &Signals,
+    samples: usize,
+    n: usize,
+    shift: f64,
+    state: [f64; 2],
+) -> [f64; 3] {
+    [
+        signals.lambda_u[n] + shift,
+        signals.lambda_u[samples + n] - state[0],
+        signals.lambda_u[2 * samples + n] - state[1],
+    ]
+}
+
+/// Derivative of the marched force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
+/// row-major, both indices component-major. `signals` and `end` are those of [`march`].
+pub fn march_derivative(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+    derivative: &mut [f64],
+) {
+    Arch::new().dispatch(Differentiate(fourier, input, signals, end, derivative));
+}
+
+/// As [`March`].
+struct Differentiate<'a>(
+    &'a Fourier,
+    PairInput<'a>,
+    &'a Signals,
+    &'a PairEnd,
+    &'a mut [f64],
+);
+
+impl WithSimd for Differentiate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        differentiate_pair(self.0, self.1, self.2, self.3, self.4);
+    }
+}
+
+#[inline(always)]
+fn differentiate_pair(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+    derivative: &mut [f64],
+) {
+    let (samples, width) = (fourier.samples(), fourier.width());
+    let full = 3 * width;
+    let mut pass = Pass {
+        fourier,
+        input: &input,
+        signals,
+        state: input.start,
+        touch_n: 0.0,
+        history: vec![0.0; 2 * full],
+        force_rows: vec![0.0; 2 * full],
+    };
+    match end.history {
+        History::FromStart(periods) => {
+            for _ in 1..periods {
+                pass.period(None);
+            }
+        }
+        History::FixedPoint {
+            slipping,
+            last,
+            touch_n,
+        } => {
+            pass.touch_n = touch_n;
+            // d state = (I - memory)^-1 d(period map).
+            pass.state = slipping;
+            let memory = pass.period(None);
+            let (first, second) = pass.history.split_at_mut(full);
+            for (a, b) in first.iter_mut().zip(second) {
+                [*a, *b] = memory.fixed_point_step([*a, *b]);
+            }
+            pass.state = last;
+        }
+    }
+    let mut rows = vec![0.0; (width + 2 * full) * samples];
+    pass.period(Some(&mut rows));
+    // The coefficients of those signals: sums with the synthesis, weighed as the analysis does.
+    let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
+    let mut sums = Mat::zeros(width + 2 * full, width);
+    matmul(
+        sums.as_mut(),
+        Accum::Replace,
+        MatRef::from_column_major_slice(&rows, width + 2 * full, samples),
+        synthesis,
+        1.0 / samples as f64,
+        Par::Seq,
+    );
+    derivative.fill(0.0);
+    for h in 0..width {
+        let weight = if h == 0 { 1.0 } else { 2.0 };
+        let (normal, tangential) = sums.col_as_slice(h).split_at(width);
+        let parts = [normal].into_iter().chain(tangential.chunks_exact(full));
+        for (c, part) in parts.enumerate() {
+            let row = &mut derivative[(c * width + h) * full..][..part.len()];
+            row.iter_mut().zip(part).for_each(|(d, v)| *d = weight * v);
+        }
+    }
+}
+
+/// The derivative of the state, carried along the samples.
+struct Pass<'a> {
+    fourier: &'a Fourier,
+    input: &'a PairInput<'a>,
+    signals: &'a Signals,
+    state: [f64; 2],
+    /// A sticking sample this close to its cone counts as slipping, N.
+    touch_n: f64,
+    /// d lambda_x / d lambda_u, two rows of 3(2H+1).
+    history: Vec<f64>,
+    force_rows: Vec<f64>,
+}
+
+impl Pass<'_> {
+    /// Goes through one period. Of each sample, if asked, the derivative of the force: of its normal part by the
+    /// coefficients of the normal prediction, and of both tangential ones by all, 2H+1 + 2 (3(2H+1)).
+    #[inline(always)]
+    fn period(&mut self, mut rows: Option<&mut [f64]>) -> Memory {
+        let (samples, width) = (self.fourier.samples(), self.fourier.width());
+        let full = 3 * width;
+        let mut memory = Memory::Whole;
+        for n in 0..samples {
+            let s = self.fourier.synthesis_row(n);
+            let predicted = prediction(self.signals, samples, n, self.input.shift_n, self.state);
+            let (mut contact, force) = unilateral_coulomb(predicted, self.input.friction);
+            if contact == Contact::Stick && self.touch_n > 0.0 {
+                let margin =
+                    -self.input.friction * predicted[0] - length(predicted[1], predicted[2]);
+                if margin <= self.touch_n {
+                    contact = Contact::Slip;
+                }
+            }
+            let row = rows.as_deref_mut();
+            let row =
+                row.map(|r| r[n * (width + 2 * full)..][..width + 2 * full].split_at_mut(width));
+            if contact == Contact::Stick {
+                if let Some((normal, tangential)) = row {
+                    // The prediction itself: S_N, and S_T - history.
+                    normal.copy_from_slice(s);
+                    let ends = tangential.iter_mut().zip(&self.history);
+                    ends.for_each(|(t, g)| *t = -g);
+                    add_own(s, tangential);
+                }
+                continue;
+            }
+            self.state = [
+                self.signals.lambda_u[samples + n] - force[1],
+                self.signals.lambda_u[2 * samples + n] - force[2],
+            ];
+            if contact == Contact::Slip {
+                let friction = self.input.friction;
+                slip_rows(predicted, friction, s, &self.history, &mut self.force_rows);
+                memory = memory.after_slip(predicted, friction);
+                if let Some((normal, tangential)) = row {
+                    normal.copy_from_slice(s);
+                    tangential.copy_from_slice(&self.force_rows);
+                }
+            } else {
+                self.force_rows.fill(0.0);
+                memory = Memory::Lost;
+            }
+            // history = S_T - d lambda_T
+            self.history
+                .iter_mut()
+                .zip(&self.force_rows)
+                .for_each(|(g, f)| *g = -f);
+            add_own(s, &mut self.history);
+        }
+        memory
+    }
+}
+
+/// Adds S_T to two rows of 3(2H+1).
+#[inline(always)]
+fn add_own(s: &[f64], rows: &mut [f64]) {
+    let width = s.len();
+    for start in [width, 5 * width] {
+        let own = rows[start..start + width].iter_mut();
+        own.zip(s).for_each(|(r, v)| *r += v);
+    }
+}
+
+/// d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
+#[inline(always)]
+fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], rows: &mut [f64]) {
+    let width = s.len();
+    let full = 3 * width;
+    let tangent = slip_tangent(predicted, friction);
+    let [e1, e2] = tangent.direction;
+    // (I - e e^T) = across across^T in the plane: one scalar row serves both components.
+    let across = [-e2, e1];
+    let k = tangent.kappa;
+    let (first, second) = rows.split_at_mut(full);
+    let (h1, h2) = history.split_at(full);
+    for j in 0..full {
+        let v = -k * (across[0] * h1[j] + across[1] * h2[j]);
+        first[j] = across[0] * v;
+        second[j] = across[1] * v;
+    }
+    let mut add = |column: usize, by: [f64; 2]| {
+        for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
+            let own = rows[column * width..(column + 1) * width].iter_mut();
+            own.zip(s).for_each(|(r, v)| *r += by * v);
+        }
+    };
+    add(0, [-friction * e1, -friction * e2]);
+    add(1, across.map(|a| k * across[0] * a));
+    add(2, across.map(|a| k * across[1] * a));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn force(width: usize, seed: f64) -> Vec<f64> {
+        (0..3 * width)
+            .map(|i| {
+                let base = if i == 0 { -1.0 } else { 0.0 };
+                base + 0.8 * (seed + 1.7 * i as f64).sin() / (1 + i % width) as f64
+            })
+            .collect()
+    }
+
+    /// Compares the derivative with central differences of step `h`.
+    fn check_derivative(fourier: &Fourier, input: PairInput<'_>, h: f64, what: &str) -> PairEnd {
+        let (samples, full) = (fourier.samples(), 3 * fourier.width());
+        let mut signals = Signals::new(samples);
+        let end = march(fourier, input, &mut signals, &mut vec![0.0; full]);
+        assert!(end.periodic);
+        let mut d = vec![0.0; full * full];
+        march_derivative(fourier, input, &signals, &end, &mut d);
+        for column in 0..full {
+            let sides = [h, -h].map(|step| {
+                let mut force = input.force.to_vec();
+                force[column] += step;
+                let mut lambda = vec![0.0; full];
+                let moved = PairInput {
+                    force: &force,
+                    ..input
+                };
+                march(fourier, moved, &mut Signals::new(samples), &mut lambda);
+                lambda
+            });
+            for row in 0..full {
+                let difference = (sides[0][row] - sides[1][row]) / (2.0 * h);
+                let exact = d[row * full + column];
+                assert!((difference - exact).abs() < 1e-4, "{what}: {row} {column}");
+            }
+        }
+        end
+    }
+
+    #[test]
+    fn derivative_with_slip_history_matches_differences() {
+        let fourier = Fourier::new(3, 64);
+        let (mut sliding, mut opening, mut solved) = (0, 0, 0);
+        for trial in 0..30 {
+            let f = force(fourier.width(), trial as f64);
+            let input = PairInput {
+                periods: Periods::UntilPeriodic,
+                force: &f,
+                shift_n: 0.05,
+                friction: 0.4,
+                start: [0.03, -0.02],
+            };
+            let end = check_derivative(&fourier, input, 1e-7, &format!("trial {trial}"));
+            sliding += usize::from(!end.always_stuck);
+            opening += usize::from(end.open_samples > 0);
+            solved += usize::from(matches!(end.history, History::FixedPoint { .. }));
+        }
+        assert!(
+            sliding > 10 && opening > 5 && solved > 2,
+            "{sliding} {opening} {solved}"
+        );
+    }
+
+    #[test]
+    fn derivative_of_a_pair_that_shakes_down_between_two_cones_matches_differences() {
+        let fourier = Fourier::new(1, 64);
+        let mut shaken = 0;
+        for trial in 0..40 {
+            let angle = trial as f64;
+            // N, t1, t2: steady compression, an elliptic tangential force within the cone's size.
+            let f = [-1.0, 0.02, 0.01, 0.0, 0.2, 0.05, 0.0, 0.03, 0.16];
+            let input = PairInput {
+                periods: Periods::UntilPeriodic,
+                force: &f,
+                shift_n: 0.0,
+                friction: 0.25,
+                start: [0.3 * angle.cos(), 0.3 * angle.sin()],
+            };
+            let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
+            let fixed = matches!(end.history, History::FixedPoint { .. });
+            shaken += usize::from(fixed && end.slid_n < 1e-8);
+        }
+        assert!(shaken > 2, "{shaken}");
+    }
+
+    #[test]
+    fn a_pair_inside_its_cone_returns_its_prediction_and_an_identity_derivative() {
+        let fourier = Fourier::new(2, 32);
+        let full = 3 * fourier.width();
+        let mut f = vec![0.0; full];
+        f[0] = -10.0;
+        f[6] = 0.5;
+        let input = PairInput {
+            periods: Periods::UntilPeriodic,
+            force: &f,
+            shift_n: 0.0,
+            friction: 0.3,
+            start: [0.0; 2],
+        };
+        let mut signals = Signals::new(32);
+        let mut lambda = vec![0.0; full];
+        let end = march(&fourier, input, &mut signals, &mut lambda);
+        assert!(end.always_stuck && end.periodic && end.history == History::FromStart(1));
+        let mut d = vec![0.0; full * full];
+        march_derivative(&fourier, input, &signals, &end, &mut d);
+        for i in 0..full {
+            assert!((lambda[i] - f[i]).abs() < 1e-14);
+            for j in 0..full {
+                let identity = f64::from(u8::from(i == j));
+                assert!((d[i * full + j] - identity).abs() < 1e-14);
+            }
+        }
+    }
+}

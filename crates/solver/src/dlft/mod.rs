@@ -1,0 +1,167 @@
+//! Static state with friction and dynamic Lagrangian frequency-time harmonic balance (DLFT).
+//!
+//! Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
+//! each block has n = 3 pairs entries (N, t1, t2 per pair). `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
+
+/// How the solution of one frequency (or of the static state) ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    Converged,
+    /// No step, however small, made progress.
+    Stagnated,
+    /// The allowed Newton iterations were used up.
+    IterationLimit,
+    /// The marched contact forces did not become periodic.
+    NotPeriodic,
+    /// A number that is not finite came up.
+    NotFinite,
+    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
+    /// them together: the blade would leave its slot.
+    LeavesSlot,
+    /// The balance holds, and its truncation error is estimated above the accuracy asked for.
+    AccuracyNotReached,
+}
+
+impl Outcome {
+    /// The word written to files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::Stagnated => "stagnated",
+            Self::IterationLimit => "iteration_limit",
+            Self::NotPeriodic => "not_periodic",
+            Self::NotFinite => "not_finite",
+            Self::LeavesSlot => "leaves_slot",
+            Self::AccuracyNotReached => "accuracy_not_reached",
+        }
+    }
+    /// Whether the balance holds, to the accuracy asked for or not: there are numbers to write, draw and sum.
+    pub fn is_converged(self) -> bool {
+        matches!(self, Self::Converged | Self::AccuracyNotReached)
+    }
+}
+
+/// Static state of the pairs.
+#[derive(Debug, Clone)]
+pub struct StaticState {
+    pub outcome: Outcome,
+    /// Relative displacement, m, n.
+    pub x: Vec<f64>,
+    /// Contact force, N, n (lambda_N < 0 is compression).
+    pub lambda: Vec<f64>,
+    pub status: Vec<PairStatus>,
+    pub newton_iterations: usize,
+    /// |f| / |F|.
+    pub residual: f64,
+    /// Force that holds the blade along its slot, N, where friction does not and it is held at rest
+    /// there ([`retention`]); `None` where friction holds it.
+    pub retention_n: Option<f64>,
+}
+
+/// State of a pair in the static state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairStatus {
+    Stuck,
+    Slipping,
+    Open,
+}
+
+/// The periodic motion at one frequency.
+#[derive(Debug, Clone)]
+pub struct Orbit {
+    pub frequency_hz: f64,
+    pub outcome: Outcome,
+    pub harmonics: usize,
+    /// Relative displacement, m: (2H+1) n, harmonic-major.
+    pub x: Vec<f64>,
+    /// Contact forces, N: (2H+1) n, harmonic-major.
+    pub lambda: Vec<f64>,
+    /// Stuck-mode amplitudes: (2H+1) m, harmonic-major.
+    pub modal: Vec<f64>,
+    /// What each pair does in a period.
+    pub cycles: Vec<PairCycle>,
+    /// Fourier coefficients (mean, cosine, sine...) of each observed displacement, m, 2H+1 each.
+    pub observed: Vec<Vec<f64>>,
+    /// Largest departure from the mean over the period of each observed displacement, m.
+    pub observed_amplitude_m: Vec<f64>,
+    pub friction_power_w: f64,
+    pub viscous_power_w: f64,
+    pub input_power_w: f64,
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+    /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
+    pub residual: f64,
+    /// Estimated relative error of the observed amplitudes for the harmonics left out, where an accuracy was asked for
+    /// ([`accuracy`]).
+    pub estimated_error: Option<f64>,
+    /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
+    /// then held at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
+    /// is itself held.
+    pub retention_n: f64,
+}
+
+/// One pair over one period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairCycle {
+    /// Slides farther than the threshold.
+    pub slips: bool,
+    /// Separates at some sample.
+    pub opens: bool,
+    /// Distance slid in a period, m.
+    pub slid_m: f64,
+    /// Fraction of the period spent open.
+    pub open_fraction: f64,
+    /// Mean, smallest and largest compression -lambda_N over the period, N.
+    pub compression_mean_n: f64,
+    pub compression_min_n: f64,
+    pub compression_max_n: f64,
+    /// Friction power, W, from the harmonics.
+    pub friction_power_w: f64,
+}
+
+/// Answer of the fully stuck assembly at one frequency.
+#[derive(Debug, Clone)]
+pub struct StuckPoint {
+    pub frequency_hz: f64,
+    /// Largest departure from the mean of each observed displacement, m.
+    pub observed_amplitude_m: Vec<f64>,
+}
+
+/// A frequency response.
+#[derive(Debug, Clone)]
+pub struct Response {
+    pub stuck: Vec<StuckPoint>,
+    pub orbits: Vec<Orbit>,
+    /// Distance beyond which a pair counts as slipping, m.
+    pub slip_threshold_m: f64,
+}
+
+pub mod accuracy;
+pub mod balance;
+mod coarse;
+pub mod dense;
+#[cfg(test)]
+mod jacobians;
+mod linear;
+pub mod march;
+pub mod newton_krylov;
+pub mod orbit;
+pub mod penalty;
+mod point;
+pub mod retention;
+pub mod settings;
+pub mod static_state;
+pub mod sweep;
+
+use dovetail_numerics::newton::NewtonStatus;
+
+impl From<NewtonStatus> for Outcome {
+    fn from(status: NewtonStatus) -> Self {
+        match status {
+            NewtonStatus::Converged => Self::Converged,
+            NewtonStatus::Stagnated => Self::Stagnated,
+            NewtonStatus::IterationLimit => Self::IterationLimit,
+            NewtonStatus::NotFinite => Self::NotFinite,
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part ([`super::linear`]).
+
+use std::sync::Arc;
+
+use super::balance::{Balance, Jacobian};
+use super::coarse::Coarse;
+use super::linear::LinearSystem;
+use crate::contact::inexact::Inexact;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::NonlinearSystem;
+use dovetail_numerics::wear::Wear;
+
+/// Relative residual asked of each linear solve.
+pub const KRYLOV_TOLERANCE: f64 = 1e-2;
+/// A loose one: GMRES then stays out of directions in which J is nearly singular, such as the mean
+/// position of pairs that slip in every period, where a full Newton step goes far astray.
+pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
+const MOST_KRYLOV_ITERATIONS: usize = 300;
+/// Stuck modes below this multiple of the highest harmonic's frequency enter the linear solves.
+const MODES_BELOW: f64 = 6.0;
+
+/// What linear solves use, kept over Newton steps and over neighbouring frequencies.
+#[derive(Default)]
+pub struct Preconditioner {
+    inexact: Option<Arc<Inexact>>,
+    /// For those pairs.
+    coarse: Option<Coarse>,
+    /// Stiffness of the retention where `coarse` was made, N/m; zero without one.
+    retention_n_m: f64,
+    width: usize,
+    wear: Wear,
+}
+
+/// One frequency as a nonlinear system.
+pub struct KrylovSystem<'a, 'b> {
+    pub balance: &'b Balance<'a>,
+    preconditioner: &'b mut Preconditioner,
+    /// |F|, and the norm of its harmonic part.
+    scale: [f64; 2],
+    /// The U evaluated last, and its lambda_u.
+    evaluated: [Vec<f64>; 2],
+    linear: Option<LinearSystem>,
+    krylov_tolerance: f64,
+    /// Whether the mean of U lies where it is not looked for.
+    has_left: &'b dyn Fn(&[f64]) -> bool,
+    pub krylov_iterations: usize,
+}
+
+impl<'a, 'b> KrylovSystem<'a, 'b> {
+    pub fn new(
+        balance: &'b Balance<'a>,
+        preconditioner: &'b mut Preconditioner,
+        krylov_tolerance: f64,
+        tolerance: f64,
+        has_left: &'b dyn Fn(&[f64]) -> bool,
+    ) -> Self {
+        Self {
+            scale: load_scale(balance, tolerance),
+            balance,
+            preconditioner,
+            evaluated: [vec![], vec![]],
+            linear: None,
+            krylov_tolerance,
+            has_left,
+            krylov_iterations: 0,
+        }
+    }
+}
+
+/// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static state).
+const ROUNDING: f64 = 1e-14;
+
+/// |F| and |F_1..H|, the second not so small that `tolerance` of it is below rounding; where nothing shakes, |F|
+/// twice.
+pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
+    let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
+    let whole = norm(&balance.setting.system.model.static_load.on_x).hypot(harmonic);
+    if harmonic == 0.0 {
+        return [whole; 2];
+    }
+    [whole, harmonic.max(ROUNDING / tolerance * whole)]
+}
+
+/// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|: the vibration is converged on its own scale.
+pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
+    let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
+    let (mean, rest) = (
+        ratio(norm(&f[..n]), scale[0]),
+        ratio(norm(&f[n..]), scale[1]),
+    );
+    if mean.is_nan() || rest.is_nan() {
+        f64::NAN
+    } else {
+        mean.max(rest)
+    }
+}
+
+impl NonlinearSystem for KrylovSystem<'_, '_> {
+    fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+        let evaluation = self.balance.evaluate(x);
+        f.copy_from_slice(&evaluation.residual);
+        self.evaluated = [x.to_vec(), evaluation.lambda_u];
+    }
+
+    fn measure(&self, f: &[f64]) -> f64 {
+        relative_residual(f, self.balance.unknowns_per_block(), self.scale)
+    }
+
+    fn linearise(&mut self, x: &[f64]) {
+        let balance = self.balance;
+        let [u, lambda_u] = &self.evaluated;
+        let jacobian = if u == x {
+            balance.linearise(lambda_u)
+        } else {
+            balance.linearise(&balance.lambda_u(x))
+        };
+        let kept = &mut *self.preconditioner;
+        let model = balance.setting.inexact;
+        let inexact = model.taking_part(&jacobian.active, kept.inexact.as_ref());
+        let columns = inexact.columns();
+        let linear = LinearSystem {
+            harmonics: balance.stiffness.coefficients(MODES_BELOW),
+            derivatives: by_columns(&jacobian, &inexact.pairs, balance.setting.fourier.width()),
+            retention: balance.retention().map(|r| r.restricted(&columns)),
+            eps: columns.iter().map(|&c| balance.eps_at(c) as f32).collect(),
+            inexact,
+        };
+        kept.serve(&linear);
+        self.linear = Some(linear);
+    }
+
+    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let tolerance = self.krylov_tolerance;
+        self.solve(f, tolerance, dx)
+    }
+
+    fn simplified(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
+    }
+
+    fn is_astray(&self, x: &[f64]) -> bool {
+        (self.has_left)(x)
+    }
+
+    fn length(&self, dx: &[f64]) -> f64 {
+        step_length(self.balance, dx)
+    }
+}
+
+/// Length of a step in forces, eps dU: steps of pairs of unlike stiffness weigh alike.
+pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
+    let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
+    forces.map(|f| f * f).sum::<f64>().sqrt()
+}
+
+impl KrylovSystem<'_, '_> {
+    /// J dx = -f to the relative residual `tolerance`; false without a usable answer.
+    fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
+        let Some(linear) = &self.linear else {
+            return false;
+        };
+        let balance = self.balance;
+        let n = balance.unknowns_per_block();
+        let width = f.len() / n;
+        // Pairs that take no part always stick: eps dx = -f.
+        for (i, (d, f)) in dx.iter_mut().zip(f).enumerate() {
+            *d = -f / balance.eps_at(i);
+        }
+        let columns = linear.inexact.columns();
+        if columns.is_empty() {
+            return dx.iter().all(|d| d.is_finite());
+        }
+        // The others, a: J_aa dx_a = -f_a - (I - D) Lambda_as dx_s.
+        for &c in &columns {
+            (0..width).for_each(|h| dx[h * n + c] = 0.0);
+        }
+        let mut rhs = vec![0.0; columns.len() * width];
+        if dx.iter().any(|&d| d != 0.0) {
+            let mut forces = vec![0.0; f.len()];
+            balance.apply_stiffness(dx, &mut forces);
+            rhs = linear.unmoved(&restrict(&forces, n, &columns));
+        }
+        for (r, f) in rhs.iter_mut().zip(restrict(f, n, &columns)) {
+            *r = -*r - f;
+        }
+        let (solution, end) = linear.solve(
+            self.preconditioner.coarse.as_ref(),
+            &rhs,
+            self.scale[0] / self.scale[1],
+            tolerance,
+            MOST_KRYLOV_ITERATIONS,
+        );
+        self.krylov_iterations += end.iterations;
+        self.preconditioner.wear.serve(end.iterations);
+        for (h, block) in solution.chunks_exact(columns.len()).enumerate() {
+            for (&c, &v) in columns.iter().zip(block) {
+                dx[h * n + c] = v;
+            }
+        }
+        // A direction that is not exact still serves: the step is judged afterwards.
+        dx.iter().all(|d| d.is_finite())
+    }
+}
+
+impl Preconditioner {
+    /// Makes the coarse problem anew where the old one is of other pairs, or worn.
+    fn serve(&mut self, linear: &LinearSystem) {
+        let same_pairs = self
+            .inexact
+            .as_ref()
+            .is_some_and(|old| Arc::ptr_eq(old, &linear.inexact));
+        let retention = linear.retention.as_ref();
+        let retention_n_m = retention.map_or(0.0, |r| r.stiffness_n_m());
+        let same =
+            same_pairs && self.retention_n_m == retention_n_m && self.width == linear.width();
+        if same && !self.wear.is_worn() {
+            return;
+        }
+        *self = Self {
+            inexact: Some(Arc::clone(&linear.inexact)),
+            coarse: Coarse::new(linear),
+            retention_n_m,
+            width: linear.width(),
+            wear: Wear::default(),
+        };
+    }
+}
+
+/// D of `pairs` in single precision, by columns; of those not active, which stick, the identity.
+fn by_columns(jacobian: &Jacobian, pairs: &[usize], width: usize) -> Vec<f32> {
+    let full = 3 * width;
+    let mut all = vec![0.0_f32; pairs.len() * full * full];
+    let mut active = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
+    for (pair, out) in pairs.iter().zip(all.chunks_exact_mut(full * full)) {
+        match active.next_if(|(p, _)| *p == pair) {
+            Some((_, derivative)) => {
+                for (r, row) in derivative.chunks_exact(full).enumerate() {
+                    for (c, v) in row.iter().enumerate() {
+                        out[c * full + r] = *v as f32;
+                    }
+                }
+            }
+            None => (0..full).for_each(|i| out[i * full + i] = 1.0),
+        }
+    }
+    all
+}
+
+/// Entries of the active pairs, block by block.
+fn restrict(v: &[f64], n: usize, columns: &[usize]) -> Vec<f64> {
+    v.chunks_exact(n)
+        .flat_map(|block| columns.iter().map(|&c| block[c]))
+        .collect()
+}

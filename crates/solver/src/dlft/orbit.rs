@@ -1,0 +1,607 @@
+//! From a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion, pair cycles, powers.
+
+use super::balance::{Balance, Evaluation};
+use super::{Orbit, Outcome, PairCycle, StuckPoint};
+use crate::contact::dynamic_stiffness::ContactSystem;
+use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::gmres::dot;
+use faer::c64;
+
+/// Instants at which the largest departure from the mean is looked for.
+const AMPLITUDE_INSTANTS: usize = 720;
+
+/// Builds the orbit of U. `residual` and iteration counts are left at zero for the caller.
+pub fn orbit(
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    frequency_hz: f64,
+    outcome: Outcome,
+) -> Orbit {
+    let n = balance.unknowns_per_block();
+    let system = balance.setting.system;
+    let fourier = balance.setting.fourier;
+    let harmonics = fourier.harmonics();
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
+    let observed = observe(system, harmonics, Some(u), &modal);
+    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, u, &modal);
+    let cycles: Vec<PairCycle> = (0..n / 3)
+        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
+        .collect();
+    Orbit {
+        frequency_hz,
+        outcome,
+        harmonics,
+        x: u.to_vec(),
+        lambda: evaluation.lambda.clone(),
+        modal,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed,
+        friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
+        viscous_power_w,
+        input_power_w,
+        cycles,
+        newton_iterations: 0,
+        krylov_iterations: 0,
+        residual: 0.0,
+        estimated_error: None,
+        retention_n: balance.retention_n(u),
+    }
+}
+
+/// Amplitudes of the observed displacements of U, m: the largest departures from their means.
+pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64) -> Vec<f64> {
+    let system = balance.setting.system;
+    let harmonics = balance.setting.fourier.harmonics();
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
+    let observed = observe(system, harmonics, Some(u), &modal);
+    observed.iter().map(|c| amplitude(c)).collect()
+}
+
+/// The fully stuck assembly at one frequency (X = 0 in every harmonic): no contact to solve.
+pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> StuckPoint {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, None);
+    let observed = observe(system, harmonics, None, &modal);
+    StuckPoint {
+        frequency_hz,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+    }
+}
+
+/// The motion of an assembly without pairs: the stuck assembly's, in closed form.
+pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+    let omega = std::f64::consts::TAU * frequency_hz;
+    let modal = modal_amplitudes(system, harmonics, omega, None);
+    let observed = observe(system, harmonics, None, &modal);
+    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, &[], &modal);
+    Orbit {
+        frequency_hz,
+        outcome: Outcome::Converged,
+        harmonics,
+        x: Vec::new(),
+        lambda: Vec::new(),
+        modal,
+        observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
+        observed,
+        friction_power_w: 0.0,
+        viscous_power_w,
+        input_power_w,
+        cycles: Vec::new(),
+        newton_iterations: 0,
+        krylov_iterations: 0,
+        residual: 0.0,
+        estimated_error: None,
+        retention_n: 0.0,
+    }
+}
+
+/// Largest departure from the mean over a period of a signal given by its coefficients.
+pub fn amplitude(coefficients: &[f64]) -> f64 {
+    let harmonics = coefficients.len() / 2;
+    match harmonics {
+        0 => 0.0,
+        1 => coefficients[1].hypot(coefficients[2]),
+        _ => {
+            let fourier = Fourier::new(harmonics, AMPLITUDE_INSTANTS.max(8 * harmonics));
+            let mut signal = vec![0.0; fourier.samples()];
+            fourier.to_time(coefficients, &mut signal);
+            let departure = |v: &f64| (v - coefficients[0]).abs();
+            let (n, sampled) = signal
+                .iter()
+                .map(departure)
+                .enumerate()
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+                .unwrap_or_default();
+            let start = std::f64::consts::TAU * n as f64 / signal.len() as f64;
+            sampled.max(refined(coefficients, start).abs())
+        }
+    }
+}
+
+/// Departure from the mean at the extremum next to `t`: Newton's method on the derivative, within
+/// one instant's distance.
+fn refined(coefficients: &[f64], start: f64) -> f64 {
+    let parts = |t: f64| {
+        let mut sums = [0.0; 3];
+        for (i, pair) in coefficients[1..].chunks_exact(2).enumerate() {
+            let k = (i + 1) as f64;
+            let (s, c) = (k * t).sin_cos();
+            sums[0] += pair[0] * c + pair[1] * s;
+            sums[1] += k * (pair[1] * c - pair[0] * s);
+            sums[2] -= k * k * (pair[0] * c + pair[1] * s);
+        }
+        sums
+    };
+    let reach = std::f64::consts::TAU / AMPLITUDE_INSTANTS as f64;
+    let mut t = start;
+    for _ in 0..3 {
+        let [_, slope, curvature] = parts(t);
+        if curvature != 0.0 {
+            t = (t - slope / curvature).clamp(start - reach, start + reach);
+        }
+    }
+    parts(t)[0]
+}
+
+/// Complex loads on the modes in harmonic k: `cosine - i sine`.
+fn modal_load(system: &ContactSystem<'_>, k: usize) -> Vec<c64> {
+    let mut out = vec![c64::new(0.0, 0.0); system.model.omega2.len()];
+    for load in system.model.excitations.iter().filter(|l| l.harmonic == k) {
+        for (o, (c, s)) in out
+            .iter_mut()
+            .zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
+        {
+            *o += c64::new(*c, -*s);
+        }
+    }
+    out
+}
+
+/// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
+fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
+    let (c, s) = (
+        &v[(2 * k - 1) * n..2 * k * n],
+        &v[2 * k * n..(2 * k + 1) * n],
+    );
+    c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
+}
+
+/// Stuck-mode amplitudes, (2H+1) m, harmonic-major; `u = None` stands for X = 0.
+fn modal_amplitudes(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    omega: f64,
+    u: Option<&[f64]>,
+) -> Vec<f64> {
+    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    let mut out = vec![0.0; (2 * harmonics + 1) * m];
+    let statics = &system.model.static_load.on_modes;
+    for (i, (f, w2)) in statics.iter().zip(&system.model.omega2).enumerate() {
+        out[i] = f / w2;
+    }
+    for k in 1..=harmonics {
+        let x = match u {
+            Some(u) => complex_block(u, n, k),
+            None => vec![c64::new(0.0, 0.0); n],
+        };
+        let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k));
+        for (i, q) in q.iter().enumerate() {
+            out[(2 * k - 1) * m + i] = q.re;
+            out[2 * k * m + i] = -q.im;
+        }
+    }
+    out
+}
+
+fn observe(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    u: Option<&[f64]>,
+    modal: &[f64],
+) -> Vec<Vec<f64>> {
+    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    system
+        .model
+        .observations
+        .iter()
+        .map(|probe| {
+            (0..2 * harmonics + 1)
+                .map(|h| {
+                    let of_x = u.map_or(0.0, |u| dot(&probe.on_x, &u[h * n..(h + 1) * n]));
+                    of_x + dot(&probe.on_modes, &modal[h * m..(h + 1) * m])
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// Mean power put in by the excitations and spent by the Rayleigh damping, W.
+///
+/// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
+/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle.
+fn powers(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    omega: f64,
+    u: &[f64],
+    modal: &[f64],
+) -> (f64, f64) {
+    let model = system.model;
+    let (n, m) = (system.unknowns(), model.omega2.len());
+    let (mut input, mut viscous) = (0.0, 0.0);
+    let mut product = vec![0.0; n];
+    for k in 1..=harmonics {
+        let kw = k as f64 * omega;
+        let at = |v: &'_ [f64], size: usize, part: usize| {
+            let block = 2 * k - 1 + part;
+            v[block * size..(block + 1) * size].to_vec()
+        };
+        for load in model.excitations.iter().filter(|l| l.harmonic == k) {
+            // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
+            let work = |f: &crate::reduction::Load, part: usize| {
+                dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
+            };
+            input += 0.5 * kw * (work(&load.cosine, 1) - work(&load.sine, 0));
+        }
+        for part in 0..2 {
+            let (x, q) = (at(u, n, part), at(modal, m, part));
+            let mut energy = 0.0;
+            super::balance::apply_real(&model.stiffness, &x, &mut product);
+            let stiff = dot(&x, &product)
+                + q.iter()
+                    .zip(&model.omega2)
+                    .map(|(q, w2)| w2 * q * q)
+                    .sum::<f64>();
+            energy += system.damping.stiffness_s * stiff;
+            if system.damping.mass_per_s != 0.0 {
+                super::balance::apply_real(&model.mass, &x, &mut product);
+                let mut mass = dot(&x, &product) + dot(&q, &q);
+                for (j, q) in q.iter().enumerate() {
+                    mass += 2.0 * q * dot(&x, model.coupling.col_as_slice(j));
+                }
+                energy += system.damping.mass_per_s * mass;
+            }
+            viscous += 0.5 * kw * kw * energy;
+        }
+    }
+    (input, viscous)
+}
+
+fn pair_cycle(
+    balance: &Balance<'_>,
+    u: &[f64],
+    evaluation: &Evaluation,
+    pair: usize,
+    frequency_hz: f64,
+) -> PairCycle {
+    let n = balance.unknowns_per_block();
+    let fourier = balance.setting.fourier;
+    let end = &evaluation.ends[pair];
+    let slid_m = balance.slid_m(pair, end);
+    let normal: Vec<f64> = (0..fourier.width())
+        .map(|h| evaluation.lambda[h * n + 3 * pair])
+        .collect();
+    let mut signal = vec![0.0; fourier.samples()];
+    fourier.to_time(&normal, &mut signal);
+    let mut friction = 0.0;
+    for k in 1..=fourier.harmonics() {
+        let mut work = 0.0;
+        for c in 0..3 {
+            let i = 3 * pair + c;
+            let (cosine, sine) = ((2 * k - 1) * n + i, 2 * k * n + i);
+            let lambda = &evaluation.lambda;
+            work += lambda[cosine] * u[sine] - lambda[sine] * u[cosine];
+        }
+        friction += std::f64::consts::PI * frequency_hz * k as f64 * work;
+    }
+    PairCycle {
+        slips: balance.slips(pair, end),
+        opens: end.open_samples > 0,
+        slid_m,
+        open_fraction: end.open_samples as f64 / fourier.samples() as f64,
+        compression_mean_n: -normal[0],
+        compression_min_n: signal.iter().fold(f64::INFINITY, |m, v| m.min(-v)),
+        compression_max_n: signal.iter().fold(f64::NEG_INFINITY, |m, v| m.max(-v)),
+        friction_power_w: friction,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::balance::Setting;
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::reduction::damping::Rayleigh;
+    use crate::reduction::{HarmonicLoad, Load, Probe, RelativeModel};
+    use faer::Mat;
+    use std::f64::consts::TAU;
+
+    const FREQUENCY_HZ: f64 = OMEGA_RAD_S / TAU;
+    /// Means over so many instants are exact for products of two motions.
+    const INSTANTS: usize = 64;
+
+    /// Values, velocities and accelerations at the phase w t of signals given by blocks of `size`
+    /// coefficients.
+    fn at_phase(v: &[f64], size: usize, phase: f64) -> [Vec<f64>; 3] {
+        let mut out = [v[..size].to_vec(), vec![0.0; size], vec![0.0; size]];
+        for (i, block) in v[size..].chunks_exact(2 * size).enumerate() {
+            let k = (i + 1) as f64;
+            let (kw, (s, c)) = (k * OMEGA_RAD_S, (k * phase).sin_cos());
+            for (i, (a, b)) in block[..size].iter().zip(&block[size..]).enumerate() {
+                out[0][i] += a * c + b * s;
+                out[1][i] += kw * (b * c - a * s);
+                out[2][i] -= kw * kw * (a * c + b * s);
+            }
+        }
+        out
+    }
+
+    /// All loads of harmonics that the balance has, at the phase w t.
+    fn load_at(model: &RelativeModel, harmonics: usize, phase: f64) -> Load {
+        let mut load = model.static_load.clone();
+        let Load { on_x, on_modes } = &mut load;
+        for part in model.excitations.iter().filter(|l| l.harmonic <= harmonics) {
+            let (s, c) = (part.harmonic as f64 * phase).sin_cos();
+            for (sum, (cosine, sine)) in [
+                (&mut *on_x, (&part.cosine.on_x, &part.sine.on_x)),
+                (&mut *on_modes, (&part.cosine.on_modes, &part.sine.on_modes)),
+            ] {
+                for (sum, (a, b)) in sum.iter_mut().zip(cosine.iter().zip(sine)) {
+                    *sum += a * c + b * s;
+                }
+            }
+        }
+        load
+    }
+
+    fn times(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
+        let row = |i: usize| (0..x.len()).map(|j| a[(i, j)] * x[j]).sum();
+        (0..a.nrows()).map(row).collect()
+    }
+
+    #[track_caller]
+    fn assert_near(found: f64, expected: f64) {
+        let off = (found - expected).abs();
+        assert!(
+            off <= 1e-11 * (1.0 + expected.abs()),
+            "{found}, not {expected}"
+        );
+    }
+
+    fn orbit_of(balance: &Balance<'_>, u: &[f64]) -> (Orbit, Evaluation) {
+        let evaluation = balance.evaluate(u);
+        let outcome = Outcome::Converged;
+        let orbit = orbit(balance, u, &evaluation, FREQUENCY_HZ, outcome);
+        (orbit, evaluation)
+    }
+
+    /// K x + C x' + M x'' + p (q'' + b q') - F is what the balance says without contact forces, and
+    /// q'' + (a w^2 + b) q' + w^2 q + p^T (x'' + b x') is the load on the modes.
+    #[test]
+    fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
+        at_sample_points(|_, balance, u| {
+            let system = balance.setting.system;
+            let (model, damping) = (system.model, system.damping);
+            let (a, b) = (damping.stiffness_s, damping.mass_per_s);
+            let (n, modes) = (system.unknowns(), model.omega2.len());
+            let free = Balance::new(balance.setting, OMEGA_RAD_S);
+            let mut of_balance = vec![0.0; u.len()];
+            free.apply_stiffness(u, &mut of_balance);
+            of_balance
+                .iter_mut()
+                .zip(&free.force)
+                .for_each(|(o, f)| *o -= f);
+            let (orbit, _) = orbit_of(balance, u);
+            for i in 0..7 {
+                let phase = 0.9 * f64::from(i);
+                let load = load_at(model, orbit.harmonics, phase);
+                let [x, v, acceleration] = at_phase(u, n, phase);
+                let [q, q_rate, q_second] = at_phase(&orbit.modal, modes, phase);
+                let [kx, kv] = [&x, &v].map(|x| times(&model.stiffness, x));
+                let [mv, ma] = [&v, &acceleration].map(|x| times(&model.mass, x));
+                let turned = |i: usize| q_second[i] + b * q_rate[i];
+                let p = times(&model.coupling, &(0..modes).map(turned).collect::<Vec<_>>());
+                for (i, found) in at_phase(&of_balance, n, phase)[0].iter().enumerate() {
+                    let damped = kx[i] + a * kv[i] + b * mv[i] + ma[i] + p[i];
+                    assert_near(*found, damped - load.on_x[i]);
+                }
+                let moved = |i: usize| acceleration[i] + b * v[i];
+                let of_x = times(
+                    &model.coupling.transpose().to_owned(),
+                    &(0..n).map(moved).collect::<Vec<_>>(),
+                );
+                for (i, w2) in model.omega2.iter().enumerate() {
+                    let damped = q_second[i] + (a * w2 + b) * q_rate[i] + w2 * q[i] + of_x[i];
+                    assert_near(damped, load.on_modes[i]);
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn powers_are_the_means_of_force_times_velocity() {
+        at_sample_points(|_, balance, u| {
+            let system = balance.setting.system;
+            let (model, damping) = (system.model, system.damping);
+            let (a, b) = (damping.stiffness_s, damping.mass_per_s);
+            let (n, modes) = (system.unknowns(), model.omega2.len());
+            let (orbit, evaluation) = orbit_of(balance, u);
+            let (mut input, mut viscous) = (0.0, 0.0);
+            let mut friction = vec![0.0; n / 3];
+            for i in 0..INSTANTS {
+                let phase = TAU * i as f64 / INSTANTS as f64;
+                let load = load_at(model, orbit.harmonics, phase);
+                let [_, v, _] = at_phase(u, n, phase);
+                let [_, q_rate, _] = at_phase(&orbit.modal, modes, phase);
+                let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
+                input += dot(&load.on_x, &v) + dot(&load.on_modes, &q_rate);
+                viscous += a * dot(&v, &times(&model.stiffness, &v))
+                    + b * dot(&v, &times(&model.mass, &v))
+                    + 2.0 * b * dot(&v, &times(&model.coupling, &q_rate));
+                for (rate, w2) in q_rate.iter().zip(&model.omega2) {
+                    viscous += (a * w2 + b) * rate * rate;
+                }
+                let pairs = lambda.chunks_exact(3).zip(v.chunks_exact(3));
+                for (sum, (lambda, v)) in friction.iter_mut().zip(pairs) {
+                    *sum += dot(lambda, v);
+                }
+            }
+            let count = INSTANTS as f64;
+            assert_near(orbit.input_power_w, input / count);
+            assert_near(orbit.viscous_power_w, viscous / count);
+            for (cycle, friction) in orbit.cycles.iter().zip(&friction) {
+                assert_near(cycle.friction_power_w, friction / count);
+            }
+            assert_near(orbit.friction_power_w, friction.iter().sum::<f64>() / count);
+        });
+    }
+
+    #[test]
+    fn observed_motion_and_cycles_of_pairs_are_read_off_the_solution() {
+        at_sample_points(|_, balance, u| {
+            let setting = balance.setting;
+            let (model, n) = (setting.system.model, setting.system.unknowns());
+            let modes = model.omega2.len();
+            let (orbit, evaluation) = orbit_of(balance, u);
+            assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
+            assert_near(orbit.retention_n, balance.retention_n(u));
+            for (probe, observed) in model.observations.iter().zip(&orbit.observed) {
+                for i in 0..7 {
+                    let phase = 0.9 * f64::from(i);
+                    let [x, ..] = at_phase(u, n, phase);
+                    let [q, ..] = at_phase(&orbit.modal, modes, phase);
+                    let seen = dot(&probe.on_x, &x) + dot(&probe.on_modes, &q);
+                    assert_near(at_phase(observed, 1, phase)[0][0], seen);
+                }
+            }
+            let amplitudes: Vec<f64> = orbit.observed.iter().map(|c| amplitude(c)).collect();
+            assert_eq!(orbit.observed_amplitude_m, amplitudes);
+            assert_eq!(observed_amplitudes_m(balance, u, FREQUENCY_HZ), amplitudes);
+
+            let samples = setting.fourier.samples();
+            let mut compressions = vec![vec![]; n / 3];
+            for i in 0..samples {
+                let phase = TAU * i as f64 / samples as f64;
+                let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
+                for (compression, lambda) in compressions.iter_mut().zip(lambda.chunks_exact(3)) {
+                    compression.push(-lambda[0]);
+                }
+            }
+            let farthest_m = orbit.cycles.iter().fold(0.0_f64, |m, c| m.max(c.slid_m));
+            let lax = Setting {
+                slip_threshold_m: farthest_m,
+                ..*setting
+            };
+            let lax = Balance::new(&lax, OMEGA_RAD_S);
+            for (pair, end) in evaluation.ends.iter().enumerate() {
+                assert!(!lax.slips(pair, end));
+                assert_eq!(lax.sticks(pair, end), end.open_samples == 0);
+                let sticks = end.open_samples == 0 && end.slid_n == 0.0;
+                assert_eq!(balance.sticks(pair, end), sticks);
+            }
+            for (pair, cycle) in orbit.cycles.iter().enumerate() {
+                let (end, compression) = (&evaluation.ends[pair], &compressions[pair]);
+                assert_near(cycle.slid_m * setting.eps[3 * pair + 1], end.slid_n);
+                assert_eq!(cycle.slips, end.slid_n > 0.0);
+                assert_eq!(cycle.opens, end.open_samples > 0);
+                assert_near(
+                    cycle.open_fraction,
+                    end.open_samples as f64 / samples as f64,
+                );
+                let mean = compression.iter().sum::<f64>() / samples as f64;
+                assert_near(cycle.compression_mean_n, mean);
+                let least = compression.iter().fold(f64::INFINITY, |m, c| m.min(*c));
+                assert_near(cycle.compression_min_n, least);
+                let most = compression.iter().fold(f64::NEG_INFINITY, |m, c| m.max(*c));
+                assert_near(cycle.compression_max_n, most);
+            }
+        });
+    }
+
+    #[test]
+    fn a_stuck_assembly_moves_as_one_whose_pairs_do_not() {
+        at_sample_points(|_, balance, u| {
+            let still = vec![0.0; u.len()];
+            let system = balance.setting.system;
+            let harmonics = balance.setting.fourier.harmonics();
+            let stuck = stuck_point(system, harmonics, FREQUENCY_HZ);
+            let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
+            assert_eq!(stuck.observed_amplitude_m, expected);
+            assert!(expected.iter().all(|a| *a > 0.0));
+        });
+    }
+
+    /// One mode, no pair: the linear oscillator.
+    #[test]
+    fn an_assembly_without_pairs_is_its_linear_oscillators() {
+        let (w2, force, mean) = (0.3, 0.7, 0.2);
+        let load = |on_modes: f64| Load {
+            on_x: vec![],
+            on_modes: vec![on_modes],
+        };
+        let model = RelativeModel {
+            stiffness: Mat::zeros(0, 0),
+            mass: Mat::zeros(0, 0),
+            coupling: Mat::zeros(0, 1),
+            omega2: vec![w2],
+            static_load: load(mean),
+            excitations: vec![HarmonicLoad {
+                harmonic: 1,
+                cosine: load(force),
+                sine: load(0.0),
+            }],
+            observations: vec![Probe {
+                name: "u".into(),
+                on_x: vec![],
+                on_modes: vec![2.0],
+            }],
+            pairs: vec![],
+        };
+        let (a, b) = (0.1, 0.05);
+        let damping = Rayleigh {
+            stiffness_s: a,
+            mass_per_s: b,
+        };
+        let orbit = linear_orbit(&ContactSystem::new(&model, damping), 1, FREQUENCY_HZ);
+        let w = OMEGA_RAD_S;
+        let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));
+        let q = force / stiff.hypot(damp);
+        assert_near(orbit.observed[0][0], 2.0 * mean / w2);
+        assert_near(orbit.observed_amplitude_m[0], 2.0 * q);
+        let power = 0.5 * w * damp * q * q;
+        assert_near(orbit.input_power_w, power);
+        assert_near(orbit.viscous_power_w, power);
+        assert!(orbit.cycles.is_empty() && orbit.friction_power_w == 0.0);
+    }
+
+    #[test]
+    fn the_amplitude_is_that_of_the_extremum_between_instants() {
+        // One harmonic, whatever its phase and whatever follows it with amplitude zero.
+        for i in 0..50 {
+            let phase = 0.37 * i as f64;
+            let (s, c) = phase.sin_cos();
+            let one = amplitude(&[5.0, 2.0 * c, 2.0 * s]);
+            let three = amplitude(&[5.0, 2.0 * c, 2.0 * s, 0.0, 0.0, 0.0, 0.0]);
+            assert!(
+                (one - 2.0).abs() < 1e-14 && (three - 2.0).abs() < 1e-13,
+                "{three}"
+            );
+        }
+        // cos t + cos 3t / 9: extremum 10/9 at t = 0, shifted to between instants.
+        let shift: f64 = 0.001;
+        let signal = [shift, 3.0 * shift].map(f64::sin_cos);
+        let coefficients = [
+            0.0,
+            signal[0].1,
+            signal[0].0,
+            0.0,
+            0.0,
+            signal[1].1 / 9.0,
+            signal[1].0 / 9.0,
+        ];
+        assert!((amplitude(&coefficients) - 10.0 / 9.0).abs() < 1e-12);
+    }
+}

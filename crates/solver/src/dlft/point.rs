@@ -1,0 +1,676 @@
+//! One frequency, whatever it takes: the ways to a solution, tried from the cheapest.
+//!
+//! A frequency is started from its neighbour and from the static state, by Newton-GMRES with accurate
+//! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
+//! and by the dense dogleg. Few unknowns are solved for with the Jacobian factored instead, which takes more
+//! kinks. Each way is tried on the free balance and on the one with the mean held ([`super::retention`]). Which of
+//! the two is the answer depends on the solution alone: the free one where the pairs that stick hold the blade along its
+//! slot, else the held one.
+
+use super::balance::{Balance, Setting};
+use super::dense::{exact_newton, powell};
+use super::march::Periods;
+use super::newton_krylov::{
+    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
+    relative_residual, step_length,
+};
+use super::orbit::observed_amplitudes_m;
+use super::retention::{Retention, may_have_left};
+use crate::dlft::settings::Solver;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
+const MOST_ATTEMPTS: usize = 10;
+/// Nor once it has taken so many iterations of GMRES: a preconditioner that far from serving goes with an eps far from the
+/// stiffness of the pairs.
+const MOST_KRYLOV_ITERATIONS: usize = 40_000;
+
+/// The dense dogleg is tried up to this many unknowns.
+const MOST_DENSE_UNKNOWNS: usize = 2000;
+
+/// Up to this many unknowns Newton's method takes exact corrections.
+pub const MOST_EXACT_UNKNOWNS: usize = 500;
+/// It may take this many times the iterations allowed: they are cheap, and rigid friction in many harmonics needs them.
+const EXACT_ATTEMPT: usize = 6;
+
+/// Fractions of the retention's stiffness from a held motion to the free one.
+const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+
+/// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
+/// found when first asked for.
+pub struct Frequencies<'a> {
+    pub setting: Setting<'a>,
+    pub newton: NewtonOptions,
+    pub solver: Solver,
+    retention: &'a OnceLock<Retention>,
+}
+
+/// A converged frequency, to start the next from.
+pub struct Neighbour {
+    pub frequency_hz: f64,
+    pub u: Vec<f64>,
+    /// dU/df towards the frequency before, where there is one of the same kind (free or held), m/Hz.
+    pub slope: Option<Vec<f64>>,
+    /// The mean was held along the slot.
+    pub held: bool,
+}
+
+impl Neighbour {
+    /// A converged frequency, with the one before it.
+    pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, held: bool) -> Self {
+        let slope = last.filter(|l| l.held == held).map(|l| {
+            let step = frequency_hz - l.frequency_hz;
+            let before = resized(&l.u, u.len());
+            u.iter().zip(&before).map(|(u, v)| (u - v) / step).collect()
+        });
+        Self {
+            frequency_hz,
+            u,
+            slope: slope.filter(|s: &Vec<f64>| s.iter().all(|v| v.is_finite())),
+            held,
+        }
+    }
+
+    /// Its U continued to `frequency_hz`, and as it is; of `unknowns` entries: further harmonics are none.
+    fn starts(&self, frequency_hz: f64, unknowns: usize) -> Vec<Vec<f64>> {
+        let step = frequency_hz - self.frequency_hz;
+        let continued = self.slope.as_ref().map(|slope| {
+            let ends = self.u.iter().zip(slope);
+            ends.map(|(u, s)| u + step * s).collect()
+        });
+        let starts = continued.into_iter().chain([self.u.clone()]);
+        starts.map(|u| resized(&u, unknowns)).collect()
+    }
+}
+
+/// Work done on one frequency, and the preconditioner, which is kept over frequencies.
+#[derive(Default)]
+pub struct Work {
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+    preconditioner: Preconditioner,
+}
+
+impl Work {
+    /// Sets the counts to zero.
+    pub fn start_counting(&mut self) {
+        (self.newton_iterations, self.krylov_iterations) = (0, 0);
+    }
+}
+
+/// A balance, its U and how the solution ended.
+pub struct Solved<'b> {
+    pub balance: Balance<'b>,
+    pub u: Vec<f64>,
+    pub end: NewtonEnd,
+}
+
+impl Solved<'_> {
+    pub fn is_converged(&self) -> bool {
+        self.end.status == NewtonStatus::Converged
+    }
+}
+
+/// Largest relative change of an observed amplitude from `u` to `v` (of all the vibration, in forces, where nothing is
+/// observed).
+fn relative_change(balance: &Balance<'_>, u: &[f64], v: &[f64], frequency_hz: f64) -> f64 {
+    let [before, after] = [u, v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
+    let changes = before.iter().zip(&after).map(|(a, b)| {
+        let change = (b - a).abs();
+        if change == 0.0 { 0.0 } else { change / a }
+    });
+    changes.reduce(f64::max).unwrap_or_else(|| {
+        let n = balance.unknowns_per_block();
+        let vibration = |v: &[f64]| {
+            let mut v = v.to_vec();
+            v[..n].fill(0.0);
+            step_length(balance, &v)
+        };
+        let moved: Vec<f64> = u.iter().zip(v).map(|(u, v)| v - u).collect();
+        vibration(&moved) / vibration(u)
+    })
+}
+
+/// U with so many entries: harmonics beyond the last are none, those beyond `entries` are left out.
+fn resized(u: &[f64], entries: usize) -> Vec<f64> {
+    let mut u = u[..u.len().min(entries)].to_vec();
+    u.resize(entries, 0.0);
+    u
+}
+
+/// How a balance is approached.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// From the neighbour as it is and continued.
+    FromNeighbour(Method),
+    /// From the static state, nothing vibrating.
+    FromRest(Method),
+    /// From the neighbour in this many steps in frequency.
+    InFrequency(u32),
+    /// From the static state in this many steps of the vibrating part of the load.
+    InForce(u32),
+    /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
+    /// start on the straight line in 1 / mu through the last two.
+    InFriction { from: f64, growth: f64 },
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    /// Newton-GMRES with this relative residual of the linear solves.
+    Krylov(f64),
+    /// Newton's method with the Jacobian factored.
+    Exact,
+    /// Powell's hybrid method.
+    Dogleg,
+}
+
+impl<'a> Frequencies<'a> {
+    /// `retention` is filled when first asked for.
+    pub fn new(
+        setting: Setting<'a>,
+        newton: NewtonOptions,
+        solver: Solver,
+        retention: &'a OnceLock<Retention>,
+    ) -> Self {
+        Self {
+            setting,
+            newton,
+            solver,
+            retention,
+        }
+    }
+
+    /// Solves one frequency: free where friction holds the blade along its slot, else with the mean
+    /// held there. Where nothing converges, the attempt with the smallest residual.
+    pub fn solve(
+        &self,
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        self.solve_by(&self.ways(), frequency_hz, last, work)
+    }
+
+    /// Solves one frequency anew, from a neighbour on its other side.
+    pub fn solve_from(
+        &self,
+        frequency_hz: f64,
+        neighbour: &Neighbour,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        let mut ways = self.ways();
+        ways.retain(|way| match way {
+            Way::FromNeighbour(method) | Way::FromRest(method) => !matches!(method, Method::Dogleg),
+            Way::InFrequency(_) => true,
+            Way::InForce(_) | Way::InFriction { .. } => false,
+        });
+        if ways.is_empty() {
+            ways = self.ways();
+        }
+        self.solve_by(&ways, frequency_hz, Some(neighbour), work)
+    }
+
+    /// A solution with fewer harmonics after one Newton correction in which those of this balance take part, and the largest
+    /// relative change of an observed amplitude in it (of all the vibration, in forces, where nothing is observed).
+    pub fn let_in(
+        &self,
+        coarse: &Solved<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> (Vec<f64>, f64) {
+        let u = resized(&coarse.u, self.unknowns());
+        let Some(balance) = self.balance(frequency_hz, coarse.balance.is_held()) else {
+            return (u, 0.0);
+        };
+        let anywhere = |_: &[f64]| false;
+        let mut system = KrylovSystem::new(
+            &balance,
+            &mut work.preconditioner,
+            KRYLOV_TOLERANCE,
+            self.newton.tolerance,
+            &anywhere,
+        );
+        let (mut f, mut dx) = (vec![0.0; u.len()], vec![0.0; u.len()]);
+        system.residual(&u, &mut f);
+        if system.measure(&f) <= self.newton.tolerance {
+            return (u, 0.0);
+        }
+        system.linearise(&u);
+        let solved = system.correction(&f, &mut dx);
+        work.newton_iterations += 1;
+        work.krylov_iterations += system.krylov_iterations;
+        if !solved {
+            return (u, f64::INFINITY);
+        }
+        let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
+        let change = relative_change(&balance, &u, &corrected, frequency_hz);
+        (corrected, change)
+    }
+
+    /// As [`Frequencies::let_in`], with this balance solved instead of corrected once.
+    pub fn solved_instead(
+        &self,
+        coarse: &Solved<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> (Vec<f64>, f64) {
+        let u = resized(&coarse.u, self.unknowns());
+        let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.is_held());
+        let solved = self.solve_from(frequency_hz, &start, work);
+        if !solved.is_converged() {
+            return (u, f64::INFINITY);
+        }
+        let change = relative_change(&solved.balance, &u, &solved.u, frequency_hz);
+        (solved.u, change)
+    }
+
+    /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
+    /// static state: sums of the pairs' normal forces.
+    pub fn is_overpowered(&self) -> bool {
+        let setting = &self.setting;
+        let pulling: f64 = (0..setting.system.unknowns())
+            .step_by(3)
+            .map(|i| {
+                let loads = setting.system.model.excitations.iter();
+                loads
+                    .map(|l| l.cosine.on_x[i].hypot(l.sine.on_x[i]))
+                    .sum::<f64>()
+            })
+            .sum();
+        pulling > setting.pressing_n
+    }
+
+    fn solve_by(
+        &self,
+        ways: &[Way],
+        frequency_hz: f64,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Solved<'_> {
+        let mut best: Option<Solved<'_>> = None;
+        let free_and_held: &[bool] = if self.must_hold() {
+            &[true]
+        } else if last.is_some_and(|l| l.held) {
+            &[true, false]
+        } else {
+            &[false, true]
+        };
+        for &way in ways {
+            for &hold in free_and_held {
+                if best.is_some() && self.is_tired(work) {
+                    break;
+                }
+                let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
+                    continue;
+                };
+                if solved.is_converged() {
+                    if hold && !self.must_hold() {
+                        return self.released(frequency_hz, &solved, work).unwrap_or(solved);
+                    }
+                    if hold || self.is_held_by_friction(&solved) {
+                        return solved;
+                    }
+                    if !self.has_left(&solved.u) {
+                        return self.caught(frequency_hz, &solved, work).unwrap_or(solved);
+                    }
+                    solved.end.status = NewtonStatus::Stagnated;
+                    solved.end.measure = f64::INFINITY;
+                }
+                if best
+                    .as_ref()
+                    .is_none_or(|b| solved.end.measure < b.end.measure)
+                {
+                    best = Some(solved);
+                }
+            }
+        }
+        best.expect("the static state is always a start")
+    }
+
+    fn is_tired(&self, work: &Work) -> bool {
+        work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
+            || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
+    }
+
+    fn ways(&self) -> Vec<Way> {
+        use Way::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
+        let in_friction =
+            [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
+        let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
+        let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
+        let directly = |method| [FromNeighbour(method), FromRest(method)];
+        let dogleg = directly(Method::Dogleg);
+        if self.solver == Solver::Powell {
+            return dogleg
+                .into_iter()
+                .chain(in_friction)
+                .chain(steps)
+                .chain(small_steps)
+                .collect();
+        }
+        if self.is_overpowered() {
+            return directly(self.stepping()).to_vec();
+        }
+        let methods: &[Method] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
+            &[Method::Exact]
+        } else {
+            &[
+                Method::Krylov(KRYLOV_TOLERANCE),
+                Method::Krylov(LOOSE_KRYLOV_TOLERANCE),
+            ]
+        };
+        let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
+        methods
+            .iter()
+            .flat_map(|method| directly(*method))
+            .chain(in_friction)
+            .chain(steps)
+            .chain(is_small.then_some(dogleg).into_iter().flatten())
+            .chain(small_steps)
+            .collect()
+    }
+
+    /// One way to the free or the held balance; `None` where it does not apply.
+    fn attempt(
+        &self,
+        way: Way,
+        frequency_hz: f64,
+        hold: bool,
+        last: Option<&Neighbour>,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        match way {
+            Way::FromNeighbour(method) => {
+                let balance = self.balance(frequency_hz, hold)?;
+                let mut starts = last?.starts(frequency_hz, self.unknowns());
+                if starts.len() > 1 {
+                    // Across a resonance the line through the neighbours leads astray.
+                    let scale = load_scale(&balance, self.newton.tolerance);
+                    let n = balance.unknowns_per_block();
+                    let measure =
+                        |u: &[f64]| relative_residual(&balance.evaluate(u).residual, n, scale);
+                    if measure(&starts[1]) < measure(&starts[0]) {
+                        starts.swap(0, 1);
+                    }
+                }
+                let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
+                for mut u in starts {
+                    let end = self.iterate(&balance, &mut u, method, self.newton, work);
+                    let converged = end.status == NewtonStatus::Converged;
+                    if best
+                        .as_ref()
+                        .is_none_or(|(_, b)| converged || end.measure < b.measure)
+                    {
+                        best = Some((u, end));
+                    }
+                    if converged {
+                        break;
+                    }
+                }
+                best.map(|(u, end)| Solved { balance, u, end })
+            }
+            Way::FromRest(method) => {
+                let balance = self.balance(frequency_hz, hold)?;
+                let mut u = self.cold();
+                let end = self.iterate(&balance, &mut u, method, self.newton, work);
+                Some(Solved { balance, u, end })
+            }
+            Way::InFrequency(steps) => {
+                let last = last?;
+                let from_hz = last.frequency_hz;
+                let at = |fraction: f64| {
+                    self.balance(from_hz + (frequency_hz - from_hz) * fraction, hold)
+                };
+                self.walk(resized(&last.u, self.unknowns()), steps, &at, work)
+            }
+            Way::InForce(steps) => {
+                let at = |fraction: f64| {
+                    let mut balance = self.balance(frequency_hz, hold)?;
+                    let n = balance.unknowns_per_block();
+                    balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
+                    Some(balance)
+                };
+                self.walk(self.cold(), steps, &at, work)
+            }
+            Way::InFriction { from, growth } => {
+                self.with_growing_friction((from, growth), frequency_hz, hold, work)
+            }
+        }
+    }
+
+    /// `None` where a coefficient on the way has no solution, or none is above the first.
+    fn with_growing_friction(
+        &self,
+        (from, growth): (f64, f64),
+        frequency_hz: f64,
+        hold: bool,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        let pairs = self.setting.system.model.pairs.iter();
+        let highest = pairs.fold(0.0_f64, |m, p| m.max(p.friction));
+        let mut most = from;
+        if highest <= most {
+            return None;
+        }
+        let mut u = self.cold();
+        let mut earlier: Option<(f64, Vec<f64>)> = None;
+        loop {
+            let mut balance = self.balance(frequency_hz, hold)?;
+            balance.most_friction = most;
+            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            if end.status != NewtonStatus::Converged {
+                return None;
+            }
+            if most >= highest {
+                return Some(Solved { balance, u, end });
+            }
+            let next = (most * growth).min(highest);
+            let along = |before: f64| (1.0 / next - 1.0 / most) / (1.0 / most - 1.0 / before);
+            let predicted = match &earlier {
+                Some((before, v)) => {
+                    let t = along(*before);
+                    u.iter().zip(v).map(|(u, v)| u + t * (u - v)).collect()
+                }
+                None => u.clone(),
+            };
+            earlier = Some((most, std::mem::replace(&mut u, predicted)));
+            most = next;
+        }
+    }
+
+    /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where one of
+    /// them fails.
+    fn walk<'b>(
+        &'b self,
+        mut u: Vec<f64>,
+        steps: u32,
+        at: &dyn Fn(f64) -> Option<Balance<'b>>,
+        work: &mut Work,
+    ) -> Option<Solved<'b>> {
+        let method = self.stepping();
+        let mut solved = None;
+        for step in 1..=steps {
+            if self.is_tired(work) {
+                return None;
+            }
+            let balance = at(f64::from(step) / f64::from(steps))?;
+            let end = self.iterate(&balance, &mut u, method, self.newton, work);
+            if end.status != NewtonStatus::Converged {
+                return None;
+            }
+            solved = Some((balance, end));
+        }
+        solved.map(|(balance, end)| Solved { balance, u, end })
+    }
+
+    /// The method of small steps.
+    fn stepping(&self) -> Method {
+        match self.solver {
+            Solver::Powell => Method::Dogleg,
+            Solver::NewtonKrylov if self.unknowns() <= MOST_EXACT_UNKNOWNS => Method::Exact,
+            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
+        }
+    }
+
+    /// The free motion beside a held one; `None` where friction does not hold the blade there. The spring is let go at
+    /// once; where that fails, and the pairs that stick hold the blade, it is softened in steps as long as they do.
+    fn released(
+        &self,
+        frequency_hz: f64,
+        held: &Solved<'_>,
+        work: &mut Work,
+    ) -> Option<Solved<'_>> {
+        let balance = self.balance(frequency_hz, false)?;
+        let mut u = held.u.clone();
+        let first_step = NewtonOptions {
+            max_iterations: 1,
+            ..self.newton
+        };
+        for options in [first_step, self.newton] {
+            let end = self.iterate(&balance, &mut u, self.stepping(), options, work);
+            if self.has_left(&u) {
+                break;
+            }
+            if end.status == NewtonStatus::Converged {
+                let free = Solved { balance, u, end };
+                return self.is_held_by_friction(&free).then_some(free);
+            }
+        }
+        if !self.is_held_by_friction(held) {
+            return None;
+        }
+        let mut u = held.u.clone();
+        for fraction in RELEASE.into_iter().chain([0.0]) {
+            let mut balance = Balance::new(&self.setting, TAU * frequency_hz);
+            if fraction > 0.0 {
+                balance = balance.held_by(Cow::Owned(self.retention()?.softened(fraction)));
+            }
+            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            let solved = Solved { balance, u, end };
+            if !solved.is_converged() || !self.is_held_by_friction(&solved) {
+                return None;
+            }
+            if fraction == 0.0 {
+                return Some(solved);
+            }
+            u = solved.u;
+        }
+        None
+    }
+
+    /// The held motion beside a free one that friction does not hold; `None` where none is found.
+    fn caught(&self, frequency_hz: f64, free: &Solved<'_>, work: &mut Work) -> Option<Solved<'_>> {
+        let balance = self.balance(frequency_hz, true)?;
+        let mut u = free.u.clone();
+        let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+        let held = Solved { balance, u, end };
+        if !held.is_converged() {
+            return None;
+        }
+        Some(self.released(frequency_hz, &held, work).unwrap_or(held))
+    }
+
+    /// Whether the pairs that stick throughout hold the blade along its slot, if anything must.
+    fn is_held_by_friction(&self, solved: &Solved<'_>) -> bool {
+        let Some(retention) = self.retention() else {
+            return true;
+        };
+        let ends = solved.balance.evaluate(&solved.u).ends;
+        let stuck = (0..ends.len()).filter(|pair| solved.balance.sticks(*pair, &ends[*pair]));
+        retention.is_blocked_by(stuck)
+    }
+
+    fn iterate(
+        &self,
+        balance: &Balance<'_>,
+        u: &mut [f64],
+        method: Method,
+        options: NewtonOptions,
+        work: &mut Work,
+    ) -> NewtonEnd {
+        let end = match method {
+            Method::Krylov(tolerance) => {
+                let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
+                let mut system = KrylovSystem::new(
+                    balance,
+                    &mut work.preconditioner,
+                    tolerance,
+                    options.tolerance,
+                    &has_left,
+                );
+                let end = newton(&mut system, u, options);
+                work.krylov_iterations += system.krylov_iterations;
+                end
+            }
+            Method::Exact => {
+                let max_iterations = match options.max_iterations {
+                    1 => 1,
+                    allowed => EXACT_ATTEMPT * allowed,
+                };
+                let options = NewtonOptions {
+                    max_iterations,
+                    ..options
+                };
+                exact_newton(balance, u, options)
+            }
+            Method::Dogleg => powell(balance, u, options),
+        };
+        work.newton_iterations += end.iterations;
+        end
+    }
+
+    /// The free balance or the held one; `None` where there is nothing to hold.
+    fn balance(&self, frequency_hz: f64, hold: bool) -> Option<Balance<'_>> {
+        let retention = if hold { Some(self.retention()?) } else { None };
+        let balance = Balance::new(&self.setting, TAU * frequency_hz);
+        Some(match retention {
+            Some(retention) => balance.held_by(Cow::Borrowed(retention)),
+            None => balance,
+        })
+    }
+
+    /// Entries of U.
+    fn unknowns(&self) -> usize {
+        self.setting.fourier.width() * self.setting.system.unknowns()
+    }
+
+    /// The static state, no vibration.
+    fn cold(&self) -> Vec<f64> {
+        let n = self.setting.system.unknowns();
+        let mut u = vec![0.0; self.unknowns()];
+        u[..n].copy_from_slice(self.setting.x_static);
+        u
+    }
+
+    /// Friction does not even hold the static state.
+    fn must_hold(&self) -> bool {
+        self.setting.held_statically && self.retention().is_some()
+    }
+
+    /// The motions only friction holds; `None` when there are none, or when fixed periods are asked
+    /// for, as older programs march, which knew no retention.
+    fn retention(&self) -> Option<&Retention> {
+        if self.setting.periods != Periods::UntilPeriodic {
+            return None;
+        }
+        let model = self.setting.system.model;
+        let found = self
+            .retention
+            .get_or_init(|| Retention::new(&model.stiffness, &model.own_stiffness()));
+        found.is_needed().then_some(found)
+    }
+
+    /// Whether the mean of U has left the static state along a motion that only friction holds.
+    fn has_left(&self, u: &[f64]) -> bool {
+        let (mean, rest) = u.split_at(self.setting.system.unknowns());
+        let (anchor, vibration) = (self.setting.x_static, norm(rest));
+        may_have_left(mean, anchor, vibration)
+            && self
+                .retention()
+                .is_some_and(|r| r.has_left(mean, anchor, vibration))
+    }
+}

@@ -1,0 +1,283 @@
+//! The mean position along the slot, where only friction holds it.
+//!
+//! A dovetail can slide along its slot as a rigid body: nothing elastic opposes it (under rotation a
+//! slot at an angle to the engine axis even drives it on). Friction holds it as long as some pairs stick; once all
+//! slip in every period they no longer do, and the balance either has a whole line of means or, with
+//! the weak force of rotation, one very far away: the blade walks. The vibration is then asked for with the
+//! mean held where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
+//! alone; the force in it is reported.
+//!
+//! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
+//! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
+
+use dovetail_numerics::gmres::{axpy, dot, norm};
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+/// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
+const FREE: f64 = 1e-4;
+/// Shift of the inverse iteration, as such a fraction.
+const SHIFT: f64 = 1e-3;
+/// At most this many tangential rigid motions: two translations and a turn, on one flat flank.
+const MOST_FREE: usize = 3;
+const INVERSE_ITERATIONS: usize = 12;
+/// The mean has left when it lies this many times farther from the static state than the static state
+/// from rest and the vibration from the mean.
+const FAR: f64 = 2.0;
+/// Stuck pairs block the motions where each of them, of length 1 on all pairs, has this square of it on those pairs.
+const BLOCKED: f64 = 1e-9;
+
+/// The motions of the pairs that nothing but friction holds, and the spring that can.
+#[derive(Debug, Clone)]
+pub struct Retention {
+    /// Orthonormal, n each, tangential.
+    motions: Vec<Vec<f64>>,
+    /// N/m.
+    stiffness_n_m: f64,
+}
+
+impl Retention {
+    /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is next to nothing beside
+    /// `own`, that of each pair.
+    pub fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
+        let n = stiffness.nrows();
+        let tangential: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+        let size = tangential.len();
+        let mean_stiffness = tangential.iter().map(|&i| own[i]).sum::<f64>() / size.max(1) as f64;
+        let mut retention = Self {
+            motions: vec![],
+            stiffness_n_m: mean_stiffness,
+        };
+        let k = Mat::from_fn(size, size, |i, j| stiffness[(tangential[i], tangential[j])]);
+        let mut shifted = k.clone();
+        for i in 0..size {
+            shifted[(i, i)] += SHIFT * mean_stiffness;
+        }
+        let Ok(factor) = shifted.llt(Side::Lower) else {
+            return retention;
+        };
+        // Block inverse iteration from vectors that are the same on every machine.
+        let count = (2 * MOST_FREE).min(size);
+        let mut block = Mat::from_fn(size, count, |i, j| ((i * (j + 1)) as f64 + 0.5).cos());
+        for j in 0..count.min(2) {
+            (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
+        }
+        for _ in 0..INVERSE_ITERATIONS {
+            factor.solve_in_place(&mut block);
+            orthonormalise(&mut block);
+        }
+        let projected = block.transpose() * (&k * &block);
+        let Ok(small) = projected.self_adjoint_eigen(Side::Lower) else {
+            return retention;
+        };
+        for j in 0..count.min(MOST_FREE) {
+            if small.S().column_vector()[j] > FREE * mean_stiffness {
+                break;
+            }
+            let ritz = &block * small.U().col(j);
+            let mut motion = vec![0.0; n];
+            for (&i, v) in tangential.iter().zip(ritz.iter()) {
+                motion[i] = *v;
+            }
+            retention.motions.push(motion);
+        }
+        retention
+    }
+
+    /// Whether there is any such motion.
+    pub fn is_needed(&self) -> bool {
+        !self.motions.is_empty()
+    }
+
+    /// The same motions on a spring of this fraction of the stiffness.
+    pub fn softened(&self, fraction: f64) -> Self {
+        Self {
+            motions: self.motions.clone(),
+            stiffness_n_m: fraction * self.stiffness_n_m,
+        }
+    }
+
+    pub fn stiffness_n_m(&self) -> f64 {
+        self.stiffness_n_m
+    }
+
+    /// Whether no combination of the motions leaves all of `pairs` where they are: the rank of the rows of these
+    /// pairs is the number of motions.
+    pub fn is_blocked_by(&self, pairs: impl Iterator<Item = usize> + Clone) -> bool {
+        let count = self.motions.len();
+        let shared = Mat::from_fn(count, count, |i, j| {
+            let on = |p: usize| {
+                let rows = 3 * p..3 * p + 3;
+                dot(&self.motions[i][rows.clone()], &self.motions[j][rows])
+            };
+            pairs.clone().map(on).sum::<f64>()
+        });
+        let least = shared.self_adjoint_eigenvalues(Side::Lower);
+        least.is_ok_and(|values| values.first().is_none_or(|least| *least > BLOCKED))
+    }
+
+    /// y += spring x, x and y of length n.
+    pub fn add_to(&self, x: &[f64], y: &mut [f64]) {
+        for motion in &self.motions {
+            axpy(self.stiffness_n_m * dot(motion, x), motion, y);
+        }
+    }
+
+    /// matrix += spring.
+    pub fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
+        for j in 0..matrix.ncols() {
+            self.add_to_column(j, matrix.col_as_slice_mut(j));
+        }
+    }
+
+    /// column += column j of the spring.
+    pub fn add_to_column(&self, j: usize, column: &mut [f64]) {
+        for motion in &self.motions {
+            axpy(self.stiffness_n_m * motion[j], motion, column);
+        }
+    }
+
+    /// Rows and columns `columns` of the spring.
+    pub fn restricted(&self, columns: &[usize]) -> Self {
+        let motions = self.motions.iter();
+        Self {
+            motions: motions
+                .map(|motion| columns.iter().map(|&c| motion[c]).collect())
+                .collect(),
+            stiffness_n_m: self.stiffness_n_m,
+        }
+    }
+
+    /// Force the spring carries at `x`, anchored at `anchor`, N: the resultant over the pairs.
+    pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
+        let mut forces = vec![0.0; x.len()];
+        let apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+        self.add_to(&apart, &mut forces);
+        forces.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum()
+    }
+
+    /// Whether the mean `x` lies far from `anchor` along these motions and along nothing else; `vibration` is the
+    /// length of the rest of the motion, m.
+    pub fn has_left(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+        let mut apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+        let whole = norm(&apart);
+        for motion in &self.motions {
+            let along = dot(motion, &apart);
+            axpy(-along, motion, &mut apart);
+        }
+        let rest = norm(&apart);
+        let along = (whole * whole - rest * rest).max(0.0).sqrt();
+        along > FAR * (rest + norm(anchor) + vibration)
+    }
+}
+
+/// Whether the mean is so far that [`Retention::has_left`] is worth asking.
+pub fn may_have_left(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+    let apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+    norm(&apart) > FAR * (norm(anchor) + vibration)
+}
+
+fn orthonormalise(block: &mut Mat<f64>) {
+    for j in 0..block.ncols() {
+        for _ in 0..2 {
+            for i in 0..j {
+                let earlier = block.col_as_slice(i).to_vec();
+                let column = block.col_as_slice_mut(j);
+                axpy(-dot(&earlier, column), &earlier, column);
+            }
+        }
+        let length = norm(block.col_as_slice(j));
+        if length > 0.0 {
+            block
+                .col_as_slice_mut(j)
+                .iter_mut()
+                .for_each(|v| *v /= length);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded, and
+    /// `ground` N/m on the first tangential of pair 0.
+    fn chain(pairs: usize, ground: f64) -> Mat<f64> {
+        let mut k = Mat::zeros(3 * pairs, 3 * pairs);
+        for p in 0..pairs {
+            k[(3 * p, 3 * p)] += 1.0;
+            if p > 0 {
+                for c in 0..3 {
+                    let (i, j) = (3 * p - 3 + c, 3 * p + c);
+                    k[(i, i)] += 1.0;
+                    k[(j, j)] += 1.0;
+                    k[(i, j)] -= 1.0;
+                    k[(j, i)] -= 1.0;
+                }
+            }
+        }
+        k[(1, 1)] += ground;
+        k
+    }
+
+    #[test]
+    fn finds_the_translations_that_nothing_holds() {
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        assert_eq!(retention.motions.len(), 2);
+        // The spring opposes a common slide with its own stiffness, and nothing else.
+        let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();
+        let mut force = vec![0.0; 12];
+        retention.add_to(&slide, &mut force);
+        for (f, s) in force.iter().zip(&slide) {
+            assert!((f - s).abs() < 1e-9, "{force:?}");
+        }
+        assert!((retention.force_n(&slide, &[0.0; 12]) - 4.0).abs() < 1e-9);
+        let stretch: Vec<f64> = (0..12).map(|i| (i as f64 - 5.5) * slide[i]).collect();
+        let centred = stretch.iter().sum::<f64>() / 4.0;
+        let stretch: Vec<f64> = stretch
+            .iter()
+            .zip(&slide)
+            .map(|(v, s)| v - centred * s)
+            .collect();
+        assert!(retention.force_n(&stretch, &[0.0; 12]) < 1e-9);
+    }
+
+    #[test]
+    fn pairs_block_the_motions_that_none_of_them_is_left_out_of() {
+        // Both translations, and a third pair that sticks in t1 alone would block one of them only.
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        assert!(!retention.is_blocked_by([].into_iter()));
+        assert!(retention.is_blocked_by([2].into_iter()));
+        let mut one = retention.clone();
+        for motion in &mut one.motions {
+            (3..6).for_each(|i| motion[i] = 0.0);
+        }
+        assert!(!one.is_blocked_by([1].into_iter()));
+        assert!(one.is_blocked_by([0, 1].into_iter()));
+        // Motions that differ on other pairs and are alike on pair 0 are not blocked by it.
+        let mut alike = retention;
+        let first = alike.motions[0].clone();
+        alike.motions[1][..3].copy_from_slice(&first[..3]);
+        assert!(!alike.is_blocked_by([0].into_iter()));
+        assert!(alike.is_blocked_by([0, 1].into_iter()));
+    }
+
+    #[test]
+    fn a_held_motion_needs_no_retention() {
+        let retention = Retention::new(&chain(4, 1.0), &[1.0; 12]);
+        assert_eq!(retention.motions.len(), 1);
+        let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();
+        assert!(retention.force_n(&slide, &[0.0; 12]) < 1e-6);
+    }
+
+    #[test]
+    fn only_a_slide_far_beyond_the_vibration_has_left() {
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        let slide: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 1)).collect();
+        let anchor = [0.0; 12];
+        assert!(retention.has_left(&slide, &anchor, 1.0));
+        assert!(!retention.has_left(&slide, &anchor, 10.0));
+        let press: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 0)).collect();
+        assert!(!retention.has_left(&press, &anchor, 1.0));
+    }
+}

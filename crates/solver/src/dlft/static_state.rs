@@ -1,0 +1,512 @@
+//! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
+//! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
+//!
+//! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
+//! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
+
+use super::balance::apply_real;
+use super::coarse::Coarse;
+use super::linear::LinearSystem;
+use super::retention::Retention;
+use super::{Outcome, PairStatus, StaticState};
+use crate::contact::inexact::{Inexact, InexactModel};
+use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
+use crate::reduction::RelativeModel;
+use dovetail_numerics::gmres::norm;
+use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use dovetail_numerics::wear::Wear;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, MatMut};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
+/// stuck, unloaded state; held along the slot where friction alone does not hold it. eps is the stiffness of each
+/// pair: the state does not depend on it, only the way there does.
+pub fn static_state(
+    model: &RelativeModel,
+    load_steps: usize,
+    options: NewtonOptions,
+) -> StaticState {
+    let eps = &model.own_stiffness();
+    let all: Vec<usize> = (0..model.pairs.len()).collect();
+    let inexact = InexactModel::new(model).taking_part(&all, None);
+    let load_up = |retention: Option<&Retention>, closed: bool| {
+        load_up(model, &inexact, eps, load_steps, options, retention, closed)
+    };
+    let mut free = load_up(None, false);
+    let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
+    let mut closed = false;
+    if is_open(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
+        // A blade that nothing touches has an equilibrium of its own, far inwards: start with the flanks together.
+        let other = load_up(None, true);
+        if !is_open(&other) {
+            (free, closed) = (other, true);
+        }
+    }
+    let converged = free.outcome.is_converged();
+    let any = |status| free.status.contains(&status);
+    if !any(PairStatus::Slipping) || (converged && any(PairStatus::Stuck)) {
+        return free;
+    }
+    let retention = Retention::new(&model.stiffness, eps);
+    let at_rest = vec![0.0; free.x.len()];
+    if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
+        return free;
+    }
+    let mut held = load_up(Some(&retention), closed);
+    held.newton_iterations += free.newton_iterations;
+    if converged || held.outcome.is_converged() {
+        held
+    } else {
+        free
+    }
+}
+
+/// Relative residual of the linear solves.
+const KRYLOV_TOLERANCE: f64 = 1e-4;
+const MOST_KRYLOV_ITERATIONS: usize = 300;
+/// Up to this size a Jacobian that GMRES does not solve is factored.
+const MOST_DENSE_UNKNOWNS: usize = 6000;
+/// So is one where shear follows the normal force by more than this: what it then asks of the normal forces is beyond
+/// single precision, and is not local.
+const STEEPEST: f32 = 3.0;
+
+/// A load step that fails is tried with coefficients of friction that grow from this ...
+const FIRST_FRICTION: f64 = 0.5;
+/// ... by the first of these factors; where that fails, by the next.
+const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
+
+/// The load in steps, the blade free along its slot or held there, from the unloaded place or with all clearances closed.
+fn load_up(
+    model: &RelativeModel,
+    inexact: &Arc<Inexact>,
+    eps: &[f64],
+    load_steps: usize,
+    options: NewtonOptions,
+    retention: Option<&Retention>,
+    closed: bool,
+) -> StaticState {
+    let n = model.stiffness.nrows();
+    let mut stiffness = Cow::Borrowed(&model.stiffness);
+    if let Some(retention) = retention {
+        retention.add_to_matrix(stiffness.to_mut());
+    }
+    let mut system = StaticSystem {
+        model,
+        stiffness,
+        eps,
+        load: vec![0.0; n],
+        slid_force: vec![[0.0; 2]; n / 3],
+        friction: model.pairs.iter().map(|pair| pair.friction).collect(),
+        scale: norm(&model.static_load.on_x),
+        linear: LinearSystem {
+            inexact: Arc::clone(inexact),
+            harmonics: vec![],
+            derivatives: vec![0.0; 3 * n],
+            retention: retention.cloned(),
+            eps: eps.iter().map(|v| *v as f32).collect(),
+        },
+        coarse: None,
+        wear: Wear::default(),
+    };
+    let mut x = if closed {
+        with_clearances_closed(model, eps)
+    } else {
+        vec![0.0; n]
+    };
+    let mut state = StaticState {
+        outcome: Outcome::Converged,
+        x: vec![],
+        lambda: vec![0.0; n],
+        status: vec![],
+        newton_iterations: 0,
+        residual: 0.0,
+        retention_n: None,
+    };
+    if system.scale > 0.0 {
+        for step in 1..=load_steps {
+            let fraction = step as f64 / load_steps as f64;
+            for (f, full) in system.load.iter_mut().zip(&model.static_load.on_x) {
+                *f = fraction * full;
+            }
+            for (pair, s) in system.slid_force.iter_mut().enumerate() {
+                let t = 3 * pair + 1;
+                *s = [eps[t] * x[t], eps[t + 1] * x[t + 1]];
+            }
+            let end = step_up(&mut system, &mut x, options);
+            state.newton_iterations += end.iterations;
+            state.residual = end.measure;
+            state.outcome = Outcome::from(end.status);
+            if !state.outcome.is_converged() {
+                break;
+            }
+        }
+    }
+    let predicted = system.predicted(&x);
+    for (pair, predicted) in predicted.iter().enumerate() {
+        let (contact, force) = unilateral_coulomb(*predicted, system.friction[pair]);
+        state.lambda[3 * pair..3 * pair + 3].copy_from_slice(&force);
+        state.status.push(match contact {
+            Contact::Stick => PairStatus::Stuck,
+            Contact::Slip => PairStatus::Slipping,
+            Contact::Open => PairStatus::Open,
+        });
+    }
+    state.retention_n = retention.map(|r| r.force_n(&x, &vec![0.0; n]));
+    state.x = x;
+    state
+}
+
+/// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
+fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
+    const GROUND: f64 = 1e-3;
+    let k = &model.stiffness;
+    let n = k.nrows();
+    let mut x = vec![0.0; n];
+    for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
+        *x = -pair.gap_m;
+    }
+    let along: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+    let size = along.len();
+    let matrix = Mat::from_fn(size, size, |i, j| {
+        let ground = if i == j { GROUND * eps[along[i]] } else { 0.0 };
+        k[(along[i], along[j])] + ground
+    });
+    let force = |i: &usize| -(0..n).step_by(3).map(|j| k[(*i, j)] * x[j]).sum::<f64>();
+    let mut slide: Vec<f64> = along.iter().map(force).collect();
+    matrix
+        .partial_piv_lu()
+        .solve_in_place(MatMut::from_column_major_slice_mut(&mut slide, size, 1));
+    along.iter().zip(&slide).for_each(|(i, s)| x[*i] = *s);
+    x
+}
+
+/// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
+/// method may end between two of them: then the coefficient grows, each solution the start of the next.
+fn step_up(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+    let start = x.to_vec();
+    let mut end = newton(system, x, options);
+    let full = system.friction.clone();
+    if full.iter().all(|f| *f <= FIRST_FRICTION) {
+        return end;
+    }
+    for growth in FRICTION_GROWTHS {
+        if end.status == NewtonStatus::Converged {
+            break;
+        }
+        let mut y = start.clone();
+        let last = with_growing_friction(system, &mut y, &full, growth, options);
+        system.friction.copy_from_slice(&full);
+        end.iterations += last.iterations;
+        if last.status == NewtonStatus::Converged {
+            x.copy_from_slice(&y);
+            end = NewtonEnd {
+                iterations: end.iterations,
+                ..last
+            };
+        }
+    }
+    end
+}
+
+/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to `full`. Ends where
+/// one does not converge.
+fn with_growing_friction(
+    system: &mut StaticSystem<'_>,
+    x: &mut [f64],
+    full: &[f64],
+    growth: f64,
+    options: NewtonOptions,
+) -> NewtonEnd {
+    let mut most = FIRST_FRICTION;
+    let mut iterations = 0;
+    system.friction = full.iter().map(|f| f.min(most)).collect();
+    loop {
+        let end = newton(system, x, options);
+        iterations += end.iterations;
+        if end.status != NewtonStatus::Converged || system.friction == full {
+            return NewtonEnd { iterations, ..end };
+        }
+        most *= growth;
+        let next: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
+        system.predict(x, &next);
+        system.friction = next;
+    }
+}
+
+struct StaticSystem<'a> {
+    model: &'a RelativeModel,
+    /// K, and the retention where there is one.
+    stiffness: Cow<'a, Mat<f64>>,
+    eps: &'a [f64],
+    /// Load of this step.
+    load: Vec<f64>,
+    /// lambda_x (tangential) of the last step.
+    slid_force: Vec<[f64; 2]>,
+    /// Coefficient of each pair.
+    friction: Vec<f64>,
+    scale: f64,
+    linear: LinearSystem,
+    /// Of J at some earlier x.
+    coarse: Option<Coarse>,
+    wear: Wear,
+}
+
+impl StaticSystem<'_> {
+    /// lambda_u shifted by the clearance and the slid force, per pair.
+    fn predicted(&self, x: &[f64]) -> Vec<[f64; 3]> {
+        let lambda_u = self.lambda_u(x);
+        (0..self.slid_force.len())
+            .map(|pair| {
+                [
+                    lambda_u[3 * pair] + self.eps[3 * pair] * self.model.pairs[pair].gap_m,
+                    lambda_u[3 * pair + 1] - self.slid_force[pair][0],
+                    lambda_u[3 * pair + 2] - self.slid_force[pair][1],
+                ]
+            })
+            .collect()
+    }
+
+    /// Moves a solution to where it is expected once the coefficients are `next`: along a straight line in 1 / mu,
+    /// as the normal force of a pair that slides under a given shear goes.
+    fn predict(&mut self, x: &mut [f64], next: &[f64]) {
+        let mut change = vec![0.0; x.len()];
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let (now, next) = (self.friction[pair], next[pair]);
+            if unilateral_coulomb(predicted, now).0 == Contact::Slip && next > 0.0 {
+                let [e1, e2] = slip_tangent(predicted, now).direction;
+                let force = -predicted[0] * now * (next - now) / next;
+                change[3 * pair + 1] = force * e1;
+                change[3 * pair + 2] = force * e2;
+            }
+        }
+        let mut dx = vec![0.0; x.len()];
+        self.linearise(x);
+        if self.correction(&change, &mut dx) {
+            x.iter_mut().zip(&dx).for_each(|(x, d)| *x += d);
+        }
+    }
+
+    /// F - K x + eps x.
+    fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; x.len()];
+        apply_real(&self.stiffness, x, &mut out);
+        for (i, o) in out.iter_mut().enumerate() {
+            *o = self.load[i] - *o + self.eps[i] * x[i];
+        }
+        out
+    }
+
+    /// J = K - D (K - eps), dense.
+    fn jacobian(&self) -> Mat<f64> {
+        let mut jacobian = self.stiffness.clone().into_owned();
+        for (j, eps) in self.eps.iter().enumerate() {
+            let column = jacobian.col_as_slice_mut(j);
+            let derivatives = self.linear.derivatives.chunks_exact(9);
+            for (pair, (column, d)) in column.chunks_exact_mut(3).zip(derivatives).enumerate() {
+                let mut apart = [column[0], column[1], column[2]];
+                if j / 3 == pair {
+                    apart[j % 3] -= eps;
+                }
+                for (r, c) in column.iter_mut().enumerate() {
+                    let moved = (0..3).map(|c| f64::from(d[3 * c + r]) * apart[c]);
+                    *c -= moved.sum::<f64>();
+                }
+            }
+        }
+        jacobian
+    }
+}
+
+impl NonlinearSystem for StaticSystem<'_> {
+    fn residual(&mut self, x: &[f64], f: &mut [f64]) {
+        // f = K x + lambda - F = eps x - lambda_u + lambda.
+        let lambda_u = self.lambda_u(x);
+        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
+            let (_, force) = unilateral_coulomb(predicted, self.friction[pair]);
+            for (c, force) in force.iter().enumerate() {
+                let i = 3 * pair + c;
+                f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
+            }
+        }
+    }
+
+    fn measure(&self, f: &[f64]) -> f64 {
+        norm(f) / self.scale
+    }
+
+    fn linearise(&mut self, x: &[f64]) {
+        let predicted = self.predicted(x);
+        let derivatives = self.linear.derivatives.chunks_exact_mut(9);
+        for ((predicted, friction), out) in
+            predicted.into_iter().zip(&self.friction).zip(derivatives)
+        {
+            let friction = *friction;
+            let (contact, _) = unilateral_coulomb(predicted, friction);
+            let derivative: [[f64; 3]; 3] = match contact {
+                Contact::Open => [[0.0; 3]; 3],
+                Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+                Contact::Slip => {
+                    let t = slip_tangent(predicted, friction);
+                    let [e1, e2] = t.direction;
+                    let k = t.kappa;
+                    [
+                        [1.0, 0.0, 0.0],
+                        [-friction * e1, k * (1.0 - e1 * e1), -k * e1 * e2],
+                        [-friction * e2, -k * e1 * e2, k * (1.0 - e2 * e2)],
+                    ]
+                }
+            };
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = derivative[i % 3][i / 3] as f32;
+            }
+        }
+        if self.coarse.is_none() || self.wear.is_worn() {
+            self.coarse = Coarse::new(&self.linear);
+            self.wear = Wear::default();
+        }
+    }
+
+    fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
+        let right: Vec<f64> = f.iter().map(|f| -f).collect();
+        let derivatives = self.linear.derivatives.iter();
+        let is_small = f.len() <= MOST_DENSE_UNKNOWNS;
+        let mut solved = !is_small || derivatives.fold(0.0_f32, |m, d| m.max(d.abs())) <= STEEPEST;
+        if solved {
+            let (solution, end) = self.linear.solve(
+                self.coarse.as_ref(),
+                &right,
+                1.0,
+                KRYLOV_TOLERANCE,
+                MOST_KRYLOV_ITERATIONS,
+            );
+            dx.copy_from_slice(&solution);
+            self.wear.serve(end.iterations);
+            solved = end.converged || !is_small;
+        }
+        if !solved {
+            dx.copy_from_slice(&right);
+            self.jacobian()
+                .partial_piv_lu()
+                .solve_in_place(MatMut::from_column_major_slice_mut(dx, right.len(), 1));
+        }
+        // A direction that is not exact still serves: the step is judged afterwards.
+        dx.iter().all(|d| d.is_finite())
+    }
+
+    fn length(&self, dx: &[f64]) -> f64 {
+        norm(dx)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{mixed, model};
+    use dovetail_testkit::differences::{assert_close, central};
+
+    /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
+    /// from where they would do something else; the coefficients are between 0.3 and 0.7.
+    const PREDICTED: [[f64; 3]; 9] = [
+        [-10.0, 0.3, -0.2],
+        [-1.0, 0.9, -1.4],
+        [2.0, 1.0, 1.0],
+        [-10.0, -0.5, 0.0],
+        [-2.0, -1.9, 0.4],
+        [3.0, 0.0, -1.0],
+        [-8.0, 0.1, 0.6],
+        [-0.5, 0.2, 3.0],
+        [1.0, -2.0, 0.0],
+    ];
+
+    /// A system and a point x at which its pairs have those predicted forces.
+    fn with_system(is_held: bool, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
+        let model = model(PREDICTED.len());
+        let n = model.stiffness.nrows();
+        let eps: Vec<f64> = model.own_stiffness().iter().map(|v| 1.3 * v).collect();
+        let all: Vec<usize> = (0..PREDICTED.len()).collect();
+        let inexact = InexactModel::new(&model).taking_part(&all, None);
+        let retention = is_held.then(|| Retention::new(&model.stiffness, &eps));
+        let mut stiffness = Cow::Borrowed(&model.stiffness);
+        if let Some(retention) = &retention {
+            assert!(retention.is_needed());
+            retention.add_to_matrix(stiffness.to_mut());
+        }
+        let mut system = StaticSystem {
+            model: &model,
+            stiffness,
+            eps: &eps,
+            load: vec![0.0; n],
+            slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
+            friction: model.pairs.iter().map(|pair| pair.friction).collect(),
+            scale: 1.0,
+            linear: LinearSystem {
+                inexact,
+                harmonics: vec![],
+                derivatives: vec![0.0; 3 * n],
+                retention,
+                eps: eps.iter().map(|v| *v as f32).collect(),
+            },
+            coarse: None,
+            wear: Wear::default(),
+        };
+        let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
+        let without_load = system.predicted(&x).into_iter().flatten();
+        system.load = without_load
+            .zip(PREDICTED.iter().flatten())
+            .map(|(without, wanted)| wanted - without)
+            .collect();
+        check(&mut system, &x);
+    }
+
+    fn differences(system: &mut StaticSystem<'_>, x: &[f64]) -> Mat<f64> {
+        central(x, 1e-6, |x| {
+            let mut f = vec![0.0; x.len()];
+            system.residual(x, &mut f);
+            f
+        })
+    }
+
+    #[test]
+    fn the_dense_jacobian_is_that_by_differences() {
+        for is_held in [false, true] {
+            with_system(is_held, |system, x| {
+                let of_contact = |(p, mu): (&[f64; 3], &f64)| unilateral_coulomb(*p, *mu).0;
+                let found: Vec<Contact> = system
+                    .predicted(x)
+                    .iter()
+                    .zip(&system.friction)
+                    .map(of_contact)
+                    .collect();
+                let each = [Contact::Stick, Contact::Slip, Contact::Open];
+                assert_eq!(found, [each, each, each].concat());
+                let by_differences = differences(system, x);
+                system.linearise(x);
+                // The derivatives of the law are in single precision.
+                let what = format!("held {is_held}");
+                assert_close(&system.jacobian(), &by_differences, 2e-6, &what);
+            });
+        }
+    }
+
+    #[test]
+    fn corrections_solve_with_the_jacobian_by_differences() {
+        for is_held in [false, true] {
+            with_system(is_held, |system, x| {
+                let by_differences = differences(system, x);
+                system.linearise(x);
+                let size = x.len();
+                let mut corrections = Mat::zeros(size, size);
+                for j in 0..size {
+                    let mut f = vec![0.0; size];
+                    f[j] = -1.0;
+                    assert!(system.correction(&f, corrections.col_as_slice_mut(j)));
+                }
+                let product = by_differences * corrections;
+                let unit = Mat::identity(size, size);
+                assert_close(&unit, &product, 5e-4, &format!("held {is_held}"));
+            });
+        }
+    }
+}

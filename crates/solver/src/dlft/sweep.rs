@@ -1,0 +1,215 @@
+//! Frequency response: the static state, then one harmonic balance per frequency.
+//!
+//! The frequencies are split in two halves, each swept from its end of the range towards the middle:
+//! two cores share the work, and the answer does not depend on how many there are.
+
+use super::accuracy::{Ladder, Resolved, levels};
+use super::balance::Setting;
+use super::march::Periods;
+use super::orbit::{orbit, stuck_point};
+use super::penalty::Penalty;
+use super::point::{Neighbour, Solved, Work};
+use super::{Orbit, Outcome, Response, StaticState};
+use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::contact::inexact::InexactModel;
+use crate::dlft::settings::{Resolution, Solver};
+use crate::reduction::RelativeModel;
+use crate::reduction::damping::Rayleigh;
+use dovetail_numerics::newton::NewtonOptions;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+/// Default slip threshold, as a fraction of the largest static slip.
+const SLIP_THRESHOLD: f64 = 1e-5;
+
+/// How the response is computed.
+#[derive(Debug, Clone)]
+pub struct SweepSettings {
+    pub frequencies_hz: Vec<f64>,
+    pub resolution: Resolution,
+    pub eps: Penalty,
+    pub newton: NewtonOptions,
+    pub periods: Periods,
+    pub solver: Solver,
+    /// m; `None`: 1e-5 of the largest static slip.
+    pub slip_threshold_m: Option<f64>,
+}
+
+/// Response at every frequency. `progress` is called once per finished point, from any thread.
+pub fn sweep(
+    model: &RelativeModel,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    progress: &(dyn Fn(&Orbit) + Sync),
+) -> Response {
+    let system = ContactSystem::new(model, damping);
+    let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
+        settings
+            .eps
+            .of(&system, middle(&settings.frequencies_hz), harmonics)
+    });
+    let retention = OnceLock::new();
+    let largest_slip = static_state
+        .x
+        .chunks_exact(3)
+        .fold(0.0_f64, |m, x| m.max(x[1].hypot(x[2])));
+    let slip_threshold_m = settings
+        .slip_threshold_m
+        .unwrap_or(SLIP_THRESHOLD * largest_slip);
+    let inexact = match settings.solver {
+        Solver::NewtonKrylov => InexactModel::new(model),
+        Solver::Powell => InexactModel::unprepared(model),
+    };
+    let setting = Setting {
+        system: &system,
+        inexact: &inexact,
+        fourier: &levels[0].fourier,
+        eps: &levels[0].eps,
+        x_static: &static_state.x,
+        held_statically: static_state.retention_n.is_some(),
+        pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
+        periods: settings.periods,
+        slip_threshold_m,
+    };
+    let run = Run {
+        ladder: Ladder::new(
+            setting,
+            &levels,
+            settings.resolution,
+            settings.newton,
+            settings.solver,
+            &retention,
+        ),
+    };
+    let middle = settings.frequencies_hz.len().div_ceil(2);
+    let (rising, falling) = settings.frequencies_hz.split_at(middle);
+    let (mut orbits, upper) = rayon::join(
+        || run.segment(rising.iter().copied(), progress),
+        || run.segment(falling.iter().rev().copied(), progress),
+    );
+    orbits.extend(upper.into_iter().rev());
+    run.retry_from_other_side(&mut orbits, middle);
+    let stuck = settings
+        .frequencies_hz
+        .iter()
+        .map(|&f| stuck_point(&system, levels[0].fourier.harmonics(), f))
+        .collect();
+    Response {
+        stuck,
+        orbits,
+        slip_threshold_m,
+    }
+}
+
+/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps is the same along it.
+fn middle(frequencies_hz: &[f64]) -> f64 {
+    let ends = frequencies_hz.first().zip(frequencies_hz.last());
+    ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
+}
+
+/// Where the sweep stands: the last converged frequency, and the rung to begin the next on.
+#[derive(Default)]
+struct Last {
+    neighbour: Option<Neighbour>,
+    rung: usize,
+}
+
+struct Run<'a> {
+    ladder: Ladder<'a>,
+}
+
+impl Run<'_> {
+    fn segment(
+        &self,
+        frequencies_hz: impl Iterator<Item = f64>,
+        progress: &(dyn Fn(&Orbit) + Sync),
+    ) -> Vec<Orbit> {
+        let mut work = Work::default();
+        let mut last = Last::default();
+        frequencies_hz
+            .map(|frequency_hz| {
+                let orbit = self.point(frequency_hz, &mut last, &mut work);
+                progress(&orbit);
+                orbit
+            })
+            .collect()
+    }
+
+    fn point(&self, frequency_hz: f64, last: &mut Last, work: &mut Work) -> Orbit {
+        work.start_counting();
+        let resolved = self
+            .ladder
+            .resolve(frequency_hz, last.rung, work, |rung, work| {
+                rung.solve(frequency_hz, last.neighbour.as_ref(), work)
+            });
+        let held = resolved.solved.balance.is_held();
+        let u = resolved.solved.u.clone();
+        let rung = resolved.next_rung;
+        let orbit = self.orbit_of(resolved, frequency_hz, work);
+        if orbit.outcome.is_converged() {
+            let neighbour = Neighbour::after(last.neighbour.as_ref(), frequency_hz, u, held);
+            *last = Last {
+                neighbour: Some(neighbour),
+                rung,
+            };
+        }
+        orbit
+    }
+
+    /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
+    /// the rising half downwards, then the falling half (from `middle`) upwards.
+    fn retry_from_other_side(&self, orbits: &mut [Orbit], middle: usize) {
+        let mut work = Work::default();
+        let downwards = (0..middle).rev().map(|i| (i, i + 1));
+        let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
+        for (i, beside) in downwards.chain(upwards) {
+            let Some(neighbour) = orbits.get(beside) else {
+                continue;
+            };
+            let failed =
+                !orbits[i].outcome.is_converged() && orbits[i].outcome != Outcome::LeavesSlot;
+            if !failed || !neighbour.outcome.is_converged() {
+                continue;
+            }
+            let held = neighbour.retention_n > 0.0;
+            let u = neighbour.x.clone();
+            let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, held);
+            let frequency_hz = orbits[i].frequency_hz;
+            work.start_counting();
+            let resolved = self
+                .ladder
+                .resolve(frequency_hz, 0, &mut work, |rung, work| {
+                    rung.solve_from(frequency_hz, &neighbour, work)
+                });
+            let mut again = self.orbit_of(resolved, frequency_hz, &work);
+            again.newton_iterations += orbits[i].newton_iterations;
+            again.krylov_iterations += orbits[i].krylov_iterations;
+            if again.outcome.is_converged() {
+                orbits[i] = again;
+            } else {
+                orbits[i].newton_iterations = again.newton_iterations;
+                orbits[i].krylov_iterations = again.krylov_iterations;
+            }
+        }
+    }
+
+    fn orbit_of(&self, resolved: Resolved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
+        let Solved { balance, u, end } = resolved.solved;
+        let evaluation = balance.evaluate(&u);
+        let mut outcome = Outcome::from(end.status);
+        if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
+            outcome = Outcome::NotPeriodic;
+        } else if !outcome.is_converged() && self.ladder.lowest().is_overpowered() {
+            outcome = Outcome::LeavesSlot;
+        } else if outcome.is_converged() && !resolved.is_accurate {
+            outcome = Outcome::AccuracyNotReached;
+        }
+        let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
+        orbit.residual = end.measure;
+        orbit.estimated_error = resolved.estimated_error;
+        orbit.newton_iterations = work.newton_iterations;
+        orbit.krylov_iterations = work.krylov_iterations;
+        orbit
+    }
+}

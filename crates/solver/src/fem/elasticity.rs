@@ -1,0 +1,194 @@
+//! Integrals over one element: isotropic linear elasticity, consistent mass, geometric stiffness.
+//!
+//! With g_a the gradient of shape function a, for nodes a and b,
+//!
+//!   K_ab = integral of  lambda g_a g_b^T + mu g_b g_a^T + mu (g_a . g_b) I   (3 x 3)
+//!   M_ab = integral of  rho N_a N_b                                          (times I)
+//!   G_ab = integral of  g_a^T sigma g_b                                      (times I)
+//!
+//! (Zienkiewicz and Taylor, The Finite Element Method, vol. 1 ch. 6 and vol. 2 ch. 10; Bathe,
+//! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress sigma.
+
+use super::quadrature::Table;
+use crate::model::Material;
+
+/// Lame's constants, Pa.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lame {
+    pub lambda_pa: f64,
+    pub mu_pa: f64,
+}
+
+impl From<Material> for Lame {
+    fn from(m: Material) -> Self {
+        Self {
+            lambda_pa: m.young_pa * m.poisson / ((1.0 + m.poisson) * (1.0 - 2.0 * m.poisson)),
+            mu_pa: m.young_pa / (2.0 * (1.0 + m.poisson)),
+        }
+    }
+}
+
+/// Jacobian determinant of the map from the reference element, and the gradients of the shape
+/// functions in space (1/m), from their reference gradients. A non-positive determinant leaves the
+/// gradients meaningless.
+pub fn map_gradients<const N: usize>(
+    coords_m: &[[f64; 3]; N],
+    reference: &[[f64; 3]; N],
+) -> (f64, [[f64; 3]; N]) {
+    let j = jacobian(coords_m, reference);
+    // Rows of the cofactor matrix; J^-T = cofactor / det.
+    let cofactor = [cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1])];
+    let det = dot(j[0], cofactor[0]);
+    let inverse = 1.0 / det;
+    let gradients = reference.map(|g| [0, 1, 2].map(|k| dot(cofactor[k], g) * inverse));
+    (det, gradients)
+}
+
+/// Determinant of the map from the reference element, m3.
+pub fn determinant<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> f64 {
+    let j = jacobian(coords_m, reference);
+    dot(j[0], cross(j[1], j[2]))
+}
+
+/// Element stiffness, N/m: block (a, b), row by row, at `a N + b`.
+pub fn stiffness<const N: usize>(
+    coords_m: &[[f64; 3]; N],
+    table: &Table<N>,
+    lame: Lame,
+    out: &mut [[f64; 9]],
+) {
+    out.fill([0.0; 9]);
+    for (reference, weight) in table.gradients.iter().zip(&table.weights) {
+        let (det, g) = map_gradients(coords_m, reference);
+        let (lambda, mu) = (lame.lambda_pa * det * weight, lame.mu_pa * det * weight);
+        for a in 0..N {
+            let (lambda_g, mu_g) = (g[a].map(|x| lambda * x), g[a].map(|x| mu * x));
+            for b in 0..=a {
+                let shear = dot(mu_g, g[b]);
+                let block = &mut out[a * N + b];
+                for r in 0..3 {
+                    for c in 0..3 {
+                        block[3 * r + c] += lambda_g[r] * g[b][c] + mu_g[c] * g[b][r];
+                    }
+                    block[4 * r] += shear;
+                }
+            }
+        }
+    }
+    for a in 0..N {
+        for b in 0..a {
+            let t = out[a * N + b];
+            out[b * N + a] = [t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]];
+        }
+    }
+}
+
+/// Element mass, kg: M_ab at `a N + b`.
+pub fn mass<const N: usize>(
+    coords_m: &[[f64; 3]; N],
+    table: &Table<N>,
+    density_kg_m3: f64,
+    out: &mut [[f64; 1]],
+) {
+    out.fill([0.0]);
+    let points = table
+        .gradients
+        .iter()
+        .zip(&table.shapes)
+        .zip(&table.weights);
+    for ((reference, n), weight) in points {
+        let dm = density_kg_m3 * determinant(coords_m, reference) * weight;
+        for a in 0..N {
+            for b in 0..=a {
+                out[a * N + b][0] += dm * n[a] * n[b];
+            }
+        }
+    }
+    mirror(N, out);
+}
+
+/// Element geometric stiffness, N/m, under the linear stress of the nodal displacements: G_ab at
+/// `a N + b`.
+pub fn geometric_stiffness<const N: usize>(
+    coords_m: &[[f64; 3]; N],
+    displacement_m: &[[f64; 3]; N],
+    table: &Table<N>,
+    lame: Lame,
+    out: &mut [[f64; 1]],
+) {
+    out.fill([0.0]);
+    for (reference, weight) in table.gradients.iter().zip(&table.weights) {
+        let (det, g) = map_gradients(coords_m, reference);
+        let s = stress_at(&g, displacement_m, lame);
+        let dv = det * weight;
+        for a in 0..N {
+            let sg = [
+                dv * (s[0] * g[a][0] + s[3] * g[a][1] + s[5] * g[a][2]),
+                dv * (s[3] * g[a][0] + s[1] * g[a][1] + s[4] * g[a][2]),
+                dv * (s[5] * g[a][0] + s[4] * g[a][1] + s[2] * g[a][2]),
+            ];
+            for b in 0..=a {
+                out[a * N + b][0] += dot(sg, g[b]);
+            }
+        }
+    }
+    mirror(N, out);
+}
+
+/// Stress xx, yy, zz, xy, yz, xz (Pa) where the shape functions have the given gradients.
+pub fn stress_at<const N: usize>(
+    gradients: &[[f64; 3]; N],
+    displacement_m: &[[f64; 3]; N],
+    lame: Lame,
+) -> [f64; 6] {
+    let mut h = [[0.0; 3]; 3];
+    for (u, g) in displacement_m.iter().zip(gradients) {
+        for r in 0..3 {
+            for c in 0..3 {
+                h[r][c] += u[r] * g[c];
+            }
+        }
+    }
+    let pressure = lame.lambda_pa * (h[0][0] + h[1][1] + h[2][2]);
+    let mu = lame.mu_pa;
+    [
+        pressure + 2.0 * mu * h[0][0],
+        pressure + 2.0 * mu * h[1][1],
+        pressure + 2.0 * mu * h[2][2],
+        mu * (h[0][1] + h[1][0]),
+        mu * (h[1][2] + h[2][1]),
+        mu * (h[0][2] + h[2][0]),
+    ]
+}
+
+fn jacobian<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> [[f64; 3]; 3] {
+    let mut j = [[0.0; 3]; 3];
+    for (x, g) in coords_m.iter().zip(reference) {
+        for r in 0..3 {
+            for c in 0..3 {
+                j[r][c] += x[r] * g[c];
+            }
+        }
+    }
+    j
+}
+
+fn mirror(n: usize, out: &mut [[f64; 1]]) {
+    for a in 0..n {
+        for b in 0..a {
+            out[b * n + a] = out[a * n + b];
+        }
+    }
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}

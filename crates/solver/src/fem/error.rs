@@ -1,0 +1,154 @@
+//! What can be wrong with a body, and what to do about it.
+
+use std::fmt;
+
+use super::statics::SolveFailure;
+use crate::model::Prestress;
+use crate::model::{Body, NodeMotion, Rotation};
+
+#[derive(Debug, thiserror::Error)]
+pub enum FemError {
+    #[error(
+        "body \"{body}\": {} turned inside out (Jacobian not positive): {tags}; \
+         mesh it again with another element size, or without high-order optimisation if only \
+         curved elements are concerned", elements_are(tags.0.len())
+    )]
+    Inverted { body: String, tags: Tags },
+    #[error(
+        "body \"{body}\": {} flat (no volume): {tags}; \
+         mesh it again with another size or algorithm, or with Mesh.Optimize = 1", elements_are(tags.0.len())
+    )]
+    Degenerate { body: String, tags: Tags },
+    #[error(
+        "body \"{body}\": nodes {tags} belong to no tetrahedron; \
+         remove them from the mesh, or from the groups that name them"
+    )]
+    OrphanNodes { body: String, tags: Tags },
+    #[error(
+        "body \"{body}\" is held too loosely to be prestressed: its stiffness is singular near node \
+         {node_tag} at ({}) m; add its support to `fixed`, check that the part of that node is \
+         joined to the rest, or set prestress = \"none\"",
+        coordinates(position_m)
+    )]
+    LooselyHeld {
+        body: String,
+        node_tag: u64,
+        position_m: [f64; 3],
+    },
+    #[error(
+        "body \"{body}\" buckles or flies apart at {speed_rpm:.0} rpm: with geometric stiffness and \
+         spin softening it is no longer stable, near node {node_tag} at ({}) m; check the unit of \
+         the speed and metres_per_unit, lower the speed, or set prestress = \"none\"",
+        coordinates(position_m)
+    )]
+    Unstable {
+        body: String,
+        speed_rpm: f64,
+        node_tag: u64,
+        position_m: [f64; 3],
+    },
+    #[error(
+        "body \"{body}\": under rotation node {node_tag} moves {displacement_m:.3} m, more than the body is \
+         large: linear elasticity means nothing there; check the unit of the speed, metres_per_unit \
+         and young_pa, or lower the speed"
+    )]
+    TooFar {
+        body: String,
+        node_tag: u64,
+        displacement_m: f64,
+    },
+    #[error("body \"{body}\": the static state under rotation could not be solved")]
+    Statics { body: String, source: SolveFailure },
+}
+
+impl FemError {
+    /// What it means that the stiffness of a body, its flanks held, has a negative or zero pivot at
+    /// free node `free_node`: unstable under rotation, or not held at all.
+    pub fn not_positive_definite(
+        body: &Body,
+        rotation: Option<&Rotation>,
+        free_node: usize,
+    ) -> Self {
+        match rotation.filter(|r| body.rotates && r.prestress != Prestress::None) {
+            Some(rotation) => {
+                let (node_tag, position_m) = locate(body, free_node);
+                let speed_rpm = rotation.speed_rad_s * 30.0 / std::f64::consts::PI;
+                Self::Unstable {
+                    body: body.name.clone(),
+                    speed_rpm,
+                    node_tag,
+                    position_m,
+                }
+            }
+            None => Self::loosely_held(body, free_node),
+        }
+    }
+
+    pub(super) fn loosely_held(body: &Body, free_node: usize) -> Self {
+        let (node_tag, position_m) = locate(body, free_node);
+        Self::LooselyHeld {
+            body: body.name.clone(),
+            node_tag,
+            position_m,
+        }
+    }
+
+    pub(super) fn too_far(body: &Body, free_node: usize, displacement_m: f64) -> Self {
+        Self::TooFar {
+            body: body.name.clone(),
+            node_tag: locate(body, free_node).0,
+            displacement_m,
+        }
+    }
+
+    pub(super) fn orphan_nodes(body: &Body, free_nodes: &[usize]) -> Self {
+        let tags: Vec<u64> = free_nodes.iter().map(|&n| locate(body, n).0).collect();
+        Self::OrphanNodes {
+            body: body.name.clone(),
+            tags: tags.into(),
+        }
+    }
+}
+
+/// Gmsh tags of elements or nodes; prints the first few and how many more there are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tags(pub Vec<u64>);
+
+impl From<Vec<u64>> for Tags {
+    fn from(tags: Vec<u64>) -> Self {
+        Self(tags)
+    }
+}
+
+impl fmt::Display for Tags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 8;
+        let shown: Vec<String> = self.0.iter().take(SHOWN).map(u64::to_string).collect();
+        f.write_str(&shown.join(", "))?;
+        match self.0.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, " and {more} more"),
+        }
+    }
+}
+
+fn elements_are(count: usize) -> String {
+    match count {
+        1 => "one element is".to_string(),
+        n => format!("{n} elements are"),
+    }
+}
+
+fn coordinates(p: &[f64; 3]) -> String {
+    format!("{:.6}, {:.6}, {:.6}", p[0], p[1], p[2])
+}
+
+fn locate(body: &Body, free_node: usize) -> (u64, [f64; 3]) {
+    let local = body
+        .dofs
+        .nodes
+        .iter()
+        .position(|m| *m == NodeMotion::Free(free_node as u32))
+        .unwrap_or(0);
+    (body.node_tags[local], body.nodes_m[local])
+}

@@ -1,0 +1,300 @@
+//! Steady loads of the scene as consistent nodal loads, and supports along one axis.
+//!
+//! A uniform traction t on a facet gives node a the force t int N_a dA, a pressure p the force
+//! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with straight edges that is
+//! nothing at the corners and a third of the facet at each mid-edge node.
+
+use nalgebra_sparse::CscMatrix;
+
+use crate::mesh::{ElementOrder, FACET_EDGES};
+use crate::model::{Body, StaticLoad, Traction};
+
+/// Adds the steady loads of a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
+pub fn add_static_loads(body: &Body, load_n: &mut [f64]) {
+    for load in &body.loads {
+        match load {
+            StaticLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
+            StaticLoad::Surface { facets, traction } => {
+                let shares = nodal_shares(body, facets);
+                let area: f64 = shares.iter().map(|s| s.area_m2).sum();
+                for share in shares {
+                    let force = match traction {
+                        Traction::Total(vector_n) => vector_n.map(|f| f * share.area_m2 / area),
+                        Traction::Pressure(p) => share.outward_m2.map(|n| -p * n),
+                    };
+                    add_at(body, share.node, force, load_n);
+                }
+            }
+        }
+    }
+}
+
+/// Uncouples the held dofs of a symmetric matrix: their rows and columns keep the diagonal only, so that without a
+/// load they do not move, and the matrix stays positive definite where it was.
+pub fn uncouple(matrix: &mut CscMatrix<f64>, held_dofs: &[u32]) {
+    if held_dofs.is_empty() {
+        return;
+    }
+    let mut is_held = vec![false; matrix.ncols()];
+    for &dof in held_dofs {
+        is_held[dof as usize] = true;
+    }
+    for (j, mut column) in matrix.col_iter_mut().enumerate() {
+        let (rows, values) = column.rows_and_values_mut();
+        for (&i, v) in rows.iter().zip(values) {
+            if i != j && (is_held[i] || is_held[j]) {
+                *v = 0.0;
+            }
+        }
+    }
+}
+
+/// A node's part of a facet: int N_a dA and int N_a n dA.
+struct Share {
+    node: u32,
+    area_m2: f64,
+    outward_m2: [f64; 3],
+}
+
+fn add_at(body: &Body, node: u32, force_n: [f64; 3], load_n: &mut [f64]) {
+    for (free, weight) in body.dofs.weights(node as usize) {
+        for (k, f) in force_n.iter().enumerate() {
+            load_n[3 * free + k] += weight * f;
+        }
+    }
+}
+
+fn nodal_shares(body: &Body, facets: &[u32]) -> Vec<Share> {
+    let per_facet = body.order.nodes_per_facet();
+    let mut shares = Vec::with_capacity(facets.len());
+    for facet in facets.chunks_exact(per_facet) {
+        let first = shares.len();
+        shares.extend(facet.iter().map(|&node| Share {
+            node,
+            area_m2: 0.0,
+            outward_m2: [0.0; 3],
+        }));
+        for (weight, l) in RULE {
+            let (n, derivatives) = shape(body.order, l);
+            let mut tangents = [[0.0; 3]; 2];
+            for (&node, d) in facet.iter().zip(derivatives) {
+                let x = body.nodes_m[node as usize];
+                for (tangent, d) in tangents.iter_mut().zip(d) {
+                    for (t, x) in tangent.iter_mut().zip(x) {
+                        *t += d * x;
+                    }
+                }
+            }
+            let [r, s] = tangents;
+            let normal = [1, 2, 0].map(|k| {
+                let (i, j) = (k, (k + 1) % 3);
+                r[i] * s[j] - r[j] * s[i]
+            });
+            let area = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
+            for (share, n) in shares[first..].iter_mut().zip(n) {
+                share.area_m2 += weight * n * area;
+                for (sum, c) in share.outward_m2.iter_mut().zip(normal) {
+                    *sum += weight * n * c;
+                }
+            }
+        }
+    }
+    shares
+}
+
+/// Shape functions of a facet and their derivatives by L_1 and L_2 (L_0 = 1 - L_1 - L_2), padded to six nodes.
+fn shape(order: ElementOrder, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
+    let dl = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+    let (mut n, mut d) = ([0.0; 6], [[0.0; 2]; 6]);
+    match order {
+        ElementOrder::Linear => {
+            n[..3].copy_from_slice(&l);
+            d[..3].copy_from_slice(&dl);
+        }
+        ElementOrder::Quadratic => {
+            for a in 0..3 {
+                n[a] = l[a] * (2.0 * l[a] - 1.0);
+                d[a] = dl[a].map(|dl| (4.0 * l[a] - 1.0) * dl);
+            }
+            for (i, [a, b]) in FACET_EDGES.into_iter().enumerate() {
+                n[3 + i] = 4.0 * l[a] * l[b];
+                d[3 + i] = [0, 1].map(|k| 4.0 * (l[a] * dl[b][k] + l[b] * dl[a][k]));
+            }
+        }
+    }
+    (n, d)
+}
+
+/// Weights and barycentric coordinates on the triangle of area 1/2, exact to degree 5 (Radon's rule of seven points;
+/// Dunavant, Int. J. Numer. Meth. Engng 21 (1985) 1129-1148).
+const RULE: [(f64, [f64; 3]); 7] = {
+    // (6 -+ sqrt 15) / 21, (155 -+ sqrt 15) / 2400
+    const A: f64 = 0.101_286_507_323_456_34;
+    const B: f64 = 0.470_142_064_105_115_1;
+    const WA: f64 = 0.062_969_590_272_413_58;
+    const WB: f64 = 0.066_197_076_394_253_1;
+    const THIRD: f64 = 1.0 / 3.0;
+    [
+        (9.0 / 80.0, [THIRD, THIRD, THIRD]),
+        (WA, [1.0 - 2.0 * A, A, A]),
+        (WA, [A, 1.0 - 2.0 * A, A]),
+        (WA, [A, A, 1.0 - 2.0 * A]),
+        (WB, [1.0 - 2.0 * B, B, B]),
+        (WB, [B, 1.0 - 2.0 * B, B]),
+        (WB, [B, B, 1.0 - 2.0 * B]),
+    ]
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ElementOrder;
+    use crate::model::Material;
+    use crate::model::{DofMap, NodeMotion};
+
+    /// int L_0^i L_1^j L_2^k dA = 2 A i! j! k! / (i + j + k + 2)!
+    #[test]
+    fn the_rule_is_exact_to_degree_five() {
+        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+        for i in 0..=5 {
+            for j in 0..=5 - i {
+                for k in 0..=5 - i - j {
+                    let exact =
+                        factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 2);
+                    let sum: f64 = RULE
+                        .iter()
+                        .map(|(w, l)| w * l[0].powi(i) * l[1].powi(j) * l[2].powi(k))
+                        .sum();
+                    assert!((sum - exact).abs() < 1e-15, "{i} {j} {k}: {sum} {exact}");
+                }
+            }
+        }
+    }
+
+    fn body(order: ElementOrder, nodes_m: Vec<[f64; 3]>, loads: Vec<StaticLoad>) -> Body {
+        let n = nodes_m.len();
+        Body {
+            name: "facet".into(),
+            material: Material {
+                young_pa: 1.0,
+                poisson: 0.0,
+                density_kg_m3: 1.0,
+            },
+            rotates: false,
+            fixed_interface_modes: 0,
+            order,
+            nodes_m,
+            mesh_nodes: (0..n as u32).collect(),
+            node_tags: (0..n as u64).collect(),
+            tets: Vec::new(),
+            tet_tags: Vec::new(),
+            dofs: DofMap {
+                nodes: (0..n as u32).map(NodeMotion::Free).collect(),
+                interior_nodes: n,
+                flank_nodes: 0,
+                probe_nodes: 0,
+            },
+            held_dofs: Vec::new(),
+            loads,
+        }
+    }
+
+    /// A right triangle of legs 3 and 2 in the plane x + z = 1, outward normal (1, 0, 1) / sqrt 2.
+    fn triangle() -> [[f64; 3]; 3] {
+        let h = 0.5f64.sqrt();
+        [
+            [1.0, 0.0, 0.0],
+            [1.0, 3.0, 0.0],
+            [1.0 - 2.0 * h, 0.0, 2.0 * h],
+        ]
+    }
+
+    fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+        [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
+    }
+
+    fn load(order: ElementOrder, traction: Traction) -> Vec<f64> {
+        let [a, b, c] = triangle();
+        let mut nodes = vec![a, b, c];
+        if order == ElementOrder::Quadratic {
+            nodes.extend([middle(a, b), middle(b, c), middle(a, c)]);
+        }
+        let facets = (0..nodes.len() as u32).collect();
+        let loads = vec![StaticLoad::Surface { facets, traction }];
+        let mut load = vec![0.0; 3 * nodes.len()];
+        add_static_loads(&body(order, nodes, loads), &mut load);
+        load
+    }
+
+    #[test]
+    fn pressure_pushes_inwards_with_the_weights_of_the_element() {
+        let third = 7.0 / 3.0 * 3.0 * 0.5f64.sqrt();
+        let inward = [-third, 0.0, -third];
+        let linear = load(ElementOrder::Linear, Traction::Pressure(7.0));
+        let quadratic = load(ElementOrder::Quadratic, Traction::Pressure(7.0));
+        for node in 0..6 {
+            for k in 0..3 {
+                if node < 3 {
+                    assert!((linear[3 * node + k] - inward[k]).abs() < 1e-13);
+                }
+                let expected = if node < 3 { 0.0 } else { inward[k] };
+                assert!((quadratic[3 * node + k] - expected).abs() < 1e-13);
+            }
+        }
+    }
+
+    #[test]
+    fn a_force_is_spread_whole_and_without_a_moment_about_the_centroid() {
+        let force = [1.0, -2.0, 5.0];
+        for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
+            let load = load(order, Traction::Total(force));
+            for (k, expected) in force.into_iter().enumerate() {
+                let sum: f64 = load.iter().skip(k).step_by(3).sum();
+                assert!((sum - expected).abs() < 1e-13);
+            }
+        }
+    }
+
+    /// int n dA over a facet is half the integral of x cross dx along its rim, however it bulges.
+    #[test]
+    fn pressure_on_a_curved_facet_has_the_resultant_of_its_rim() {
+        let [a, b, c] = triangle();
+        let bulge = |p: [f64; 3], d: [f64; 3]| [0, 1, 2].map(|k| p[k] + d[k]);
+        let middles = [
+            bulge(middle(a, b), [0.1, 0.0, 0.2]),
+            bulge(middle(b, c), [-0.1, 0.1, 0.05]),
+            bulge(middle(a, c), [0.0, -0.2, 0.1]),
+        ];
+        let nodes = vec![a, b, c, middles[0], middles[1], middles[2]];
+        let loads = vec![StaticLoad::Surface {
+            facets: (0..6).collect(),
+            traction: Traction::Pressure(1.0),
+        }];
+        let mut found = [0.0; 3];
+        let mut load = vec![0.0; 18];
+        add_static_loads(&body(ElementOrder::Quadratic, nodes, loads), &mut load);
+        for (i, f) in load.iter().enumerate() {
+            found[i % 3] -= f;
+        }
+        // Each edge is a parabola through three points; Simpson's rule is exact for x cross dx (degree 3).
+        let mut rim = [0.0; 3];
+        for (p, m, q) in [(a, middles[0], b), (b, middles[1], c), (c, middles[2], a)] {
+            for (t, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
+                let x = [0, 1, 2].map(|k| {
+                    let (l, r) = (1.0 - t, t);
+                    p[k] * l * (2.0 * l - 1.0) + 4.0 * m[k] * l * r + q[k] * r * (2.0 * r - 1.0)
+                });
+                let d = [0, 1, 2].map(|k| {
+                    p[k] * (4.0 * t - 3.0) + 4.0 * m[k] * (1.0 - 2.0 * t) + q[k] * (4.0 * t - 1.0)
+                });
+                for (k, sum) in rim.iter_mut().enumerate() {
+                    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                    *sum += 0.5 * weight * (x[i] * d[j] - x[j] * d[i]);
+                }
+            }
+        }
+        for k in 0..3 {
+            assert!((found[k] - rim[k]).abs() < 1e-13, "{found:?} {rim:?}");
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! [`Model`] -> [`Structure`]: stiffness, mass and loads per body, rotation only if asked.
+
+pub mod assembly;
+pub mod elasticity;
+pub mod elements;
+pub mod loads;
+pub mod quadrature;
+pub mod spin;
+pub mod statics;
+pub mod stress;
+pub mod tet10;
+pub mod tet4;
+
+mod error;
+
+use nalgebra_sparse::CscMatrix;
+
+use crate::mesh::ElementOrder;
+use crate::model::Prestress;
+use crate::model::{Body, Model, Rotation};
+use assembly::{NodePattern, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
+use elements::Elements;
+use quadrature::Tables;
+use statics::SolveSpd;
+
+pub use error::{FemError, Tags};
+pub use statics::expand_to_nodes;
+
+/// Matrices of both bodies on their free degrees of freedom.
+#[derive(Debug, Clone)]
+pub struct Structure {
+    pub bodies: [BodyMatrices; 2],
+}
+
+/// Symmetric matrices of one body on its free dofs ([`DofMap`](crate::model::DofMap): interior, flank, probe),
+/// stored whole (both triangles), row indices ascending in each column.
+#[derive(Debug, Clone)]
+pub struct BodyMatrices {
+    /// K, N/m, with geometric stiffness and spin softening where the scene asks for them.
+    pub stiffness: CscMatrix<f64>,
+    /// M, kg; consistent, so without entries between different axes.
+    pub mass: CscMatrix<f64>,
+    /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
+    pub load_n: Vec<f64>,
+    /// Mass of the body, kg.
+    pub total_mass_kg: f64,
+}
+
+/// Both bodies, side by side. `solve` is used for the static displacement behind the prestress, and
+/// never called when the model asks for none.
+///
+/// # Errors
+/// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
+pub fn assemble(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
+    let rotation = model.rotation.as_ref();
+    let [first, second] = &model.bodies;
+    let (first, second) = rayon::join(
+        || assemble_body(first, rotation, solve),
+        || assemble_body(second, rotation, solve),
+    );
+    Ok(Structure {
+        bodies: [first?, second?],
+    })
+}
+
+/// One body; `rotation` counts only if the body rotates.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_body(
+    body: &Body,
+    rotation: Option<&Rotation>,
+    solve: &SolveSpd,
+) -> Result<BodyMatrices, FemError> {
+    if body.is_ground() {
+        return Ok(BodyMatrices {
+            stiffness: CscMatrix::zeros(0, 0),
+            mass: CscMatrix::zeros(0, 0),
+            load_n: Vec::new(),
+            total_mass_kg: 0.0,
+        });
+    }
+    let rotation = rotation.filter(|_| body.rotates);
+    match body.order {
+        ElementOrder::Linear => assemble_order(body, &tet4::tables(), rotation, solve),
+        ElementOrder::Quadratic => assemble_order(body, &tet10::tables(), rotation, solve),
+    }
+}
+
+fn assemble_order<const N: usize>(
+    body: &Body,
+    tables: &Tables<N>,
+    rotation: Option<&Rotation>,
+    solve: &SolveSpd,
+) -> Result<BodyMatrices, FemError> {
+    let elements = Elements::new(body, tables)?;
+    let pattern = NodePattern::new(body);
+    let isolated = pattern.isolated();
+    if !isolated.is_empty() {
+        return Err(FemError::orphan_nodes(body, &isolated));
+    }
+    let mut k = sum_elements::<N, 9>(body, &pattern, |e, out| elements.stiffness(e, out));
+    let m = sum_elements::<N, 1>(body, &pattern, |e, out| elements.mass(e, out));
+    let mut stiffness = symmetric_matrix(&pattern, &k);
+    loads::uncouple(&mut stiffness, &body.held_dofs);
+    let mut load_n = vec![0.0; stiffness.ncols()];
+    if let Some(rotation) = rotation {
+        load_n = spin::centrifugal_load(body, &elements, rotation);
+    }
+    loads::add_static_loads(body, &mut load_n);
+    for &dof in &body.held_dofs {
+        load_n[dof as usize] = 0.0;
+    }
+    if let Some(rotation) = rotation {
+        match rotation.prestress {
+            Prestress::None => {}
+            Prestress::HeldFlanks => {
+                let u0 = statics::held_displacement(body, &stiffness, &load_n, solve)?;
+                let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
+                spin::add_prestress(&mut k, &g, &m, rotation);
+                renew(&mut stiffness, &pattern, &k);
+                loads::uncouple(&mut stiffness, &body.held_dofs);
+            }
+        }
+    }
+    let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
+    loads::uncouple(&mut mass, &body.held_dofs);
+    Ok(BodyMatrices {
+        stiffness,
+        mass,
+        load_n,
+        total_mass_kg: elements.volume_m3() * body.material.density_kg_m3,
+    })
+}

@@ -1,0 +1,249 @@
+//! Harmonic balance beside time integration, at one frequency.
+
+use super::IntegrationError;
+use super::steady::{Settled, Until, integrate};
+use super::step::{State, Stepper};
+use crate::dlft::{Orbit, StaticState};
+use crate::reduction::RelativeModel;
+use crate::reduction::damping::Rayleigh;
+
+/// What both methods tell of one period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Figures {
+    /// Largest departure of the observed point from its mean, and the amplitude of harmonic 1, m;
+    /// `None` where nothing is observed.
+    pub amplitude_m: Option<f64>,
+    pub first_harmonic_m: Option<f64>,
+    /// Work spent by the contact forces (friction, and impacts), J per period.
+    pub contact_work_j: f64,
+    pub viscous_work_j: f64,
+    pub input_work_j: f64,
+    pub slipping_pairs: usize,
+    pub opening_pairs: usize,
+}
+
+/// One frequency by both methods.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    pub frequency_hz: f64,
+    pub harmonics: usize,
+    pub balance: Figures,
+    pub integration: Figures,
+    pub periods: usize,
+    pub steady: bool,
+    /// What is left of the transient: see [`Settled::left`].
+    pub left: f64,
+    /// Steady force that held the mean along the slot in both, N: see [`Orbit::retention_n`].
+    pub retention_n: f64,
+}
+
+impl Comparison {
+    /// Relative differences, harmonic balance against integration, of amplitude, harmonic 1, contact
+    /// work and input work (the works over the input work); `None` where there is nothing to compare.
+    pub fn differences(&self) -> [Option<f64>; 4] {
+        let (b, i) = (&self.balance, &self.integration);
+        let relative = |ours: Option<f64>, theirs: Option<f64>| {
+            let (ours, theirs) = (ours?, theirs?);
+            (theirs != 0.0).then(|| (ours - theirs) / theirs.abs())
+        };
+        let of_input = |ours: f64, theirs: f64| {
+            (i.input_work_j != 0.0).then(|| (ours - theirs) / i.input_work_j.abs())
+        };
+        [
+            relative(b.amplitude_m, i.amplitude_m),
+            relative(b.first_harmonic_m, i.first_harmonic_m),
+            of_input(b.contact_work_j, i.contact_work_j),
+            of_input(b.input_work_j, i.input_work_j),
+        ]
+    }
+
+    /// The largest of [`Comparison::differences`] by size.
+    pub fn worst(&self) -> f64 {
+        self.differences()
+            .into_iter()
+            .flatten()
+            .fold(0.0, |m, d| m.max(d.abs()))
+    }
+}
+
+/// What the integration starts from.
+#[derive(Debug, Clone, Copy)]
+pub enum Start<'a> {
+    /// The motion found by harmonic balance.
+    Orbit,
+    /// The static state.
+    Rest(&'a StaticState),
+}
+
+/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance held
+/// the mean along the slot, its steady force acts here, too ([`holding`]).
+///
+/// # Errors
+/// See [`IntegrationError`].
+pub fn compare(
+    model: &RelativeModel,
+    damping: Rayleigh,
+    orbit: &Orbit,
+    start: Start<'_>,
+    steps: usize,
+    until: Until,
+    slip_threshold_m: f64,
+) -> Result<Comparison, IntegrationError> {
+    let held = (orbit.retention_n > 0.0).then(|| holding(model, orbit));
+    let model = held.as_ref().unwrap_or(model);
+    let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, steps)?;
+    let mut state = match start {
+        Start::Orbit => on_orbit(orbit),
+        Start::Rest(rest) => State::at_rest(model, &rest.x, &rest.lambda),
+    };
+    let settled = integrate(&mut stepper, &mut state, until)?;
+    Ok(Comparison {
+        frequency_hz: orbit.frequency_hz,
+        harmonics: orbit.harmonics,
+        balance: of_orbit(orbit),
+        integration: of_integration(&settled, slip_threshold_m),
+        periods: settled.periods,
+        steady: settled.steady,
+        left: settled.left,
+        retention_n: orbit.retention_n,
+    })
+}
+
+/// The model with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 + lambda_0 - F_0,
+/// in which no parameter of the balance enters.
+fn holding(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
+    let mut held = model.clone();
+    let n = held.static_load.on_x.len();
+    let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
+    for (i, load) in held.static_load.on_x.iter_mut().enumerate() {
+        let elastic: f64 = (0..n).map(|j| model.stiffness[(i, j)] * x[j]).sum();
+        *load = elastic + lambda[i];
+    }
+    held
+}
+
+/// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
+pub fn on_orbit(orbit: &Orbit) -> State {
+    let omega = std::f64::consts::TAU * orbit.frequency_hz;
+    let blocks = 2 * orbit.harmonics + 1;
+    let at_start = |v: &[f64]| {
+        let size = v.len() / blocks;
+        let mut place = v[..size].to_vec();
+        let mut rate = vec![0.0; size];
+        for k in 1..=orbit.harmonics {
+            for i in 0..size {
+                place[i] += v[(2 * k - 1) * size + i];
+                rate[i] += k as f64 * omega * v[2 * k * size + i];
+            }
+        }
+        (place, rate)
+    };
+    let (x, v) = at_start(&orbit.x);
+    let (q, q_rate) = at_start(&orbit.modal);
+    let (lambda, _) = at_start(&orbit.lambda);
+    State {
+        x,
+        v,
+        q,
+        q_rate,
+        lambda,
+    }
+}
+
+fn of_orbit(orbit: &Orbit) -> Figures {
+    Figures {
+        amplitude_m: orbit.observed_amplitude_m.first().copied(),
+        first_harmonic_m: orbit
+            .observed
+            .first()
+            .filter(|c| c.len() >= 3)
+            .map(|c| c[1].hypot(c[2])),
+        contact_work_j: orbit.friction_power_w / orbit.frequency_hz,
+        viscous_work_j: orbit.viscous_power_w / orbit.frequency_hz,
+        input_work_j: orbit.input_power_w / orbit.frequency_hz,
+        slipping_pairs: orbit.cycles.iter().filter(|c| c.slips).count(),
+        opening_pairs: orbit.cycles.iter().filter(|c| c.opens).count(),
+    }
+}
+
+fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
+    let cycle = &settled.cycle;
+    let observed = cycle.observed.first();
+    Figures {
+        amplitude_m: observed.map(|o| o.amplitude_m),
+        first_harmonic_m: observed.map(|o| o.first_harmonic_m[0].hypot(o.first_harmonic_m[1])),
+        contact_work_j: cycle.work.friction_j + cycle.work.impact_j,
+        viscous_work_j: cycle.work.viscous_j,
+        input_work_j: cycle.work.input_j,
+        slipping_pairs: cycle
+            .slid_m
+            .iter()
+            .filter(|s| **s > slip_threshold_m)
+            .count(),
+        opening_pairs: cycle.open_fraction.iter().filter(|f| **f > 0.0).count(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::march::Periods;
+    use crate::dlft::penalty::Penalty;
+    use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+    use crate::dlft::static_state::static_state;
+    use crate::dlft::sweep::{SweepSettings, sweep};
+    use crate::reduction::PairLaw;
+    use crate::reduction::superelement::read;
+    use dovetail_numerics::newton::NewtonOptions;
+
+    /// All pairs of the reference dovetail slide at this force and frequency.
+    #[test]
+    fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
+        let damping = Rayleigh {
+            stiffness_s: 0.002 / model.omega2[0].sqrt(),
+            mass_per_s: 0.0,
+        };
+        let newton = NewtonOptions {
+            tolerance: 1e-10,
+            max_iterations: 60,
+        };
+        let rest = static_state(&model, 10, newton);
+        let settings = SweepSettings {
+            frequencies_hz: vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],
+            resolution: Resolution::Fixed {
+                harmonics: 1,
+                samples: 128,
+            },
+            eps: Penalty::new(EpsChoice::Pair),
+            newton,
+            periods: Periods::UntilPeriodic,
+            solver: Solver::NewtonKrylov,
+            slip_threshold_m: None,
+        };
+        let response = sweep(&model, damping, &rest, &settings, &|_| ());
+        let orbit = &response.orbits[0];
+        assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
+
+        let held = holding(&model, orbit);
+        let loads = held.static_load.on_x.iter().zip(&model.static_load.on_x);
+        let added_n: Vec<f64> = loads.map(|(held, free)| held - free).collect();
+        let along_n: f64 = added_n.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
+        assert!(
+            (along_n / orbit.retention_n - 1.0).abs() < 1e-5,
+            "{along_n}"
+        );
+        let across_n: f64 = added_n.iter().step_by(3).map(|f| f.abs()).sum();
+        assert!(across_n < 1e-5 * along_n, "{across_n} of {along_n}");
+        // It pulls back to where the static state has the blade.
+        let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
+        let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
+        assert!(work_j < 0.0, "{work_j}");
+        assert_eq!(held.static_load.on_modes, model.static_load.on_modes);
+    }
+}

@@ -1,0 +1,22 @@
+//! Vibration of bodies that touch with dry friction: contacts stick, slip and lift off.
+//!
+//! Data flows one way, each stage a function from one artefact to the next:
+//!
+//! [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs; [`fem`] stiffness, mass,
+//! rotation; [`reduction`] Craig-Bampton and relative coordinates; [`contact`] dynamic stiffness and
+//! laws; [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
+//! it; [`results`] physical fields. [`description`] is a whole run as a value.
+
+#![forbid(unsafe_code)]
+
+pub mod contact;
+pub mod description;
+pub mod dlft;
+pub mod fem;
+pub mod input;
+pub mod integration;
+pub mod mesh;
+pub mod model;
+pub mod reduction;
+pub mod results;
+pub mod text;

@@ -1,0 +1,52 @@
+//! Where a mesh comes from.
+
+use std::path::{Path, PathBuf};
+
+/// Where the mesh comes from. Paths are absolute or relative to the working directory
+/// (the parser has already joined them to the folder of the scene file).
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSource {
+    pub kind: MeshKind,
+    /// Length of one mesh unit in metres (Gmsh files carry no unit).
+    pub metres_per_unit: f64,
+    /// Two flank nodes farther apart than this fraction of the local node spacing are not a pair.
+    pub pairing_tolerance: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum MeshKind {
+    /// A ready `.msh` file (MSH 4.1, ASCII or binary).
+    File { path: PathBuf },
+    /// A Gmsh script meshed by the `gmsh` program.
+    Geometry {
+        script: PathBuf,
+        /// `-setnumber name value`, in the order of the scene file.
+        parameters: Vec<(String, f64)>,
+        /// gmsh is stopped after this time, in seconds.
+        time_limit_s: f64,
+        /// Ready mesh used where the `gmsh` program is missing and no parameter differs from
+        /// `fallback_parameters`.
+        fallback: Option<PathBuf>,
+        /// The parameters `fallback` was made with.
+        fallback_parameters: Vec<(String, f64)>,
+    },
+}
+
+impl MeshKind {
+    /// The ready mesh that stands for the script, if there is one and it was made with the same parameters
+    /// (in any order).
+    pub fn equivalent_fallback(&self) -> Option<&Path> {
+        let Self::Geometry {
+            parameters,
+            fallback,
+            fallback_parameters,
+            ..
+        } = self
+        else {
+            return None;
+        };
+        let same = parameters.len() == fallback_parameters.len()
+            && parameters.iter().all(|p| fallback_parameters.contains(p));
+        fallback.as_deref().filter(|_| same)
+    }
+}

@@ -1,0 +1,141 @@
+//! Bodies and what acts on them, as a user describes them: in SI units, with the names of mesh groups still
+//! unresolved.
+
+use serde::Serialize;
+
+use crate::mesh::source::MeshSource;
+
+/// Bodies of a mesh, how they are held, driven and watched.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assembly {
+    pub mesh: MeshSource,
+    /// First the body that vibrates (blade), then the one that holds it (jaw); without the second the contacts are
+    /// with rigid ground.
+    pub bodies: Vec<BodySpec>,
+    /// `None`: the scene does not rotate and no prestress is computed.
+    pub rotation: Option<RotationSpec>,
+    pub contacts: Vec<ContactSpec>,
+    /// Steady loads besides the rotation's.
+    pub loads: Vec<LoadSpec>,
+    pub excitations: Vec<ExcitationSpec>,
+    pub observations: Vec<ObservationSpec>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodySpec {
+    pub name: String,
+    /// Name of the volume group.
+    pub volume: String,
+    pub material: Material,
+    /// Groups (of any dimension) whose nodes do not move.
+    pub fixed: Vec<String>,
+    /// Groups whose nodes do not move along x, y, z (planes of symmetry, rollers).
+    pub fixed_along: [Vec<String>; 3],
+    /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
+    pub fixed_interface_modes: usize,
+}
+
+/// Isotropic linear elasticity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Material {
+    pub young_pa: f64,
+    pub poisson: f64,
+    pub density_kg_m3: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct RotationSpec {
+    /// A point of the axis, m.
+    pub point_m: [f64; 3],
+    /// Direction of the axis, unit length.
+    pub axis: [f64; 3],
+    /// 0 or more. At 0 the section is kept (`Some`): a rotating scene at rest, without load or prestress.
+    pub speed_rad_s: f64,
+    /// Names of the bodies that carry the centrifugal load.
+    pub bodies: Vec<String>,
+    pub prestress: Prestress,
+}
+
+/// What the rotation adds to the stiffness.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Prestress {
+    /// The centrifugal load only.
+    None,
+    /// Geometric stiffness of the static state with the contact nodes held, and spin softening
+    /// (the paper's choice).
+    HeldFlanks,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSpec {
+    pub name: String,
+    /// Surface group of the first body.
+    pub first: String,
+    /// Surface group of the second body; `None` where there is no second body.
+    pub second: Option<String>,
+    pub law: ContactLaw,
+    /// Coulomb coefficient.
+    pub friction: f64,
+    /// Initial clearance along the normal, m (0: the flanks touch).
+    pub gap_m: f64,
+    /// Clearance that grows away from a point or line of the flank.
+    pub crown: Option<CrownSpec>,
+}
+
+/// What joins the two sides of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactLaw {
+    /// Compression only, dry friction.
+    UnilateralCoulomb,
+    /// Nothing moves: friction, clearance and crown are not used.
+    Bonded,
+}
+
+/// A crowned flank: to the clearance is added d^2 / (2 radius_m), d the distance in the flank's tangent plane
+/// from the centre, or from the line through it along `axis`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrownSpec {
+    /// Radius of curvature, m; where both flanks are crowned, R1 R2 / (R1 + R2).
+    pub radius_m: f64,
+    /// Unit length; `None`: the same curvature in all directions.
+    pub axis: Option<[f64; 3]>,
+    /// `None`: the centroid of the flank's area.
+    pub centre_m: Option<[f64; 3]>,
+}
+
+/// A steady load, applied with that of the rotation in the load steps of the static state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadSpec {
+    /// Point group (shared equally by its nodes) or surface group (spread uniformly over its area).
+    pub on: String,
+    pub load: LoadKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LoadKind {
+    /// The whole force, N.
+    Force { vector_n: [f64; 3] },
+    /// Along the inward normal of a surface, Pa.
+    Pressure { pressure_pa: f64 },
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExcitationSpec {
+    /// Point group (or any group: the force is shared equally by its nodes).
+    pub points: String,
+    /// Unit length.
+    pub direction: [f64; 3],
+    /// Amplitude of `force_n cos(harmonic omega t - phase_rad)`.
+    pub force_n: f64,
+    pub harmonic: usize,
+    pub phase_rad: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservationSpec {
+    pub name: String,
+    /// Point group; the displacement observed is the mean over its nodes.
+    pub points: String,
+    /// Unit length.
+    pub direction: [f64; 3],
+}

@@ -1,0 +1,205 @@
+//! [`Assembly`] + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//!
+//! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
+//! paired node by node and given their frames, and every node learns how it may move.
+
+use serde::Serialize;
+
+use crate::mesh::ElementOrder;
+
+mod bind;
+mod contacts;
+mod crown;
+mod description;
+mod dofs;
+mod error;
+mod flank;
+mod joints;
+mod loads;
+pub mod pairing;
+mod vector;
+
+pub use bind::bind;
+pub use description::{
+    Assembly, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind, LoadSpec,
+    Material, ObservationSpec, Prestress, RotationSpec,
+};
+pub use error::{ModelError, Unmatched};
+
+/// What the finite elements and the contact need, with every name resolved.
+#[derive(Debug, Clone, Serialize)]
+pub struct Model {
+    /// First the body that vibrates (blade), then the one that holds it (jaw). A second body without nodes is
+    /// rigid ground.
+    pub bodies: [Body; 2],
+    pub rotation: Option<Rotation>,
+    pub pairs: Vec<ContactPair>,
+    /// Local nodes of the first and of the second body that move as one (bonded contacts). Pair `i` of these owns the
+    /// flank free node `pairs.len() + i` of both bodies.
+    pub bonded: Vec<[u32; 2]>,
+    /// Flank facets as triangles of pair indices (corner nodes only), for fields on the flanks.
+    pub flank_triangles: Vec<[u32; 3]>,
+    /// Names of the contacts that have pairs, in the order of the scene.
+    pub contact_names: Vec<String>,
+    pub excitations: Vec<Excitation>,
+    pub observations: Vec<Observation>,
+    /// Largest distance between the two nodes of a pair, m.
+    pub largest_mismatch_m: f64,
+}
+
+/// One body: its own node numbering, elements, and degrees of freedom.
+#[derive(Debug, Clone, Serialize)]
+pub struct Body {
+    pub name: String,
+    pub material: Material,
+    /// Whether it carries the rotation's load and prestress.
+    pub rotates: bool,
+    pub fixed_interface_modes: usize,
+    pub order: ElementOrder,
+    /// Node positions, m, in the body's own numbering.
+    pub nodes_m: Vec<[f64; 3]>,
+    /// The mesh's index and Gmsh tag of each node.
+    pub mesh_nodes: Vec<u32>,
+    pub node_tags: Vec<u64>,
+    /// `order.nodes_per_tet()` local node indices per tetrahedron (Gmsh's order).
+    pub tets: Vec<u32>,
+    pub tet_tags: Vec<u64>,
+    pub dofs: DofMap,
+    /// Free degrees of freedom that do not move, ascending: nodes on planes of symmetry. They keep their
+    /// numbers and are uncoupled in the matrices.
+    pub held_dofs: Vec<u32>,
+    /// Steady loads besides the rotation's.
+    pub loads: Vec<StaticLoad>,
+}
+
+/// A steady load on one body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum StaticLoad {
+    /// On one (local) node.
+    Point { node: u32, vector_n: [f64; 3] },
+    /// Spread uniformly over part of the surface.
+    Surface {
+        /// `order.nodes_per_facet()` local nodes per facet, counter-clockwise seen from outside.
+        facets: Vec<u32>,
+        traction: Traction,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub enum Traction {
+    /// The same vector everywhere; its integral, N.
+    Total([f64; 3]),
+    /// Along the inward normal, Pa.
+    Pressure(f64),
+}
+
+impl Body {
+    /// Rigid ground.
+    pub fn is_ground(&self) -> bool {
+        self.nodes_m.is_empty()
+    }
+    pub fn tet_count(&self) -> usize {
+        self.tet_tags.len()
+    }
+    pub fn tet(&self, e: usize) -> &[u32] {
+        let n = self.order.nodes_per_tet();
+        &self.tets[e * n..(e + 1) * n]
+    }
+}
+
+/// How a body's nodes move. *Free nodes* are numbered interior first, then kept ones: flank corner
+/// nodes in the order of the pairs, then excited and observed nodes. Free node `i` owns the degrees
+/// of freedom `3 i, 3 i + 1, 3 i + 2` (x, y, z).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DofMap {
+    pub nodes: Vec<NodeMotion>,
+    /// Free nodes condensed by Craig-Bampton.
+    pub interior_nodes: usize,
+    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs, bonded ones last.
+    pub flank_nodes: usize,
+    /// Free nodes excited or observed that are not flank nodes, last.
+    pub probe_nodes: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum NodeMotion {
+    Fixed,
+    /// Free node number.
+    Free(u32),
+    /// Mean of two nodes of the body (local node numbers), each `Fixed` or `Free`: a mid-edge node
+    /// of a flank, so that contact stays linear on the flank.
+    Tied([u32; 2]),
+}
+
+impl DofMap {
+    pub fn free_nodes(&self) -> usize {
+        self.interior_nodes + self.flank_nodes + self.probe_nodes
+    }
+    /// Nodes kept as interface: flank and probe nodes.
+    pub fn kept_nodes(&self) -> usize {
+        self.flank_nodes + self.probe_nodes
+    }
+    /// The free nodes that move node `local`, with their weights (empty when it is fixed).
+    pub fn weights(&self, local: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let (a, b, w) = match self.nodes[local] {
+            NodeMotion::Fixed => (None, None, 0.0),
+            NodeMotion::Free(n) => (Some(n as usize), None, 1.0),
+            NodeMotion::Tied([a, b]) => (self.free(a), self.free(b), 0.5),
+        };
+        a.into_iter().chain(b).map(move |n| (n, w))
+    }
+    fn free(&self, local: u32) -> Option<usize> {
+        match self.nodes[local as usize] {
+            NodeMotion::Free(n) => Some(n as usize),
+            _ => None,
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rotation {
+    pub point_m: [f64; 3],
+    pub axis: [f64; 3],
+    pub speed_rad_s: f64,
+    pub prestress: Prestress,
+}
+
+/// Stands for the node of a body that has none.
+pub const NO_NODE: u32 = u32::MAX;
+
+/// A node of the first body against the coincident node of the second (sign conventions:
+/// [`crate::contact`]). Pair `i` owns flank free node `i` of both bodies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ContactPair {
+    /// Which of [`Model::contact_names`] it belongs to.
+    pub contact: usize,
+    /// Local node of the first and of the second body ([`NO_NODE`] for rigid ground).
+    pub nodes: [u32; 2],
+    pub position_m: [f64; 3],
+    /// Rows n, t1, t2: unit normal from the second body (jaw) into the first (blade), and two
+    /// tangents (t1 along the slot: the direction of the longest extent of the flank).
+    pub frame: [[f64; 3]; 3],
+    /// Tributary area, m2.
+    pub area_m2: f64,
+    /// Initial clearance, m, that of a crowned flank included.
+    pub gap_m: f64,
+    pub friction: f64,
+}
+
+/// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Excitation {
+    /// Body, local node, direction scaled by the node's share.
+    pub terms: Vec<(usize, u32, [f64; 3])>,
+    pub force_n: f64,
+    pub harmonic: usize,
+    pub phase_rad: f64,
+}
+
+/// A displacement watched: sum over `terms` of `direction . u(node)`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Observation {
+    pub name: String,
+    /// Body, local node, direction scaled by the node's share.
+    pub terms: Vec<(usize, u32, [f64; 3])>,
+}

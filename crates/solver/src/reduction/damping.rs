@@ -1,0 +1,111 @@
+//! Rayleigh damping C = a K + b M.
+
+/// Rayleigh damping C = stiffness_s K + mass_per_s M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DampingSpec {
+    Rayleigh {
+        stiffness_s: f64,
+        mass_per_s: f64,
+    },
+    /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
+    Ratio {
+        ratio: f64,
+        stuck_mode: usize,
+    },
+}
+
+/// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rayleigh {
+    pub stiffness_s: f64,
+    pub mass_per_s: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DampingError {
+    #[error(
+        "damping.stuck_mode = {asked}, but the stuck assembly has {available} modes: choose 1 to {available}, or keep more stuck modes"
+    )]
+    NoSuchMode { asked: usize, available: usize },
+    #[error(
+        "damping.ratio is that of a stuck mode, and this model has none: give damping.stiffness_s or damping.mass_per_s instead"
+    )]
+    NoModes,
+}
+
+/// Coefficients from the scene; `omega2` are the stuck modes. A ratio zeta of critical on mode k is
+/// reached by stiffness-proportional damping with a = 2 zeta / omega_k.
+///
+/// # Errors
+/// A mode that does not exist (modes count from 1).
+pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
+    match *spec {
+        DampingSpec::Rayleigh {
+            stiffness_s,
+            mass_per_s,
+        } => Ok(Rayleigh {
+            stiffness_s,
+            mass_per_s,
+        }),
+        DampingSpec::Ratio { ratio, stuck_mode } => {
+            let missing = match omega2.len() {
+                0 => DampingError::NoModes,
+                available => DampingError::NoSuchMode {
+                    asked: stuck_mode,
+                    available,
+                },
+            };
+            let mode = stuck_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
+            let omega2 = omega2.get(mode).ok_or(missing)?;
+            Ok(Rayleigh {
+                stiffness_s: 2.0 * ratio / omega2.sqrt(),
+                mass_per_s: 0.0,
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ratio_is_reached_on_the_chosen_mode() {
+        let omega2 = [4.0, 25.0];
+        let c = rayleigh(
+            &DampingSpec::Ratio {
+                ratio: 0.01,
+                stuck_mode: 2,
+            },
+            &omega2,
+        )
+        .unwrap();
+        // zeta = (a omega + b / omega) / 2
+        assert!((0.5 * (c.stiffness_s * 5.0 + c.mass_per_s / 5.0) - 0.01).abs() < 1e-16);
+        let given = DampingSpec::Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 3.0,
+        };
+        let c = rayleigh(&given, &[]).unwrap();
+        assert_eq!((c.stiffness_s, c.mass_per_s), (1e-6, 3.0));
+    }
+
+    #[test]
+    fn a_mode_that_does_not_exist_is_an_error() {
+        for stuck_mode in [0, 3] {
+            let error = rayleigh(
+                &DampingSpec::Ratio {
+                    ratio: 0.01,
+                    stuck_mode,
+                },
+                &[4.0, 25.0],
+            );
+            assert!(error.unwrap_err().to_string().contains("choose 1 to 2"));
+        }
+        let ratio = DampingSpec::Ratio {
+            ratio: 0.01,
+            stuck_mode: 1,
+        };
+        assert_eq!(rayleigh(&ratio, &[]), Err(DampingError::NoModes));
+    }
+}

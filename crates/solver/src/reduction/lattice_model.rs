@@ -1,0 +1,173 @@
+//! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
+
+use crate::fem::{BodyMatrices, Structure};
+use crate::mesh::ElementOrder;
+use crate::model::Material;
+use crate::model::{Body, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation};
+use dovetail_testkit::lattice::{Lattice, scattered};
+
+/// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
+/// has a probe at its tip and two tied nodes besides; the block a probe and its face x = 0 held.
+pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
+    let bar = Lattice {
+        shape: [4, 3, 3],
+        stiffness: 3e7,
+        mass: 0.05,
+        irregularity: 0.3,
+    };
+    let block = Lattice {
+        shape: [3, 3, 3],
+        stiffness: 8e7,
+        mass: 0.08,
+        irregularity: 0.5,
+    };
+    let spots = [[0, 0], [2, 1], [1, 2], [0, 2], [1, 1]];
+    let flanks = [
+        spots.map(|[j, k]| bar.node([0, j, k])),
+        spots.map(|[j, k]| block.node([2, j, k])),
+    ];
+    let held: Vec<usize> = (0..9).collect();
+    let (bar_body, bar_matrices) = body(
+        "bar",
+        &bar,
+        &flanks[0],
+        &[bar.node([3, 2, 2])],
+        &[],
+        modes[0],
+        7,
+    );
+    let (block_body, block_matrices) = body(
+        "block",
+        &block,
+        &flanks[1],
+        &[block.node([1, 0, 0])],
+        &held,
+        modes[1],
+        8000,
+    );
+    let pairs = (0..5)
+        .map(|i| ContactPair {
+            contact: 0,
+            nodes: [flanks[0][i] as u32, flanks[1][i] as u32],
+            position_m: [0.0; 3],
+            frame: frame(i),
+            area_m2: 1e-6,
+            gap_m: 1e-7 * i as f64,
+            friction: 0.3,
+        })
+        .collect();
+    let (tip, tied) = (bar.node([3, 2, 2]) as u32, bar.nodes() as u32);
+    let force = |body, node, direction, harmonic, phase_rad| Excitation {
+        terms: vec![(body, node, direction)],
+        force_n: 1.5,
+        harmonic,
+        phase_rad,
+    };
+    let model = Model {
+        bodies: [bar_body, block_body],
+        rotation: None,
+        pairs,
+        bonded: Vec::new(),
+        flank_triangles: Vec::new(),
+        contact_names: vec!["flank".into()],
+        excitations: vec![
+            force(0, tip, [1.0, -2.0, 0.5], 1, 0.7),
+            force(0, tied, [3.0, 1.0, 0.0], 1, -0.4),
+            force(1, block.node([1, 0, 0]) as u32, [0.3, 0.2, 5.0], 1, 2.0),
+            force(1, flanks[1][3] as u32, [0.0, 4.0, 1.0], 3, 0.0),
+        ],
+        observations: vec![
+            Observation {
+                name: "tip".into(),
+                terms: vec![(0, tip, [0.0, 0.6, 0.8])],
+            },
+            Observation {
+                name: "mixed".into(),
+                terms: vec![
+                    (0, tied, [1.0, 0.0, -1.0]),
+                    (1, flanks[1][0] as u32, [0.0, 2.0, 0.0]),
+                ],
+            },
+        ],
+        largest_mismatch_m: 0.0,
+    };
+    (
+        model,
+        Structure {
+            bodies: [bar_matrices, block_matrices],
+        },
+    )
+}
+
+/// Rows of a rotation matrix, another one for each pair.
+fn frame(pair: usize) -> [[f64; 3]; 3] {
+    let [(s, c), (t, d)] = [0.3 + 0.9 * pair as f64, 1.1 - 0.5 * pair as f64].map(f64::sin_cos);
+    [[c, s, 0.0], [-s * d, c * d, t], [s * t, -c * t, d]]
+}
+
+fn body(
+    name: &str,
+    lattice: &Lattice,
+    flank: &[usize],
+    probes: &[usize],
+    held: &[usize],
+    modes: usize,
+    seed: usize,
+) -> (Body, BodyMatrices) {
+    let mut number = vec![None; lattice.nodes()];
+    let kept = |n: &usize| flank.contains(n) || probes.contains(n);
+    let interior: Vec<usize> = (0..lattice.nodes())
+        .filter(|n| !kept(n) && !held.contains(n))
+        .collect();
+    let free: Vec<usize> = interior
+        .iter()
+        .chain(flank)
+        .chain(probes)
+        .copied()
+        .collect();
+    for (new, &old) in free.iter().enumerate() {
+        number[old] = Some(new);
+    }
+    let (stiffness, mass) = lattice.matrices(&number, free.len());
+    let mut nodes: Vec<NodeMotion> = number
+        .iter()
+        .map(|n| n.map_or(NodeMotion::Fixed, |n| NodeMotion::Free(n as u32)))
+        .collect();
+    nodes.push(NodeMotion::Tied([flank[0] as u32, flank[1] as u32]));
+    let body = Body {
+        name: name.into(),
+        material: Material {
+            young_pa: 1e11,
+            poisson: 0.3,
+            density_kg_m3: 4000.0,
+        },
+        rotates: true,
+        fixed_interface_modes: modes,
+        order: ElementOrder::Linear,
+        nodes_m: vec![[0.0; 3]; nodes.len()],
+        mesh_nodes: (0..nodes.len() as u32).collect(),
+        node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
+        tets: Vec::new(),
+        tet_tags: Vec::new(),
+        held_dofs: Vec::new(),
+        loads: Vec::new(),
+        dofs: DofMap {
+            nodes,
+            interior_nodes: interior.len(),
+            flank_nodes: flank.len(),
+            probe_nodes: probes.len(),
+        },
+    };
+    let load_n = (0..3 * free.len())
+        .map(|i| 100.0 * scattered(seed + i))
+        .collect();
+    (
+        body,
+        BodyMatrices {
+            stiffness,
+            mass,
+            load_n,
+            total_mass_kg: 1.0,
+        },
+    )
+}

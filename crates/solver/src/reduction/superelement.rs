@@ -1,0 +1,636 @@
+//! A [`RelativeModel`] as a folder of dense MatrixMarket arrays, read and written.
+//!
+//! | file | shape | what |
+//! | --- | --- | --- |
+//! | `K.mtx`, `M.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
+//! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes; both absent: m = 0 |
+//! | `f_static.mtx` (`fm_static.mtx`) | n, m | static load on X (on the modes; zeros where absent) |
+//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | cosine force of harmonic 1, of an amplitude of 1 N in all |
+//! | `tip_x.mtx`, `tip_modes.mtx` | n, m | the observed point: `tip_x . X + tip_modes . q` |
+//! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
+//! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
+//!
+//! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either.
+//! The folder carries no friction, gap or damping, and no amplitude of the force: the caller gives
+//! them.
+//!
+//! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
+//! negative, and only contact holds the bodies), and M - p p^T, the mass that the stuck modes
+//! leave, is positive semidefinite.
+
+use std::path::{Path, PathBuf};
+
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, MatRef, Par};
+
+use super::matrix_market;
+use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_numerics::eigen::dense;
+
+/// What the folder holds.
+#[derive(Debug, Clone)]
+pub struct Superelement {
+    pub relative: RelativeModel,
+    /// Positions of the pairs, m.
+    pub positions_m: Vec<[f64; 3]>,
+    /// Tributary areas of the pairs, m2, where the folder tells.
+    pub areas_m2: Option<Vec<f64>>,
+}
+
+#[derive(Debug, thiserror::Error)]
+pub enum SuperelementError {
+    #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
+    Read { path: PathBuf, message: String },
+    #[error("{} is {rows} x {columns}, expected {expected}", path.display())]
+    Shape {
+        path: PathBuf,
+        rows: usize,
+        columns: usize,
+        expected: String,
+    },
+    #[error("{}: entry ({row}, {column}), counted from 1, is not a finite number", path.display())]
+    NotFinite {
+        path: PathBuf,
+        row: usize,
+        column: usize,
+    },
+    #[error("{}: squared frequency {index}, counted from 1, is {value}: all must be positive and ascending", path.display())]
+    Omega2 {
+        path: PathBuf,
+        index: usize,
+        value: f64,
+    },
+    #[error("{}: area {index}, counted from 1, is {value} m2: all must be positive", path.display())]
+    Area {
+        path: PathBuf,
+        index: usize,
+        value: f64,
+    },
+    #[error("{} has no rows: a reduced model has at least one pair", path.display())]
+    NoPairs { path: PathBuf },
+    #[error(
+        "{}: the lowest eigenvalue of the stiffness is {lowest_n_m:.3e} N/m, the mean of its \
+         diagonal {mean_n_m:.3e} N/m: the mean must be positive and no eigenvalue below -1e-3 of it; \
+         check the sign of K, and that its rows stand per pair as N, t1, t2",
+        path.display()
+    )]
+    Stiffness {
+        path: PathBuf,
+        lowest_n_m: f64,
+        mean_n_m: f64,
+    },
+    #[error(
+        "{}: the lowest eigenvalue of M - p p^T, the mass that the stuck modes leave, is \
+         {lowest_kg:.3e} kg, the mean of the diagonal of M {mean_kg:.3e} kg: it must not be \
+         negative; check the sign of M, and that p.mtx is the coupling to modes of unit modal mass",
+        path.display()
+    )]
+    Mass {
+        path: PathBuf,
+        lowest_kg: f64,
+        mean_kg: f64,
+    },
+    #[error("{}: entries ({row}, {column}) and ({column}, {row}), counted from 1, differ: the matrix must be symmetric", path.display())]
+    NotSymmetric {
+        path: PathBuf,
+        row: usize,
+        column: usize,
+    },
+    #[error(
+        "a reduced model holds one observed point and forces cos(w t), the scene has {probes} \
+         points and forces of {harmonics} harmonics{}; leave one [[observe]], and give every \
+         [[excitation]] harmonic = 1 and phase_deg = 0",
+        if *in_phase { "" } else { ", some of them out of phase" }
+    )]
+    NotRepresentable {
+        probes: usize,
+        harmonics: usize,
+        in_phase: bool,
+    },
+    #[error("cannot write {}: {source}; check that the folder exists and is writable", path.display())]
+    Write {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+}
+
+/// Reads the folder; every pair follows `law`, the force of the folder, 1 N, is multiplied by
+/// `force_n`, and
+/// the observed point is named `tip`.
+///
+/// # Errors
+/// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric
+/// (1e-6 of the largest entry); squared frequencies not positive and ascending; a stiffness or a
+/// mass that no body has.
+pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, SuperelementError> {
+    let positions = array(&folder.join("xyz.mtx"), None, Some(3), "pairs x 3")?;
+    let pairs = positions.nrows();
+    if pairs == 0 {
+        return Err(SuperelementError::NoPairs {
+            path: folder.join("xyz.mtx"),
+        });
+    }
+    let n = 3 * pairs;
+    let has = |name: &str| folder.join(name).exists();
+    let with_modes = has("w2.mtx") || has("p.mtx");
+    let omega2 = match with_modes {
+        true => array(&folder.join("w2.mtx"), None, Some(1), "stuck modes x 1")?,
+        false => Mat::zeros(0, 1),
+    };
+    let m = omega2.nrows();
+    let omega2: Vec<f64> = (0..m).map(|i| omega2[(i, 0)]).collect();
+    for (i, &value) in omega2.iter().enumerate() {
+        if value <= 0.0 || (i > 0 && value < omega2[i - 1]) {
+            return Err(SuperelementError::Omega2 {
+                path: folder.join("w2.mtx"),
+                index: i + 1,
+                value,
+            });
+        }
+    }
+    let vector = |name: &str, rows: usize| -> Result<Vec<f64>, SuperelementError> {
+        let expected = format!("{rows} x 1");
+        let a = array(&folder.join(name), Some(rows), Some(1), &expected)?;
+        Ok((0..rows).map(|i| a[(i, 0)]).collect())
+    };
+    let of_modes = |name: &str| match with_modes {
+        true => vector(name, m),
+        false => Ok(Vec::new()),
+    };
+    let static_modes = "fm_static.mtx";
+    let static_load = Load {
+        on_x: vector("f_static.mtx", n)?,
+        on_modes: match has(static_modes) {
+            true => of_modes(static_modes)?,
+            false => vec![0.0; m],
+        },
+    };
+    let scaled = |mut v: Vec<f64>| {
+        v.iter_mut().for_each(|x| *x *= force_n);
+        v
+    };
+    let excitation = HarmonicLoad {
+        harmonic: 1,
+        cosine: Load {
+            on_x: scaled(vector("f_excitation.mtx", n)?),
+            on_modes: scaled(of_modes("fm_excitation.mtx")?),
+        },
+        sine: Load {
+            on_x: vec![0.0; n],
+            on_modes: vec![0.0; m],
+        },
+    };
+    let relative = RelativeModel {
+        stiffness: symmetric(&folder.join("K.mtx"), n)?,
+        mass: symmetric(&folder.join("M.mtx"), n)?,
+        coupling: match with_modes {
+            true => array(
+                &folder.join("p.mtx"),
+                Some(n),
+                Some(m),
+                &format!("{n} x {m}"),
+            )?,
+            false => Mat::zeros(n, 0),
+        },
+        omega2,
+        static_load,
+        excitations: vec![excitation],
+        observations: vec![Probe {
+            name: "tip".into(),
+            on_x: vector("tip_x.mtx", n)?,
+            on_modes: of_modes("tip_modes.mtx")?,
+        }],
+        pairs: vec![law; pairs],
+    };
+    check_stiffness(&folder.join("K.mtx"), &relative.stiffness)?;
+    check_mass(&folder.join("M.mtx"), &relative)?;
+    let positions_m = (0..pairs)
+        .map(|i| [positions[(i, 0)], positions[(i, 1)], positions[(i, 2)]])
+        .collect();
+    let areas_m2 = match has("area.mtx") {
+        true => Some(vector("area.mtx", pairs)?),
+        false => None,
+    };
+    let bad_area = |areas: &Vec<f64>| areas.iter().position(|a| *a <= 0.0).map(|i| (i, areas[i]));
+    if let Some((i, value)) = areas_m2.as_ref().and_then(bad_area) {
+        return Err(SuperelementError::Area {
+            path: folder.join("area.mtx"),
+            index: i + 1,
+            value,
+        });
+    }
+    Ok(Superelement {
+        relative,
+        positions_m,
+        areas_m2,
+    })
+}
+
+/// Of the mean of its diagonal, what the stiffness may lack to be positive semidefinite.
+const STIFFNESS_LACK: f64 = 1e-3;
+/// Of the mean of its diagonal, what rounding may take from the mass that the stuck modes leave.
+const MASS_LACK: f64 = 1e-6;
+
+fn check_stiffness(path: &Path, stiffness: &Mat<f64>) -> Result<(), SuperelementError> {
+    let mean_n_m = mean_diagonal(stiffness);
+    if mean_n_m > 0.0 && dense::is_definite(stiffness.clone(), STIFFNESS_LACK * mean_n_m) {
+        return Ok(());
+    }
+    Err(SuperelementError::Stiffness {
+        path: path.to_owned(),
+        lowest_n_m: dense::lowest_eigenvalue(stiffness.as_ref()),
+        mean_n_m,
+    })
+}
+
+fn check_mass(path: &Path, model: &RelativeModel) -> Result<(), SuperelementError> {
+    let (p, mean_kg) = (model.coupling.as_ref(), mean_diagonal(&model.mass));
+    let mut left = model.mass.clone();
+    matmul(
+        left.as_mut(),
+        BlockStructure::TriangularLower,
+        Accum::Add,
+        p,
+        BlockStructure::Rectangular,
+        p.transpose(),
+        BlockStructure::Rectangular,
+        -1.0,
+        Par::rayon(0),
+    );
+    // Massless pairs are possible.
+    let is_zero = (0..left.nrows()).all(|j| left.col_as_slice(j)[j..].iter().all(|v| *v == 0.0));
+    if is_zero || dense::is_definite(left.clone(), MASS_LACK * mean_kg) {
+        return Ok(());
+    }
+    Err(SuperelementError::Mass {
+        path: path.to_owned(),
+        lowest_kg: dense::lowest_eigenvalue(left.as_ref()),
+        mean_kg,
+    })
+}
+
+fn mean_diagonal(a: &Mat<f64>) -> f64 {
+    let n = a.nrows();
+    (0..n).map(|i| a[(i, i)] / n as f64).sum()
+}
+
+/// Writes what [`read`] reads, in digits that read back to the same numbers; `element` is excited
+/// by 1 N in all. Friction and gaps are not written.
+///
+/// # Errors
+/// A model with other than one observed point and one cosine load of harmonic 1; a file that
+/// cannot be written.
+pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
+    let model = &element.relative;
+    let in_phase = model.excitations.iter().all(|e| {
+        let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
+        silent(&e.sine.on_x) && silent(&e.sine.on_modes)
+    });
+    let of_harmonic_1 = model.excitations.len() == 1 && model.highest_excited() == 1;
+    if model.observations.len() != 1 || !of_harmonic_1 || !in_phase {
+        return Err(SuperelementError::NotRepresentable {
+            probes: model.observations.len(),
+            harmonics: model.excitations.len(),
+            in_phase,
+        });
+    }
+    let (force, tip) = (&model.excitations[0].cosine, &model.observations[0]);
+    let positions = Mat::from_fn(element.positions_m.len(), 3, |i, j| {
+        element.positions_m[i][j]
+    });
+    let mut files: Vec<(&str, MatRef<'_, f64>)> = vec![
+        ("K.mtx", model.stiffness.as_ref()),
+        ("M.mtx", model.mass.as_ref()),
+        ("f_static.mtx", column(&model.static_load.on_x)),
+        ("f_excitation.mtx", column(&force.on_x)),
+        ("tip_x.mtx", column(&tip.on_x)),
+        ("xyz.mtx", positions.as_ref()),
+    ];
+    let of_modes = [
+        ("p.mtx", model.coupling.as_ref()),
+        ("w2.mtx", column(&model.omega2)),
+        ("fm_static.mtx", column(&model.static_load.on_modes)),
+        ("fm_excitation.mtx", column(&force.on_modes)),
+        ("tip_modes.mtx", column(&tip.on_modes)),
+    ];
+    let area = element.areas_m2.as_ref().map(|a| ("area.mtx", column(a)));
+    // What an earlier model left would be taken for part of this one.
+    let absent = [
+        (
+            model.omega2.is_empty(),
+            &of_modes.each_ref().map(|f| f.0)[..],
+        ),
+        (area.is_none(), &["area.mtx"]),
+    ];
+    for name in absent.iter().filter(|a| a.0).flat_map(|a| a.1) {
+        let path = folder.join(name);
+        if path.exists() {
+            std::fs::remove_file(&path)
+                .map_err(|source| SuperelementError::Write { path, source })?;
+        }
+    }
+    if !model.omega2.is_empty() {
+        files.extend(of_modes);
+    }
+    files.extend(area);
+    for (name, values) in &files {
+        let path = folder.join(name);
+        matrix_market::write(&path, *values)
+            .map_err(|source| SuperelementError::Write { path, source })?;
+    }
+    Ok(())
+}
+
+fn column(v: &[f64]) -> MatRef<'_, f64> {
+    MatRef::from_column_major_slice(v, v.len(), 1)
+}
+
+fn array(
+    path: &Path,
+    rows: Option<usize>,
+    columns: Option<usize>,
+    expected: &str,
+) -> Result<Mat<f64>, SuperelementError> {
+    let unreadable = |message: String| SuperelementError::Read {
+        path: path.to_owned(),
+        message,
+    };
+    let a = matrix_market::read(path).map_err(unreadable)?;
+    let (r, c) = (a.nrows(), a.ncols());
+    if rows.is_some_and(|rows| rows != r) || columns.is_some_and(|columns| columns != c) {
+        return Err(SuperelementError::Shape {
+            path: path.to_owned(),
+            rows: r,
+            columns: c,
+            expected: expected.to_owned(),
+        });
+    }
+    for j in 0..c {
+        if let Some(i) = a.col_as_slice(j).iter().position(|v| !v.is_finite()) {
+            return Err(SuperelementError::NotFinite {
+                path: path.to_owned(),
+                row: i + 1,
+                column: j + 1,
+            });
+        }
+    }
+    Ok(a)
+}
+
+/// A symmetric array, its two halves averaged so that it is symmetric to the last bit.
+fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
+    let mut a = array(path, Some(n), Some(n), &format!("{n} x {n}"))?;
+    let largest = a.norm_max();
+    for j in 0..n {
+        for i in 0..j {
+            if (a[(i, j)] - a[(j, i)]).abs() > 1e-6 * largest {
+                return Err(SuperelementError::NotSymmetric {
+                    path: path.to_owned(),
+                    row: i + 1,
+                    column: j + 1,
+                });
+            }
+            let mean = 0.5 * (a[(i, j)] + a[(j, i)]);
+            (a[(i, j)], a[(j, i)]) = (mean, mean);
+        }
+    }
+    Ok(a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> Superelement {
+        let value = |seed: usize| (seed as f64 * 0.7531).sin() * 10f64.powi((seed % 7) as i32 - 3);
+        let vector = |k: usize, at: usize| (0..k).map(|i| value(i + at)).collect::<Vec<_>>();
+        let (n, m) = (6, 4);
+        // Off the diagonal at most 1000 in each entry, on it more than all of a row.
+        let square = |at: usize| {
+            Mat::from_fn(n, n, |i, j| {
+                value(at + i * j + i + j) + if i == j { 1e4 } else { 0.0 }
+            })
+        };
+        Superelement {
+            relative: RelativeModel {
+                stiffness: square(1),
+                mass: square(5),
+                coupling: Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j)),
+                omega2: vec![1.0 / 3.0, 2.0, 2.0, 1e9],
+                static_load: Load {
+                    on_x: vector(n, 3),
+                    on_modes: vector(m, 9),
+                },
+                excitations: vec![HarmonicLoad {
+                    harmonic: 1,
+                    cosine: Load {
+                        on_x: vector(n, 20),
+                        on_modes: vector(m, 30),
+                    },
+                    sine: Load {
+                        on_x: vec![0.0; n],
+                        on_modes: vec![0.0; m],
+                    },
+                }],
+                observations: vec![Probe {
+                    name: "tip".into(),
+                    on_x: vector(n, 40),
+                    on_modes: vector(m, 50),
+                }],
+                pairs: vec![
+                    PairLaw {
+                        friction: 0.3,
+                        gap_m: 1e-6
+                    };
+                    2
+                ],
+            },
+            positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
+            areas_m2: Some(vec![1e-6, 2.5e-7]),
+        }
+    }
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!(
+            "dovetail-superelement-{name}-{}",
+            std::process::id()
+        ));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn what_is_written_reads_back_to_the_bit() {
+        let (folder, element) = (folder("round-trip"), small());
+        write(&folder, &element).unwrap();
+        let back = read(&folder, element.relative.pairs[0], 1.0).unwrap();
+        let (a, b) = (&element.relative, &back.relative);
+        assert_eq!(a.stiffness, b.stiffness);
+        assert_eq!(a.mass, b.mass);
+        assert_eq!(a.coupling, b.coupling);
+        assert_eq!(a.omega2, b.omega2);
+        assert_eq!(a.static_load, b.static_load);
+        assert_eq!(a.excitations, b.excitations);
+        assert_eq!(a.observations, b.observations);
+        assert_eq!(a.pairs, b.pairs);
+        assert_eq!(element.positions_m, back.positions_m);
+        assert_eq!(element.areas_m2, back.areas_m2);
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_model_without_modes_replaces_one_with_modes() {
+        let (folder, mut element) = (folder("no-modes"), small());
+        write(&folder, &element).unwrap();
+        let model = &mut element.relative;
+        model.coupling = Mat::zeros(6, 0);
+        model.omega2.clear();
+        model.static_load.on_modes.clear();
+        model.excitations[0].cosine.on_modes.clear();
+        model.excitations[0].sine.on_modes.clear();
+        model.observations[0].on_modes.clear();
+        element.areas_m2 = None;
+        write(&folder, &element).unwrap();
+        let back = read(&folder, element.relative.pairs[0], 1.0).unwrap();
+        assert_eq!(back.relative.coupling, element.relative.coupling);
+        assert_eq!(back.relative.observations, element.relative.observations);
+        assert_eq!(back.relative.static_load, element.relative.static_load);
+        assert_eq!(back.areas_m2, None);
+        // Half of the modes is a mistake, not m = 0.
+        std::fs::write(folder.join("p.mtx"), "").unwrap();
+        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        assert!(message.to_string().contains("w2.mtx"), "{message}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn malformed_files_are_named_with_line_and_shape() {
+        let (folder, element) = (folder("malformed"), small());
+        write(&folder, &element).unwrap();
+        let law = element.relative.pairs[0];
+        let spoil = |file: &str, text: &str| {
+            let path = folder.join(file);
+            let whole = std::fs::read_to_string(&path).unwrap();
+            std::fs::write(&path, text).unwrap();
+            let message = read(&folder, law, 1.0).unwrap_err().to_string();
+            std::fs::write(&path, whole).unwrap();
+            message
+        };
+        let head = "%%MatrixMarket matrix array real general\n";
+        let message = spoil("w2.mtx", &format!("{head}4 1\n1\n2\nthree\n4\n"));
+        assert!(
+            message.contains("w2.mtx") && message.contains("line 5: \"three\""),
+            "{message}"
+        );
+        let message = spoil("w2.mtx", &format!("{head}4 1\n1\n3\n2\n4\n"));
+        assert!(
+            message.contains("squared frequency 3") && message.contains("ascending"),
+            "{message}"
+        );
+        let lenient = format!("{}4 1\n1\n2\n3\n4\n", &head[1..]);
+        std::fs::write(folder.join("fm_static.mtx"), lenient).unwrap();
+        let read_back = read(&folder, law, 1.0)
+            .unwrap()
+            .relative
+            .static_load
+            .on_modes;
+        assert_eq!(read_back, [1.0, 2.0, 3.0, 4.0]);
+        let message = spoil("tip_x.mtx", &format!("{head}5 1\n1\n3\n2\n4\n5\n"));
+        assert!(message.contains("5 x 1, expected 6 x 1"), "{message}");
+        let message = spoil("f_static.mtx", &format!("{head}6 1\n1\n3\n2\n4\n5\n"));
+        assert!(
+            message.contains("6 entries") && message.contains('5'),
+            "{message}"
+        );
+        let skew = Mat::from_fn(6, 6, |i, j| i as f64 - 2.0 * j as f64);
+        let text = (0..36).map(|i| format!("{}\n", skew[(i % 6, i / 6)]));
+        let text = format!("{head}6 6\n{}", text.collect::<String>());
+        let message = spoil("K.mtx", &text);
+        assert!(
+            message.contains("symmetric") && message.contains("(1, 2)"),
+            "{message}"
+        );
+        assert!(read(&folder, law, 1.0).is_ok());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    /// The message that a model with this change, written and read again, gives.
+    fn said_of(name: &str, change: impl FnOnce(&mut RelativeModel)) -> Result<(), String> {
+        let (folder, mut element) = (folder(name), small());
+        change(&mut element.relative);
+        write(&folder, &element).unwrap();
+        let read = read(&folder, element.relative.pairs[0], 1.0);
+        std::fs::remove_dir_all(folder).unwrap();
+        read.map(|_| ()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_stiffness_or_mass_that_no_body_has_is_refused() {
+        let diagonal =
+            |values: [f64; 6]| Mat::from_fn(6, 6, |i, j| if i == j { values[i] } else { 0.0 });
+        let stiffness =
+            |values: [f64; 6]| said_of("stiffness", |model| model.stiffness = diagonal(values));
+        // Contact alone may hold the body, and spin may soften it.
+        assert_eq!(stiffness([0.0, 0.0, 0.0, 0.0, 0.0, 6.0]), Ok(()));
+        assert_eq!(stiffness([-0.9e-3, 1.0, 1.0, 1.0, 1.0, 2.0]), Ok(()));
+        let message = stiffness([-1.1e-3, 1.0, 1.0, 1.0, 1.0, 2.0]).unwrap_err();
+        for words in ["K.mtx", "lowest eigenvalue", "-1.100e-3 N/m", "sign of K"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        let message = stiffness([-1.0; 6]).unwrap_err();
+        assert!(
+            message.contains("K.mtx") && message.contains("-1.000e0 N/m"),
+            "{message}"
+        );
+        assert!(stiffness([0.0; 6]).is_err());
+        assert!(stiffness([1e308, -1e308, 1e308, 1e308, 1e308, 1e308]).is_err());
+
+        let mass = |mass: f64, coupling: f64| {
+            said_of("mass", |model| {
+                model.mass = diagonal([mass; 6]);
+                model.coupling = Mat::from_fn(6, 4, |i, j| if i == j { coupling } else { 0.0 });
+            })
+        };
+        // Massless pairs, and pairs whose mass is all in the modes, to rounding.
+        assert_eq!(mass(0.0, 0.0), Ok(()));
+        assert_eq!(mass(2.0, 2f64.sqrt()), Ok(()));
+        assert_eq!(mass(2.0, (2f64 + 1e-7).sqrt()), Ok(()));
+        let message = mass(2.0, 3f64.sqrt()).unwrap_err();
+        for words in ["M.mtx", "M - p p^T", "-1.000e0 kg", "unit modal mass"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        assert!(mass(-1.0, 0.0).is_err() && mass(0.0, 1.0).is_err());
+        assert!(mass(1e300, 1e200).is_err());
+    }
+
+    #[test]
+    fn a_model_without_pairs_is_refused() {
+        let (folder, element) = (folder("no-pairs"), small());
+        write(&folder, &element).unwrap();
+        let nothing = "%%MatrixMarket matrix array real general\n0 3\n";
+        std::fs::write(folder.join("xyz.mtx"), nothing).unwrap();
+        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        assert!(
+            message.to_string().contains("at least one pair"),
+            "{message}"
+        );
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let folder = folder("missing");
+        let message = read(
+            &folder,
+            PairLaw {
+                friction: 0.3,
+                gap_m: 0.0,
+            },
+            1.0,
+        )
+        .unwrap_err()
+        .to_string();
+        assert!(message.contains("xyz.mtx"), "{message}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

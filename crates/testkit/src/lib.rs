@@ -1,0 +1,4 @@
+//! What the unit tests of several packages share. Packages name it under `[dev-dependencies]` alone.
+
+pub mod differences;
+pub mod lattice;
