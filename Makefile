@@ -68,7 +68,7 @@ mutants: setup vtk
 	$(MUTANTS) --output output/mutants_core -C=--lib \
 	    -f src/contact/law.rs -f src/dlft/balance.rs -f src/dlft/orbit.rs \
 	    -f src/dlft/retention.rs -f src/results/quantities.rs -- -- contact:: \
-	    dlft::march dlft::orbit dlft::powell dlft::retention results::
+	    dlft::balance dlft::dense dlft::march dlft::orbit dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
 
