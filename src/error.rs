@@ -231,8 +231,8 @@ pub enum Error {
         severity(Warning),
         help(
             "they are marked in the column `outcome` of response.csv and left out of the curves; more \
-             response.max_newton_iterations, a smaller step in frequency (response.points) or another \
-             response.eps or an eps_scale nearer 1 may help"
+             response.max_newton_iterations, a smaller step in frequency (response.points), or the default \
+             response.eps = \"dynamic\" with eps_scale = 1 may help"
         )
     )]
     NotConverged { unconverged: usize, points: usize },

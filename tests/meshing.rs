@@ -111,9 +111,6 @@ fn a_parameter_without_effect_is_told_with_those_there_are() {
 /// Of the installed gmsh; a script with the error of dovetail.geo ends it with status 0.
 #[test]
 fn the_dovetail_needs_whole_numbers_of_nodes() {
-    if Command::new("gmsh").arg("--version").output().is_err() {
-        return eprintln!("skipped: gmsh is not installed");
-    }
     let folder = Bench::new("whole", "");
     for (set, expected) in [
         ("nu=4.5", "nu = 4.5"),

@@ -443,7 +443,7 @@ fn a_choice_that_does_not_exist_names_those_that_do() {
     refused(
         "eps = \"pair\"",
         "eps = \"rho\"",
-        &["the choices are: \"pair\", \"spectral_radius\""],
+        &["the choices are: \"dynamic\", \"pair\", \"spectral_radius\""],
     );
     refused(
         "prestress = \"held_flanks\"",

@@ -148,7 +148,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "response.points",
         "response.harmonics",
         "response.samples",
-        "response.eps",
         "response.eps_scale",
         "response.tolerance",
         "response.max_newton_iterations",

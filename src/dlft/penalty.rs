@@ -87,3 +87,72 @@ fn spectral_radius(model: &RelativeModel) -> f64 {
     }
     rho
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::model;
+    use crate::reduction::damping::Rayleigh;
+
+    #[test]
+    fn eps_is_the_median_of_the_dynamic_stiffness_and_no_less_than_the_static_one() {
+        let model = model(4);
+        let damping = Rayleigh {
+            stiffness_s: 0.1,
+            mass_per_s: 0.15,
+        };
+        let system = ContactSystem::new(&model, damping);
+        let own = model.own_stiffness();
+        // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
+        for (harmonics, looked_at) in [(1, 3), (3, 3), (6, 6)] {
+            let eps = Penalty::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
+            for pair in 0..4 {
+                let along = |c: usize, k: usize| {
+                    let [re, im] = system.stiffness_at(0.4 * k as f64);
+                    let i = 3 * pair + c;
+                    re[(i, i)].hypot(im[(i, i)])
+                };
+                let mut normal: Vec<f64> = (1..=looked_at).map(|k| along(0, k)).collect();
+                let mut tangential: Vec<f64> = (1..=looked_at)
+                    .map(|k| 0.5 * (along(1, k) + along(2, k)))
+                    .collect();
+                normal.sort_by(f64::total_cmp);
+                tangential.sort_by(f64::total_cmp);
+                let middle = (looked_at - 1) / 2;
+                let expected = [normal[middle], tangential[middle], tangential[middle]];
+                for c in 0..3 {
+                    let expected = expected[c].max(own[3 * pair + c]);
+                    let found = eps[3 * pair + c];
+                    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_scale_multiplies_every_choice() {
+        let model = model(3);
+        let damping = Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.0,
+        };
+        let system = ContactSystem::new(&model, damping);
+        for choice in [
+            EpsChoice::Dynamic,
+            EpsChoice::Pair,
+            EpsChoice::SpectralRadius,
+        ] {
+            let one = Penalty::new(choice).of(&system, 0.4, 3);
+            let half = Penalty { choice, scale: 0.5 }.of(&system, 0.4, 3);
+            assert!(
+                one.iter()
+                    .zip(&half)
+                    .all(|(o, h)| *h == 0.5 * o && *h > 0.0)
+            );
+        }
+        let rho = Penalty::new(EpsChoice::SpectralRadius).of(&system, 0.4, 3)[0];
+        let values = model.stiffness.self_adjoint_eigenvalues(faer::Side::Lower);
+        let largest = values.unwrap().into_iter().fold(0.0, f64::max);
+        assert!((rho / largest - 1.0).abs() < 1e-10, "{rho} {largest}");
+    }
+}
