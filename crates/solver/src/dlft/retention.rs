@@ -280,4 +280,23 @@ mod tests {
         let press: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 0)).collect();
         assert!(!retention.has_left(&press, &anchor, 1.0));
     }
+
+    #[test]
+    fn how_far_is_far_counts_from_the_anchor_in_the_lengths_of_all_that_is_not_the_slide() {
+        let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
+        // Apart by 10 m of the slide and 3 m of pressing; the anchor is 1 m from rest.
+        let mut anchor = [0.0; 12];
+        anchor[0] = 1.0;
+        let mut x = anchor;
+        x[3] += 3.0;
+        (0..4).for_each(|p| x[3 * p + 1] += 5.0);
+        // 10 > 2 (3 + 1 + vibration)
+        assert!(retention.has_left(&x, &anchor, 0.99));
+        assert!(!retention.has_left(&x, &anchor, 1.01));
+        // sqrt(109) > 2 (1 + vibration)
+        assert!(may_have_left(&x, &anchor, 4.21));
+        assert!(!may_have_left(&x, &anchor, 4.23));
+        assert_eq!(retention.force_n(&anchor, &anchor), 0.0);
+        assert!((retention.force_n(&x, &anchor) - 20.0).abs() < 1e-9);
+    }
 }
