@@ -106,6 +106,33 @@ fn imports_point_one_way() {
     );
 }
 
+/// faer's methods of a matrix that take the number of threads from a setting of the process; what
+/// libraries use stands in `dovetail_numerics::dense`.
+#[test]
+fn libraries_do_not_ask_the_process_for_threads() {
+    let asking = [
+        ".partial_piv_lu()",
+        ".full_piv_lu()",
+        ".llt(",
+        ".lblt(",
+        ".qr()",
+        ".svd()",
+        ".self_adjoint_eigen(",
+        ".self_adjoint_eigenvalues(",
+        "get_global_parallelism",
+        "set_global_parallelism",
+    ];
+    let mut wrong = Vec::new();
+    for folder in ["crates/numerics/src", "crates/solver/src"] {
+        for (file, code) in sources(&root().join(folder)) {
+            let code = code.split("#[cfg(test)]\nmod tests").next().unwrap();
+            let found = asking.iter().filter(|method| code.contains(**method));
+            wrong.extend(found.map(|method| format!("{folder}/{file}: {method}")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 #[test]
 fn every_path_in_the_architecture_exists() {
     let text = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();

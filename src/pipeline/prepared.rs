@@ -9,11 +9,6 @@ use dovetail_solver::reduction::superelement;
 use dovetail_solver::reduction::{PairLaw, RelativeModel};
 use dovetail_solver::results::pairs::PairTable;
 
-/// A coefficient of friction above this is computed as this. A pair then sticks as long as it is pressed, which a larger one does not
-/// change (1e3 and 1e4 give the same peak to 1e-5), but friction is known to the coefficient times the rounding of
-/// the normal force only.
-const MOST_FRICTION: f64 = 1e3;
-
 /// The reduced model of a scene, and what tables say of its pairs.
 pub(super) struct Prepared {
     pub pairs: PairTable,
@@ -29,7 +24,7 @@ impl Prepared {
     /// Meshes, binds, assembles and reduces, or reads the folder.
     pub(super) fn of(scene: &Scene, options: &Options, progress: &Progress) -> Result<Self, Error> {
         let stuck_modes = scene.response.stuck_modes;
-        let mut prepared = match &scene.subject {
+        let prepared = match &scene.subject {
             Subject::Assembly(assembly) => {
                 let meshed = Meshed::of(assembly, stuck_modes, options, progress)?;
                 Self {
@@ -52,30 +47,21 @@ impl Prepared {
                 }
             }
         };
-        prepared.limit_friction(progress);
+        prepared.warn_of_much_friction(progress);
         if let Some(omega2) = prepared.relative().omega2.first() {
             progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
         }
         Ok(prepared)
     }
 
-    fn limit_friction(&mut self, progress: &Progress) {
-        let relative = match &mut self.origin {
-            Origin::Mesh(meshed) => &mut meshed.relative,
-            Origin::Folder(relative) => relative,
-        };
-        let largest = relative
-            .pairs
-            .iter()
-            .map(|pair| pair.friction)
-            .fold(0.0, f64::max);
-        if largest > MOST_FRICTION {
+    fn warn_of_much_friction(&self, progress: &Progress) {
+        let pairs = self.relative().pairs.iter();
+        let largest = pairs.map(|pair| pair.friction).fold(0.0, f64::max);
+        if largest > PairLaw::MOST_FRICTION {
             progress.warning(&format!(
-                "a coefficient of friction of {largest:e} is computed as {MOST_FRICTION:e}: pairs stick as long as they are pressed"
+                "a coefficient of friction of {largest:e} is computed as {:e}: pairs stick as long as they are pressed",
+                PairLaw::MOST_FRICTION
             ));
-            for pair in &mut relative.pairs {
-                pair.friction = pair.friction.min(MOST_FRICTION);
-            }
         }
     }
 

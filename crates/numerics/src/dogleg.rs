@@ -1,9 +1,9 @@
 //! Powell's dogleg step in a trust region, for dense systems.
 
+use super::dense::Lu;
 use super::gmres::{dot, norm};
 use super::newton::{NewtonEnd, NewtonOptions, NewtonStatus};
-use faer::linalg::solvers::Solve;
-use faer::{Mat, MatMut};
+use faer::Mat;
 
 /// A square system with a dense Jacobian.
 pub trait DoglegSystem {
@@ -50,9 +50,7 @@ pub fn dogleg(system: &impl DoglegSystem, x: &mut [f64], options: NewtonOptions)
                 .for_each(|v| *v /= s);
         }
         let mut newton: Vec<f64> = f.iter().map(|v| -v).collect();
-        jacobian
-            .partial_piv_lu()
-            .solve_in_place(MatMut::from_column_major_slice_mut(&mut newton, n, 1));
+        Lu::new(jacobian.clone()).solve_column_in_place(&mut newton);
         let gradient: Vec<f64> = (0..n).map(|j| dot(jacobian.col_as_slice(j), &f)).collect();
         let along = times(&jacobian, &gradient);
         let cauchy = dot(&gradient, &gradient) / dot(&along, &along);

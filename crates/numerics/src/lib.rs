@@ -1,6 +1,7 @@
 //! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
 
 pub mod condense;
+pub mod dense;
 pub mod dogleg;
 pub mod eigen;
 mod elimination;

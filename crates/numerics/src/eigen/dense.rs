@@ -4,18 +4,16 @@
 //! matter most, are then right to rounding however high the highest one is (with the mass factored
 //! their relative error would be omega_max^2 / omega^2 times larger).
 
-use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::prelude::ReborrowMut;
-use faer::{Mat, MatMut, MatRef, Par, Side, Spec, unzip, zip};
+use faer::{Mat, MatMut, MatRef, Par, Spec, unzip, zip};
 use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
+use crate::dense::{self_adjoint_eigen, self_adjoint_eigenvalues};
 use crate::sparse::{product, symmetrised};
 
 /// All modes, ascending; the strict upper triangles are not read for K, and M is symmetrised.
@@ -73,23 +71,9 @@ pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Eig
     if scale > 0.0 && scale.is_finite() {
         zip!(a.as_mut()).for_each(|unzip!(v)| *v /= scale);
     }
-    let mut values = Diag::zeros(n);
-    let mut vectors = Mat::zeros(n, n);
-    let params = Spec::default();
-    let scratch = self_adjoint_evd_scratch::<f64>(n, ComputeEigenvectors::Yes, Par::Seq, params);
-    let failed = || EigenError::Dense { unknowns: n };
-    self_adjoint_evd(
-        a.as_ref(),
-        values.as_mut(),
-        Some(vectors.as_mut()),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::try_new(scratch).map_err(|_| failed())?),
-        params,
-    )
-    .map_err(|_| failed())?;
-    // They came out ascending.
-    let values = values.column_vector().iter().rev();
-    let values = values.map(|x| scale * x).collect();
+    let (values, vectors) =
+        self_adjoint_eigen(a.as_ref()).ok_or(EigenError::Dense { unknowns: n })?;
+    let values = values.iter().rev().map(|x| scale * x).collect();
     Ok((values, vectors.reverse_cols().to_owned()))
 }
 
@@ -99,19 +83,8 @@ pub(super) fn largest_first(mut a: Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), Eig
 /// [`EigenError::StiffnessNotPositive`] on a negative pivot or one that is zero but for rounding.
 pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
     let n = a.nrows();
-    let mut factor = a.to_owned();
-    let params = Spec::default();
-    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params);
-    llt::factor::cholesky_in_place(
-        factor.as_mut(),
-        llt::factor::LltRegularization::default(),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .map_err(|llt::factor::LltError::NonPositivePivot { index }| {
-        EigenError::StiffnessNotPositive { pivot: index }
-    })?;
+    let factor = crate::dense::cholesky(a.to_owned())
+        .map_err(|pivot| EigenError::StiffnessNotPositive { pivot })?;
     for i in 0..n {
         // A pivot this small is rounding (see `numerics::factor`).
         let is_stiffness = factor[(i, i)].powi(2) > 1e-12 * a[(i, i)];
@@ -150,11 +123,7 @@ pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
     }
     let lowest = || {
         let scaled = Mat::from_fn(a.nrows(), a.ncols(), |i, j| a[(i, j)] / scale);
-        scaled
-            .self_adjoint_eigenvalues(Side::Lower)
-            .ok()?
-            .first()
-            .copied()
+        self_adjoint_eigenvalues(scaled.as_ref())?.first().copied()
     };
     let lowest = if scale.is_finite() { lowest() } else { None };
     lowest.map_or(f64::NEG_INFINITY, |value| scale * value)
@@ -162,10 +131,8 @@ pub fn lowest_eigenvalue(a: MatRef<'_, f64>) -> f64 {
 
 /// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
 pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
-    rhs.par_col_chunks_mut(64).for_each(|mut rhs| {
-        solve_lower_triangular_in_place(factor, rhs.rb_mut(), Par::Seq);
-        solve_upper_triangular_in_place(factor.transpose(), rhs, Par::Seq);
-    });
+    rhs.par_col_chunks_mut(64)
+        .for_each(|rhs| crate::dense::solve_in_place(factor, rhs));
 }
 
 /// Scales the columns to unit modal mass.

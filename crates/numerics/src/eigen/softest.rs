@@ -5,9 +5,10 @@ use faer::diag::DiagRef;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
+use crate::dense;
 use crate::fronts::in_rows;
 use crate::sparse::product;
 
@@ -54,10 +55,11 @@ pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f6
     if !orthonormalise(&mut motions, weights) {
         return nothing();
     }
-    let projected = motions.transpose() * product(matrix, motions.as_ref());
-    match projected.self_adjoint_eigen(Side::Lower) {
-        Ok(ritz) => product(motions.as_ref(), ritz.U()),
-        Err(_) => nothing(),
+    let moved = product(matrix, motions.as_ref());
+    let projected = dense::product(motions.transpose(), moved.as_ref());
+    match dense::self_adjoint_eigen(projected.as_ref()) {
+        Some((_, ritz)) => product(motions.as_ref(), ritz.as_ref()),
+        None => nothing(),
     }
 }
 
@@ -65,12 +67,13 @@ pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f6
 fn orthonormalise(motions: &mut Mat<f64>, weights: DiagRef<'_, f64>) -> bool {
     // Twice: one pass leaves what the condition of the columns costs.
     for _ in 0..2 {
-        let gram = motions.transpose() * (weights * &*motions);
-        let Ok(factor) = gram.llt(Side::Lower) else {
+        let weighted = weights * &*motions;
+        let gram = dense::product(motions.transpose(), weighted.as_ref());
+        let Ok(factor) = dense::cholesky(gram) else {
             return false;
         };
         let mut rows = motions.transpose().to_owned();
-        solve_lower_triangular_in_place(factor.L(), rows.as_mut(), Par::Seq);
+        solve_lower_triangular_in_place(factor.as_ref(), rows.as_mut(), Par::Seq);
         *motions = rows.transpose().to_owned();
     }
     true

@@ -5,10 +5,11 @@
 use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par, Side, c64};
+use faer::{Accum, Mat, MatRef, Par, c64};
 
 use super::dynamic_stiffness::Coefficients;
 use crate::reduction::RelativeModel;
+use dovetail_numerics::dense;
 use dovetail_numerics::eigen::softest::softest;
 use dovetail_numerics::gmres::{axpy, dot, norm};
 use dovetail_numerics::sparse::product;
@@ -262,16 +263,15 @@ fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
         return nothing();
     }
     let among = product(motions.transpose(), moved.as_ref());
-    let Ok(eigen) = among.self_adjoint_eigen(Side::Lower) else {
+    let Some((masses, vectors)) = dense::self_adjoint_eigen(among.as_ref()) else {
         return nothing();
     };
-    let masses = eigen.S().column_vector();
     let largest = masses.iter().fold(0.0_f64, |m, v| m.max(*v));
     let first = masses
         .iter()
         .position(|v| *v > NO_MASS * largest)
-        .unwrap_or(masses.nrows());
-    let vectors = eigen.U().get(.., first..);
+        .unwrap_or(masses.len());
+    let vectors = vectors.get(.., first..);
     let scaled = Mat::from_fn(vectors.nrows(), vectors.ncols(), |i, j| {
         vectors[(i, j)] / masses[first + j].sqrt()
     });

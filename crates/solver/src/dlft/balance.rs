@@ -144,7 +144,7 @@ impl<'a> Balance<'a> {
     fn law(&self, pair: usize) -> PairLaw {
         let law = self.setting.system.model.pairs[pair];
         PairLaw {
-            friction: law.friction.min(self.most_friction),
+            friction: law.computed_friction().min(self.most_friction),
             ..law
         }
     }
@@ -356,6 +356,23 @@ mod tests {
                 at_anchor[..n].copy_from_slice(&anchor);
                 assert_eq!(held.retention_n(&at_anchor), 0.0);
             }
+        });
+    }
+
+    #[test]
+    fn a_coefficient_of_friction_above_what_is_computed_counts_as_that() {
+        at_sample_points(|_, sample, _| {
+            let mut model = sample.setting.system.model.clone();
+            model.pairs[0].friction = 1e6;
+            let system = ContactSystem::new(&model, sample.setting.system.damping);
+            let setting = Setting {
+                system: &system,
+                ..*sample.setting
+            };
+            let balance = Balance::new(&setting, OMEGA_RAD_S);
+            let friction = |pair: usize| balance.input(pair, &sample.force).friction;
+            assert_eq!(friction(0), PairLaw::MOST_FRICTION);
+            assert_eq!(friction(1), model.pairs[1].friction);
         });
     }
 

@@ -2,12 +2,12 @@
 //! these are what couples the harmonics and what a local correction would find last.
 
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
 use super::linear::LinearSystem;
 use crate::contact::inexact::Inexact;
+use dovetail_numerics::dense::Lu;
 
 /// Motions of all harmonics together, at most: their factor should cost no more than some linear iterations.
 const MOST_UNKNOWNS: usize = 2000;
@@ -16,7 +16,7 @@ const PAIRS: usize = 32;
 
 /// The factor, and how many motions of each harmonic it has.
 pub struct Coarse {
-    factor: PartialPivLu<f64>,
+    factor: Lu,
     motions: usize,
 }
 
@@ -38,7 +38,7 @@ impl Coarse {
             f64::from(rows[i / motions][(j, i % motions)])
         });
         Some(Self {
-            factor: jacobian.partial_piv_lu(),
+            factor: Lu::new(jacobian),
             motions,
         })
     }

@@ -6,10 +6,10 @@
 
 use super::balance::Balance;
 use super::newton_krylov::{load_scale, relative_residual, step_length};
+use dovetail_numerics::dense::Lu;
 use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
 use dovetail_numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
-use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatMut};
+use faer::Mat;
 
 /// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`].
 pub fn exact_newton(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
@@ -28,7 +28,7 @@ pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> N
 struct ExactSystem<'a, 'b> {
     dense: DenseBalance<'a, 'b>,
     /// Of the Jacobian at the last linearisation.
-    factor: Option<PartialPivLu<f64>>,
+    factor: Option<Lu>,
 }
 
 impl NonlinearSystem for ExactSystem<'_, '_> {
@@ -41,14 +41,14 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
         self.dense.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        self.factor = Some(self.dense.jacobian(x).partial_piv_lu());
+        self.factor = Some(Lu::new(self.dense.jacobian(x)));
     }
     fn correction(&mut self, f: &[f64], dx: &mut [f64]) -> bool {
         let Some(factor) = &self.factor else {
             return false;
         };
         dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
-        factor.solve_in_place(MatMut::from_column_major_slice_mut(dx, f.len(), 1));
+        factor.solve_column_in_place(dx);
         dx.iter().all(|d| d.is_finite())
     }
     fn length(&self, dx: &[f64]) -> f64 {

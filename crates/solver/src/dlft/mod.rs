@@ -141,7 +141,7 @@ pub mod balance;
 mod coarse;
 pub mod dense;
 #[cfg(test)]
-mod jacobians;
+pub(crate) mod jacobians;
 mod linear;
 pub mod march;
 pub mod newton_krylov;

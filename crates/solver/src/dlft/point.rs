@@ -451,7 +451,7 @@ impl<'a> Frequencies<'a> {
         work: &mut Work,
     ) -> Option<Solved<'_>> {
         let pairs = self.setting.system.model.pairs.iter();
-        let highest = pairs.fold(0.0_f64, |m, p| m.max(p.friction));
+        let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));
         let mut most = from;
         if highest <= most {
             return None;

@@ -10,9 +10,9 @@
 //! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
+use dovetail_numerics::dense;
 use dovetail_numerics::gmres::{axpy, dot, norm};
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::Mat;
 
 /// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
 const FREE: f64 = 1e-4;
@@ -53,7 +53,7 @@ impl Retention {
         for i in 0..size {
             shifted[(i, i)] += SHIFT * mean_stiffness;
         }
-        let Ok(factor) = shifted.llt(Side::Lower) else {
+        let Ok(factor) = dense::cholesky(shifted) else {
             return retention;
         };
         // Block inverse iteration from vectors that are the same on every machine.
@@ -63,20 +63,21 @@ impl Retention {
             (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
         }
         for _ in 0..INVERSE_ITERATIONS {
-            factor.solve_in_place(&mut block);
+            dense::solve_in_place(factor.as_ref(), block.as_mut());
             orthonormalise(&mut block);
         }
-        let projected = block.transpose() * (&k * &block);
-        let Ok(small) = projected.self_adjoint_eigen(Side::Lower) else {
+        let moved = dense::product(k.as_ref(), block.as_ref());
+        let projected = dense::product(block.transpose(), moved.as_ref());
+        let Some((values, vectors)) = dense::self_adjoint_eigen(projected.as_ref()) else {
             return retention;
         };
-        for j in 0..count.min(MOST_FREE) {
-            if small.S().column_vector()[j] > FREE * mean_stiffness {
+        for (j, value) in values.iter().enumerate().take(MOST_FREE) {
+            if *value > FREE * mean_stiffness {
                 break;
             }
-            let ritz = &block * small.U().col(j);
+            let ritz = dense::product(block.as_ref(), vectors.get(.., j..j + 1));
             let mut motion = vec![0.0; n];
-            for (&i, v) in tangential.iter().zip(ritz.iter()) {
+            for (&i, v) in tangential.iter().zip(ritz.col(0).iter()) {
                 motion[i] = *v;
             }
             retention.motions.push(motion);
@@ -112,8 +113,8 @@ impl Retention {
             };
             pairs.clone().map(on).sum::<f64>()
         });
-        let least = shared.self_adjoint_eigenvalues(Side::Lower);
-        least.is_ok_and(|values| values.first().is_none_or(|least| *least > BLOCKED))
+        let least = dense::self_adjoint_eigenvalues(shared.as_ref());
+        least.is_some_and(|values| values.first().is_none_or(|least| *least > BLOCKED))
     }
 
     /// y += spring x, x and y of length n.

@@ -11,12 +11,12 @@ use super::retention::Retention;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
-use crate::reduction::RelativeModel;
+use crate::reduction::{PairLaw, RelativeModel};
+use dovetail_numerics::dense::Lu;
 use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use dovetail_numerics::wear::Wear;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, MatMut};
+use faer::Mat;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -98,7 +98,7 @@ fn load_up(
         eps,
         load: vec![0.0; n],
         slid_force: vec![[0.0; 2]; n / 3],
-        friction: model.pairs.iter().map(|pair| pair.friction).collect(),
+        friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
         scale: norm(&model.static_load.on_x),
         linear: LinearSystem {
             inexact: Arc::clone(inexact),
@@ -175,9 +175,7 @@ fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
     });
     let force = |i: &usize| -(0..n).step_by(3).map(|j| k[(*i, j)] * x[j]).sum::<f64>();
     let mut slide: Vec<f64> = along.iter().map(force).collect();
-    matrix
-        .partial_piv_lu()
-        .solve_in_place(MatMut::from_column_major_slice_mut(&mut slide, size, 1));
+    Lu::new(matrix).solve_column_in_place(&mut slide);
     along.iter().zip(&slide).for_each(|(i, s)| x[*i] = *s);
     x
 }
@@ -387,9 +385,7 @@ impl NonlinearSystem for StaticSystem<'_> {
         }
         if !solved {
             dx.copy_from_slice(&right);
-            self.jacobian()
-                .partial_piv_lu()
-                .solve_in_place(MatMut::from_column_major_slice_mut(dx, right.len(), 1));
+            Lu::new(self.jacobian()).solve_column_in_place(dx);
         }
         // A direction that is not exact still serves: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
@@ -439,7 +435,7 @@ mod tests {
             eps: &eps,
             load: vec![0.0; n],
             slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
-            friction: model.pairs.iter().map(|pair| pair.friction).collect(),
+            friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
             scale: 1.0,
             linear: LinearSystem {
                 inexact,
@@ -458,6 +454,27 @@ mod tests {
             .map(|(without, wanted)| wanted - without)
             .collect();
         check(&mut system, &x);
+    }
+
+    #[test]
+    fn a_coefficient_of_friction_above_the_most_counts_as_the_most() {
+        let options = NewtonOptions {
+            tolerance: 1e-10,
+            max_iterations: 50,
+        };
+        let [at_most, above] = [1.0, 1e3].map(|times| {
+            let mut model = model(1);
+            model.pairs = vec![PairLaw {
+                friction: times * PairLaw::MOST_FRICTION,
+                gap_m: 0.0,
+            }];
+            // Sticks with a coefficient above 1e5.
+            model.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            static_state(&model, 1, options)
+        });
+        assert_eq!(at_most.outcome, Outcome::Converged);
+        assert_eq!(at_most.status, [PairStatus::Slipping]);
+        assert_eq!(at_most.lambda, above.lambda);
     }
 
     fn differences(system: &mut StaticSystem<'_>, x: &[f64]) -> Mat<f64> {

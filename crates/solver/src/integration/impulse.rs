@@ -14,8 +14,8 @@
 //! its correction helps (P has kinks, between which it can go to and fro), a few sweeps of Gauss-Seidel
 //! from pair to pair find the states from which it does.
 
+use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// Relative to the largest force: at this residual a step is solved.
@@ -37,7 +37,7 @@ pub struct ContactProblem {
     friction: Vec<f64>,
     /// r, one value for N and one for both T of a pair: inverse diagonal of D.
     scale: Vec<f64>,
-    jacobian: Option<PartialPivLu<f64>>,
+    jacobian: Option<Lu>,
 }
 
 /// How a step ended: solved, or the residual that was left (relative to the largest force).
@@ -84,11 +84,11 @@ impl ContactProblem {
                 return Solved::Yes;
             }
             if self.jacobian.is_none() {
-                self.jacobian = Some(self.linearise(&argument));
+                self.jacobian = Some(Lu::new(self.derivative(&argument)));
                 fresh = true;
             }
             if let Some(jacobian) = &self.jacobian {
-                jacobian.solve_in_place(MatMut::from_column_major_slice_mut(&mut correction, n, 1));
+                jacobian.solve_column_in_place(&mut correction);
             }
             let mut factor = 1.0;
             let mut better = false;
@@ -169,8 +169,8 @@ impl ContactProblem {
         worst / largest
     }
 
-    /// LU of I - P' (I - r D).
-    fn linearise(&self, argument: &[f64]) -> PartialPivLu<f64> {
+    /// I - P' (I - r D).
+    fn derivative(&self, argument: &[f64]) -> Mat<f64> {
         let n = argument.len();
         let slopes: Vec<[[f64; 3]; 3]> = self
             .friction
@@ -193,7 +193,7 @@ impl ContactProblem {
                 }
             }
         }
-        jacobian.partial_piv_lu()
+        jacobian
     }
 
     /// Sweeps of Gauss-Seidel; `u` belongs to `lambda` before and, but for rounding, after.
@@ -255,7 +255,6 @@ fn slope([normal, t1, t2]: [f64; 3], mu: f64) -> [[f64; 3]; 3] {
 mod tests {
     use super::*;
     use dovetail_testkit::differences::{assert_close, central};
-    use faer::linalg::solvers::DenseSolveCore;
 
     fn problem(pairs: usize, seed: f64, mu: f64) -> ContactProblem {
         let n = 3 * pairs;
@@ -348,7 +347,7 @@ mod tests {
             problem.residual(&offset, lambda, &u, &mut a, &mut f);
             f
         });
-        let exact = problem.linearise(&argument).reconstruct();
+        let exact = problem.derivative(&argument);
         assert_close(&exact, &differences, 1e-7, "contact forces");
     }
 }

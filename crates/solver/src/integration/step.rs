@@ -29,9 +29,9 @@
 use super::IntegrationError;
 use super::impulse::{ContactProblem, Solved};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{HarmonicLoad, Load, RelativeModel};
+use crate::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel};
+use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
-use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use std::f64::consts::TAU;
 
@@ -151,15 +151,14 @@ impl<'a> Stepper<'a> {
             -1.0,
             Par::Seq,
         );
-        let inverse = matrix
-            .partial_piv_lu()
-            .solve(Mat::<f64>::identity(n, n).as_ref());
+        let mut inverse = Mat::<f64>::identity(n, n);
+        Lu::new(matrix).solve_in_place(inverse.as_mut());
         let inverse = Mat::from_fn(n, n, |i, j| 0.5 * (inverse[(i, j)] + inverse[(j, i)]));
         let positive = (0..n).all(|i| inverse[(i, i)] > 0.0 && inverse[(i, i)].is_finite());
         if !positive {
             return Err(IntegrationError::Singular { frequency_hz });
         }
-        let friction = model.pairs.iter().map(|p| p.friction).collect();
+        let friction = model.pairs.iter().map(PairLaw::computed_friction).collect();
         // V+ = 2 Vm - V.
         let delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
         Ok(Self {
@@ -338,4 +337,39 @@ fn add(a: &Mat<f64>, x: &[f64], y: &mut [f64]) {
         1.0,
         Par::Seq,
     );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians;
+
+    #[test]
+    fn a_coefficient_of_friction_above_the_most_counts_as_the_most() {
+        let [at_most, above] = [1.0, 1e3].map(|times| {
+            let mut model = jacobians::model(1);
+            model.pairs = vec![PairLaw {
+                friction: times * PairLaw::MOST_FRICTION,
+                gap_m: 0.0,
+            }];
+            model.excitations.clear();
+            model.mass = Mat::identity(3, 3);
+            model.coupling = Mat::zeros(3, model.omega2.len());
+            // Sticks with a coefficient above 1e5.
+            model.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            model.static_load.on_modes.fill(0.0);
+            let damping = Rayleigh {
+                stiffness_s: 0.0,
+                mass_per_s: 0.0,
+            };
+            let mut stepper = Stepper::new(&model, damping, 0.1, 100).unwrap();
+            let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
+            stepper.prepare(&state);
+            stepper.advance(&mut state, 0).unwrap();
+            state
+        });
+        assert!(at_most.lambda[0] < 0.0 && at_most.v[2] > 0.0);
+        assert_eq!(at_most.lambda, above.lambda);
+        assert_eq!(at_most.v, above.v);
+    }
 }

@@ -258,3 +258,15 @@ pub struct PairLaw {
     /// Initial clearance, m.
     pub gap_m: f64,
 }
+
+impl PairLaw {
+    /// A coefficient of friction above this is computed as this. A pair then sticks as long as it is
+    /// pressed, which a larger one does not change (1e3 and 1e4 give the same peak to 1e-5), but
+    /// friction is known to the coefficient times the rounding of the normal force only.
+    pub const MOST_FRICTION: f64 = 1e3;
+
+    /// The coefficient of friction that is computed with.
+    pub fn computed_friction(&self) -> f64 {
+        self.friction.min(Self::MOST_FRICTION)
+    }
+}

@@ -1,0 +1,179 @@
+//! Dense operations on one thread, to the same bits however many threads there are.
+//!
+//! faer's own methods of a matrix (`partial_piv_lu`, `llt`, `self_adjoint_eigen`, `solve`, `*`) take
+//! the number of threads from a setting of the process, which belongs to the program and not to a
+//! library.
+
+use faer::diag::Diag;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::lu::partial_pivoting::{factor, solve};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
+};
+use faer::perm::PermRef;
+use faer::prelude::ReborrowMut;
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+
+/// a b.
+pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut c = Mat::zeros(a.nrows(), b.ncols());
+    matmul(&mut c, Accum::Replace, a, b, 1.0, Par::Seq);
+    c
+}
+
+/// P A = L U with partial pivoting. Of a singular matrix the solutions are not finite.
+pub struct Lu {
+    /// L without its unit diagonal, and U.
+    factors: Mat<f64>,
+    forward: Vec<usize>,
+    backward: Vec<usize>,
+}
+
+impl Lu {
+    /// Factors a square matrix.
+    pub fn new(mut a: Mat<f64>) -> Self {
+        let n = a.nrows();
+        let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
+        let params = Spec::default();
+        let scratch = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, params);
+        factor::lu_in_place(
+            a.as_mut(),
+            &mut forward,
+            &mut backward,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+            params,
+        );
+        Self {
+            factors: a,
+            forward,
+            backward,
+        }
+    }
+
+    /// Replaces the columns of `rhs` by the solutions.
+    pub fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
+        let n = self.factors.nrows();
+        let scratch = solve::solve_in_place_scratch::<usize, f64>(n, rhs.ncols(), Par::Seq);
+        solve::solve_in_place(
+            self.factors.as_ref(),
+            self.factors.as_ref(),
+            PermRef::new_checked(&self.forward, &self.backward, n),
+            rhs,
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(scratch)),
+        );
+    }
+
+    /// [`Lu::solve_in_place`] of one column.
+    pub fn solve_column_in_place(&self, rhs: &mut [f64]) {
+        let n = rhs.len();
+        self.solve_in_place(MatMut::from_column_major_slice_mut(rhs, n, 1));
+    }
+}
+
+/// Lower Cholesky factor of a symmetric matrix (lower triangle read); else the first pivot that is
+/// not positive. The strict upper triangle of the result is not zero.
+pub fn cholesky(mut a: Mat<f64>) -> Result<Mat<f64>, usize> {
+    let params = Spec::default();
+    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(a.nrows(), Par::Seq, params);
+    llt::factor::cholesky_in_place(
+        a.as_mut(),
+        llt::factor::LltRegularization::default(),
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::new(scratch)),
+        params,
+    )
+    .map_err(|llt::factor::LltError::NonPositivePivot { index }| index)?;
+    Ok(a)
+}
+
+/// Replaces the columns of `rhs` by the solutions, given the [`cholesky`] factor.
+pub fn solve_in_place(factor: MatRef<'_, f64>, mut rhs: MatMut<'_, f64>) {
+    solve_lower_triangular_in_place(factor, rhs.rb_mut(), Par::Seq);
+    solve_upper_triangular_in_place(factor.transpose(), rhs, Par::Seq);
+}
+
+/// Eigenvalues of a symmetric matrix (lower triangle read), ascending, and a vector per column;
+/// `None` where they are not found.
+pub fn self_adjoint_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    let mut vectors = Mat::zeros(a.nrows(), a.nrows());
+    let values = decomposed(a, Some(vectors.as_mut()))?;
+    Some((values, vectors))
+}
+
+/// The values of [`self_adjoint_eigen`] alone.
+pub fn self_adjoint_eigenvalues(a: MatRef<'_, f64>) -> Option<Vec<f64>> {
+    decomposed(a, None)
+}
+
+fn decomposed(a: MatRef<'_, f64>, vectors: Option<MatMut<'_, f64>>) -> Option<Vec<f64>> {
+    let n = a.nrows();
+    let mut values = Diag::zeros(n);
+    let asked = match vectors {
+        Some(_) => ComputeEigenvectors::Yes,
+        None => ComputeEigenvectors::No,
+    };
+    let params = Spec::default();
+    let scratch = self_adjoint_evd_scratch::<f64>(n, asked, Par::Seq, params);
+    self_adjoint_evd(
+        a,
+        values.as_mut(),
+        vectors,
+        Par::Seq,
+        MemStack::new(&mut MemBuffer::try_new(scratch).ok()?),
+        params,
+    )
+    .ok()?;
+    Some(values.column_vector().iter().copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_testkit::lattice::scattered;
+    use faer::Side;
+
+    /// A matrix, and one that is positive definite.
+    fn matrices(n: usize) -> [Mat<f64>; 2] {
+        let a = Mat::from_fn(n, n, |i, j| scattered(n * i + j));
+        let mut b = product(a.as_ref(), a.transpose());
+        (0..n).for_each(|i| b[(i, i)] += 1.0);
+        [a, b]
+    }
+
+    #[test]
+    fn results_are_those_of_faer() {
+        let [a, b] = matrices(40);
+        let close = |x: &Mat<f64>, y: &Mat<f64>| {
+            let scale = y.norm_max();
+            assert!((x - y).norm_max() < 1e-10 * scale);
+        };
+        use faer::linalg::solvers::Solve;
+        let mut by_lu = b.clone();
+        Lu::new(a.clone()).solve_in_place(by_lu.as_mut());
+        close(&by_lu, &a.partial_piv_lu().solve(&b));
+        let mut column = vec![1.0; 40];
+        Lu::new(a.clone()).solve_column_in_place(&mut column);
+        let column = Mat::from_fn(40, 1, |i, _| column[i]);
+        close(&(&a * &column), &Mat::from_fn(40, 1, |_, _| 1.0));
+        let mut by_cholesky = a.clone();
+        let factor = cholesky(b.clone()).unwrap();
+        solve_in_place(factor.as_ref(), by_cholesky.as_mut());
+        close(&(&b * &by_cholesky), &a);
+        let (values, vectors) = self_adjoint_eigen(b.as_ref()).unwrap();
+        let scaled = Mat::from_fn(40, 40, |i, j| vectors[(i, j)] * values[j]);
+        close(&(&b * &vectors), &scaled);
+        assert_eq!(
+            self_adjoint_eigenvalues(b.as_ref()).unwrap(),
+            b.self_adjoint_eigenvalues(Side::Lower).unwrap()
+        );
+        close(&product(a.as_ref(), b.as_ref()), &(&a * &b));
+        let mut indefinite = b;
+        indefinite[(3, 3)] = -1.0;
+        assert_eq!(cholesky(indefinite).unwrap_err(), 3);
+    }
+}
