@@ -298,6 +298,9 @@ mod tests {
         assert!(may_have_left(&x, &anchor, 4.21));
         assert!(!may_have_left(&x, &anchor, 4.23));
         assert_eq!(retention.force_n(&anchor, &anchor), 0.0);
+        let soft = Retention::new(&chain(4, 0.0), &[8.0; 12]).softened(0.25);
+        assert_eq!(soft.stiffness_n_m(), 2.0);
+        assert!((soft.force_n(&x, &anchor) - 40.0).abs() < 1e-9);
         assert!((retention.force_n(&x, &anchor) - 20.0).abs() < 1e-9);
     }
 }

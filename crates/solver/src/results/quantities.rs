@@ -370,6 +370,30 @@ mod tests {
     }
 
     #[test]
+    fn stuck_is_what_neither_slips_nor_opens() {
+        let mut orbit = orbit(1.0, Outcome::Converged, 0.0);
+        let [slips, opens, stuck] = [(true, false), (false, true), (false, false)];
+        let cycles = [slips, slips, slips, slips, opens, opens, stuck];
+        orbit.cycles = cycles.map(|(s, o)| cycle(s, o, 0.0)).to_vec();
+        let counts = pair_counts(&orbit);
+        assert_eq!((counts.slipping, counts.opening, counts.stuck), (4, 2, 1));
+    }
+
+    #[test]
+    fn fields_of_a_cycle_are_per_area_and_have_one_status_each() {
+        let pairs = [pair(0.5), pair(2.0), pair(1.0)];
+        let fields = cycle_fields(&orbit(1.0, Outcome::Converged, 0.0), &pairs);
+        let words: Vec<&str> = fields.status.iter().map(|s| s.word()).collect();
+        assert_eq!(words, ["opening", "slipping", "stuck"]);
+        assert_eq!(fields.pressure_mean_pa, [20.0, 5.0, 10.0]);
+        assert_eq!(fields.pressure_min_pa, [0.0, 2.0, 4.0]);
+        assert_eq!(fields.pressure_max_pa, [32.0, 8.0, 16.0]);
+        assert_eq!(fields.dissipation_w_m2, [6.0, 1.0, 0.0]);
+        assert_eq!(fields.slid_m, [1e-6; 3]);
+        assert_eq!(fields.open_fraction, [0.25, 0.0, 0.0]);
+    }
+
+    #[test]
     fn phasors_rebuild_the_signal() {
         let coefficients = [0.7, -1.0, 2.0, 0.5, -0.25, 0.0, -3.0];
         let phasors = phasors(&coefficients);
