@@ -39,6 +39,8 @@ const EXACT_ATTEMPT: usize = 6;
 
 /// Fractions of the retention's stiffness from a held motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
+/// Newton iterations allowed to each of them: a step that needs more leads nowhere.
+const RELEASE_ITERATIONS: usize = 15;
 
 /// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
 /// found when first asked for.
@@ -544,12 +546,16 @@ impl<'a> Frequencies<'a> {
             return None;
         }
         let mut u = held.u.clone();
+        let small_step = NewtonOptions {
+            max_iterations: RELEASE_ITERATIONS.min(self.newton.max_iterations),
+            ..self.newton
+        };
         for fraction in RELEASE.into_iter().chain([0.0]) {
             let mut balance = Balance::new(&self.setting, TAU * frequency_hz);
             if fraction > 0.0 {
                 balance = balance.held_by(Cow::Owned(self.retention()?.softened(fraction)));
             }
-            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
+            let end = self.iterate(&balance, &mut u, self.stepping(), small_step, work);
             let solved = Solved { balance, u, end };
             if !solved.is_converged() || !self.is_held_by_friction(&solved) {
                 return None;
