@@ -108,7 +108,7 @@ fn an_unknown_key_names_the_near_one_and_all_others() {
         ],
     );
     refused(
-        "eps = \"pair\"",
+        "eps = \"dynamic\"",
         "epsilon = \"pair\"",
         &["`response.epsilon`", "did you mean `eps`?"],
     );
@@ -156,8 +156,8 @@ fn a_key_twice_is_a_syntax_error_on_its_second_line() {
 fn text_that_is_not_toml_points_at_the_place() {
     refused("friction = 0.3 ", "friction = ", &["not TOML"]);
     refused(
-        "eps = \"pair\"",
-        "eps = pair",
+        "eps = \"dynamic\"",
+        "eps = dynamic",
         &["not TOML", "double quotes"],
     );
     refused("[static]", "[static", &["not TOML"]);
@@ -444,7 +444,7 @@ fn a_choice_that_does_not_exist_names_those_that_do() {
     ];
     refused("solver = \"newton_krylov\"", "solver = \"newton\"", &words);
     refused(
-        "eps = \"pair\"",
+        "eps = \"dynamic\"",
         "eps = \"rho\"",
         &["the choices are: \"dynamic\", \"pair\", \"spectral_radius\""],
     );

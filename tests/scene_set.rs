@@ -149,6 +149,7 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "response.points",
         "response.harmonics",
         "response.samples",
+        "response.eps",
         "response.eps_scale",
         "response.tolerance",
         "response.max_newton_iterations",
