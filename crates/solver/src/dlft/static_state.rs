@@ -37,10 +37,12 @@ pub fn static_state(
     let mut free = load_up(None, false);
     let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
     let mut closed = false;
-    if is_open(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
-        // A blade that nothing touches has an equilibrium of its own, far inwards: start with the flanks together.
+    let is_lost = |state: &StaticState| is_open(state) || !state.outcome.is_converged();
+    if is_lost(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
+        // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
+        // any stiffness: start with the flanks together.
         let other = load_up(None, true);
-        if !is_open(&other) {
+        if !is_lost(&other) || is_open(&free) && !is_open(&other) {
             (free, closed) = (other, true);
         }
     }
