@@ -87,7 +87,7 @@ impl Symbolic {
     /// The analysis of a pattern in an order found earlier, new to old.
     ///
     /// # Errors
-    /// As [`Symbolic::analyse`]; an order that is no permutation.
+    /// As [`Symbolic::analyse`]; an order that is no permutation, or no postorder.
     pub(super) fn of_order(
         pattern: &SparsityPattern,
         new_to_old: Vec<usize>,
@@ -95,6 +95,7 @@ impl Symbolic {
         let order = Order::of(new_to_old).filter(|order| {
             let unknowns = order.new_to_old.len();
             (pattern.minor_dim(), pattern.major_dim()) == (unknowns, unknowns)
+                && order.is_postorder(pattern)
         });
         Self::ordered(pattern, &order.ok_or(FactorError::PatternDiffers)?)
     }

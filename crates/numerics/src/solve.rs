@@ -102,10 +102,13 @@ impl<'a> Plan<'a> {
         let smallest = values[count] / BRANCH;
         // In a postorder the branch below a supernode is the run of supernodes that ends with it.
         let mut first: Vec<usize> = (0..count).collect();
+        let mut members = vec![1; count];
         for s in 0..count {
+            debug_assert_eq!(members[s], s + 1 - first[s], "no postorder");
             if let Some(row) = factor.pattern(s).first() {
                 let parent = end.partition_point(|e| e <= row);
                 first[parent] = first[parent].min(first[s]);
+                members[parent] += members[s];
             }
         }
         let (mut branches, mut above) = (Vec::new(), Vec::new());

@@ -12,6 +12,9 @@ use crate::sparse;
 pub(super) const SPARE: usize = 2;
 /// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
 const RESIDUAL: f64 = 1e-8;
+/// Largest relative difference accepted between omega^2 and the Rayleigh quotient, which does not use
+/// the factor: rounding of K alone leaves its condition number times 1e-16.
+const RAYLEIGH: f64 = 1e-5;
 /// Two eigenvalues closer than this, relatively, have no room for a shift between them.
 const GAP: f64 = 1e-6;
 
@@ -26,12 +29,17 @@ pub(super) fn complete(
     let weighted = sparse::symmetric_product(mass, modes.vectors.as_ref());
     let mut followed = weighted.clone();
     factor.solve_in_place(followed.as_mut());
+    let pulled = sparse::symmetric_product(stiffness, modes.vectors.as_ref());
     for j in 0..modes.count() {
-        let phi = modes.vectors.col(j);
-        let residual = (phi - faer::Scale(modes.omega2[j]) * followed.col(j)).norm_l2();
+        let (phi, omega2) = (modes.vectors.col(j), modes.omega2[j]);
+        let residual = (phi - faer::Scale(omega2) * followed.col(j)).norm_l2();
         let residual = residual / phi.norm_l2();
-        let accepted = residual < RESIDUAL && modes.omega2[j] > 0.0; // false for a NaN
+        let quotient = (phi.transpose() * pulled.col(j)) / (phi.transpose() * weighted.col(j));
+        let unlike = (quotient / omega2 - 1.0).abs();
+        // False for a NaN.
+        let accepted = residual < RESIDUAL && unlike < RAYLEIGH && omega2 > 0.0;
         if !accepted {
+            let residual = residual.max(unlike);
             return Err(EigenError::Residual {
                 mode: j + 1,
                 residual,
