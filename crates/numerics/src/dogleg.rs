@@ -7,10 +7,10 @@ use faer::Mat;
 
 /// A square system with a dense Jacobian.
 pub trait DoglegSystem {
-    fn residual(&self, x: &[f64]) -> Vec<f64>;
+    fn residual(&mut self, x: &[f64]) -> Vec<f64>;
     /// Relative size of a residual; convergence is `measure(f) <= tolerance`.
     fn measure(&self, f: &[f64]) -> f64;
-    fn jacobian(&self, x: &[f64]) -> Mat<f64>;
+    fn jacobian(&mut self, x: &[f64]) -> Mat<f64>;
     /// The trust region is a ball in `scaling(i) x_i`.
     fn scaling(&self, i: usize) -> f64;
 }
@@ -19,7 +19,7 @@ pub trait DoglegSystem {
 const SMALLEST_RADIUS: f64 = 1e-12;
 
 /// Iterates from `x`; each iteration evaluates the Jacobian afresh.
-pub fn dogleg(system: &impl DoglegSystem, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let n = x.len();
     let scaling: Vec<f64> = (0..n).map(|i| system.scaling(i)).collect();
     let mut f = system.residual(x);
@@ -129,13 +129,13 @@ mod tests {
     struct Valley;
 
     impl DoglegSystem for Valley {
-        fn residual(&self, x: &[f64]) -> Vec<f64> {
+        fn residual(&mut self, x: &[f64]) -> Vec<f64> {
             vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]
         }
         fn measure(&self, f: &[f64]) -> f64 {
             norm(f)
         }
-        fn jacobian(&self, x: &[f64]) -> Mat<f64> {
+        fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
             let rows = [[-20.0 * x[0], 10.0], [-1.0, 0.0]];
             Mat::from_fn(2, 2, |i, j| rows[i][j])
         }
@@ -151,7 +151,7 @@ mod tests {
             tolerance: 1e-12,
             max_iterations: 50,
         };
-        let end = dogleg(&Valley, &mut x, options);
+        let end = dogleg(&mut Valley, &mut x, options);
         assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
         assert!((x[0] - 1.0).abs() < 1e-10 && (x[1] - 1.0).abs() < 1e-10);
     }

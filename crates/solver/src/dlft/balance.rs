@@ -59,6 +59,35 @@ pub struct Evaluation {
     pub ends: Vec<PairEnd>,
 }
 
+/// A balance that keeps what it gave last: asked again at the same U, it is not evaluated again.
+pub struct Evaluator<'a, 'b> {
+    pub balance: &'b Balance<'a>,
+    last: Option<(Vec<f64>, Evaluation)>,
+}
+
+impl<'a, 'b> Evaluator<'a, 'b> {
+    pub fn new(balance: &'b Balance<'a>) -> Self {
+        Self {
+            balance,
+            last: None,
+        }
+    }
+
+    /// Of U, evaluated now unless it was the last.
+    pub fn at(&mut self, u: &[f64]) -> &Evaluation {
+        let evaluation = self.take(u);
+        &self.last.insert((u.to_vec(), evaluation)).1
+    }
+
+    /// As [`Evaluator::at`], to keep.
+    pub fn take(&mut self, u: &[f64]) -> Evaluation {
+        match self.last.take() {
+            Some((last, evaluation)) if last == u => evaluation,
+            _ => self.balance.evaluate(u),
+        }
+    }
+}
+
 /// J at one U.
 pub struct Jacobian {
     /// Pairs that do not stick throughout, ascending.
@@ -356,6 +385,21 @@ mod tests {
                 at_anchor[..n].copy_from_slice(&anchor);
                 assert_eq!(held.retention_n(&at_anchor), 0.0);
             }
+        });
+    }
+
+    #[test]
+    fn what_was_evaluated_last_is_not_evaluated_again() {
+        at_sample_points(|_, balance, u| {
+            let elsewhere: Vec<f64> = u.iter().map(|u| 1.1 * u).collect();
+            let mut evaluator = Evaluator::new(balance);
+            let kept = evaluator.at(u).residual.as_ptr();
+            assert_eq!(evaluator.at(u).residual.as_ptr(), kept);
+            let there = balance.evaluate(&elsewhere).residual;
+            assert_eq!(evaluator.at(&elsewhere).residual, there);
+            let kept = evaluator.at(&elsewhere).residual.as_ptr();
+            assert_eq!(evaluator.take(&elsewhere).residual.as_ptr(), kept);
+            assert_eq!(evaluator.take(u).residual, balance.evaluate(u).residual);
         });
     }
 

@@ -4,25 +4,37 @@
 //! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so that
 //! steps are measured in forces.
 
-use super::balance::Balance;
+use super::balance::{Balance, Evaluation, Evaluator};
 use super::newton_krylov::{load_scale, relative_residual, step_length};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
 use dovetail_numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
 use faer::Mat;
 
-/// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`].
-pub fn exact_newton(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+/// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`]; with the
+/// evaluation where it ends.
+pub fn exact_newton(
+    balance: &Balance<'_>,
+    u: &mut [f64],
+    options: NewtonOptions,
+) -> (NewtonEnd, Evaluation) {
     let mut system = ExactSystem {
         dense: DenseBalance::new(balance, options),
         factor: None,
     };
-    newton(&mut system, u, options)
+    let end = newton(&mut system, u, options);
+    (end, system.dense.evaluator.take(u))
 }
 
-/// Solves one frequency from `u` by the dogleg.
-pub fn powell(balance: &Balance<'_>, u: &mut [f64], options: NewtonOptions) -> NewtonEnd {
-    dogleg(&DenseBalance::new(balance, options), u, options)
+/// As [`exact_newton`], by the dogleg.
+pub fn powell(
+    balance: &Balance<'_>,
+    u: &mut [f64],
+    options: NewtonOptions,
+) -> (NewtonEnd, Evaluation) {
+    let mut system = DenseBalance::new(balance, options);
+    let end = dogleg(&mut system, u, options);
+    (end, system.evaluator.take(u))
 }
 
 struct ExactSystem<'a, 'b> {
@@ -52,12 +64,12 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
         dx.iter().all(|d| d.is_finite())
     }
     fn length(&self, dx: &[f64]) -> f64 {
-        step_length(self.dense.balance, dx)
+        step_length(self.dense.evaluator.balance, dx)
     }
 }
 
 struct DenseBalance<'a, 'b> {
-    balance: &'b Balance<'a>,
+    evaluator: Evaluator<'a, 'b>,
     /// As in [`load_scale`].
     scale: [f64; 2],
 }
@@ -65,28 +77,28 @@ struct DenseBalance<'a, 'b> {
 impl<'a, 'b> DenseBalance<'a, 'b> {
     fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
         Self {
-            balance,
+            evaluator: Evaluator::new(balance),
             scale: load_scale(balance, options.tolerance),
         }
     }
 }
 
 impl DoglegSystem for DenseBalance<'_, '_> {
-    fn residual(&self, x: &[f64]) -> Vec<f64> {
-        self.balance.evaluate(x).residual
+    fn residual(&mut self, x: &[f64]) -> Vec<f64> {
+        self.evaluator.at(x).residual.clone()
     }
     fn measure(&self, f: &[f64]) -> f64 {
-        relative_residual(f, self.balance.unknowns_per_block(), self.scale)
+        relative_residual(f, self.evaluator.balance.unknowns_per_block(), self.scale)
     }
     fn scaling(&self, i: usize) -> f64 {
-        self.balance.eps_at(i)
+        self.evaluator.balance.eps_at(i)
     }
     /// J = (I - D)(Lambda - eps) + eps, dense, all pairs.
-    fn jacobian(&self, x: &[f64]) -> Mat<f64> {
-        let balance = self.balance;
+    fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
+        let balance = self.evaluator.balance;
         let n = balance.unknowns_per_block();
         let width = x.len() / n;
-        let jacobian = balance.linearise(&balance.lambda_u(x));
+        let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
         let mut out = Mat::<f64>::zeros(x.len(), x.len());
         // Lambda - eps.
         let mut stiffness = balance.setting.system.model.stiffness.clone();
@@ -150,8 +162,11 @@ mod tests {
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {
         at_sample_points(|what, balance, u| {
-            let scale = [1.0; 2];
-            let exact = DenseBalance { balance, scale }.jacobian(u);
+            let options = NewtonOptions {
+                tolerance: 1e-8,
+                max_iterations: 1,
+            };
+            let exact = DenseBalance::new(balance, options).jacobian(u);
             assert_close(&exact, &differences(balance, u), 1e-7, what);
         });
     }

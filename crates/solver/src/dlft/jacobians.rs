@@ -144,7 +144,7 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
 
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
 /// with the mean free and held. The forces are such that the pairs do at U what they are meant to.
-pub fn at_sample_points(check: impl Fn(&str, &Balance<'_>, &[f64])) {
+pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     for (motions, is_held) in [(MANY, false), (MANY, true), (FEW, false), (FEW, true)] {
         let model = model(motions.len());
         let damping = Rayleigh {

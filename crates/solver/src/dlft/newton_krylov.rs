@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::balance::{Balance, Jacobian};
+use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
 use super::linear::LinearSystem;
 use crate::contact::inexact::Inexact;
@@ -33,12 +33,10 @@ pub struct Preconditioner {
 
 /// One frequency as a nonlinear system.
 pub struct KrylovSystem<'a, 'b> {
-    pub balance: &'b Balance<'a>,
+    pub evaluator: Evaluator<'a, 'b>,
     preconditioner: &'b mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
     scale: [f64; 2],
-    /// The U evaluated last, and its lambda_u.
-    evaluated: [Vec<f64>; 2],
     linear: Option<LinearSystem>,
     krylov_tolerance: f64,
     /// Whether the mean of U lies where it is not looked for.
@@ -56,9 +54,8 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
     ) -> Self {
         Self {
             scale: load_scale(balance, tolerance),
-            balance,
+            evaluator: Evaluator::new(balance),
             preconditioner,
-            evaluated: [vec![], vec![]],
             linear: None,
             krylov_tolerance,
             has_left,
@@ -97,23 +94,16 @@ pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
 
 impl NonlinearSystem for KrylovSystem<'_, '_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
-        let evaluation = self.balance.evaluate(x);
-        f.copy_from_slice(&evaluation.residual);
-        self.evaluated = [x.to_vec(), evaluation.lambda_u];
+        f.copy_from_slice(&self.evaluator.at(x).residual);
     }
 
     fn measure(&self, f: &[f64]) -> f64 {
-        relative_residual(f, self.balance.unknowns_per_block(), self.scale)
+        relative_residual(f, self.evaluator.balance.unknowns_per_block(), self.scale)
     }
 
     fn linearise(&mut self, x: &[f64]) {
-        let balance = self.balance;
-        let [u, lambda_u] = &self.evaluated;
-        let jacobian = if u == x {
-            balance.linearise(lambda_u)
-        } else {
-            balance.linearise(&balance.lambda_u(x))
-        };
+        let balance = self.evaluator.balance;
+        let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
         let kept = &mut *self.preconditioner;
         let model = balance.setting.inexact;
         let inexact = model.taking_part(&jacobian.active, kept.inexact.as_ref());
@@ -143,7 +133,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
-        step_length(self.balance, dx)
+        step_length(self.evaluator.balance, dx)
     }
 }
 
@@ -159,7 +149,7 @@ impl KrylovSystem<'_, '_> {
         let Some(linear) = &self.linear else {
             return false;
         };
-        let balance = self.balance;
+        let balance = self.evaluator.balance;
         let n = balance.unknowns_per_block();
         let width = f.len() / n;
         // Pairs that take no part always stick: eps dx = -f.

@@ -7,7 +7,7 @@
 //! the two is the answer depends on the solution alone: the free one where the pairs that stick hold the blade along its
 //! slot, else the held one.
 
-use super::balance::{Balance, Setting};
+use super::balance::{Balance, Evaluation, Setting};
 use super::dense::{exact_newton, powell};
 use super::march::Periods;
 use super::newton_krylov::{
@@ -104,10 +104,11 @@ impl Work {
     }
 }
 
-/// A balance, its U and how the solution ended.
+/// A balance, its U with what the pairs do there, and how the solution ended.
 pub struct Solved<'b> {
     pub balance: Balance<'b>,
     pub u: Vec<f64>,
+    pub evaluation: Evaluation,
     pub end: NewtonEnd,
 }
 
@@ -399,27 +400,25 @@ impl<'a> Frequencies<'a> {
                         starts.swap(0, 1);
                     }
                 }
-                let mut best: Option<(Vec<f64>, NewtonEnd)> = None;
-                for mut u in starts {
-                    let end = self.iterate(&balance, &mut u, method, self.newton, work);
-                    let converged = end.status == NewtonStatus::Converged;
+                let mut best: Option<Solved<'_>> = None;
+                for u in starts {
+                    let balance = self.balance(frequency_hz, hold)?;
+                    let solved = self.iterate(balance, u, method, self.newton, work);
+                    if solved.is_converged() {
+                        return Some(solved);
+                    }
                     if best
                         .as_ref()
-                        .is_none_or(|(_, b)| converged || end.measure < b.measure)
+                        .is_none_or(|b| solved.end.measure < b.end.measure)
                     {
-                        best = Some((u, end));
-                    }
-                    if converged {
-                        break;
+                        best = Some(solved);
                     }
                 }
-                best.map(|(u, end)| Solved { balance, u, end })
+                best
             }
             Way::FromRest(method) => {
                 let balance = self.balance(frequency_hz, hold)?;
-                let mut u = self.cold();
-                let end = self.iterate(&balance, &mut u, method, self.newton, work);
-                Some(Solved { balance, u, end })
+                Some(self.iterate(balance, self.cold(), method, self.newton, work))
             }
             Way::InFrequency(steps) => {
                 let last = last?;
@@ -463,13 +462,14 @@ impl<'a> Frequencies<'a> {
         loop {
             let mut balance = self.balance(frequency_hz, hold)?;
             balance.most_friction = most;
-            let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
-            if end.status != NewtonStatus::Converged {
+            let solved = self.iterate(balance, u, self.stepping(), self.newton, work);
+            if !solved.is_converged() {
                 return None;
             }
             if most >= highest {
-                return Some(Solved { balance, u, end });
+                return Some(solved);
             }
+            u = solved.u;
             let next = (most * growth).min(highest);
             let along = |before: f64| (1.0 / next - 1.0 / most) / (1.0 / most - 1.0 / before);
             let predicted = match &earlier {
@@ -500,13 +500,14 @@ impl<'a> Frequencies<'a> {
                 return None;
             }
             let balance = at(f64::from(step) / f64::from(steps))?;
-            let end = self.iterate(&balance, &mut u, method, self.newton, work);
-            if end.status != NewtonStatus::Converged {
+            let step = self.iterate(balance, u, method, self.newton, work);
+            if !step.is_converged() {
                 return None;
             }
-            solved = Some((balance, end));
+            u = step.u.clone();
+            solved = Some(step);
         }
-        solved.map(|(balance, end)| Solved { balance, u, end })
+        solved
     }
 
     /// The method of small steps.
@@ -526,21 +527,21 @@ impl<'a> Frequencies<'a> {
         held: &Solved<'_>,
         work: &mut Work,
     ) -> Option<Solved<'_>> {
-        let balance = self.balance(frequency_hz, false)?;
         let mut u = held.u.clone();
         let first_step = NewtonOptions {
             max_iterations: 1,
             ..self.newton
         };
         for options in [first_step, self.newton] {
-            let end = self.iterate(&balance, &mut u, self.stepping(), options, work);
-            if self.has_left(&u) {
+            let balance = self.balance(frequency_hz, false)?;
+            let free = self.iterate(balance, u, self.stepping(), options, work);
+            if self.has_left(&free.u) {
                 break;
             }
-            if end.status == NewtonStatus::Converged {
-                let free = Solved { balance, u, end };
+            if free.is_converged() {
                 return self.is_held_by_friction(&free).then_some(free);
             }
+            u = free.u;
         }
         if !self.is_held_by_friction(held) {
             return None;
@@ -555,8 +556,7 @@ impl<'a> Frequencies<'a> {
             if fraction > 0.0 {
                 balance = balance.held_by(Cow::Owned(self.retention()?.softened(fraction)));
             }
-            let end = self.iterate(&balance, &mut u, self.stepping(), small_step, work);
-            let solved = Solved { balance, u, end };
+            let solved = self.iterate(balance, u, self.stepping(), small_step, work);
             if !solved.is_converged() || !self.is_held_by_friction(&solved) {
                 return None;
             }
@@ -571,9 +571,8 @@ impl<'a> Frequencies<'a> {
     /// The held motion beside a free one that friction does not hold; `None` where none is found.
     fn caught(&self, frequency_hz: f64, free: &Solved<'_>, work: &mut Work) -> Option<Solved<'_>> {
         let balance = self.balance(frequency_hz, true)?;
-        let mut u = free.u.clone();
-        let end = self.iterate(&balance, &mut u, self.stepping(), self.newton, work);
-        let held = Solved { balance, u, end };
+        let u = free.u.clone();
+        let held = self.iterate(balance, u, self.stepping(), self.newton, work);
         if !held.is_converged() {
             return None;
         }
@@ -585,32 +584,32 @@ impl<'a> Frequencies<'a> {
         let Some(retention) = self.retention() else {
             return true;
         };
-        let ends = solved.balance.evaluate(&solved.u).ends;
+        let ends = &solved.evaluation.ends;
         let stuck = (0..ends.len()).filter(|pair| solved.balance.sticks(*pair, &ends[*pair]));
         retention.is_blocked_by(stuck)
     }
 
-    fn iterate(
+    fn iterate<'b>(
         &self,
-        balance: &Balance<'_>,
-        u: &mut [f64],
+        balance: Balance<'b>,
+        mut u: Vec<f64>,
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> NewtonEnd {
-        let end = match method {
+    ) -> Solved<'b> {
+        let (end, evaluation) = match method {
             Method::Krylov(tolerance) => {
                 let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
                 let mut system = KrylovSystem::new(
-                    balance,
+                    &balance,
                     &mut work.preconditioner,
                     tolerance,
                     options.tolerance,
                     &has_left,
                 );
-                let end = newton(&mut system, u, options);
+                let end = newton(&mut system, &mut u, options);
                 work.krylov_iterations += system.krylov_iterations;
-                end
+                (end, system.evaluator.take(&u))
             }
             Method::Exact => {
                 let max_iterations = match options.max_iterations {
@@ -621,12 +620,17 @@ impl<'a> Frequencies<'a> {
                     max_iterations,
                     ..options
                 };
-                exact_newton(balance, u, options)
+                exact_newton(&balance, &mut u, options)
             }
-            Method::Dogleg => powell(balance, u, options),
+            Method::Dogleg => powell(&balance, &mut u, options),
         };
         work.newton_iterations += end.iterations;
-        end
+        Solved {
+            balance,
+            u,
+            evaluation,
+            end,
+        }
     }
 
     /// The free balance or the held one; `None` where there is nothing to hold.
@@ -678,5 +682,47 @@ impl<'a> Frequencies<'a> {
             && self
                 .retention()
                 .is_some_and(|r| r.has_left(mean, anchor, vibration))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+
+    #[test]
+    fn a_solution_comes_with_what_the_pairs_do_there_however_it_ended() {
+        let mut statuses = vec![];
+        at_sample_points(|_, balance, u| {
+            for method in [Method::Krylov(1e-2), Method::Exact, Method::Dogleg] {
+                for max_iterations in [1, 3, 60] {
+                    let newton = NewtonOptions {
+                        tolerance: 1e-9,
+                        max_iterations,
+                    };
+                    let retention = OnceLock::new();
+                    let setting = *balance.setting;
+                    let solver = Solver::NewtonKrylov;
+                    let frequencies = Frequencies::new(setting, newton, solver, &retention);
+                    let mut work = Work::default();
+                    // Pressed together, and shaken little: there is a motion to be found.
+                    let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);
+                    let (mean, vibration) = balance.force.split_at_mut(setting.system.unknowns());
+                    mean.iter_mut().step_by(3).for_each(|f| *f = -20.0);
+                    vibration.iter_mut().for_each(|f| *f *= 0.1);
+                    let start = u.to_vec();
+                    let solved = frequencies.iterate(balance, start, method, newton, &mut work);
+                    let anew = solved.balance.evaluate(&solved.u);
+                    assert_eq!(solved.evaluation.residual, anew.residual);
+                    assert_eq!(solved.evaluation.lambda, anew.lambda);
+                    let slid = |e: &Evaluation| e.ends.iter().map(|e| e.slid_n).collect::<Vec<_>>();
+                    assert_eq!(slid(&solved.evaluation), slid(&anew));
+                    statuses.push(solved.end.status);
+                }
+            }
+        });
+        for status in [NewtonStatus::Converged, NewtonStatus::IterationLimit] {
+            assert!(statuses.contains(&status), "{statuses:?}");
+        }
     }
 }

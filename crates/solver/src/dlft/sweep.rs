@@ -195,8 +195,12 @@ impl Run<'_> {
     }
 
     fn orbit_of(&self, resolved: Resolved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
-        let Solved { balance, u, end } = resolved.solved;
-        let evaluation = balance.evaluate(&u);
+        let Solved {
+            balance,
+            u,
+            evaluation,
+            end,
+        } = resolved.solved;
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
