@@ -13,6 +13,7 @@ use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
+use std::ops::Range;
 
 /// The reduced model with its damping.
 pub struct ContactSystem<'a> {
@@ -212,18 +213,11 @@ impl HarmonicStiffness<'_> {
 
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
     pub fn diagonal(&self, k: usize) -> Vec<c64> {
-        let RelativeModel {
-            stiffness,
-            mass,
-            coupling,
-            ..
-        } = self.model;
-        let c = &self.harmonics[k - 1];
-        let mut diagonal: Vec<c64> = (0..self.unknowns())
-            .map(|i| c.s * stiffness[(i, i)] - c.z * mass[(i, i)])
-            .collect();
-        for (m, mode) in c.modes.iter().enumerate() {
-            let coupling = coupling.col_as_slice(m);
+        let n = self.unknowns();
+        let of_pairs = (0..n).flat_map(|i| self.of_pairs(k, i..i + 1, i));
+        let mut diagonal: Vec<c64> = of_pairs.collect();
+        for (m, mode) in self.harmonics[k - 1].modes.iter().enumerate() {
+            let coupling = self.model.coupling.col_as_slice(m);
             for (d, p) in diagonal.iter_mut().zip(coupling) {
                 *d += *mode * (p * p);
             }
@@ -233,32 +227,31 @@ impl HarmonicStiffness<'_> {
 
     /// Lambda of harmonic k (1..H), real and imaginary part, n x n.
     pub fn formed(&self, k: usize) -> [Mat<f64>; 2] {
-        let RelativeModel {
-            stiffness,
-            mass,
-            coupling,
-            ..
-        } = self.model;
-        let c = &self.harmonics[k - 1];
-        let part = |s: f64, z: f64, mode: &dyn Fn(usize) -> f64| {
-            let n = self.unknowns();
+        let (n, coupling) = (self.unknowns(), &self.model.coupling);
+        let modes = &self.harmonics[k - 1].modes;
+        let part = |of: fn(c64) -> f64| {
             let mut out = Mat::zeros(n, n);
             for j in 0..n {
-                let (k, m) = (stiffness.col_as_slice(j), mass.col_as_slice(j));
-                let out = out.col_as_slice_mut(j);
-                for ((o, k), m) in out.iter_mut().zip(k).zip(m) {
-                    *o = s * k - z * m;
-                }
+                let column = out.col_as_slice_mut(j).iter_mut();
+                column
+                    .zip(self.of_pairs(k, 0..n, j))
+                    .for_each(|(o, v)| *o = of(v));
             }
-            let scaled = Mat::from_fn(n, coupling.ncols(), |i, m| coupling[(i, m)] * mode(m));
+            let scaled = Mat::from_fn(n, modes.len(), |i, m| coupling[(i, m)] * of(modes[m]));
             let other = coupling.transpose();
             matmul(&mut out, Accum::Add, &scaled, other, 1.0, Par::Seq);
             out
         };
-        [
-            part(c.s.re, c.z.re, &|m| c.modes[m].re),
-            part(c.s.im, c.z.im, &|m| c.modes[m].im),
-        ]
+        [part(|v| v.re), part(|v| v.im)]
+    }
+
+    /// Entries `rows` of column j of s K - z M of harmonic k: Lambda without the stuck modes.
+    fn of_pairs(&self, k: usize, rows: Range<usize>, j: usize) -> impl Iterator<Item = c64> {
+        let Coefficients { s, z, .. } = self.harmonics[k - 1];
+        let [stiffness, mass] =
+            [&self.model.stiffness, &self.model.mass].map(|a| &a.col_as_slice(j)[rows.clone()]);
+        let entries = stiffness.iter().zip(mass);
+        entries.map(move |(k, m)| s * *k - z * *m)
     }
 }
 
