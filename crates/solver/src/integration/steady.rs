@@ -3,6 +3,7 @@
 use super::IntegrationError;
 use super::step::{State, Stepper, Work};
 use faer::c64;
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 /// Most periods.
@@ -70,18 +71,14 @@ pub fn integrate(
     until: Until,
 ) -> Result<Settled, IntegrationError> {
     stepper.prepare(state);
-    let mut history: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut history = History::default();
     let mut in_a_row = 0;
     let mut period = 0;
     loop {
         period += 1;
         let cycle = one_period(stepper, state, period)?;
-        // The estimate needs the last three.
-        if history.len() == 3 {
-            history.remove(0);
-        }
         history.push(cycle.observed.iter().map(|o| o.first_harmonic_m).collect());
-        let left = remaining(&history);
+        let left = history.left();
         in_a_row = if left < until.tolerance {
             in_a_row + 1
         } else {
@@ -99,21 +96,29 @@ pub fn integrate(
     }
 }
 
-/// Estimate of what is left of the transient, of the worst observed point.
-fn remaining(history: &[Vec<[f64; 2]>]) -> f64 {
-    let recent = &history[history.len().saturating_sub(WINDOW + 1)..];
-    let [.., last] = recent else {
-        return f64::INFINITY;
-    };
-    let points = 0..last.len();
-    let left = points.map(|point| {
-        let z: Vec<c64> = recent
-            .iter()
-            .map(|z| c64::new(z[point][0], z[point][1]))
-            .collect();
-        left_of(&z)
-    });
-    left.fold(0.0, f64::max)
+/// Harmonic 1 of the observed points in the last periods, as many as [`WINDOW`] changes lie between.
+#[derive(Default)]
+struct History(VecDeque<Vec<[f64; 2]>>);
+
+impl History {
+    fn push(&mut self, period: Vec<[f64; 2]>) {
+        if self.0.len() > WINDOW {
+            self.0.pop_front();
+        }
+        self.0.push_back(period);
+    }
+
+    /// Estimate of what is left of the transient, of the worst observed point.
+    fn left(&self) -> f64 {
+        let Some(last) = self.0.back() else {
+            return f64::INFINITY;
+        };
+        let left = (0..last.len()).map(|point| {
+            let recent = self.0.iter().map(|z| z[point]);
+            left_of(&recent.map(|[c, s]| c64::new(c, s)).collect::<Vec<_>>())
+        });
+        left.fold(0.0, f64::max)
+    }
 }
 
 /// What is left at the end of a series that tends to a limit, relative to its last entry. Of a steady motion only
@@ -227,6 +232,18 @@ fn observe(signal: &[f64]) -> ObservedCycle {
 mod tests {
     use super::*;
 
+    /// What is estimated to be left after each of the first `periods` of a series, from the third on.
+    fn left_after(periods: i32, z: impl Fn(i32) -> [f64; 2]) -> Vec<f64> {
+        let mut history = History::default();
+        let left = (0..periods).map(|k| {
+            history.push(vec![z(k)]);
+            history.left()
+        });
+        let mut left: Vec<f64> = left.collect();
+        assert_eq!(left.drain(..2).collect::<Vec<_>>(), [f64::INFINITY; 2]);
+        left
+    }
+
     #[test]
     fn a_period_of_samples_is_measured() {
         let signal: Vec<f64> = (0..100)
@@ -248,30 +265,26 @@ mod tests {
         let (r, phi): (f64, f64) = (0.98, 0.05);
         let z = |k: i32| {
             let (size, angle) = (0.1 * r.powi(k), phi * f64::from(k));
-            vec![[1.0 + size * angle.cos(), 0.5 + size * angle.sin()]]
+            [1.0 + size * angle.cos(), 0.5 + size * angle.sin()]
         };
-        let history: Vec<_> = (0..50).map(z).collect();
-        let last = &history[49][0];
-        let true_left = (last[0] - 1.0).hypot(last[1] - 0.5) / last[0].hypot(last[1]);
-        assert!((remaining(&history) / true_left - 1.0).abs() < 1e-9);
-        assert_eq!(remaining(&history[..2]), f64::INFINITY);
+        for (left, k) in left_after(50, z).iter().zip(2..) {
+            let true_left = (z(k)[0] - 1.0).hypot(z(k)[1] - 0.5) / z(k)[0].hypot(z(k)[1]);
+            assert!((left / true_left - 1.0).abs() < 1e-9, "{k}");
+        }
     }
 
     #[test]
     fn rounding_is_not_a_transient_and_growth_is() {
         // Changes of 1e-13 of no direction, as a steady motion has them.
         let noise = |k: i32| 1e-13 * (f64::from(k * k) * 1.7).sin();
-        let steady: Vec<_> = (0..40)
-            .map(|k| vec![[1.0 + noise(k), 0.5 + noise(k + 7)]])
-            .collect();
-        for end in 12..steady.len() {
-            assert!(remaining(&steady[..end]) < 1e-11, "{end}");
+        let steady = left_after(40, |k| [1.0 + noise(k), 0.5 + noise(k + 7)]);
+        // Two or three changes may grow by chance.
+        for (left, changes) in steady.iter().zip(2..).skip(6) {
+            assert!(*left < 1e-11, "{changes}: {left:e}");
         }
-        let growing: Vec<_> = (0..40)
-            .map(|k| vec![[1.0 + 1e-9 * 1.2_f64.powi(k), 0.5]])
-            .collect();
-        assert_eq!(remaining(&growing), f64::INFINITY);
+        let growing = left_after(40, |k| [1.0 + 1e-9 * 1.2_f64.powi(k), 0.5]);
+        assert!(growing.iter().all(|left| *left == f64::INFINITY));
         // No motion at all is steady.
-        assert_eq!(remaining(&vec![vec![[0.0, 0.0]]; 5]), 0.0);
+        assert_eq!(left_after(5, |_| [0.0; 2]), [0.0; 3]);
     }
 }
