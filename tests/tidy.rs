@@ -106,8 +106,8 @@ fn imports_point_one_way() {
     );
 }
 
-/// faer's methods of a matrix that take the number of threads from a setting of the process; what
-/// libraries use stands in `dovetail_numerics::dense`.
+/// faer's methods of a matrix that take the number of threads from a setting of the process, and its words for
+/// all threads; what libraries use stands in `dovetail_numerics::dense`.
 #[test]
 fn libraries_do_not_ask_the_process_for_threads() {
     let asking = [
@@ -121,6 +121,8 @@ fn libraries_do_not_ask_the_process_for_threads() {
         ".self_adjoint_eigenvalues(",
         "get_global_parallelism",
         "set_global_parallelism",
+        "Par::rayon",
+        "Par::Rayon",
     ];
     let mut wrong = Vec::new();
     for folder in ["crates/numerics/src", "crates/solver/src"] {

@@ -4,12 +4,10 @@
 //! matter most, are then right to rounding however high the highest one is (with the mass factored
 //! their relative error would be omega_max^2 / omega^2 times larger).
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
 use faer::linalg::triangular_solve::{
     solve_lower_triangular_in_place, solve_upper_triangular_in_place,
 };
-use faer::{Mat, MatMut, MatRef, Par, Spec, unzip, zip};
+use faer::{Mat, MatMut, MatRef, Par, unzip, zip};
 use rayon::iter::ParallelIterator;
 
 use super::{EigenError, Modes, fix_signs};
@@ -96,22 +94,12 @@ pub fn cholesky(a: MatRef<'_, f64>) -> Result<Mat<f64>, EigenError> {
 }
 
 /// Whether a symmetric matrix (lower triangle read) with `shift` added to its diagonal is positive
-/// definite: one Cholesky factorisation, on all threads.
+/// definite: one Cholesky factorisation.
 pub fn is_definite(mut a: Mat<f64>, shift: f64) -> bool {
-    let n = a.nrows();
-    for i in 0..n {
+    for i in 0..a.nrows() {
         a[(i, i)] += shift;
     }
-    let (par, params) = (Par::rayon(0), Spec::default());
-    let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n, par, params);
-    llt::factor::cholesky_in_place(
-        a.as_mut(),
-        llt::factor::LltRegularization::default(),
-        par,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .is_ok()
+    crate::dense::cholesky(a).is_ok()
 }
 
 /// The lowest eigenvalue of a symmetric matrix (lower triangle read); minus infinity where it is

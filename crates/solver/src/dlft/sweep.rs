@@ -217,3 +217,58 @@ impl Run<'_> {
         orbit
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::settings::EpsChoice;
+    use crate::dlft::static_state::static_state;
+    use crate::reduction::PairLaw;
+    use crate::reduction::superelement::read;
+
+    /// Static state and a sweep to where all pairs slip, with the harmonics that an accuracy needs.
+    fn computed(threads: usize) -> (StaticState, Response) {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        let newton = NewtonOptions {
+            tolerance: 1e-8,
+            max_iterations: 60,
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build().unwrap().install(|| {
+            let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
+            let first_hz = model.omega2[0].sqrt() / TAU;
+            let damping = Rayleigh {
+                stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+                mass_per_s: 0.0,
+            };
+            let settings = SweepSettings {
+                frequencies_hz: [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec(),
+                resolution: Resolution::Accuracy(0.03),
+                eps: Penalty::new(EpsChoice::Dynamic),
+                newton,
+                periods: Periods::UntilPeriodic,
+                solver: Solver::NewtonKrylov,
+                slip_threshold_m: None,
+            };
+            let state = static_state(&model, 10, newton);
+            let response = sweep(&model, damping, &state, &settings, &|_| ());
+            (state, response)
+        })
+    }
+
+    #[test]
+    fn static_state_and_response_do_not_depend_on_the_number_of_threads() {
+        let [one, three] = [1, 3].map(computed);
+        assert!(one.0.outcome.is_converged());
+        let mut converged = one.1.orbits.iter().map(|o| o.outcome.is_converged());
+        assert!(converged.all(|c| c));
+        let slipping = |o: &Orbit| o.cycles.iter().filter(|c| c.slips).count();
+        assert!(one.1.orbits.iter().any(|o| slipping(o) == o.cycles.len()));
+        // The texts of numbers that differ in a bit differ, those of zeros by their sign.
+        assert!(format!("{one:?}") == format!("{three:?}"));
+    }
+}

@@ -255,7 +255,7 @@ fn check_mass(path: &Path, model: &RelativeModel) -> Result<(), SuperelementErro
         p.transpose(),
         BlockStructure::Rectangular,
         -1.0,
-        Par::rayon(0),
+        Par::Seq,
     );
     // Massless pairs are possible.
     let is_zero = (0..left.nrows()).all(|j| left.col_as_slice(j)[j..].iter().all(|v| *v == 0.0));
