@@ -107,6 +107,74 @@ fn the_program_runs_the_jenkins_scene() {
     assert!(!folder.path("static.vtu").exists() && !folder.path("flank.pvd").exists());
 }
 
+/// Numbers of the attribute `name` of each element `tag` of an SVG, in order.
+fn attributes(svg: &str, tag: &str, name: &str) -> Vec<Vec<f64>> {
+    let lines = svg.lines().filter(|l| l.starts_with(&format!("<{tag} ")));
+    let texts = lines.filter_map(|l| l.split(&format!(" {name}=\"")).nth(1)?.split('"').next());
+    let numbers = |text: &str| -> Vec<f64> {
+        let words = text.split([',', ' ']).filter(|w| !w.is_empty());
+        words.map(|w| w.parse().unwrap()).collect()
+    };
+    texts.map(numbers).collect()
+}
+
+/// Rigid friction at 0.75 Hz needs more harmonics for this accuracy than are allowed, beside it fewer.
+#[test]
+fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_seen() {
+    let folder = Folder::new("accuracy");
+    let scene = Path::new("scenes/verification/den_hartog.toml");
+    let set = [
+        "response.harmonics=",
+        "response.samples=",
+        "response.accuracy=0.028",
+        "response.frequency_hz=[0.6, 0.9]",
+        "response.points=3",
+    ];
+    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
+    assert_eq!(code, 0, "{stderr}");
+    let warning = "warning: at 1 of 3 frequencies the error is estimated above the accuracy";
+    assert!(stderr.contains(warning), "{stderr}");
+
+    let table = folder.text("response.csv");
+    let mut lines = table.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let rows: Vec<Vec<&str>> = lines.collect();
+    let outcomes = rows.iter().map(|row| row[column("outcome")]);
+    let inaccurate = ["converged", "accuracy_not_reached", "converged"];
+    assert_eq!(outcomes.collect::<Vec<_>>(), inaccurate);
+    let number = |row: usize, name: &str| rows[row][column(name)].parse::<f64>().unwrap();
+    assert_eq!(number(1, "frequency_hz"), 0.75);
+    assert_eq!(number(1, "harmonics"), 31.0);
+    for (row, is_above) in [false, true, false].into_iter().enumerate() {
+        let estimated = number(row, "estimated_error");
+        assert_eq!(estimated > 0.028, is_above, "{row}: {estimated}");
+    }
+    let [low, middle, high] = [0, 1, 2].map(|row| number(row, "tip_amplitude_m"));
+    assert!(low < middle && middle < high, "{low} {middle} {high}");
+
+    let response = &json(&folder)["response"];
+    assert_eq!(response["points"], 3);
+    assert_eq!(response["converged_points"], 3);
+    assert_eq!(response["accuracy_not_reached_points"], 1);
+    assert_eq!(response["unconverged"], serde_json::json!([]));
+
+    let svg = folder.text("plots/fig4_tip.svg");
+    let lines = attributes(&svg, "polyline", "points");
+    // Through three points, of which the dashes of the stuck curve have some, too, at one height.
+    let rises = |l: &&Vec<f64>| l.len() == 6 && l[1] > l[3] && l[3] > l[5];
+    let curve = lines.iter().find(rises).expect("the curve");
+    let [x, y] = ["cx", "cy"].map(|name| attributes(&svg, "circle", name).concat());
+    let is_marked = |point: &[f64]| {
+        x.iter()
+            .zip(&y)
+            .any(|at| (*at.0, *at.1) == (point[0], point[1]))
+    };
+    let marked: Vec<bool> = curve.chunks(2).map(is_marked).collect();
+    assert_eq!(marked, [false, true, false]);
+    assert!(svg.contains(": accuracy not reached at 1 point\n"));
+}
+
 #[test]
 fn every_command_does_what_it_can_on_a_reduced_model() {
     let folder = Folder::new("commands");

@@ -15,6 +15,8 @@ use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
 
 const SIZE: (u32, u32) = (1280, 800);
+/// Of the width of the axes.
+const LEGEND_WIDTH: f64 = 0.45;
 
 /// Vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -219,11 +221,19 @@ where
             );
             let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
             let rings = rings.filter(|ring| ring.1 >= bottom);
-            let mark = colour.stroke_width(2);
+            // Hollow: the line does not run through it.
+            let [inside, mark] = [WHITE.filled(), colour.stroke_width(2)];
+            let ring = move |at| {
+                EmptyElement::at(at) + Circle::new((0, 0), 6, inside) + Circle::new((0, 0), 6, mark)
+            };
             chart
-                .draw_series(rings.map(|at| Circle::new(at, 6, mark)))?
+                .draw_series(rings.map(ring))?
                 .label(label)
-                .legend(move |(x, y)| EmptyElement::at((x + 19, y)) + Circle::new((0, 0), 6, mark));
+                .legend(move |(x, y)| {
+                    EmptyElement::at((x + 19, y))
+                        + Circle::new((0, 0), 6, inside)
+                        + Circle::new((0, 0), 6, mark)
+                });
         }
         let lost: Vec<f64> = curve
             .points
@@ -240,7 +250,23 @@ where
                 .legend(move |(x, y)| EmptyElement::at((x + 19, y)) + Cross::new((0, 0), 7, mark));
         }
     }
-    draw_legend(chart, SeriesLabelPosition::UpperRight, TEXT_PX - 2)
+    draw_legend(chart, clear_corner(curves), TEXT_PX - 2)
+}
+
+/// The upper corner on whose side the curves stay lower: a legend there hides less of them.
+fn clear_corner(curves: &[Curve]) -> SeriesLabelPosition {
+    let points = || curves.iter().flat_map(|c| &c.points);
+    let (low, high) = bounds(points().map(|p| p.0));
+    let aside = LEGEND_WIDTH * (high - low);
+    let highest = |is_beside: &dyn Fn(f64) -> bool| {
+        let beside = points().filter(|p| is_beside(p.0));
+        beside.filter_map(|p| p.1).fold(0.0, f64::max)
+    };
+    if highest(&|f| f >= high - aside) > highest(&|f| f <= low + aside) {
+        SeriesLabelPosition::UpperLeft
+    } else {
+        SeriesLabelPosition::UpperRight
+    }
 }
 
 /// Stretches of neighbouring points that have a value (and show on the axis), scaled.
@@ -305,6 +331,24 @@ mod tests {
         ];
         let runs = converged_runs(&points, 10.0, 0.0);
         assert_eq!(runs, [vec![(1.0, 10.0)], vec![(3.0, 30.0), (4.0, 40.0)]]);
+    }
+
+    #[test]
+    fn the_legend_stands_on_the_side_where_the_curves_are_lower() {
+        let curve = |points: [(f64, Option<f64>); 3]| Curve {
+            label: String::new(),
+            points: points.to_vec(),
+            inaccurate: vec![],
+            reference: false,
+        };
+        let rising = curve([(0.0, Some(1.0)), (5.0, Some(9.0)), (10.0, Some(2.0))]);
+        let falling = curve([(0.0, Some(3.0)), (5.0, Some(1.0)), (10.0, None)]);
+        let is_left =
+            |curves: &[Curve]| matches!(clear_corner(curves), SeriesLabelPosition::UpperLeft);
+        assert!(is_left(std::slice::from_ref(&rising)));
+        assert!(!is_left(std::slice::from_ref(&falling)));
+        assert!(!is_left(&[rising, falling]));
+        assert!(!is_left(&[]));
     }
 
     #[test]
