@@ -28,7 +28,9 @@ use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{PairLaw, RelativeModel, reduce, superelement};
+use dovetail_solver::reduction::{
+    Highest, PairLaw, RelativeModel, StuckModes, reduce, superelement,
+};
 use nalgebra_sparse::CscMatrix;
 
 const HARMONICS: usize = 3;
@@ -103,10 +105,15 @@ fn structure(c: &mut Criterion) {
         b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap())
     });
     group.bench_function("reduction", |b| {
-        b.iter(|| reduce(black_box(&model), &structure, None).unwrap())
+        b.iter(|| reduce(black_box(&model), &structure, WANTED).unwrap())
     });
     group.finish();
 }
+
+const WANTED: StuckModes = StuckModes {
+    count: None,
+    highest: Highest::OfFirstStuckMode(1.05),
+};
 
 fn reduced_dovetail() -> RelativeModel {
     let law = PairLaw {

@@ -5,7 +5,7 @@ mod shared_scenes;
 use std::collections::{BTreeMap, BTreeSet};
 
 use dovetail_solver::mesh::{self, ElementOrder, Mesh, quality};
-use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec};
+use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
 use shared_scenes::*;
 
@@ -27,14 +27,11 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
         assert_vector(n, [-half * out[0], -half * out[1], -half], 1e-9);
         assert_vector(t1, slot, 1e-9);
         assert_vector(t2, cross(n, t1), 1e-14);
-        for b in 0..2 {
+        for (b, at) in [pair.first, pair.second.unwrap()].into_iter().enumerate() {
             let body = &model.bodies[b];
-            assert!(distance(body.nodes_m[pair.nodes[b] as usize], pair.position_m) < 1e-12);
-            let free = (body.dofs.interior_nodes + i) as u32;
-            assert_eq!(
-                body.dofs.nodes[pair.nodes[b] as usize],
-                NodeMotion::Free(free)
-            );
+            assert_eq!(at.body, b);
+            assert!(distance(body.nodes_m[at.node as usize], pair.position_m) < 1e-12);
+            assert_eq!(body.dofs.free(at.node), Some(body.dofs.interior_nodes + i));
         }
     }
     // Each flank is a parallelogram: length 32 / cos 25 along the slot, 4.5 across.
@@ -70,7 +67,7 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
     );
     for body in &model.bodies {
         let d = &body.dofs;
-        assert_eq!(d.flank_nodes, 2 * per_flank);
+        assert_eq!(d.contact_nodes, 2 * per_flank);
         let free: BTreeSet<u32> = d
             .nodes
             .iter()
@@ -112,9 +109,10 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
     for name in ["dovetail.msh", "dovetail_order1.msh"] {
         let model = bind(&dovetail_assembly(), &ready(name)).unwrap();
         check_dovetail(&model, 4, 9);
-        let [blade, jaw] = &model.bodies;
+        let [blade, jaw] = &model.bodies[..] else {
+            panic!("two bodies")
+        };
         assert!(blade.rotates && !jaw.rotates);
-        assert_eq!((blade.dofs.probe_nodes, jaw.dofs.probe_nodes), (1, 0));
         assert!(blade.dofs.nodes.iter().all(|m| *m != NodeMotion::Fixed));
         let fixed = jaw
             .dofs
@@ -133,13 +131,12 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
             (1, 1)
         );
         assert_eq!(model.excitations[0].force_n, 6.0);
-        let (body, node, direction) = model.excitations[0].terms[0];
+        let (BodyNode { body, node }, direction) = model.excitations[0].terms[0];
         assert_eq!(direction, [0.0, 1.0, 0.0]);
-        assert_eq!(model.observations[0].terms[0].2, [0.0, 0.6, 0.8]);
+        assert_eq!(model.observations[0].terms[0].1, [0.0, 0.6, 0.8]);
         assert_eq!(body, 0);
         assert!((blade.nodes_m[node as usize][2] - 0.54).abs() < 1e-12);
-        let last = blade.dofs.free_nodes() as u32 - 1;
-        assert_eq!(blade.dofs.nodes[node as usize], NodeMotion::Free(last));
+        assert!(blade.dofs.free(node).unwrap() < blade.dofs.interior_nodes);
     }
 }
 
@@ -214,10 +211,12 @@ fn numbering_and_facet_orientation_change_nothing() {
     let other = bind(&dovetail_assembly(), &renumbered(&mesh)).unwrap();
     check_dovetail(&other, 4, 9);
     for (p, q) in plain.pairs.iter().zip(&other.pairs) {
-        for b in 0..2 {
-            let tag = |m: &Model, n: u32| m.bodies[b].node_tags[n as usize];
-            assert_eq!(tag(&plain, p.nodes[b]), tag(&other, q.nodes[b]));
-        }
+        let tag = |m: &Model, at: BodyNode| m.bodies[at.body].node_tags[at.node as usize];
+        assert_eq!(tag(&plain, p.first), tag(&other, q.first));
+        assert_eq!(
+            tag(&plain, p.second.unwrap()),
+            tag(&other, q.second.unwrap())
+        );
         for k in 0..3 {
             assert_vector(p.frame[k], q.frame[k], 1e-12);
         }
@@ -331,16 +330,16 @@ fn groups_of_several_nodes_share_the_force() {
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!(model.pairs.len(), 9);
     let force = &model.excitations[0];
-    let forces: Vec<f64> = force.terms.iter().map(|t| force.force_n * t.2[1]).collect();
+    let forces: Vec<f64> = force.terms.iter().map(|t| force.force_n * t.1[1]).collect();
     assert_eq!(forces, [6.0 * 0.2; 5]);
-    // The flank as probe: 9 pair nodes and 16 tied ones, none of them a free node of its own.
+    // The flank as observed group: 9 pair nodes and 16 tied ones.
     let terms = &model.observations[0].terms;
     assert_eq!(terms.len(), 25);
     let d = &model.bodies[0].dofs;
-    assert_eq!((d.flank_nodes, d.probe_nodes), (9, 5));
+    assert_eq!(d.contact_nodes, 9);
     let total: f64 = terms
         .iter()
-        .flat_map(|(_, n, v)| d.weights(*n as usize).map(move |(_, w)| w * v[2]))
+        .flat_map(|(at, v)| d.weights(at.node as usize).map(move |(_, w)| w * v[2]))
         .sum();
     assert!((total - 0.8).abs() < 1e-14, "{total}");
 }
@@ -377,7 +376,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let e = error(&|s| s.bodies[1].volume = "blade".into());
     assert!(matches!(e, ModelError::SharedNodes { .. }));
     let e = error(&|s| s.bodies.clear());
-    assert!(matches!(e, ModelError::BodyCount { found: 0 }));
+    assert!(matches!(e, ModelError::NoBody));
     let e = error(&|s| s.bodies.truncate(1));
     assert!(matches!(e, ModelError::SecondFlank { bodies: 1, .. }));
     let e = error(&|s| s.contacts[1].second = None);
@@ -530,13 +529,13 @@ fn a_body_alone_stands_on_rigid_ground() {
     assembly.contacts[0].second = None;
     let two = bind(&blocks_assembly(), &ready("blocks_order2.msh")).unwrap();
     let one = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
-    assert!(one.bodies[1].is_ground() && !two.bodies[1].is_ground());
-    assert_eq!(one.bodies[1].dofs.free_nodes(), 0);
+    assert_eq!((one.bodies.len(), two.bodies.len()), (1, 2));
     assert_eq!(one.bodies[0].dofs, two.bodies[0].dofs);
     assert_eq!(one.flank_triangles, two.flank_triangles);
     assert_eq!(one.pairs.len(), 9);
     for (one, two) in one.pairs.iter().zip(&two.pairs) {
-        assert_eq!(one.nodes, [two.nodes[0], dovetail_solver::model::NO_NODE]);
+        assert_eq!((one.first, one.second), (two.first, None));
+        assert!(two.second.is_some());
         assert_eq!(one.position_m, two.position_m);
         assert!((one.area_m2 - two.area_m2).abs() < 1e-15);
         for (a, b) in one.frame.iter().zip(two.frame) {
@@ -567,20 +566,15 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     assert_eq!(model.flank_triangles.len(), plain.flank_triangles.len() / 2);
     for b in 0..2 {
         let dofs = &model.bodies[b].dofs;
-        assert_eq!(dofs.flank_nodes, 72);
-        let flank = model
-            .pairs
-            .iter()
-            .map(|p| p.nodes)
-            .chain(model.bonded.iter().copied());
-        for (i, nodes) in flank.enumerate() {
-            let free = (dofs.interior_nodes + i) as u32;
-            assert_eq!(dofs.nodes[nodes[b] as usize], NodeMotion::Free(free));
+        assert_eq!(dofs.contact_nodes, 72);
+        let pairs = model.pairs.iter().map(|p| [p.first, p.second.unwrap()]);
+        for (i, nodes) in pairs.chain(model.bonded.iter().copied()).enumerate() {
+            assert_eq!(nodes[b].body, b);
+            assert_eq!(dofs.free(nodes[b].node), Some(dofs.interior_nodes + i));
         }
     }
-    let positions = |nodes: [u32; 2]| [0, 1].map(|b| model.bodies[b].nodes_m[nodes[b] as usize]);
     for nodes in &model.bonded {
-        let [blade, jaw] = positions(*nodes);
+        let [blade, jaw] = nodes.map(|at| model.bodies[at.body].nodes_m[at.node as usize]);
         assert!(distance(blade, jaw) < 1e-9);
     }
 }

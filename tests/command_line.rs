@@ -228,9 +228,28 @@ fn check_computes_and_writes_nothing() {
 #[test]
 fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
     let folder = Folder::new("modes");
-    let output = ended(dovetail("modes", &folder, &[SMALL]), 0);
+    let reduced = "body.*.fixed_interface_modes=6";
+    let output = ended(dovetail("modes", &folder, &[SMALL, reduced]), 0);
+    let told = said(&output);
+    assert!(
+        told.contains("12 stuck modes: amplitudes err by about"),
+        "{told}"
+    );
+    assert!(
+        told.contains("fixed_interface_modes raise the first 6"),
+        "{told}"
+    );
+    let truncation = &folder.json()["truncation"];
+    assert_eq!(truncation["frequencies"].as_array().unwrap().len(), 6);
+    assert!(truncation["amplitude"].as_f64().unwrap() < 1e-4);
     let listed = String::from_utf8(output.stdout).unwrap();
     let rows = folder.table("modes.csv");
+    assert_eq!(
+        rows.iter()
+            .filter(|row| field(row, "kind") == "stuck")
+            .count(),
+        12
+    );
     for (kind, body) in [
         ("flanks_held", "blade"),
         ("flanks_held", "jaw"),

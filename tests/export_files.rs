@@ -48,6 +48,7 @@ fn summary(run: &Run) -> Summary {
         )),
         reduced_model: None,
         stuck_modes: Some(3),
+        truncation: None,
         pairs: run.model.pairs.len(),
         stuck_frequency_hz: Some(377.0),
         blade_frequency_hz: None,
@@ -80,7 +81,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     csv::write_response(&out.join("response.csv"), &names(run), response).unwrap();
     csv::write_static(&out.join("static.csv"), &pairs(run), &run.static_state).unwrap();
     csv::write_contact(&out.join("contact.csv"), &pairs(run), response).unwrap();
-    vtu::write_static(&out.join("static.vtu"), model, static_fields(run)).unwrap();
+    vtu::write_static(&out.join("static.vtu"), model, &static_fields(run)).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), model, &run.static_state).unwrap();
     flank::write_flank_series(&out, model, response).unwrap();
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response).unwrap();
@@ -89,8 +90,8 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     let gain = response.orbits[top.index].observed[0][1]
         / observed(&model.observations[0], &run.motion)[1];
     let motion = scaled(&run.motion, gain);
-    let fields = [motion[0].as_slice(), motion[1].as_slice()];
-    vtu::write_motion(&out, "peak", model, fields, top.frequency_hz, FRAMES).unwrap();
+
+    vtu::write_motion(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
     manifest::write_summary(&out.join("summary.json"), &summary(run)).unwrap();
     let curves = [
         plots::stuck_curve("all pairs stuck", response, 0),
@@ -243,7 +244,7 @@ fn tables_per_pair_hold_the_exact_numbers() {
     let (pair, state) = (&run.model.pairs[7], &run.static_state);
     assert_eq!(
         rows[7]["blade_node"],
-        run.model.bodies[0].node_tags[pair.nodes[0] as usize].to_string()
+        run.model.bodies[0].node_tags[pair.first.node as usize].to_string()
     );
     assert_eq!(
         rows[7]["pressure_pa"].parse::<f64>().unwrap(),
@@ -314,7 +315,7 @@ fn grids_read_back_bit_for_bit() {
     for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
         let run = run(order, 2, 2);
         let out = folder(&format!("grids_{order:?}"));
-        vtu::write_static(&out.join("static.vtu"), &run.model, static_fields(&run)).unwrap();
+        vtu::write_static(&out.join("static.vtu"), &run.model, &static_fields(&run)).unwrap();
         let grid = read(&out.join("static.vtu"));
         let bodies = &run.model.bodies;
         let nodes: Vec<f64> = bodies
@@ -403,7 +404,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
     let out = folder("errors");
     let mut fields = static_fields(&run);
     fields[1].von_mises_pa = &fields[1].von_mises_pa[1..];
-    let error = vtu::write_static(&out.join("static.vtu"), &run.model, fields).unwrap_err();
+    let error = vtu::write_static(&out.join("static.vtu"), &run.model, &fields).unwrap_err();
     assert!(
         matches!(&error, ExportError::FieldLength { found, expected, .. } if found + 1 == *expected)
     );
@@ -418,7 +419,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
     let mut sick = run.static_displacement[0].clone();
     sick[3][1] = f64::INFINITY;
     fields[0].displacement_m = &sick;
-    let error = vtu::write_static(&out.join("static.vtu"), &run.model, fields).unwrap_err();
+    let error = vtu::write_static(&out.join("static.vtu"), &run.model, &fields).unwrap_err();
     assert!(
         matches!(&error, ExportError::NotFinite { index: 3, .. }),
         "{error}"
@@ -550,10 +551,10 @@ fn the_vtk_check_notices_what_is_wrong() {
         "slip",
         &|o| {
             let mut moved = run.static_displacement.clone();
-            moved[0][run.model.pairs[1].nodes[0] as usize][2] += 1e-6;
+            moved[0][run.model.pairs[1].first.node as usize][2] += 1e-6;
             let mut fields = static_fields(&run);
             fields[0].displacement_m = &moved[0];
-            vtu::write_static(&o.join("static.vtu"), &run.model, fields).unwrap();
+            vtu::write_static(&o.join("static.vtu"), &run.model, &fields).unwrap();
         },
         "slip_vector_m",
     );
@@ -575,7 +576,7 @@ fn the_vtk_check_notices_what_is_wrong() {
                 .tets
                 .chunks_exact_mut(10)
                 .for_each(|t| t.swap(8, 9));
-            vtu::write_static(&o.join("static.vtu"), &model, static_fields(&run)).unwrap();
+            vtu::write_static(&o.join("static.vtu"), &model, &static_fields(&run)).unwrap();
         },
         "middle",
     );
@@ -587,17 +588,16 @@ fn the_vtk_check_notices_what_is_wrong() {
             (tet[0], tet[1]) = (tet[1], tet[0]);
             (tet[5], tet[6]) = (tet[6], tet[5]);
             (tet[7], tet[9]) = (tet[9], tet[7]);
-            vtu::write_static(&o.join("static.vtu"), &model, static_fields(&run)).unwrap();
+            vtu::write_static(&o.join("static.vtu"), &model, &static_fields(&run)).unwrap();
         },
         "volume",
     );
     must_fail(
         "motion",
         &|o| {
-            let fields = [run.motion[0].as_slice(), run.motion[1].as_slice()];
             let top = peak(&run.response, 0).unwrap();
             let slow = 0.5 * top.frequency_hz;
-            vtu::write_motion(o, "peak", &run.model, fields, slow, FRAMES).unwrap();
+            vtu::write_motion(o, "peak", &run.model, &run.motion, slow, FRAMES).unwrap();
         },
         "peak",
     );
@@ -605,9 +605,9 @@ fn the_vtk_check_notices_what_is_wrong() {
         "half_motion",
         &|o| {
             let half = scaled(&run.motion, 0.5);
-            let fields = [half[0].as_slice(), half[1].as_slice()];
+
             let top = peak(&run.response, 0).unwrap();
-            vtu::write_motion(o, "peak", &run.model, fields, top.frequency_hz, FRAMES).unwrap();
+            vtu::write_motion(o, "peak", &run.model, &half, top.frequency_hz, FRAMES).unwrap();
         },
         "tip_h1",
     );

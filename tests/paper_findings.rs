@@ -20,7 +20,7 @@ use dovetail_solver::mesh::msh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, bind};
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
-use dovetail_solver::reduction::{ReducedModel, RelativeModel, reduce};
+use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
 use dovetail_solver::results::quantities::pair_counts;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -69,7 +69,11 @@ fn joint() -> &'static Joint {
         for (i, f) in structure.bodies[0].load_n.iter().enumerate() {
             blade_load_n[i % 3] += f;
         }
-        let reduced = reduce(&model, &structure, scene.response.stuck_modes).unwrap();
+        let wanted = StuckModes {
+            count: None,
+            highest: Highest::OfFirstStuckMode(1.05),
+        };
+        let reduced = reduce(&model, &structure, wanted).unwrap();
         let damping = rayleigh(&scene.damping, &reduced.relative.omega2).unwrap();
         let statics = static_state(&reduced.relative, scene.static_state.load_steps, NEWTON);
         Joint {

@@ -9,10 +9,10 @@ use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
-use dovetail_solver::model::{Model, bind};
+use dovetail_solver::model::{BodyNode, Model, bind};
 use dovetail_solver::reduction::craig_bampton::held_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{ReducedModel, RelativeModel, reduce};
+use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
 use shared_scenes::{blocks_assembly, ready};
@@ -24,7 +24,7 @@ const DAMPING: Rayleigh = Rayleigh {
 /// More than there are: all of them.
 const ALL: usize = 10_000;
 
-fn assembled(modes: usize) -> (Model, Structure) {
+fn assembled(modes: Option<usize>) -> (Model, Structure) {
     let mut assembly: Assembly = blocks_assembly();
     for body in &mut assembly.bodies {
         body.fixed_interface_modes = modes;
@@ -46,7 +46,11 @@ fn assembled(modes: usize) -> (Model, Structure) {
 }
 
 fn reduced(model: &Model, structure: &Structure) -> ReducedModel {
-    reduce(model, structure, None).unwrap()
+    let wanted = StuckModes {
+        count: Some(ALL),
+        highest: Highest::RadS(0.0),
+    };
+    reduce(model, structure, wanted).unwrap()
 }
 
 /// Angular frequencies of no meaning between 0.05 and 3 times that of the first stuck mode.
@@ -75,7 +79,8 @@ fn flank_rows(model: &Model, body: usize) -> Mat<c64> {
     let dofs = &model.bodies[body].dofs;
     let mut rows = Mat::zeros(3 * model.pairs.len(), 3 * dofs.free_nodes());
     for (i, pair) in model.pairs.iter().enumerate() {
-        for (free, weight) in dofs.weights(pair.nodes[body] as usize) {
+        let node = [pair.first, pair.second.unwrap()][body].node;
+        for (free, weight) in dofs.weights(node as usize) {
             for (r, direction) in pair.frame.iter().enumerate() {
                 for axis in 0..3 {
                     rows[(3 * i + r, 3 * free + axis)] += c64::new(weight * direction[axis], 0.0);
@@ -104,7 +109,7 @@ fn complex(re: &[f64], im: &[f64]) -> Vec<c64> {
 fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
     // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
     // linear, and the full one can be solved at once.
-    let (model, structure) = assembled(ALL);
+    let (model, structure) = assembled(None);
     let reduced = reduced(&model, &structure);
     let relative = &reduced.relative;
     let frequencies = random_frequencies(relative, 6);
@@ -149,7 +154,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let mut force = Mat::zeros(c.ncols(), 1);
         for f in model.excitations.iter().filter(|f| f.harmonic == 1) {
             let phase = c64::new(0.0, -f.phase_rad).exp();
-            for &(body, node, direction) in &f.terms {
+            for &(BodyNode { body, node }, direction) in &f.terms {
                 for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
                     for axis in 0..3 {
                         force[(body * sizes[0] + 3 * free + axis, 0)] +=
@@ -170,7 +175,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
             off / largest
         );
         let mut exact = c64::new(0.0, 0.0);
-        for &(body, node, direction) in &model.observations[0].terms {
+        for &(BodyNode { body, node }, direction) in &model.observations[0].terms {
             for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
                 for (axis, along) in direction.iter().enumerate() {
                     let at = body * sizes[0] + 3 * free + axis;
@@ -187,7 +192,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
 #[test]
 fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
     // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
-    let (model, structure) = assembled(ALL);
+    let (model, structure) = assembled(None);
     let reduced = reduced(&model, &structure);
     let relative = &reduced.relative;
     let system = ContactSystem::new(relative, DAMPING);
@@ -220,12 +225,9 @@ fn dense_omega2(k: &Mat<f64>, m: &Mat<f64>) -> Vec<f64> {
 
 #[test]
 fn lanczos_and_dense_modes_of_the_elements_agree() {
-    let (model, structure) = assembled(1);
+    let (model, structure) = assembled(None);
     for (body, matrices) in model.bodies.iter().zip(&structure.bodies) {
-        let n = 3 * body.dofs.free_nodes();
-        let flank =
-            3 * body.dofs.interior_nodes..3 * (body.dofs.interior_nodes + body.dofs.flank_nodes);
-        let moving: Vec<usize> = (0..n).filter(|dof| !flank.contains(dof)).collect();
+        let moving: Vec<usize> = (0..3 * body.dofs.interior_nodes).collect();
         let part = |a: Mat<f64>| {
             Mat::from_fn(moving.len(), moving.len(), |i, j| a[(moving[i], moving[j])])
         };
@@ -246,12 +248,12 @@ fn lanczos_and_dense_modes_of_the_elements_agree() {
 
 #[test]
 fn stuck_frequencies_come_down_to_those_of_the_full_model_as_modes_are_kept() {
-    let (model, structure) = assembled(ALL);
+    let (model, structure) = assembled(None);
     // The two bodies tied at the pairs: the first one's flank moves with the second's.
     let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
     let place = |b: usize, dof: usize| -> usize {
         let flank = 3 * model.bodies[0].dofs.interior_nodes;
-        let width = 3 * model.bodies[0].dofs.flank_nodes;
+        let width = 3 * model.bodies[0].dofs.contact_nodes;
         match (b, dof) {
             (1, dof) => sizes[0] - width + dof,
             (_, dof) if dof < flank => dof,
@@ -274,7 +276,7 @@ fn stuck_frequencies_come_down_to_those_of_the_full_model_as_modes_are_kept() {
     let exact = dense_omega2(&tied(|b| &b.stiffness), &tied(|b| &b.mass));
     let mut before = vec![f64::INFINITY; 4];
     for modes in [1, 3, 9, 27, ALL] {
-        let (model, structure) = assembled(modes);
+        let (model, structure) = assembled(Some(modes));
         let found = reduced(&model, &structure).relative.omega2;
         let off = found.iter().zip(&exact).take(4);
         let off = off.map(|(f, e)| format!("{:.1e}", (f / e).sqrt() - 1.0));

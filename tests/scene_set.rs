@@ -136,7 +136,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
     let defaults = [
         "mesh.time_limit_s",
         "mesh.pairing_tolerance",
-        "body.*.fixed_interface_modes",
         "body.blade.fixed",
         "rotation.point_m",
         "rotation.bodies",

@@ -20,7 +20,7 @@ use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::fem::{self, Structure};
 use dovetail_solver::mesh;
 use dovetail_solver::model::{self, Model};
-use dovetail_solver::reduction::{JOINED_STUCK_MODES, reduce_joined};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
@@ -33,8 +33,8 @@ fn main() {
         .collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments[..] {
-        ["stages", mesh] => stages(mesh, JOINED_STUCK_MODES),
-        ["stages", mesh, modes] => stages(mesh, modes.parse().expect("a number of modes")),
+        ["stages", mesh] => stages(mesh, None),
+        ["stages", mesh, modes] => stages(mesh, Some(modes.parse().expect("a number of modes"))),
         ["matrix", mesh, file] => write_matrix(mesh, file),
         ["solve", file, threads] => solve(file, threads.parse().expect("a number of threads")),
         // `cargo bench -- word` asks every bench: the words are not for this one.
@@ -55,14 +55,15 @@ fn timed<T>(what: &str, run: impl FnOnce() -> T) -> T {
     out
 }
 
-fn stages(mesh: &str, modes: usize) {
+fn stages(mesh: &str, count: Option<usize>) {
     let model = timed("mesh, pairs", || bound(mesh));
     let structure = timed("finite elements, rotation", || assembled(&model));
     let reduced = timed("reduction", || {
-        reduce_joined(&model, &structure, modes).unwrap()
+        let highest = Highest::OfFirstStuckMode(1.05);
+        reduce(&model, &structure, StuckModes { count, highest }).unwrap()
     });
     let dofs: usize = structure.bodies.iter().map(|b| b.stiffness.ncols()).sum();
-    let omega2 = &reduced.relative.omega2;
+    let omega2 = &reduced.relative.omega2[..reduced.stuck_modes];
     let hertz: Vec<String> = omega2
         .iter()
         .map(|w2| format!("{:.6}", w2.sqrt() / std::f64::consts::TAU))
@@ -75,10 +76,7 @@ fn write_matrix(mesh: &str, file: &str) {
     let model = bound(mesh);
     let structure = assembled(&model);
     let (dofs, matrices) = (&model.bodies[0].dofs, &structure.bodies[0]);
-    let flank = 3 * dofs.interior_nodes..3 * (dofs.interior_nodes + dofs.flank_nodes);
-    let moving: Vec<usize> = (0..matrices.stiffness.ncols())
-        .filter(|dof| !flank.contains(dof))
-        .collect();
+    let moving: Vec<usize> = (0..3 * dofs.interior_nodes).collect();
     let k = submatrix(&matrices.stiffness, &moving, &moving);
     let mut out = BufWriter::new(std::fs::File::create(file).unwrap());
     let mut number = |v: u64| out.write_all(&v.to_le_bytes()).unwrap();

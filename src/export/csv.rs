@@ -199,14 +199,14 @@ pub fn write_static(
 pub fn write_static_observations(
     path: &Path,
     model: &Model,
-    displacements_m: [&[[f64; 3]]; 2],
+    displacements_m: &[&[[f64; 3]]],
 ) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["name", "displacement_m"]);
     table.end_row();
     for observation in &model.observations {
-        let terms = observation.terms.iter().map(|&(body, node, direction)| {
-            let u = displacements_m[body][node as usize];
+        let terms = observation.terms.iter().map(|&(at, direction)| {
+            let u = displacements_m[at.body][at.node as usize];
             (0..3).map(|k| direction[k] * u[k]).sum::<f64>()
         });
         table.text(&observation.name);

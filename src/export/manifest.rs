@@ -10,7 +10,7 @@ use super::{ExportError, write_file};
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::mesh::ElementOrder;
-use dovetail_solver::model::Model;
+use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     converged, energy_balance_error, pair_counts, peak, peak_ratio, static_fields, stuck_peak,
@@ -29,6 +29,8 @@ pub struct Summary {
     pub reduced_model: Option<String>,
     /// Stuck modes kept; `None` where nothing was reduced yet.
     pub stuck_modes: Option<usize>,
+    /// Estimated errors by the modes left out, where a mesh was reduced.
+    pub truncation: Option<TruncationSummary>,
     pub pairs: usize,
     /// First frequency of the fully stuck assembly.
     pub stuck_frequency_hz: Option<f64>,
@@ -54,6 +56,16 @@ pub struct Summary {
 pub struct SceneSummary {
     pub name: String,
     pub file: String,
+}
+
+/// What the modes that a reduction leaves out may cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TruncationSummary {
+    /// Estimated relative error of the amplitudes of observed points; none where the stuck modes end below the
+    /// highest frequency.
+    pub amplitude: Option<f64>,
+    /// Estimated relative errors of the first stuck frequencies by bodies with `fixed_interface_modes`.
+    pub frequencies: Vec<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -236,7 +248,6 @@ pub fn mesh_summary(
     let bodies: Vec<BodySummary> = model
         .bodies
         .iter()
-        .filter(|b| !b.is_ground())
         .map(|b| BodySummary {
             name: b.name.clone(),
             nodes: b.nodes_m.len(),
@@ -367,7 +378,7 @@ pub fn response_summary(
 
 /// What each observation is made of.
 pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
-    let term = |&(body, node, direction): &(usize, u32, [f64; 3])| ObservationTerm {
+    let term = |&(BodyNode { body, node }, direction): &(BodyNode, [f64; 3])| ObservationTerm {
         body,
         node_tag: model
             .bodies

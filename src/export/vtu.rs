@@ -1,4 +1,4 @@
-//! Unstructured grids for ParaView: both bodies in the static state and in motion.
+//! Unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
 //! Arrays are LZ4-compressed f64. Gmsh's ten-node tetrahedron lists its last two edges the other
 //! way round from VTK's: the export swaps them.
@@ -29,17 +29,17 @@ pub struct StaticBodyFields<'a> {
     pub von_mises_pa: &'a [f64],
 }
 
-/// static.vtu: both bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa` (VTK's
-/// order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1) on the elements, and the tags of the mesh file.
+/// static.vtu: the bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa` (VTK's
+/// order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1, ...) on the elements, and the tags of the mesh file.
 pub fn write_static(
     path: &Path,
     model: &Model,
-    fields: [StaticBodyFields; 2],
+    fields: &[StaticBodyFields<'_>],
 ) -> Result<(), ExportError> {
     let mut displacement = Vec::new();
     let mut von_mises = Vec::new();
     let mut stress = Vec::new();
-    for (body, f) in model.bodies.iter().zip(&fields) {
+    for (body, f) in model.bodies.iter().zip(fields) {
         let (nodes, tets) = (body.nodes_m.len(), body.tet_count());
         let name = |what: &str| format!("{what} of body {}", body.name);
         let check = |what, found, expected, counted| {
@@ -69,7 +69,7 @@ pub fn write_static(
     grid.write(path)
 }
 
-/// peak.pvd with peak/peak_00.vtu...: both bodies over one period at `frequency_hz`, `frames` frames
+/// peak.pvd with peak/peak_00.vtu...: the bodies over one period at `frequency_hz`, `frames` frames
 /// evenly spaced (the end, equal to the start, is left out); timestep = time in s.
 ///
 /// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... On the nodes:
@@ -80,7 +80,7 @@ pub fn write_motion(
     folder: &Path,
     stem: &str,
     model: &Model,
-    coefficients: [&[NodalField]; 2],
+    coefficients: &[Vec<NodalField>],
     frequency_hz: f64,
     frames: usize,
 ) -> Result<(), ExportError> {

@@ -1,6 +1,6 @@
 //! Frequencies over the speed: the table and the diagram of `dovetail modes --rpm`.
 
-use super::meshed::{Bound, HELD_MODES, assemble};
+use super::meshed::{Bound, assemble};
 use super::{Options, files, hertz};
 use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
@@ -12,9 +12,8 @@ use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
 use dovetail_solver::model::{Body, Model};
-use dovetail_solver::reduction::craig_bampton::{condense, held_modes};
-use dovetail_solver::reduction::relative::relative;
-use dovetail_solver::reduction::{ReducedBody, ReductionError};
+use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;
@@ -114,7 +113,7 @@ pub fn campbell(
                 0.0 => 0.0,
                 to => (rpm / to).powi(2),
             };
-            let modes = match spun.modes(model, share, scene.response.stuck_modes) {
+            let modes = match spun.modes(model, share) {
                 Ok(modes) => Some(modes),
                 // At the lowest speed it is the scene that is at fault, not the speed.
                 Err(
@@ -150,12 +149,10 @@ pub fn campbell(
 /// Frequencies (Hz) at one speed: flanks held, stuck.
 type ModesAtSpeed = [Vec<f64>; 2];
 
-/// Both bodies at rest, and what the highest speed adds.
+/// The bodies at rest and at the highest speed.
 struct Spun {
     at_rest: Structure,
     fastest: Structure,
-    /// Reduced once and for all: bodies that do not rotate.
-    still: [Option<ReducedBody>; 2],
 }
 
 impl Spun {
@@ -166,15 +163,7 @@ impl Spun {
         };
         let at_rest = assemble(&at_rest, progress)?;
         let fastest = assemble(model, progress)?;
-        let mut still = [None, None];
-        for (b, body) in model.bodies.iter().enumerate().filter(|(_, b)| !b.rotates) {
-            still[b] = Some(condense(body, &at_rest.bodies[b])?);
-        }
-        Ok(Self {
-            at_rest,
-            fastest,
-            still,
-        })
+        Ok(Self { at_rest, fastest })
     }
 
     /// Matrices of a body at `share` of the square of the highest speed.
@@ -194,26 +183,17 @@ impl Spun {
         }
     }
 
-    fn modes(
-        &self,
-        model: &Model,
-        share: f64,
-        stuck_modes: Option<usize>,
-    ) -> Result<ModesAtSpeed, ReductionError> {
-        let matrices = [0, 1].map(|b| self.body(b, share));
-        let condensed = |b: usize| match &self.still[b] {
-            Some(reduced) => Ok(reduced.clone()),
-            None => condense(&model.bodies[b], &matrices[b]),
+    fn modes(&self, model: &Model, share: f64) -> Result<ModesAtSpeed, ReductionError> {
+        let bodies = (0..model.bodies.len()).map(|b| self.body(b, share));
+        let structure = Structure {
+            bodies: bodies.collect(),
         };
-        let held = held_modes(&model.bodies[0], &matrices[0], HELD_MODES)?.omega2;
-        let (first, second) = rayon::join(|| condensed(0), || condensed(1));
-        let stuck = relative(model, [first?, second?], stuck_modes)?
-            .relative
-            .omega2;
+        let held = held_modes(&model.bodies[0], &structure.bodies[0], LISTED_MODES)?.omega2;
+        let stuck = stuck_modes(model, &structure, LISTED_MODES)?;
         Ok([held, stuck].map(|omega2| {
             omega2
                 .iter()
-                .take(HELD_MODES)
+                .take(LISTED_MODES)
                 .map(|w2| hertz(*w2))
                 .collect()
         }))

@@ -50,11 +50,15 @@ pub(super) fn write_modes(
         for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
             add("flanks_held", &body.name, omega2);
         }
-        for (body, omega2) in model.bodies.iter().zip(&meshed.fixed_interface_omega2) {
+        for (body, omega2) in model
+            .bodies
+            .iter()
+            .zip(&meshed.modes.fixed_interface_omega2)
+        {
             add("fixed_interface", &body.name, omega2);
         }
     }
-    add("stuck", "assembly", &subject.relative().omega2);
+    add("stuck", "assembly", subject.stuck_omega2());
     csv::write_modes(&options.out.join("modes.csv"), &rows)?;
     Ok(rows)
 }
@@ -101,15 +105,15 @@ pub(super) fn write_static_state(
             (displacement, at_elements, von_mises)
         })
         .collect();
-    let displacements = [&fields[0].0[..], &fields[1].0[..]];
-    csv::write_static_observations(&out.join("static_observed.csv"), model, displacements)?;
-    let [first, second] =
-        [&fields[0], &fields[1]].map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
-            displacement_m: displacement,
-            stress_pa: stress,
-            von_mises_pa: von_mises,
-        });
-    vtu::write_static(&out.join("static.vtu"), model, [first, second])?;
+    let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
+    csv::write_static_observations(&out.join("static_observed.csv"), model, &displacements)?;
+    let fields = fields.iter();
+    let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
+        displacement_m: displacement,
+        stress_pa: stress,
+        von_mises_pa: von_mises,
+    });
+    vtu::write_static(&out.join("static.vtu"), model, &fields.collect::<Vec<_>>())?;
     Ok(())
 }
 
@@ -230,14 +234,7 @@ fn write_peak_motion(
                 .collect()
         })
         .collect();
-    vtu::write_motion(
-        out,
-        "peak",
-        model,
-        [&fields[0], &fields[1]],
-        orbit.frequency_hz,
-        FRAMES,
-    )?;
+    vtu::write_motion(out, "peak", model, &fields, orbit.frequency_hz, FRAMES)?;
     Ok(())
 }
 
@@ -274,6 +271,7 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
             Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
         },
         stuck_modes: None,
+        truncation: None,
         pairs: 0,
         stuck_frequency_hz: None,
         blade_frequency_hz: None,
@@ -292,7 +290,8 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
 pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) -> manifest::Summary {
     manifest::Summary {
         mesh: subject.meshed().map(Meshed::summary),
-        stuck_modes: Some(subject.relative().omega2.len()),
+        stuck_modes: Some(subject.stuck_omega2().len()),
+        truncation: subject.truncation(),
         pairs: subject.pairs.rows.len(),
         stuck_frequency_hz: subject.relative().omega2.first().copied().map(hertz),
         bonded_pairs: subject.meshed().map_or(0, |m| m.model.bonded.len()),

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::time::{Duration, Instant};
 
 use nalgebra_sparse::CscMatrix;
+use serde::{Deserialize, Serialize};
 
 use super::Options;
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
@@ -18,10 +19,19 @@ use dovetail_solver::mesh::Mesh;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::craig_bampton::held_modes;
-use dovetail_solver::reduction::{self, Load, Recovery, ReducedModel, RelativeModel};
+use dovetail_solver::reduction::{
+    self, LISTED_MODES, Load, Recovery, ReducedModel, RelativeModel, StuckModes, Truncation,
+};
 
-/// Modes of each body alone, flanks held, that `dovetail modes` lists.
-pub(super) const HELD_MODES: usize = 6;
+/// What is known of the modes of a reduction.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct ReductionModes {
+    /// Modes that the reduced model begins with; residual vectors follow.
+    pub stuck: usize,
+    pub truncation: Truncation,
+    /// Squared angular frequencies of each body; none where it was not reduced by itself.
+    pub fixed_interface_omega2: Vec<Vec<f64>>,
+}
 
 /// A mesh with its flanks paired, before anything is assembled.
 pub(super) struct Bound {
@@ -34,9 +44,8 @@ pub(super) struct Bound {
 pub(super) struct Meshed {
     pub model: Model,
     pub relative: RelativeModel,
-    /// Per body; none where the bodies were condensed together.
-    pub fixed_interface_omega2: Vec<Vec<f64>>,
-    stuck_modes: Option<usize>,
+    pub modes: ReductionModes,
+    wanted: StuckModes,
     structure: OnceCell<Structure>,
     recovery: OnceCell<Recovery>,
     cache: Cache,
@@ -61,45 +70,44 @@ impl Bound {
 }
 
 impl Meshed {
-    /// Keeps the `stuck_modes` lowest stuck modes (`None`: all).
     pub(super) fn of(
         assembly: &Assembly,
-        stuck_modes: Option<usize>,
+        wanted: StuckModes,
         options: &Options,
         progress: &Progress,
     ) -> Result<Self, Error> {
         let Bound { model, origin } = Bound::of(assembly, options, progress)?;
         let cache = Cache::new(options.cache.as_ref());
         let [key, recovery_key] = {
-            let inputs = reduction_inputs(&model, stuck_modes);
+            let inputs = reduction_inputs(&model, wanted);
             [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs))
         };
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
-        let (relative, fixed_interface_omega2) = match kept(&cache, key.as_ref(), &model, progress)
-        {
+        let (relative, modes) = match kept(&cache, key.as_ref(), &model, progress) {
             Ok(kept) => kept,
             Err(_turn) => {
                 let matrices = structure_of(&structure, &model, progress)?;
-                let reduced = reduce(&model, matrices, stuck_modes, progress)?;
+                let reduced = reduce(&model, matrices, wanted, progress)?;
+                let modes = ReductionModes {
+                    stuck: reduced.stuck_modes,
+                    truncation: reduced.truncation,
+                    fixed_interface_omega2: reduced.fixed_interface_omega2,
+                };
                 if key.is_some() {
                     let _stage = progress.stage(Stage::Keeping);
-                    let parts = (
-                        &reduced.relative,
-                        &reduced.unit_loads,
-                        &reduced.fixed_interface_omega2,
-                    );
+                    let parts = (&reduced.relative, &reduced.unit_loads, &modes);
                     cache.put(key.as_ref(), &parts, progress);
                     cache.put(recovery_key.as_ref(), &reduced.recovery, progress);
                 }
                 recovery.get_or_init(|| reduced.recovery);
-                (reduced.relative, reduced.fixed_interface_omega2)
+                (reduced.relative, modes)
             }
         };
         Ok(Self {
             model,
             relative,
-            fixed_interface_omega2,
-            stuck_modes,
+            modes,
+            wanted,
             structure,
             recovery,
             cache,
@@ -122,7 +130,7 @@ impl Meshed {
             }
             None => {
                 let matrices = structure_of(&self.structure, &self.model, progress)?;
-                let reduced = reduce(&self.model, matrices, self.stuck_modes, progress)?;
+                let reduced = reduce(&self.model, matrices, self.wanted, progress)?;
                 self.cache.put(key, &reduced.recovery, progress);
                 reduced.recovery
             }
@@ -140,10 +148,7 @@ impl Meshed {
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
-            .map(|(body, matrices)| match body.is_ground() {
-                true => Ok(Vec::new()),
-                false => Ok(held_modes(body, matrices, HELD_MODES)?.omega2),
-            })
+            .map(|(body, matrices)| Ok(held_modes(body, matrices, LISTED_MODES)?.omega2))
             .collect()
     }
 }
@@ -189,14 +194,14 @@ fn kept(
     key: Option<&Key>,
     model: &Model,
     progress: &Progress,
-) -> Result<(RelativeModel, Vec<Vec<f64>>), Option<Turn>> {
+) -> Result<(RelativeModel, ReductionModes), Option<Turn>> {
     let begin = Instant::now();
-    let (relative, unit_loads, omega2): (RelativeModel, Vec<Load>, _) =
+    let (relative, unit_loads, modes): (RelativeModel, Vec<Load>, _) =
         cache.get_or_turn(key, Ok, progress)?;
     let relative = relative.under(model, &unit_loads);
     progress.kept_stage(Stage::FiniteElements, Duration::ZERO);
     progress.kept_stage(Stage::Reduction, begin.elapsed());
-    Ok((relative, omega2))
+    Ok((relative, modes))
 }
 
 /// Matrices of the bodies, assembled once.
@@ -215,13 +220,21 @@ fn structure_of<'a>(
 fn reduce(
     model: &Model,
     structure: &Structure,
-    stuck_modes: Option<usize>,
+    wanted: StuckModes,
     progress: &Progress,
 ) -> Result<ReducedModel, Error> {
     let stage = progress.stage(Stage::Reduction);
-    // The interior of each body; with many pairs both are condensed as one.
-    for body in model.bodies.iter().filter(|body| !body.is_ground()) {
-        stage.solves(3 * body.dofs.interior_nodes);
+    // A body that is reduced by itself, and then the assembly of what is left.
+    let mut assembly = 0;
+    for body in &model.bodies {
+        match body.fixed_interface_modes {
+            Some(modes) => {
+                stage.solves(3 * body.dofs.interior_nodes);
+                assembly += modes + 3 * body.dofs.contact_nodes;
+            }
+            None => assembly += 3 * body.dofs.free_nodes(),
+        }
     }
-    Ok(reduction::reduce(model, structure, stuck_modes)?)
+    stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
+    Ok(reduction::reduce(model, structure, wanted)?)
 }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 
 pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
-use self::meshed::{Bound, HELD_MODES};
+use self::meshed::Bound;
 use self::prepared::Prepared;
 use crate::error::Error;
 use crate::export::{csv, manifest};
@@ -22,6 +22,7 @@ use crate::terminal;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::Response;
 use dovetail_solver::model::Assembly;
+use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::rayleigh;
 
 /// Where a run writes, and what it was asked by.
@@ -44,7 +45,7 @@ pub struct Options {
 pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
     let subject = Prepared::of(scene, options, progress)?;
     let relative = subject.relative();
-    let damping = rayleigh(&scene.damping, &relative.omega2)?;
+    let damping = rayleigh(&scene.damping, subject.stuck_omega2())?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
     let most_harmonics = scene.response.resolution.most_harmonics();
     solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
@@ -124,7 +125,7 @@ pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<()
             row.kind, row.body, row.mode, row.frequency_hz
         )
     };
-    let first = rows.iter().filter(|r| r.mode <= HELD_MODES);
+    let first = rows.iter().filter(|r| r.mode <= LISTED_MODES);
     terminal::print(&first.map(line).collect::<String>())?;
     let blade = held
         .iter()

@@ -3,10 +3,11 @@
 use super::meshed::Meshed;
 use super::{Options, hertz};
 use crate::error::Error;
+use crate::export::manifest::TruncationSummary;
 use crate::progress::{Progress, Stage};
-use dovetail_solver::description::{ReducedModelSpec, Scene, Subject};
+use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::reduction::superelement;
-use dovetail_solver::reduction::{PairLaw, RelativeModel};
+use dovetail_solver::reduction::{Highest, PairLaw, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
 
 /// The reduced model of a scene, and what tables say of its pairs.
@@ -23,10 +24,9 @@ enum Origin {
 impl Prepared {
     /// Meshes, binds, assembles and reduces, or reads the folder.
     pub(super) fn of(scene: &Scene, options: &Options, progress: &Progress) -> Result<Self, Error> {
-        let stuck_modes = scene.response.stuck_modes;
         let prepared = match &scene.subject {
             Subject::Assembly(assembly) => {
-                let meshed = Meshed::of(assembly, stuck_modes, options, progress)?;
+                let meshed = Meshed::of(assembly, stuck_modes(scene), options, progress)?;
                 Self {
                     pairs: PairTable::of_model(&meshed.model),
                     origin: Origin::Mesh(Box::new(meshed)),
@@ -37,7 +37,7 @@ impl Prepared {
                 let element = read(spec)?;
                 let pairs = PairTable::of_superelement(&element);
                 progress.note(&format!("{} contact pairs", pairs.rows.len()));
-                let relative = match stuck_modes {
+                let relative = match scene.response.stuck_modes {
                     Some(modes) => element.relative.with_modes(modes),
                     None => element.relative,
                 };
@@ -48,8 +48,11 @@ impl Prepared {
             }
         };
         prepared.warn_of_much_friction(progress);
-        if let Some(omega2) = prepared.relative().omega2.first() {
+        if let Some(omega2) = prepared.stuck_omega2().first() {
             progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
+        }
+        if let Some(truncation) = prepared.truncation() {
+            progress.note(&truncation_note(prepared.stuck_omega2().len(), &truncation));
         }
         Ok(prepared)
     }
@@ -72,6 +75,23 @@ impl Prepared {
         }
     }
 
+    /// Squared angular frequencies of the stuck modes, without the residual vectors of loads that a
+    /// reduction puts beside them.
+    pub(super) fn stuck_omega2(&self) -> &[f64] {
+        let all = &self.relative().omega2;
+        self.meshed()
+            .map_or(all, |meshed| &all[..meshed.modes.stuck])
+    }
+
+    /// What the modes left out may cost, where the reduction was made here.
+    pub(super) fn truncation(&self) -> Option<TruncationSummary> {
+        let truncation = &self.meshed()?.modes.truncation;
+        Some(TruncationSummary {
+            amplitude: truncation.amplitude,
+            frequencies: truncation.frequencies.clone(),
+        })
+    }
+
     /// The bodies, where there is a mesh.
     pub(super) fn meshed(&self) -> Option<&Meshed> {
         match &self.origin {
@@ -84,6 +104,36 @@ impl Prepared {
         let probes = self.relative().observations.iter();
         probes.map(|probe| probe.name.as_str()).collect()
     }
+}
+
+/// The stuck modes that a response asks for.
+pub(super) fn stuck_modes(scene: &Scene) -> StuckModes {
+    let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
+    let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
+    let highest = match scene.response.range {
+        FrequencyRange::Hz { to_hz, .. } => Highest::RadS(harmonic * std::f64::consts::TAU * to_hz),
+        FrequencyRange::OfFirstStuckMode { to, .. } => Highest::OfFirstStuckMode(harmonic * to),
+    };
+    StuckModes {
+        count: scene.response.stuck_modes,
+        highest: highest.rounded_up(),
+    }
+}
+
+fn truncation_note(modes: usize, truncation: &TruncationSummary) -> String {
+    let amplitude = match truncation.amplitude {
+        Some(error) => format!("amplitudes err by about {error:.0e}"),
+        None => "they do not reach the highest frequency".to_string(),
+    };
+    let worst = truncation.frequencies.iter().copied().fold(0.0, f64::max);
+    let frequencies = match truncation.frequencies.len() {
+        0 => String::new(),
+        n => format!(
+            "; fixed_interface_modes raise the first {n} stuck frequencies by up to {:.2} %",
+            100.0 * worst
+        ),
+    };
+    format!("{modes} stuck modes: {amplitude}{frequencies}")
 }
 
 fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, Error> {

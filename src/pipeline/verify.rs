@@ -69,7 +69,7 @@ pub fn verify(
         let why = "the response is linear and in closed form, there is nothing to compare";
         return Err(Error::AllBonded { why });
     }
-    let damping = rayleigh(&scene.damping, &relative.omega2)?;
+    let damping = rayleigh(&scene.damping, subject.stuck_omega2())?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
     let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress)?;

@@ -330,7 +330,7 @@ impl Fault {
                 format!("set response.harmonics to {harmonic} or more, or excite a lower harmonic")
             }
             Self::StuckModeNotKept { stuck_mode, .. } => format!(
-                "set response.stuck_modes to {stuck_mode} or more, or leave it out to keep all of them"
+                "set response.stuck_modes to {stuck_mode} or more, or leave it out to keep as many as are needed"
             ),
             Self::BodyCount { .. } => "write two [[body]] tables: first the one that vibrates (blade), then the one \
                  that holds it (jaw); or only the first, held by rigid ground"

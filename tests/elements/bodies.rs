@@ -34,7 +34,7 @@ pub fn body_of(
         name: "block".into(),
         material,
         rotates: true,
-        fixed_interface_modes: 0,
+        fixed_interface_modes: None,
         order: mesh.order,
         nodes_m: mesh.nodes_m.clone(),
         mesh_nodes: (0..mesh.nodes_m.len() as u32).collect(),
@@ -46,8 +46,7 @@ pub fn body_of(
         dofs: DofMap {
             nodes,
             interior_nodes: free - flank_nodes,
-            flank_nodes,
-            probe_nodes: 0,
+            contact_nodes: flank_nodes,
         },
     }
 }

@@ -8,7 +8,7 @@ use dovetail_solver::dlft::{
 };
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::Material;
-use dovetail_solver::model::{Body, ContactPair, DofMap, Model, NodeMotion, Observation};
+use dovetail_solver::model::{Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation};
 use dovetail_solver::results::recovery::NodalField;
 
 const HARMONICS: usize = 3;
@@ -40,7 +40,7 @@ pub fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
     });
     for (i, pair) in model.pairs.iter().enumerate() {
         let x = &static_state.x[3 * i..3 * i + 3];
-        let [b, j] = pair.nodes.map(|n| n as usize);
+        let [b, j] = [pair.first, pair.second.unwrap()].map(|at| at.node as usize);
         let relative = |a: usize| (0..3).map(|row| x[row] * pair.frame[row][a]).sum::<f64>();
         let held = static_displacement[1][j];
         static_displacement[0][b] = [0, 1, 2].map(|a| held[a] + relative(a));
@@ -120,7 +120,14 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 });
                 pairs.push(ContactPair {
                     contact: flank,
-                    nodes,
+                    first: BodyNode {
+                        body: 0,
+                        node: nodes[0],
+                    },
+                    second: Some(BodyNode {
+                        body: 1,
+                        node: nodes[1],
+                    }),
                     position_m: position,
                     frame: [n, t1, t2],
                     area_m2: du * dv * border(iv, nv) * border(iu, nu),
@@ -138,7 +145,10 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         }
         for t in triangles.iter().filter(|t| t[0] >= first_pair) {
             for (b, body) in bodies.iter_mut().enumerate() {
-                let nodes = t.map(|p| pairs[p as usize].nodes[b]);
+                let nodes = t.map(|p| match (&pairs[p as usize], b) {
+                    (pair, 0) => pair.first.node,
+                    (pair, _) => pair.second.unwrap().node,
+                });
                 let centroid = [0, 1, 2].map(|a| {
                     let corner = |n: u32| body.nodes_m[n as usize][a];
                     nodes.iter().map(|&n| corner(n)).sum::<f64>() / 3.0
@@ -168,7 +178,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             name: name.to_owned(),
             material,
             rotates: true,
-            fixed_interface_modes: 2,
+            fixed_interface_modes: None,
             order,
             mesh_nodes: (0..nodes_m.len() as u32).collect(),
             node_tags: (0..nodes_m.len() as u64)
@@ -180,15 +190,15 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             dofs: DofMap {
                 nodes: vec![NodeMotion::Fixed; nodes_m.len()],
                 interior_nodes: 5,
-                flank_nodes: pairs.len(),
-                probe_nodes: 1,
+                contact_nodes: pairs.len(),
             },
             nodes_m,
             tets,
         }
     });
+    let at = |body, node| BodyNode { body, node };
     Model {
-        bodies: [blade, jaw],
+        bodies: vec![blade, jaw],
         rotation: None,
         pairs,
         bonded: Vec::new(),
@@ -199,13 +209,13 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             Observation {
                 name: "tip".into(),
                 terms: vec![
-                    (0, observed, [0.0, 0.6, 0.8]),
-                    (0, observed - 1, [0.5, 0.0, 0.0]),
+                    (at(0, observed), [0.0, 0.6, 0.8]),
+                    (at(0, observed - 1), [0.5, 0.0, 0.0]),
                 ],
             },
             Observation {
                 name: "rim".into(),
-                terms: vec![(1, 0, [1.0, 0.0, 0.0])],
+                terms: vec![(at(1, 0), [1.0, 0.0, 0.0])],
             },
         ],
         largest_mismatch_m: 0.0,
@@ -370,7 +380,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
 /// Fourier coefficients of an observation, from those of the nodes.
 pub fn observed(observation: &Observation, motion: &[Vec<NodalField>; 2]) -> Vec<f64> {
     let value = |c: usize| {
-        let term = |&(body, node, direction): &(usize, u32, [f64; 3])| -> f64 {
+        let term = |&(BodyNode { body, node }, direction): &(BodyNode, [f64; 3])| -> f64 {
             (0..3)
                 .map(|a| direction[a] * motion[body][c][node as usize][a])
                 .sum()

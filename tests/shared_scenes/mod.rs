@@ -37,7 +37,7 @@ pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
         },
         fixed: fixed.iter().map(|s| s.to_string()).collect(),
         fixed_along: Default::default(),
-        fixed_interface_modes: 6,
+        fixed_interface_modes: None,
     }
 }
 

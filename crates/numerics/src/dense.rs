@@ -100,6 +100,9 @@ pub fn solve_in_place(factor: MatRef<'_, f64>, mut rhs: MatMut<'_, f64>) {
 /// Eigenvalues of a symmetric matrix (lower triangle read), ascending, and a vector per column;
 /// `None` where they are not found.
 pub fn self_adjoint_eigen(a: MatRef<'_, f64>) -> Option<(Vec<f64>, Mat<f64>)> {
+    if a.nrows() == 0 {
+        return Some((Vec::new(), Mat::new()));
+    }
     let mut vectors = Mat::zeros(a.nrows(), a.nrows());
     let values = decomposed(a, Some(vectors.as_mut()))?;
     Some((values, vectors))

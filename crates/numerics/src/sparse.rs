@@ -186,6 +186,16 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     c
 }
 
+/// `a x` for a dense symmetric `a`, into `y`.
+pub fn symmetric_dense_times(a: MatRef<'_, f64>, x: &[f64], y: &mut [f64]) {
+    let rows = y.len();
+    let y = MatMut::from_column_major_slice_mut(y, rows, 1);
+    let x = MatRef::from_column_major_slice(x, x.len(), 1);
+    y.par_row_chunks_mut(WIDTH)
+        .zip(a.par_col_chunks(WIDTH))
+        .for_each(|(y, a)| matmul(y, Accum::Replace, a.transpose(), x, 1.0, Par::Seq));
+}
+
 /// The mean of a matrix and its transpose: symmetric to the last bit.
 pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))

@@ -3,8 +3,8 @@
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
 //! [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs; [`fem`] stiffness, mass,
-//! rotation; [`reduction`] Craig-Bampton and relative coordinates; [`contact`] dynamic stiffness and
-//! laws; [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
+//! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
+//! dynamic stiffness and laws; [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
 //! it; [`results`] physical fields. [`description`] is a whole run as a value.
 
 #![forbid(unsafe_code)]

@@ -21,6 +21,7 @@ pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
 use crate::progress::Progress;
 use dovetail_solver::model::Model;
+use dovetail_solver::reduction::StuckModes;
 
 /// Of the entries. The program is part of every key, so this matters to those who share a folder only.
 const FORMAT: u32 = 1;
@@ -162,10 +163,7 @@ impl Cache {
 }
 
 /// What a reduction depends on: the model without what only the contact laws and the size of the excitation use.
-pub(super) fn reduction_inputs(
-    model: &Model,
-    stuck_modes: Option<usize>,
-) -> impl Serialize + use<> {
+pub(super) fn reduction_inputs(model: &Model, wanted: StuckModes) -> impl Serialize + use<> {
     let mut model = model.clone();
     for pair in &mut model.pairs {
         (pair.friction, pair.gap_m) = (0.0, 0.0);
@@ -173,5 +171,5 @@ pub(super) fn reduction_inputs(
     for force in &mut model.excitations {
         (force.force_n, force.harmonic, force.phase_rad) = (0.0, 0, 0.0);
     }
-    (model, stuck_modes)
+    (model, wanted)
 }

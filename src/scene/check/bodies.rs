@@ -78,13 +78,11 @@ fn body(checker: &mut Checker, index: usize, raw: &Spanned<RawBody>) -> Option<B
         Limits::POSITIVE,
         None,
     );
-    let modes = checker.count(
-        &at,
-        "fixed_interface_modes",
-        &raw.fixed_interface_modes,
-        0..=10_000,
-        6,
-    );
+    let key = "fixed_interface_modes";
+    let modes = match &raw.fixed_interface_modes {
+        None => Some(None),
+        given => checker.count(&at, key, given, 0..=10_000, 0).map(Some),
+    };
     let fixed = groups(checker, &at, "fixed", &raw.fixed);
     let fixed_along = [
         groups(checker, &at, "fixed_x", &raw.fixed_x),

@@ -13,7 +13,7 @@ use super::factor::{Cholesky, FactorError};
 use super::sparse;
 
 /// Entries of a factor (here 128 MB) that each pass reads from memory again.
-const LARGE_FACTOR: usize = 1 << 24;
+const LARGE_FACTOR: usize = 1 << 20;
 
 /// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). Of each vector the first entry of
 /// at least half the largest magnitude is positive.

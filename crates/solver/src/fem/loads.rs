@@ -181,7 +181,7 @@ mod tests {
                 density_kg_m3: 1.0,
             },
             rotates: false,
-            fixed_interface_modes: 0,
+            fixed_interface_modes: None,
             order,
             nodes_m,
             mesh_nodes: (0..n as u32).collect(),
@@ -191,8 +191,7 @@ mod tests {
             dofs: DofMap {
                 nodes: (0..n as u32).map(NodeMotion::Free).collect(),
                 interior_nodes: n,
-                flank_nodes: 0,
-                probe_nodes: 0,
+                contact_nodes: 0,
             },
             held_dofs: Vec::new(),
             loads,

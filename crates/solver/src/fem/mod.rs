@@ -14,6 +14,7 @@ pub mod tet4;
 mod error;
 
 use nalgebra_sparse::CscMatrix;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::mesh::ElementOrder;
 use crate::model::Prestress;
@@ -26,13 +27,14 @@ use statics::SolveSpd;
 pub use error::{FemError, Tags};
 pub use statics::expand_to_nodes;
 
-/// Matrices of both bodies on their free degrees of freedom.
+/// Matrices of the bodies on their free degrees of freedom.
 #[derive(Debug, Clone)]
 pub struct Structure {
-    pub bodies: [BodyMatrices; 2],
+    /// In the order of [`Model::bodies`].
+    pub bodies: Vec<BodyMatrices>,
 }
 
-/// Symmetric matrices of one body on its free dofs ([`DofMap`](crate::model::DofMap): interior, flank, probe),
+/// Symmetric matrices of one body on its free dofs ([`DofMap`](crate::model::DofMap): interior, contact),
 /// stored whole (both triangles), row indices ascending in each column.
 #[derive(Debug, Clone)]
 pub struct BodyMatrices {
@@ -46,20 +48,17 @@ pub struct BodyMatrices {
     pub total_mass_kg: f64,
 }
 
-/// Both bodies, side by side. `solve` is used for the static displacement behind the prestress, and
+/// All bodies, side by side. `solve` is used for the static displacement behind the prestress, and
 /// never called when the model asks for none.
 ///
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
 pub fn assemble(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
     let rotation = model.rotation.as_ref();
-    let [first, second] = &model.bodies;
-    let (first, second) = rayon::join(
-        || assemble_body(first, rotation, solve),
-        || assemble_body(second, rotation, solve),
-    );
+    let bodies = model.bodies.par_iter();
+    let bodies = bodies.map(|body| assemble_body(body, rotation, solve));
     Ok(Structure {
-        bodies: [first?, second?],
+        bodies: bodies.collect::<Result<_, _>>()?,
     })
 }
 
@@ -72,14 +71,6 @@ pub fn assemble_body(
     rotation: Option<&Rotation>,
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
-    if body.is_ground() {
-        return Ok(BodyMatrices {
-            stiffness: CscMatrix::zeros(0, 0),
-            mass: CscMatrix::zeros(0, 0),
-            load_n: Vec::new(),
-            total_mass_kg: 0.0,
-        });
-    }
     let rotation = rotation.filter(|_| body.rotates);
     match body.order {
         ElementOrder::Linear => assemble_order(body, &tet4::tables(), rotation, solve),

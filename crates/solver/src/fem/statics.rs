@@ -1,12 +1,10 @@
 //! Linear static displacements with the contact nodes held, and free dofs -> all nodes of a body.
 
-use std::ops::Range;
-
 use nalgebra_sparse::CscMatrix;
-use nalgebra_sparse::pattern::SparsityPattern;
 
 use super::FemError;
 use crate::model::{Body, DofMap};
+use dovetail_numerics::sparse::submatrix;
 
 /// Why a symmetric positive definite system could not be solved.
 #[derive(Debug, thiserror::Error)]
@@ -21,8 +19,8 @@ pub enum SolveFailure {
 pub type SolveSpd<'a> =
     dyn Fn(&CscMatrix<f64>, &[f64]) -> Result<Vec<f64>, SolveFailure> + Sync + 'a;
 
-/// Static displacement (m) of every node of the body under `load_n` (free dofs), with the flank nodes
-/// held besides the fixed ones.
+/// Static displacement (m) of every node of the body under `load_n` (free dofs), with its contact
+/// nodes held besides the fixed ones.
 ///
 /// # Errors
 /// [`FemError::LooselyHeld`] when a part of the body is held by nothing; [`FemError::TooFar`] when it
@@ -33,31 +31,21 @@ pub fn held_displacement(
     load_n: &[f64],
     solve: &SolveSpd,
 ) -> Result<Vec<[f64; 3]>, FemError> {
-    let held = held_dofs(&body.dofs);
-    let mut load = load_n.to_vec();
-    load.drain(held.clone());
-    let solution = if load.is_empty() {
+    // Contact nodes come last.
+    let moving: Vec<usize> = (0..3 * body.dofs.interior_nodes).collect();
+    let mut free = if moving.is_empty() {
         Vec::new()
     } else {
-        solve(&without(stiffness, &held), &load).map_err(|failure| match failure {
-            SolveFailure::NotPositiveDefinite { dof } => {
-                let dof = if dof < held.start {
-                    dof
-                } else {
-                    dof + held.len()
-                };
-                FemError::loosely_held(body, dof / 3)
-            }
+        let inner = submatrix(stiffness, &moving, &moving);
+        solve(&inner, &load_n[..moving.len()]).map_err(|failure| match failure {
+            SolveFailure::NotPositiveDefinite { dof } => FemError::loosely_held(body, dof / 3),
             failure => FemError::Statics {
                 body: body.name.clone(),
                 source: failure,
             },
         })?
     };
-    let mut free = solution;
-    let after = free.split_off(held.start);
-    free.resize(held.end, 0.0);
-    free.extend(after);
+    free.resize(3 * body.dofs.free_nodes(), 0.0);
     let size = extent_m(body);
     let largest = free.iter().map(|u| u.abs()).enumerate();
     match largest.max_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -104,40 +92,4 @@ pub fn expand_to_nodes(dofs: &DofMap, free: &[f64]) -> Vec<[f64; 3]> {
             value
         })
         .collect()
-}
-
-/// Dofs of the flank nodes.
-fn held_dofs(dofs: &DofMap) -> Range<usize> {
-    3 * dofs.interior_nodes..3 * (dofs.interior_nodes + dofs.flank_nodes)
-}
-
-/// The matrix without a range of its rows and columns.
-fn without(matrix: &CscMatrix<f64>, dropped: &Range<usize>) -> CscMatrix<f64> {
-    let kept = matrix.ncols() - dropped.len();
-    let (mut offsets, mut rows, mut values) = (
-        Vec::with_capacity(kept + 1),
-        Vec::with_capacity(matrix.nnz()),
-        Vec::new(),
-    );
-    values.reserve(matrix.nnz());
-    offsets.push(0);
-    for (j, column) in matrix.col_iter().enumerate() {
-        if dropped.contains(&j) {
-            continue;
-        }
-        for (&i, &v) in column.row_indices().iter().zip(column.values()) {
-            if !dropped.contains(&i) {
-                rows.push(if i < dropped.start {
-                    i
-                } else {
-                    i - dropped.len()
-                });
-                values.push(v);
-            }
-        }
-        offsets.push(rows.len());
-    }
-    let pattern = SparsityPattern::try_from_offsets_and_indices(kept, kept, offsets, rows)
-        .expect("a part of a valid pattern, in the same order");
-    CscMatrix::try_from_pattern_and_values(pattern, values).expect("one value per row index")
 }

@@ -5,29 +5,22 @@ use super::dofs::{Roles, number};
 use super::joints::joints;
 use super::loads::static_load;
 use super::{
-    Body, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation, StaticLoad,
+    Body, BodyNode, DofMap, Excitation, Model, ModelError, NodeMotion, Observation, Rotation,
+    StaticLoad,
 };
 use crate::mesh::{Group, Mesh};
 use crate::model::{Assembly, BodySpec};
 
 const NONE: u32 = u32::MAX;
 
-/// Name of the second body where there is none.
-const GROUND: &str = "ground";
-
 /// Resolves every name of the scene against the mesh.
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
-    let (first, second) = match &assembly.bodies[..] {
-        [first] => (first, None),
-        [first, second] => (first, Some(second)),
-        others => {
-            let found = others.len();
-            return Err(ModelError::BodyCount { found });
-        }
-    };
+    if assembly.bodies.is_empty() {
+        return Err(ModelError::NoBody);
+    }
     let rotation = assembly.rotation.as_ref().filter(|r| r.speed_rad_s != 0.0);
     for name in rotation.iter().flat_map(|r| &r.bodies) {
         if !assembly.bodies.iter().any(|b| b.name == *name) {
@@ -38,29 +31,22 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             });
         }
     }
-    let on_ground = || Ok(Draft::ground(mesh));
-    let jaw = second.map_or_else(on_ground, |second| Draft::new(second, mesh))?;
-    let mut bodies = [Draft::new(first, mesh)?, jaw];
+    let drafts = assembly.bodies.iter().map(|spec| Draft::new(spec, mesh));
+    let mut bodies: Vec<Draft> = drafts.collect::<Result<_, _>>()?;
     check_disjoint(&bodies, mesh)?;
-    for (draft, spec) in bodies.iter_mut().zip([Some(first), second]) {
-        if let Some(spec) = spec {
-            draft.fix(spec, mesh)?;
-        }
+    for (draft, spec) in bodies.iter_mut().zip(&assembly.bodies) {
+        draft.fix(spec, mesh)?;
     }
     let joints = joints(assembly, mesh, &mut bodies)?;
 
     let mut excitations = Vec::new();
     for (i, spec) in assembly.excitations.iter().enumerate() {
-        let nodes = probe(
-            mesh,
-            &mut bodies,
-            &spec.points,
-            format!("excitation {}", i + 1),
-        )?;
+        let used_by = format!("excitation {}", i + 1);
+        let nodes = group_nodes(mesh, &bodies, &spec.points, used_by)?;
         let share = 1.0 / nodes.len() as f64;
-        let term = |(body, node): (usize, u32)| {
+        let term = |at: BodyNode| {
             let direction = spec.direction.map(|d| d * share);
-            (body, node, bodies[body].movable(node, direction))
+            (at, bodies[at.body].movable(at.node, direction))
         };
         excitations.push(Excitation {
             terms: nodes.into_iter().map(term).collect(),
@@ -71,14 +57,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     }
     let mut observations = Vec::new();
     for spec in &assembly.observations {
-        let nodes = probe(
-            mesh,
-            &mut bodies,
-            &spec.points,
-            format!("observation `{}`", spec.name),
-        )?;
+        let used_by = format!("observation `{}`", spec.name);
+        let nodes = group_nodes(mesh, &bodies, &spec.points, used_by)?;
         let share = 1.0 / nodes.len() as f64;
-        let term = |(body, node)| (body, node, spec.direction.map(|d| d * share));
+        let term = |at| (at, spec.direction.map(|d| d * share));
         observations.push(Observation {
             name: spec.name.clone(),
             terms: nodes.into_iter().map(term).collect(),
@@ -91,16 +73,11 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         }
     }
 
-    let [blade, jaw] = bodies;
     let rotates = |spec: &BodySpec| rotation.is_some_and(|r| r.bodies.contains(&spec.name));
+    let finished = bodies.into_iter().zip(&assembly.bodies);
+    let finished = finished.map(|(draft, spec)| draft.finish(spec, rotates(spec), mesh));
     Ok(Model {
-        bodies: [
-            blade.finish(first, rotates(first), mesh)?,
-            match second {
-                Some(second) => jaw.finish(second, rotates(second), mesh)?,
-                None => jaw.finish_ground(first, mesh),
-            },
-        ],
+        bodies: finished.collect::<Result<_, _>>()?,
         rotation: rotation.map(|r| Rotation {
             point_m: r.point_m,
             axis: r.axis,
@@ -164,13 +141,13 @@ pub(super) fn find_group<'a>(
     Ok(group)
 }
 
-/// The nodes of a group as (body, local node), remembered by their bodies as probes.
-fn probe(
+/// The nodes of a group on their bodies.
+fn group_nodes(
     mesh: &Mesh,
-    bodies: &mut [Draft; 2],
+    bodies: &[Draft],
     group: &str,
     used_by: String,
-) -> Result<Vec<(usize, u32)>, ModelError> {
+) -> Result<Vec<BodyNode>, ModelError> {
     let nodes = &find_group(mesh, group, None, &used_by)?.nodes;
     let of = |n: u32| bodies.iter().position(|b| b.has(n));
     let group = group.to_string();
@@ -193,14 +170,12 @@ fn probe(
             tags,
         });
     }
-    let places = nodes.iter().filter_map(|&n| Some((of(n)?, n)));
-    let places: Vec<_> = places
-        .map(|(b, n)| (b, bodies[b].local[n as usize]))
-        .collect();
-    for &(body, node) in &places {
-        bodies[body].roles.probes.push(node);
-    }
-    Ok(places)
+    let on_body = |n: u32| {
+        let body = of(n)?;
+        let node = bodies[body].local(n);
+        Some(BodyNode { body, node })
+    };
+    Ok(nodes.iter().filter_map(|&n| on_body(n)).collect())
 }
 
 /// How many, and the tags of the first few.
@@ -212,17 +187,22 @@ pub(super) fn first_tags<'a>(
     (tags.len(), tags.into_iter().take(5).collect())
 }
 
-fn check_disjoint(bodies: &[Draft; 2], mesh: &Mesh) -> Result<(), ModelError> {
-    let shared = bodies[0].nodes.iter().filter(|&&n| bodies[1].has(n));
-    match first_tags(mesh, shared) {
-        (0, _) => Ok(()),
-        (count, tags) => Err(ModelError::SharedNodes {
-            first: bodies[0].name.clone(),
-            second: bodies[1].name.clone(),
-            count,
-            tags,
-        }),
+fn check_disjoint(bodies: &[Draft], mesh: &Mesh) -> Result<(), ModelError> {
+    for (b, second) in bodies.iter().enumerate() {
+        for first in &bodies[..b] {
+            let shared = first.nodes.iter().filter(|&&n| second.has(n));
+            let (count, tags) = first_tags(mesh, shared);
+            if count > 0 {
+                return Err(ModelError::SharedNodes {
+                    first: first.name.clone(),
+                    second: second.name.clone(),
+                    count,
+                    tags,
+                });
+            }
+        }
     }
+    Ok(())
 }
 
 /// A body on its way into the model.
@@ -257,32 +237,13 @@ impl Draft {
             local,
             roles: Roles {
                 fixed: vec![false; group.nodes.len()],
-                flank: Vec::new(),
+                contact: Vec::new(),
                 tied: Vec::new(),
-                probes: Vec::new(),
             },
             held: vec![[false; 3]; group.nodes.len()],
             loads: Vec::new(),
             contact_of: vec![None; group.nodes.len()],
         })
-    }
-
-    /// A body without nodes.
-    fn ground(mesh: &Mesh) -> Self {
-        Self {
-            name: GROUND.to_string(),
-            tets: Vec::new(),
-            nodes: Vec::new(),
-            local: vec![NONE; mesh.nodes_m.len()],
-            roles: Roles::default(),
-            held: Vec::new(),
-            loads: Vec::new(),
-            contact_of: Vec::new(),
-        }
-    }
-
-    pub(super) fn is_ground(&self) -> bool {
-        self.nodes.is_empty()
     }
 
     /// Flank nodes that rigid ground holds: fixed, no longer flank.
@@ -296,27 +257,8 @@ impl Draft {
             self.roles.fixed[node as usize] = true;
         }
         let is_fixed = |node: u32| self.roles.fixed[node as usize];
-        self.roles.flank.retain(|n| !is_fixed(*n));
+        self.roles.contact.retain(|n| !is_fixed(*n));
         self.roles.tied.retain(|t| !is_fixed(t.0));
-    }
-
-    /// As [`Draft::finish`]; `other` lends what a body without nodes has no use for.
-    fn finish_ground(self, other: &BodySpec, mesh: &Mesh) -> Body {
-        Body {
-            name: self.name,
-            material: other.material,
-            rotates: false,
-            fixed_interface_modes: 0,
-            order: mesh.order,
-            nodes_m: Vec::new(),
-            mesh_nodes: Vec::new(),
-            node_tags: Vec::new(),
-            tets: Vec::new(),
-            tet_tags: Vec::new(),
-            dofs: number(&self.roles),
-            held_dofs: Vec::new(),
-            loads: Vec::new(),
-        }
     }
 
     pub(super) fn name(&self) -> &str {
@@ -349,8 +291,10 @@ impl Draft {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
     }
 
-    pub(super) fn part<'a>(&'a self, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
+    /// This body, the `body`-th of the scene, as its contacts see it.
+    pub(super) fn part<'a>(&'a self, body: usize, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
         Part {
+            body,
             name: &self.name,
             tets: &self.tets,
             has,
@@ -452,7 +396,7 @@ impl Draft {
         for n in all() {
             self.contact_of[n as usize] = Some(contact);
         }
-        self.roles.flank.extend(flank);
+        self.roles.contact.extend(flank);
         self.roles.tied.extend(tied);
         Ok(())
     }

@@ -3,7 +3,7 @@
 use super::flank::{Flank, Side, flank};
 use super::pairing::{nearest_distance, pair};
 use super::vector::{Vector, cross, dot, scaled, sub, unit};
-use super::{ContactPair, ModelError, NO_NODE};
+use super::{BodyNode, ContactPair, ModelError};
 use crate::mesh::{Group, Mesh};
 use crate::model::ContactSpec;
 use crate::model::error::Unmatched;
@@ -20,6 +20,8 @@ pub(super) struct Contact {
 
 /// What a contact needs to know of a body.
 pub(super) struct Part<'a> {
+    /// Its number.
+    pub body: usize,
     pub name: &'a str,
     /// Elements of the mesh.
     pub tets: &'a [u32],
@@ -66,7 +68,7 @@ pub(super) fn contact(
     let partners = partners(mesh, (spec, second), &flanks, tolerance)?;
     let mut pairs = Vec::with_capacity(partners.len());
     for &(i, j, _) in &partners {
-        pairs.push(contact_pair(mesh, spec, number, &flanks, i, j)?);
+        pairs.push(contact_pair(mesh, spec, number, parts, &flanks, [i, j])?);
     }
     let largest_mismatch_m = partners.iter().map(|p| p.2).fold(0.0, f64::max);
     let [first, second] = flanks;
@@ -90,7 +92,8 @@ pub(super) fn ground_contact(
     let flank = flank(mesh, group, part.tets, part.has, &side)?;
     let pair = |i: usize| ContactPair {
         contact: number,
-        nodes: [flank.nodes[i], NO_NODE],
+        first: on(part, flank.nodes[i]),
+        second: None,
         position_m: mesh.nodes_m[flank.nodes[i] as usize],
         // Out of the ground is into the blade.
         frame: frame(flank.normals[i].map(|n| -n), flank.along),
@@ -179,12 +182,15 @@ fn contact_pair(
     mesh: &Mesh,
     spec: &ContactSpec,
     number: usize,
+    parts: [&Part; 2],
     flanks: &[Flank; 2],
-    i: usize,
-    j: usize,
+    [i, j]: [usize; 2],
 ) -> Result<ContactPair, ModelError> {
-    let nodes = [flanks[0].nodes[i], flanks[1].nodes[j]];
-    let [a, b] = nodes.map(|n| mesh.nodes_m[n as usize]);
+    let [first, second] = [
+        on(parts[0], flanks[0].nodes[i]),
+        on(parts[1], flanks[1].nodes[j]),
+    ];
+    let [a, b] = [first, second].map(|n| mesh.nodes_m[n.node as usize]);
     let position_m = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
     // Out of the jaw is into the blade.
     let (blade, jaw) = (flanks[0].normals[i], flanks[1].normals[j]);
@@ -199,13 +205,19 @@ fn contact_pair(
     };
     Ok(ContactPair {
         contact: number,
-        nodes,
+        first,
+        second: Some(second),
         position_m,
         frame: frame(normal, flanks[0].along),
         area_m2: 0.5 * (flanks[0].areas_m2[i] + flanks[1].areas_m2[j]),
         gap_m: spec.gap_m,
         friction: spec.friction,
     })
+}
+
+fn on(part: &Part, node: u32) -> BodyNode {
+    let body = part.body;
+    BodyNode { body, node }
 }
 
 /// Rows n, t1, t2: t1 is `along` projected on the tangent plane, t2 = n x t1. Where a curved flank

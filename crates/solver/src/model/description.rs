@@ -32,7 +32,7 @@ pub struct BodySpec {
     /// Groups whose nodes do not move along x, y, z (planes of symmetry, rollers).
     pub fixed_along: [Vec<String>; 3],
     /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
-    pub fixed_interface_modes: usize,
+    pub fixed_interface_modes: Option<usize>,
 }
 
 /// Isotropic linear elasticity.

@@ -6,16 +6,13 @@ use super::{DofMap, NodeMotion};
 #[derive(Default)]
 pub(super) struct Roles {
     pub fixed: Vec<bool>,
-    /// Local nodes of the flanks' corners, in the order of the pairs.
-    pub flank: Vec<u32>,
+    /// Local nodes of contacts, in the order of the contacts and their pairs.
+    pub contact: Vec<u32>,
     /// Mid-edge nodes of flank edges with the two corners.
     pub tied: Vec<(u32, [u32; 2])>,
-    /// Local nodes excited or observed, in the order of the scene; any of them may also be a flank
-    /// node or tied, and may occur more than once.
-    pub probes: Vec<u32>,
 }
 
-/// Numbers the free nodes: interior, flank, probe.
+/// Numbers the free nodes: interior ones, then those of contacts.
 pub(super) fn number(roles: &Roles) -> DofMap {
     let unset = u32::MAX;
     let mut nodes = vec![NodeMotion::Free(unset); roles.fixed.len()];
@@ -27,32 +24,24 @@ pub(super) fn number(roles: &Roles) -> DofMap {
     for &(middle, corners) in &roles.tied {
         nodes[middle as usize] = NodeMotion::Tied(corners);
     }
-    let mut kept = roles.flank.clone();
-    let mut is_kept = vec![false; nodes.len()];
-    for &n in &kept {
-        is_kept[n as usize] = true;
-    }
-    for &probe in &roles.probes {
-        let free = nodes[probe as usize] == NodeMotion::Free(unset);
-        if free && !std::mem::replace(&mut is_kept[probe as usize], true) {
-            kept.push(probe);
-        }
+    let mut in_contact = vec![false; nodes.len()];
+    for &n in &roles.contact {
+        in_contact[n as usize] = true;
     }
     let mut next = 0;
-    for (motion, kept) in nodes.iter_mut().zip(&is_kept) {
-        if *motion == NodeMotion::Free(unset) && !kept {
+    for (motion, in_contact) in nodes.iter_mut().zip(&in_contact) {
+        if *motion == NodeMotion::Free(unset) && !in_contact {
             *motion = NodeMotion::Free(next);
             next += 1;
         }
     }
-    for (i, &n) in (next..).zip(&kept) {
+    for (i, &n) in (next..).zip(&roles.contact) {
         nodes[n as usize] = NodeMotion::Free(i);
     }
     DofMap {
         nodes,
         interior_nodes: next as usize,
-        flank_nodes: roles.flank.len(),
-        probe_nodes: kept.len() - roles.flank.len(),
+        contact_nodes: roles.contact.len(),
     }
 }
 
@@ -62,29 +51,25 @@ mod tests {
     use NodeMotion::{Fixed, Free, Tied};
 
     #[test]
-    fn interior_then_flank_in_pair_order_then_probes() {
+    fn interior_nodes_come_first_then_those_of_contacts_in_the_order_of_the_pairs() {
         let map = number(&Roles {
             fixed: [false, true, false, false, false, false, false, false].to_vec(),
-            flank: vec![6, 2],
+            contact: vec![6, 2],
             tied: vec![(4, [2, 6])],
-            probes: vec![7, 2, 4, 0, 7],
         });
         let expected = [
-            Free(5),
-            Fixed,
-            Free(3),
             Free(0),
-            Tied([2, 6]),
+            Fixed,
+            Free(5),
             Free(1),
+            Tied([2, 6]),
             Free(2),
             Free(4),
+            Free(3),
         ];
         assert_eq!(map.nodes, expected);
-        assert_eq!(
-            (map.interior_nodes, map.flank_nodes, map.probe_nodes),
-            (2, 2, 2)
-        );
-        assert_eq!(map.weights(4).collect::<Vec<_>>(), [(3, 0.5), (2, 0.5)]);
+        assert_eq!((map.interior_nodes, map.contact_nodes), (4, 2));
+        assert_eq!(map.weights(4).collect::<Vec<_>>(), [(5, 0.5), (4, 0.5)]);
         assert_eq!(map.weights(1).count(), 0);
     }
 }

@@ -8,10 +8,8 @@ use crate::text::list;
 /// the first few, with the number of all.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ModelError {
-    #[error(
-        "the scene has {found} bodies: name two, first the one that vibrates, then the one that holds it, or the first alone"
-    )]
-    BodyCount { found: usize },
+    #[error("the scene has no body: name the one that vibrates, and what it is in contact with")]
+    NoBody,
     #[error(
         "{used_by}: the mesh has no group `{name}`; {} it has: {}",
         plural(wanted),
@@ -60,7 +58,7 @@ pub enum ModelError {
     },
     #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
     FixedElsewhere { body: String, group: String },
-    #[error("contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`{}", list(tags), if *swapped { ": exchange `first` and `second`" } else { ": `first` is a surface of the first body, `second` of the second" })]
+    #[error("contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`{}", list(tags), if *swapped { ": exchange `first` and `second`" } else { ": `first` is a surface of the body that the scene names first, `second` of the other one" })]
     FlankOffBody {
         contact: String,
         group: String,

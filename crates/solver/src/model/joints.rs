@@ -3,8 +3,8 @@
 use super::bind::{Draft, find_group, first_tags};
 use super::contacts::{Contact, contact, ground_contact};
 use super::crown::add_crown;
-use super::{ContactPair, ModelError};
-use crate::mesh::Mesh;
+use super::{BodyNode, ContactPair, ModelError};
+use crate::mesh::{Group, Mesh};
 use crate::model::{Assembly, ContactLaw, ContactSpec};
 
 /// What the contacts of a scene make of the flanks.
@@ -13,15 +13,15 @@ pub(super) struct Joints {
     pub names: Vec<String>,
     pub pairs: Vec<ContactPair>,
     pub triangles: Vec<[u32; 3]>,
-    pub bonded: Vec<[u32; 2]>,
+    pub bonded: Vec<[BodyNode; 2]>,
     pub largest_mismatch_m: f64,
 }
 
-/// Pairs the flanks, the bonded ones last, and gives the bodies their flank nodes.
+/// Pairs the flanks, the bonded ones last, and gives the bodies their contact nodes.
 pub(super) fn joints(
     assembly: &Assembly,
     mesh: &Mesh,
-    bodies: &mut [Draft; 2],
+    bodies: &mut [Draft],
 ) -> Result<Joints, ModelError> {
     let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
     let mut joints = Joints::default();
@@ -30,29 +30,31 @@ pub(super) fn joints(
     for spec in opening.chain(assembly.contacts.iter().filter(is_bonded)) {
         all_names.push(spec.name.clone());
         let mut found = paired(assembly, spec, joints.names.len(), mesh, bodies)?;
-        for (b, draft) in bodies.iter_mut().enumerate() {
-            if draft.is_ground() {
+        for pair in &mut found.pairs {
+            for at in std::iter::once(&mut pair.first).chain(&mut pair.second) {
+                at.node = bodies[at.body].local(at.node);
+            }
+        }
+        let firsts: Vec<BodyNode> = found.pairs.iter().map(|p| p.first).collect();
+        let seconds: Vec<BodyNode> = found.pairs.iter().filter_map(|p| p.second).collect();
+        for (flank, tied) in [&firsts, &seconds].into_iter().zip(&found.tied) {
+            let Some(&BodyNode { body, .. }) = flank.first() else {
                 continue;
-            }
-            for pair in &mut found.pairs {
-                pair.nodes[b] = draft.local(pair.nodes[b]);
-            }
-            let flank: Vec<u32> = found.pairs.iter().map(|p| p.nodes[b]).collect();
-            draft.add_flank(
-                &flank,
-                &found.tied[b],
-                all_names.len() - 1,
-                &all_names,
-                mesh,
-            )?;
+            };
+            let flank: Vec<u32> = flank.iter().map(|at| at.node).collect();
+            bodies[body].add_flank(&flank, tied, all_names.len() - 1, &all_names, mesh)?;
         }
         joints.largest_mismatch_m = joints.largest_mismatch_m.max(found.largest_mismatch_m);
         check_held_flanks(bodies, &found.pairs, spec, mesh)?;
         if is_bonded(&spec) {
-            let nodes = found.pairs.iter().map(|p| p.nodes);
-            match bodies[1].is_ground() {
-                true => bodies[0].hold_flank(nodes.map(|n| n[0]), &found.tied[0]),
-                false => joints.bonded.extend(nodes),
+            match firsts.first() {
+                Some(at) if seconds.is_empty() => {
+                    let flank = firsts.iter().map(|at| at.node);
+                    bodies[at.body].hold_flank(flank, &found.tied[0]);
+                }
+                _ => joints
+                    .bonded
+                    .extend(firsts.into_iter().zip(seconds).map(|(a, b)| [a, b])),
             }
             continue;
         }
@@ -77,20 +79,47 @@ fn paired(
     spec: &ContactSpec,
     number: usize,
     mesh: &Mesh,
-    bodies: &[Draft; 2],
+    bodies: &[Draft],
 ) -> Result<Contact, ModelError> {
     let used_by = format!("contact `{}`", spec.name);
     let group = |name| find_group(mesh, name, Some(2), &used_by);
     let first = group(&spec.first)?;
-    let [blade, jaw] = bodies;
-    let (on_blade, on_jaw) = (|n| blade.has(n), |n| jaw.has(n));
-    let blade = blade.part(&on_blade);
+    // The body that has most of a flank is the one it is meant to be on.
+    let owner = |group: &Group| {
+        let count = |draft: &Draft| group.nodes.iter().filter(|&&n| draft.has(n)).count();
+        let counts = bodies.iter().map(count).enumerate();
+        counts
+            .rev()
+            .max_by_key(|(_, count)| *count)
+            .map_or(0, |(b, _)| b)
+    };
+    let on_body = |b: usize| move |n: u32| bodies[b].has(n);
     match &spec.second {
-        None if jaw.is_ground() => ground_contact(mesh, spec, number, first, &blade),
-        Some(second) if !jaw.is_ground() => {
-            let (groups, parts) = ([first, group(second)?], [&blade, &jaw.part(&on_jaw)]);
+        None if bodies.len() == 1 => {
+            let on_body = on_body(0);
+            ground_contact(mesh, spec, number, first, &bodies[0].part(0, &on_body))
+        }
+        Some(name) if bodies.len() > 1 => {
+            let second = group(name)?;
+            // `first` is on the body that is named first.
+            let [a, b] = match [owner(first), owner(second)] {
+                [a, b] if a == b => [a.min(bodies.len() - 2), a.min(bodies.len() - 2) + 1],
+                [a, b] => [a.min(b), a.max(b)],
+            };
+            let (on_first, on_second) = (on_body(a), on_body(b));
+            let parts = [
+                &bodies[a].part(a, &on_first),
+                &bodies[b].part(b, &on_second),
+            ];
             let tolerance = assembly.mesh.pairing_tolerance;
-            contact(mesh, (spec, second), number, groups, parts, tolerance)
+            contact(
+                mesh,
+                (spec, name),
+                number,
+                [first, second],
+                parts,
+                tolerance,
+            )
         }
         _ => Err(ModelError::SecondFlank {
             contact: spec.name.clone(),
@@ -102,18 +131,15 @@ fn paired(
 /// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
 /// Contact forces then never act on a support. Bonded nodes may be held in any direction, both alike.
 fn check_held_flanks(
-    bodies: &[Draft; 2],
+    bodies: &[Draft],
     pairs: &[ContactPair],
     contact: &ContactSpec,
     mesh: &Mesh,
 ) -> Result<(), ModelError> {
     for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
-        let held_in = |b: usize, node: u32| bodies[b].held(node)[axis];
-        let held = |p: &ContactPair| match bodies[1].is_ground() {
-            // A support along the flank opposes no contact force.
-            true => [held_in(0, p.nodes[0]); 2],
-            false => [0, 1].map(|b| held_in(b, p.nodes[b])),
-        };
+        let is_held = |at: BodyNode| bodies[at.body].held(at.node)[axis];
+        // On the ground a support along the flank opposes no contact force.
+        let held = |p: &ContactPair| [is_held(p.first), is_held(p.second.unwrap_or(p.first))];
         let is_wrong = |p: &ContactPair| match held(p) {
             [false, false] => false,
             [true, true] => {
@@ -121,18 +147,23 @@ fn check_held_flanks(
             }
             _ => true,
         };
-        let wrong: Vec<&ContactPair> = pairs.iter().filter(|p| is_wrong(p)).collect();
-        if let Some(first) = wrong.first() {
-            let body = usize::from(!held(first)[0]);
-            let nodes: Vec<u32> = wrong
-                .iter()
-                .map(|p| bodies[body].mesh_node(p.nodes[body]))
-                .collect();
+        let held_node = |p: &ContactPair| match held(p) {
+            [false, true] => p.second.unwrap_or(p.first),
+            _ => p.first,
+        };
+        let wrong: Vec<BodyNode> = pairs
+            .iter()
+            .filter(|p| is_wrong(p))
+            .map(held_node)
+            .collect();
+        if let Some(&BodyNode { body, .. }) = wrong.first() {
+            let on_body = wrong.iter().filter(|at| at.body == body);
+            let nodes: Vec<u32> = on_body.map(|at| bodies[body].mesh_node(at.node)).collect();
             return Err(ModelError::FlankHeld {
                 body: bodies[body].name().to_string(),
                 key,
                 contact: contact.name.clone(),
-                count: wrong.len(),
+                count: nodes.len(),
                 tags: first_tags(mesh, nodes.iter()).1,
             });
         }

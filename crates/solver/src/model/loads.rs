@@ -10,7 +10,7 @@ use crate::model::{LoadKind, LoadSpec};
 /// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn static_load(
     mesh: &Mesh,
-    bodies: &[Draft; 2],
+    bodies: &[Draft],
     spec: &LoadSpec,
     number: usize,
 ) -> Result<Vec<(usize, StaticLoad)>, ModelError> {
@@ -60,7 +60,7 @@ pub(super) fn static_load(
 /// Every node belongs to a body, and not all of them are fixed.
 fn check_nodes(
     mesh: &Mesh,
-    bodies: &[Draft; 2],
+    bodies: &[Draft],
     spec: &LoadSpec,
     group: &Group,
     used_by: &str,

@@ -29,14 +29,12 @@ pub use error::{ModelError, Unmatched};
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]
 pub struct Model {
-    /// First the body that vibrates (blade), then the one that holds it (jaw). A second body without nodes is
-    /// rigid ground.
-    pub bodies: [Body; 2],
+    /// In the order of the scene.
+    pub bodies: Vec<Body>,
     pub rotation: Option<Rotation>,
     pub pairs: Vec<ContactPair>,
-    /// Local nodes of the first and of the second body that move as one (bonded contacts). Pair `i` of these owns the
-    /// flank free node `pairs.len() + i` of both bodies.
-    pub bonded: Vec<[u32; 2]>,
+    /// Nodes that move as one (bonded contacts).
+    pub bonded: Vec<[BodyNode; 2]>,
     /// Flank facets as triangles of pair indices (corner nodes only), for fields on the flanks.
     pub flank_triangles: Vec<[u32; 3]>,
     /// Names of the contacts that have pairs, in the order of the scene.
@@ -54,7 +52,8 @@ pub struct Body {
     pub material: Material,
     /// Whether it carries the rotation's load and prestress.
     pub rotates: bool,
-    pub fixed_interface_modes: usize,
+    /// Modes that a Craig-Bampton reduction of this body keeps; none where it is not reduced by itself.
+    pub fixed_interface_modes: Option<usize>,
     pub order: ElementOrder,
     /// Node positions, m, in the body's own numbering.
     pub nodes_m: Vec<[f64; 3]>,
@@ -94,10 +93,6 @@ pub enum Traction {
 }
 
 impl Body {
-    /// Rigid ground.
-    pub fn is_ground(&self) -> bool {
-        self.nodes_m.is_empty()
-    }
     pub fn tet_count(&self) -> usize {
         self.tet_tags.len()
     }
@@ -107,18 +102,16 @@ impl Body {
     }
 }
 
-/// How a body's nodes move. *Free nodes* are numbered interior first, then kept ones: flank corner
-/// nodes in the order of the pairs, then excited and observed nodes. Free node `i` owns the degrees
-/// of freedom `3 i, 3 i + 1, 3 i + 2` (x, y, z).
+/// How a body's nodes move. *Free nodes* are numbered interior first, then those of contacts, in the
+/// order of the contacts and their pairs. Free node `i` owns the degrees of freedom `3 i, 3 i + 1,
+/// 3 i + 2` (x, y, z).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DofMap {
     pub nodes: Vec<NodeMotion>,
-    /// Free nodes condensed by Craig-Bampton.
+    /// Free nodes that no contact has.
     pub interior_nodes: usize,
-    /// Free nodes of the flanks, right after the interior ones, in the order of the pairs, bonded ones last.
-    pub flank_nodes: usize,
-    /// Free nodes excited or observed that are not flank nodes, last.
-    pub probe_nodes: usize,
+    /// Free nodes of contacts, bonded ones too: the interface of the body.
+    pub contact_nodes: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -133,11 +126,7 @@ pub enum NodeMotion {
 
 impl DofMap {
     pub fn free_nodes(&self) -> usize {
-        self.interior_nodes + self.flank_nodes + self.probe_nodes
-    }
-    /// Nodes kept as interface: flank and probe nodes.
-    pub fn kept_nodes(&self) -> usize {
-        self.flank_nodes + self.probe_nodes
+        self.interior_nodes + self.contact_nodes
     }
     /// The free nodes that move node `local`, with their weights (empty when it is fixed).
     pub fn weights(&self, local: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
@@ -148,7 +137,8 @@ impl DofMap {
         };
         a.into_iter().chain(b).map(move |n| (n, w))
     }
-    fn free(&self, local: u32) -> Option<usize> {
+    /// Number of a node among the free ones; `None` where it is fixed or tied.
+    pub fn free(&self, local: u32) -> Option<usize> {
         match self.nodes[local as usize] {
             NodeMotion::Free(n) => Some(n as usize),
             _ => None,
@@ -164,20 +154,26 @@ pub struct Rotation {
     pub prestress: Prestress,
 }
 
-/// Stands for the node of a body that has none.
-pub const NO_NODE: u32 = u32::MAX;
+/// A node of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct BodyNode {
+    pub body: usize,
+    /// In the body's own numbering.
+    pub node: u32,
+}
 
-/// A node of the first body against the coincident node of the second (sign conventions:
-/// [`crate::contact`]). Pair `i` owns flank free node `i` of both bodies.
+/// A node of one body against the coincident node of another (sign conventions: [`crate::contact`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
     /// Which of [`Model::contact_names`] it belongs to.
     pub contact: usize,
-    /// Local node of the first and of the second body ([`NO_NODE`] for rigid ground).
-    pub nodes: [u32; 2],
+    /// Of the first flank.
+    pub first: BodyNode,
+    /// Of the second flank; `None` where that is rigid ground.
+    pub second: Option<BodyNode>,
     pub position_m: [f64; 3],
-    /// Rows n, t1, t2: unit normal from the second body (jaw) into the first (blade), and two
-    /// tangents (t1 along the slot: the direction of the longest extent of the flank).
+    /// Rows n, t1, t2: unit normal from the second body into the first, and two tangents, t1 in the
+    /// direction in which most of the length of the flank's edge runs (along the slot).
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,
@@ -189,8 +185,8 @@ pub struct ContactPair {
 /// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
-    /// Body, local node, direction scaled by the node's share.
-    pub terms: Vec<(usize, u32, [f64; 3])>,
+    /// Node, and direction scaled by the node's share.
+    pub terms: Vec<(BodyNode, [f64; 3])>,
     pub force_n: f64,
     pub harmonic: usize,
     pub phase_rad: f64,
@@ -200,6 +196,6 @@ pub struct Excitation {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
     pub name: String,
-    /// Body, local node, direction scaled by the node's share.
-    pub terms: Vec<(usize, u32, [f64; 3])>,
+    /// Node, and direction scaled by the node's share.
+    pub terms: Vec<(BodyNode, [f64; 3])>,
 }

@@ -1,11 +1,12 @@
 //! Craig-Bampton reduction of one body (Craig, Bampton, AIAA J. 6 (1968) 1313-1319).
 //!
-//! Interior dofs i, kept dofs b (flank and probe nodes), fixed-interface modes Phi of (K_ii, M_ii):
+//! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the static
+//! answers of the interior to its loads that the modes do not give, [`residual_vectors`], together V:
 //!
 //! ```text
-//! u_i = Psi u_b + Phi q,   Psi = -K_ii^-1 K_ib
-//! K = [ K_bb + K_bi Psi   0    ]   M = [ M_bb + M_bi Psi + Psi^T W   W^T Phi ]   W = M_ib + M_ii Psi
-//!     [ 0                 w_q^2 ]       [ Phi^T W                     1       ]
+//! u_i = Psi u_b + V q,   Psi = -K_ii^-1 K_ib
+//! K = [ K_bb + K_bi Psi   0    ]   M = [ M_bb + M_bi Psi + Psi^T W   W^T V ]   W = M_ib + M_ii Psi
+//!     [ 0                 w_q^2 ]       [ V^T W                       1     ]
 //! ```
 //!
 //! Psi is never formed: the two condensed blocks come out of the factorisation of K_ii
@@ -16,6 +17,7 @@ use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
+use super::residual::residual_vectors;
 use crate::fem::BodyMatrices;
 use crate::model::{Body, NodeMotion};
 use dovetail_numerics::condense;
@@ -24,160 +26,152 @@ use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
 use dovetail_numerics::sparse::{product, submatrix, times};
 use dovetail_numerics::stored;
 
-/// One body on its kept dofs (flank nodes in the order of the pairs, then probe nodes) and the
-/// amplitudes of its fixed-interface modes: n = kept + modes coordinates, in this order.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+/// One body on the dofs of its contact nodes and the amplitudes of its fixed-interface modes and residual
+/// vectors: n coordinates, in this order.
+#[derive(Debug, Clone)]
 pub struct ReducedBody {
-    /// N/m, n x n.
-    #[serde(with = "stored::matrix")]
-    pub stiffness: Mat<f64>,
-    /// kg, n x n (modes mass-normalised).
-    #[serde(with = "stored::matrix")]
-    pub mass: Mat<f64>,
-    /// Centrifugal load, N, n.
-    pub load_n: Vec<f64>,
+    /// N/m, n x n, every entry stored.
+    pub stiffness: CscMatrix<f64>,
+    /// kg, n x n (modes mass-normalised), every entry stored.
+    pub mass: CscMatrix<f64>,
     /// Fixed-interface modes, squared angular frequencies.
     pub omega2: Vec<f64>,
-    pub flank_dofs: usize,
-    pub probe_dofs: usize,
-    interior: Interior,
+    pub interior: Interior,
 }
 
-/// What gives the interior back.
+/// What gives the interior of a reduced body back.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Interior {
+pub struct Interior {
     factor: Cholesky,
     /// K_ib
     #[serde(with = "stored::sparse_matrix")]
     coupling: CscMatrix<f64>,
-    /// Phi
+    /// V
     #[serde(with = "stored::matrix")]
     modes: Mat<f64>,
-    #[serde(with = "stored::numbers")]
-    load_n: Vec<f64>,
 }
 
-impl ReducedBody {
-    /// Number of coordinates: kept dofs and modes.
-    pub fn coordinates(&self) -> usize {
-        self.load_n.len()
-    }
-
-    /// Number of kept dofs.
-    pub fn kept(&self) -> usize {
-        self.flank_dofs + self.probe_dofs
-    }
-
-    /// Motion of all free dofs, one column per column of `coordinates` (kept, then modal), without
-    /// the static load: `u_i = Psi u_b + Phi q`.
+impl Interior {
+    /// Motion of all free dofs, one column per column of `coordinates`: `u_i = Psi u_b + V q`.
     pub fn motion(&self, coordinates: MatRef<'_, f64>) -> Mat<f64> {
-        let (kept, modal) = coordinates.split_at_row(self.kept());
-        let interior = self.constrained(kept, false) + product(self.interior.modes.as_ref(), modal);
-        stacked(interior.as_ref(), kept)
+        let (contact, modal) = coordinates.split_at_row(self.coupling.ncols());
+        let mut carried = times(&self.coupling, contact);
+        self.factor.solve_in_place(carried.as_mut());
+        let interior = product(self.modes.as_ref(), modal) - carried;
+        stacked(interior.as_ref(), contact)
     }
 
-    /// Static displacement of all free dofs under the centrifugal load when the kept dofs move by
-    /// `kept`; exact, whatever the number of modes: `u_i = K_ii^-1 (f_i - K_ib u_b)`.
-    pub fn static_displacement(&self, kept: &[f64]) -> Vec<f64> {
-        let kept = MatRef::from_column_major_slice(kept, kept.len(), 1);
-        let all = stacked(self.constrained(kept, true).as_ref(), kept);
-        all.col_as_slice(0).to_vec()
-    }
-
-    /// `K_ii^-1 (f_i - K_ib u_b)`, with or without the load.
-    fn constrained(&self, kept: MatRef<'_, f64>, loaded: bool) -> Mat<f64> {
-        let mut solution = times(&self.interior.coupling, kept);
-        for j in 0..solution.ncols() {
-            for (u, f) in solution
-                .col_as_slice_mut(j)
-                .iter_mut()
-                .zip(&self.interior.load_n)
-            {
-                *u = if loaded { f - *u } else { -*u };
-            }
+    /// A load on the free dofs, on the coordinates: `f_b + Psi^T f_i`, `V^T f_i`.
+    pub fn gather(&self, load: &[f64]) -> Vec<f64> {
+        let (interior, contact) = load.split_at(self.coupling.nrows());
+        let column = MatRef::from_column_major_slice(interior, interior.len(), 1);
+        let on_modes = product(self.modes.transpose(), column);
+        let mut followed = interior.to_vec();
+        if followed.iter().any(|f| *f != 0.0) {
+            self.factor.solve_vector(&mut followed);
         }
-        self.interior.factor.solve_in_place(solution.as_mut());
-        solution
+        let carried = self.coupling.col_iter().map(|column| -> f64 {
+            let entries = column.row_indices().iter().zip(column.values());
+            entries.map(|(&i, v)| v * followed[i]).sum()
+        });
+        let on_contact = contact.iter().zip(carried).map(|(f, c)| f - c);
+        on_contact
+            .chain(on_modes.col_as_slice(0).iter().copied())
+            .collect()
+    }
+
+    /// K_ii^-1 on each column.
+    pub(super) fn solve(&self, mut columns: Mat<f64>) -> Mat<f64> {
+        self.factor.solve_in_place(columns.as_mut());
+        columns
     }
 }
 
-/// Reduces a body to its flank and probe dofs and `body.fixed_interface_modes` modes.
+/// Reduces a body to its contact nodes and its `count` lowest fixed-interface modes. It answers the static
+/// `loads` (free dofs x loads) exactly.
 ///
 /// # Errors
 /// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior is
 /// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Size`].
-pub fn condense(body: &Body, matrices: &BodyMatrices) -> Result<ReducedBody, ReductionError> {
+pub fn condense(
+    body: &Body,
+    matrices: &BodyMatrices,
+    count: usize,
+    loads: MatRef<'_, f64>,
+) -> Result<ReducedBody, ReductionError> {
     let n = check_size(body, matrices)?;
     let split = 3 * body.dofs.interior_nodes;
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
-    let stiffness = &matrices.stiffness;
-    let mass = &matrices.mass;
+    let (stiffness, mass) = (&matrices.stiffness, &matrices.mass);
     let k_ii = submatrix(stiffness, &inner, &inner);
     let condensed = Symbolic::analyse(&k_ii)
         .and_then(|symbolic| condense::condense(stiffness, mass, &k_ii, &symbolic))
-        .map_err(|e| interior_error(body, e, |dof| dof))?;
+        .map_err(|e| interior_error(body, e))?;
     let factor = condensed.factor;
     let m_ii = submatrix(mass, &inner, &inner);
-    let modes =
-        lowest_modes(&k_ii, &m_ii, body.fixed_interface_modes, &factor).map_err(|source| {
-            ReductionError::Eigen {
-                body: body.name.clone(),
-                source,
-            }
-        })?;
-    drop(k_ii);
-    let (kept, count) = (n - split, modes.count());
-    // K_ii^-1 on M_ii Phi and on the load.
-    let mut followed = Mat::zeros(split, count + 1);
-    let inertia = times(&m_ii, modes.vectors.as_ref());
-    followed.subcols_mut(0, count).copy_from(inertia);
-    let load = &matrices.load_n;
-    followed
-        .col_as_slice_mut(count)
-        .copy_from_slice(&load[..split]);
-    factor.solve_in_place(followed.as_mut());
-    let carried = times(&submatrix(stiffness, &outer, &inner), followed.as_ref());
-    // (M_bi + Psi^T M_ii) Phi with Psi^T = -K_bi K_ii^-1.
-    let coupled =
-        times(&submatrix(mass, &outer, &inner), modes.vectors.as_ref()) - carried.subcols(0, count);
-    let grown = |corner: Mat<f64>| {
-        let mut whole = Mat::zeros(kept + count, kept + count);
-        whole.submatrix_mut(0, 0, kept, kept).copy_from(corner);
-        whole
+    let eigen = |source| ReductionError::Eigen {
+        body: body.name.clone(),
+        source,
     };
-    let mut stiffness = grown(condensed.stiffness);
-    let mut mass = grown(condensed.mass);
-    mass.submatrix_mut(0, kept, kept, count).copy_from(&coupled);
-    mass.submatrix_mut(kept, 0, count, kept)
-        .copy_from(coupled.transpose());
-    for (i, &w2) in modes.omega2.iter().enumerate() {
-        stiffness[(kept + i, kept + i)] = w2;
-        mass[(kept + i, kept + i)] = 1.0;
-    }
-    let interior_load = MatRef::from_column_major_slice(&load[..split], split, 1);
-    let on_modes = product(modes.vectors.transpose(), interior_load);
-    let load_n = (0..kept)
-        .map(|i| load[split + i] - carried[(i, count)])
-        .chain((0..count).map(|i| on_modes[(i, 0)]))
-        .collect();
+    let fixed = lowest_modes(&k_ii, &m_ii, count, &factor).map_err(eigen)?;
+    drop(k_ii);
+    let loads = loads.subrows(0, split);
+    let residual = residual_vectors(loads, &factor, &fixed, &m_ii).vectors;
+    let modes = side_by_side(&fixed, &residual);
+    // (M_bi + Psi^T M_ii) V with Psi^T = -K_bi K_ii^-1.
+    let mut followed = times(&m_ii, modes.vectors.as_ref());
+    factor.solve_in_place(followed.as_mut());
+    let coupled = times(&submatrix(mass, &outer, &inner), modes.vectors.as_ref())
+        - times(&submatrix(stiffness, &outer, &inner), followed.as_ref());
+    let contact = n - split;
+    let whole =
+        |corner: &Mat<f64>, coupled: &dyn Fn(usize, usize) -> f64, own: &dyn Fn(usize) -> f64| {
+            let entry = |i: usize, j: usize| match (i < contact, j < contact) {
+                (true, true) => corner[(i, j)],
+                (true, false) => coupled(i, j - contact),
+                (false, true) => coupled(j, i - contact),
+                (false, false) if i == j => own(i - contact),
+                (false, false) => 0.0,
+            };
+            stored_whole(contact + modes.count(), entry)
+        };
     Ok(ReducedBody {
-        stiffness,
-        mass,
-        load_n,
-        omega2: modes.omega2,
-        flank_dofs: 3 * body.dofs.flank_nodes,
-        probe_dofs: 3 * body.dofs.probe_nodes,
+        stiffness: whole(&condensed.stiffness, &|_, _| 0.0, &|i| modes.omega2[i]),
+        mass: whole(&condensed.mass, &|i, j| coupled[(i, j)], &|_| 1.0),
+        omega2: fixed.omega2,
         interior: Interior {
             factor,
-            coupling: submatrix(&matrices.stiffness, &inner, &outer),
+            coupling: submatrix(stiffness, &inner, &outer),
             modes: modes.vectors,
-            load_n: load[..split].to_vec(),
         },
     })
 }
 
-/// The `count` lowest modes of the whole body with its flank nodes held (no reduction). Vectors are
-/// on the free dofs other than those of the flanks, interior first.
+/// The modes of both, in this order.
+pub(super) fn side_by_side(first: &Modes, second: &Modes) -> Modes {
+    let (m, n) = (first.vectors.nrows(), first.count());
+    let mut vectors = Mat::zeros(m, n + second.count());
+    vectors.subcols_mut(0, n).copy_from(&first.vectors);
+    vectors
+        .subcols_mut(n, second.count())
+        .copy_from(&second.vectors);
+    Modes {
+        omega2: [&first.omega2[..], &second.omega2].concat(),
+        vectors,
+    }
+}
+
+/// A dense matrix in the form of a sparse one.
+fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64> {
+    let offsets = (0..=n).map(|j| j * n).collect();
+    let rows = (0..n * n).map(|at| at % n).collect();
+    let values = (0..n * n).map(|at| entry(at % n, at / n)).collect();
+    CscMatrix::try_from_csc_data(n, n, offsets, rows, values)
+        .expect("every row of every column, in order")
+}
+
+/// The `count` lowest modes of the whole body with its contact nodes held (no reduction). Vectors are
+/// on the free dofs of its interior.
 ///
 /// # Errors
 /// As [`condense`].
@@ -186,14 +180,11 @@ pub fn held_modes(
     matrices: &BodyMatrices,
     count: usize,
 ) -> Result<Modes, ReductionError> {
-    let n = check_size(body, matrices)?;
-    let flank = 3 * body.dofs.interior_nodes;
-    let probe = flank + 3 * body.dofs.flank_nodes;
-    let moving: Vec<usize> = (0..flank).chain(probe..n).collect();
-    let stiffness = submatrix(&matrices.stiffness, &moving, &moving);
-    let mass = submatrix(&matrices.mass, &moving, &moving);
-    let factor =
-        Cholesky::factor(&stiffness).map_err(|e| interior_error(body, e, |dof| moving[dof]))?;
+    check_size(body, matrices)?;
+    let inner: Vec<usize> = (0..3 * body.dofs.interior_nodes).collect();
+    let stiffness = submatrix(&matrices.stiffness, &inner, &inner);
+    let mass = submatrix(&matrices.mass, &inner, &inner);
+    let factor = Cholesky::factor(&stiffness).map_err(|e| interior_error(body, e))?;
     lowest_modes(&stiffness, &mass, count, &factor).map_err(|source| ReductionError::Eigen {
         body: body.name.clone(),
         source,
@@ -219,13 +210,9 @@ pub(super) fn check_size(body: &Body, matrices: &BodyMatrices) -> Result<usize, 
 }
 
 /// Names the node at which the factorisation of a body stopped.
-fn interior_error(
-    body: &Body,
-    source: FactorError,
-    free_dof: impl Fn(usize) -> usize,
-) -> ReductionError {
+fn interior_error(body: &Body, source: FactorError) -> ReductionError {
     let name = body.name.clone();
-    let tag = |dof: usize| node_tag(body, free_dof(dof) / 3);
+    let tag = |dof: usize| node_tag(body, dof / 3);
     match source {
         FactorError::Singular { dof, .. } => ReductionError::InteriorNotHeld {
             body: name,
@@ -247,7 +234,7 @@ fn stacked(upper: MatRef<'_, f64>, lower: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// The mesh's tag of a free node.
-fn node_tag(body: &Body, free: usize) -> u64 {
+pub(super) fn node_tag(body: &Body, free: usize) -> u64 {
     let is_it = |motion: &NodeMotion| *motion == NodeMotion::Free(free as u32);
     let local = body.dofs.nodes.iter().position(is_it);
     local
@@ -280,37 +267,41 @@ mod tests {
         z.get(outer.clone(), outer) - z_bi * z_ii.partial_piv_lu().solve(z_ib)
     }
 
+    const NO_LOADS: usize = 0;
+
     #[test]
     fn all_modes_give_the_exact_dynamic_stiffness_and_fields() {
-        let (model, structure) = assembly([1000, 1000]);
+        let (model, structure) = assembly([None, None]);
         for b in 0..2 {
             let (body, matrices) = (&model.bodies[b], &structure.bodies[b]);
-            let reduced = condense(body, matrices).unwrap();
+            let loads = Mat::zeros(matrices.load_n.len(), NO_LOADS);
+            let reduced = condense(body, matrices, 1000, loads.as_ref()).unwrap();
             let split = 3 * body.dofs.interior_nodes;
             assert_eq!(reduced.omega2.len(), split);
             let (k, m) = (dense(&matrices.stiffness), dense(&matrices.mass));
+            let (small_k, small_m) = (dense(&reduced.stiffness), dense(&reduced.mass));
+            let (nk, n) = (3 * body.dofs.contact_nodes, small_k.nrows());
             for omega in [0.0, 3.1e3, 1.7e4, 6.3e4] {
                 let full = condensed(&dynamic_stiffness(&k, &m, omega), 0..split);
-                let small = dynamic_stiffness(&reduced.stiffness, &reduced.mass, omega);
-                let small = condensed(&small, reduced.kept()..reduced.coordinates());
+                let small = condensed(&dynamic_stiffness(&small_k, &small_m, omega), nk..n);
                 let error = (&full - &small).norm_max() / full.norm_max();
                 assert!(error < 1e-9, "{omega}: {error}");
             }
-            // Fields: a forced motion of the kept dofs, solved on both.
+            // Fields: a forced motion of the contact nodes, solved on both.
             let omega = 1.7e4;
-            let kept = Mat::from_fn(reduced.kept(), 2, |i, j| ((i + 3 * j) as f64).sin());
+            let kept = Mat::from_fn(nk, 2, |i, j| ((i + 3 * j) as f64).sin());
             let z = dynamic_stiffness(&k, &m, omega);
             let interior = z
                 .get(..split, ..split)
                 .partial_piv_lu()
                 .solve(-(z.get(..split, split..) * &kept));
-            let w = dynamic_stiffness(&reduced.stiffness, &reduced.mass, omega);
-            let (nk, n) = (reduced.kept(), reduced.coordinates());
+            let w = dynamic_stiffness(&small_k, &small_m, omega);
             let modal = w
                 .get(nk..n, nk..n)
                 .partial_piv_lu()
                 .solve(-(w.get(nk..n, ..nk) * &kept));
-            let motion = reduced.motion(stacked(kept.as_ref(), modal.as_ref()).as_ref());
+            let coordinates = stacked(kept.as_ref(), modal.as_ref());
+            let motion = reduced.interior.motion(coordinates.as_ref());
             let expected = stacked(interior.as_ref(), kept.as_ref());
             assert!((&motion - &expected).norm_max() < 1e-9 * expected.norm_max());
         }
@@ -318,46 +309,52 @@ mod tests {
 
     #[test]
     fn statics_are_exact_without_any_mode() {
-        let (model, structure) = assembly([0, 0]);
+        let (model, structure) = assembly([None, None]);
         let (body, matrices) = (&model.bodies[1], &structure.bodies[1]);
-        let reduced = condense(body, matrices).unwrap();
         let f = |v: &[f64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
-        let exact = dense(&matrices.stiffness)
+        let load = f(&matrices.load_n);
+        let reduced = condense(body, matrices, 0, load.as_ref()).unwrap();
+        assert_eq!(reduced.stiffness.ncols(), 3 * body.dofs.contact_nodes + 1);
+        let exact = dense(&matrices.stiffness).partial_piv_lu().solve(&load);
+        let on_coordinates = f(&reduced.interior.gather(&matrices.load_n));
+        let found = dense(&reduced.stiffness)
             .partial_piv_lu()
-            .solve(f(&matrices.load_n));
-        let kept = reduced.stiffness.partial_piv_lu().solve(f(&reduced.load_n));
-        let all = reduced.static_displacement(kept.col_as_slice(0));
-        let error = (f(&all) - &exact).norm_max() / exact.norm_max();
+            .solve(on_coordinates);
+        let all = reduced.interior.motion(found.as_ref());
+        let error = (all - &exact).norm_max() / exact.norm_max();
         assert!(error < 1e-11, "{error}");
     }
 
     #[test]
     fn rigid_motion_keeps_its_mass() {
         // Translation of the free bar: u^T M u is the whole mass, whatever the modes kept.
-        let (model, structure) = assembly([4, 0]);
-        let reduced = condense(&model.bodies[0], &structure.bodies[0]).unwrap();
-        let all = dense(&structure.bodies[0].mass);
+        let (model, structure) = assembly([None, None]);
+        let (body, matrices) = (&model.bodies[0], &structure.bodies[0]);
+        let loads = Mat::zeros(matrices.load_n.len(), NO_LOADS);
+        let reduced = condense(body, matrices, 4, loads.as_ref()).unwrap();
+        let all = dense(&matrices.mass);
         let n = all.nrows();
         let total: f64 = (0..n / 3)
             .flat_map(|i| (0..n / 3).map(move |j| (i, j)))
             .map(|(i, j)| all[(3 * i, 3 * j)])
             .sum();
-        let kept = reduced.kept();
+        let kept = 3 * body.dofs.contact_nodes;
         let u = Mat::from_fn(kept, 1, |i, _| if i % 3 == 0 { 1.0 } else { 0.0 });
-        let small = u.transpose() * (reduced.mass.get(..kept, ..kept) * &u);
+        let (k, m) = (dense(&reduced.stiffness), dense(&reduced.mass));
+        let small = u.transpose() * (m.get(..kept, ..kept) * &u);
         assert!((small[(0, 0)] / total - 1.0).abs() < 1e-12);
-        assert!((reduced.stiffness.get(..kept, ..kept) * &u).norm_max() < 1e-12 * 3e7 * 50.0);
+        assert!((k.get(..kept, ..kept) * &u).norm_max() < 1e-12 * 3e7 * 50.0);
     }
 
     #[test]
-    fn held_modes_are_those_of_the_body_with_its_flanks_held() {
-        let (model, structure) = assembly([0, 0]);
+    fn held_modes_are_those_of_the_body_with_its_contacts_held() {
+        let (model, structure) = assembly([None, None]);
         let body = &model.bodies[0];
         let modes = held_modes(body, &structure.bodies[0], 5).unwrap();
         let flank = 3 * body.dofs.interior_nodes;
         let stiffen = |a: &CscMatrix<f64>, large: f64| {
             let mut a = dense(a);
-            (flank..flank + 3 * body.dofs.flank_nodes).for_each(|i| a[(i, i)] += large);
+            (flank..a.nrows()).for_each(|i| a[(i, i)] += large);
             a
         };
         let (k, m) = (&structure.bodies[0].stiffness, &structure.bodies[0].mass);
@@ -374,14 +371,15 @@ mod tests {
 
     #[test]
     fn errors_name_the_body_and_the_node() {
-        let (model, mut structure) = assembly([2, 2]);
+        let (model, mut structure) = assembly([None, None]);
         let dof = 3 * 4;
         for (i, j, v) in structure.bodies[0].stiffness.triplet_iter_mut() {
             if i == dof && j == dof {
                 *v = -1e10;
             }
         }
-        let message = condense(&model.bodies[0], &structure.bodies[0])
+        let loads = |b: usize| Mat::<f64>::zeros(structure.bodies[b].load_n.len(), NO_LOADS);
+        let message = condense(&model.bodies[0], &structure.bodies[0], 2, loads(0).as_ref())
             .unwrap_err()
             .to_string();
         let local = model.bodies[0]
@@ -394,9 +392,10 @@ mod tests {
             message.contains("`bar`") && message.contains(&tag),
             "{message}"
         );
+        let loads = loads(1);
         structure.bodies[1].load_n.pop();
         assert!(matches!(
-            condense(&model.bodies[1], &structure.bodies[1]),
+            condense(&model.bodies[1], &structure.bodies[1], 2, loads.as_ref()),
             Err(ReductionError::Size { .. })
         ));
     }

@@ -3,12 +3,14 @@
 use crate::fem::{BodyMatrices, Structure};
 use crate::mesh::ElementOrder;
 use crate::model::Material;
-use crate::model::{Body, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation};
+use crate::model::{
+    Body, BodyNode, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation,
+};
 use dovetail_testkit::lattice::{Lattice, scattered};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
 /// has a probe at its tip and two tied nodes besides; the block a probe and its face x = 0 held.
-pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
+pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
     let bar = Lattice {
         shape: [4, 3, 3],
         stiffness: 3e7,
@@ -27,28 +29,17 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
         spots.map(|[j, k]| block.node([2, j, k])),
     ];
     let held: Vec<usize> = (0..9).collect();
-    let (bar_body, bar_matrices) = body(
-        "bar",
-        &bar,
-        &flanks[0],
-        &[bar.node([3, 2, 2])],
-        &[],
-        modes[0],
-        7,
-    );
-    let (block_body, block_matrices) = body(
-        "block",
-        &block,
-        &flanks[1],
-        &[block.node([1, 0, 0])],
-        &held,
-        modes[1],
-        8000,
-    );
+    let (bar_body, bar_matrices) = body("bar", &bar, &flanks[0], &[], modes[0], 7);
+    let (block_body, block_matrices) = body("block", &block, &flanks[1], &held, modes[1], 8000);
+    let at = |body, node: usize| BodyNode {
+        body,
+        node: node as u32,
+    };
     let pairs = (0..5)
         .map(|i| ContactPair {
             contact: 0,
-            nodes: [flanks[0][i] as u32, flanks[1][i] as u32],
+            first: at(0, flanks[0][i]),
+            second: Some(at(1, flanks[1][i])),
             position_m: [0.0; 3],
             frame: frame(i),
             area_m2: 1e-6,
@@ -56,15 +47,15 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
             friction: 0.3,
         })
         .collect();
-    let (tip, tied) = (bar.node([3, 2, 2]) as u32, bar.nodes() as u32);
+    let (tip, tied) = (bar.node([3, 2, 2]), bar.nodes());
     let force = |body, node, direction, harmonic, phase_rad| Excitation {
-        terms: vec![(body, node, direction)],
+        terms: vec![(at(body, node), direction)],
         force_n: 1.5,
         harmonic,
         phase_rad,
     };
     let model = Model {
-        bodies: [bar_body, block_body],
+        bodies: vec![bar_body, block_body],
         rotation: None,
         pairs,
         bonded: Vec::new(),
@@ -73,19 +64,19 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
         excitations: vec![
             force(0, tip, [1.0, -2.0, 0.5], 1, 0.7),
             force(0, tied, [3.0, 1.0, 0.0], 1, -0.4),
-            force(1, block.node([1, 0, 0]) as u32, [0.3, 0.2, 5.0], 1, 2.0),
-            force(1, flanks[1][3] as u32, [0.0, 4.0, 1.0], 3, 0.0),
+            force(1, block.node([1, 0, 0]), [0.3, 0.2, 5.0], 1, 2.0),
+            force(1, flanks[1][3], [0.0, 4.0, 1.0], 3, 0.0),
         ],
         observations: vec![
             Observation {
                 name: "tip".into(),
-                terms: vec![(0, tip, [0.0, 0.6, 0.8])],
+                terms: vec![(at(0, tip), [0.0, 0.6, 0.8])],
             },
             Observation {
                 name: "mixed".into(),
                 terms: vec![
-                    (0, tied, [1.0, 0.0, -1.0]),
-                    (1, flanks[1][0] as u32, [0.0, 2.0, 0.0]),
+                    (at(0, tied), [1.0, 0.0, -1.0]),
+                    (at(1, flanks[1][0]), [0.0, 2.0, 0.0]),
                 ],
             },
         ],
@@ -94,7 +85,7 @@ pub fn assembly(modes: [usize; 2]) -> (Model, Structure) {
     (
         model,
         Structure {
-            bodies: [bar_matrices, block_matrices],
+            bodies: vec![bar_matrices, block_matrices],
         },
     )
 }
@@ -109,22 +100,15 @@ fn body(
     name: &str,
     lattice: &Lattice,
     flank: &[usize],
-    probes: &[usize],
     held: &[usize],
-    modes: usize,
+    modes: Option<usize>,
     seed: usize,
 ) -> (Body, BodyMatrices) {
     let mut number = vec![None; lattice.nodes()];
-    let kept = |n: &usize| flank.contains(n) || probes.contains(n);
     let interior: Vec<usize> = (0..lattice.nodes())
-        .filter(|n| !kept(n) && !held.contains(n))
+        .filter(|n| !flank.contains(n) && !held.contains(n))
         .collect();
-    let free: Vec<usize> = interior
-        .iter()
-        .chain(flank)
-        .chain(probes)
-        .copied()
-        .collect();
+    let free: Vec<usize> = interior.iter().chain(flank).copied().collect();
     for (new, &old) in free.iter().enumerate() {
         number[old] = Some(new);
     }
@@ -154,8 +138,7 @@ fn body(
         dofs: DofMap {
             nodes,
             interior_nodes: interior.len(),
-            flank_nodes: flank.len(),
-            probe_nodes: probes.len(),
+            contact_nodes: flank.len(),
         },
     };
     let load_n = (0..3 * free.len())

@@ -1,65 +1,75 @@
-//! [`Structure`](crate::fem::Structure) -> [`ReducedModel`]: Craig-Bampton per body, then relative
-//! displacements of the pairs and modes of the stuck assembly.
+//! [`Structure`](crate::fem::Structure) -> [`ReducedModel`]: the bodies joined by their contacts, on the
+//! relative displacements of the pairs and the modes of the stuck assembly.
 
+mod assembly;
 pub mod craig_bampton;
 pub mod damping;
-mod joined;
 mod matrix_market;
-pub mod relative;
+pub mod recovery;
+mod residual;
 pub mod superelement;
+pub mod transformation;
+mod truncation;
 
 #[cfg(test)]
 mod lattice_model;
+#[cfg(test)]
+mod tests;
 
 use faer::Mat;
 
 use serde::{Deserialize, Serialize};
 
-use crate::fem::Structure;
 use crate::model::{ContactPair, Excitation, Model};
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
 
-pub use craig_bampton::ReducedBody;
-pub use relative::Recovery;
+pub use assembly::{reduce, stuck_modes};
+pub use recovery::Recovery;
+pub use truncation::Truncation;
 
-/// More pairs than this, and the bodies are condensed together ([`reduce_joined`]).
-pub const JOINED_ABOVE_PAIRS: usize = 400;
-/// Stuck modes kept then, if the scene does not say.
-pub const JOINED_STUCK_MODES: usize = 30;
+/// Modes of a kind that lists show and errors are estimated of.
+pub const LISTED_MODES: usize = 6;
 
-/// Up to [`JOINED_ABOVE_PAIRS`] both bodies by Craig-Bampton, side by side, then on relative
-/// displacements with the `stuck_modes` lowest stuck modes (`None`: all of them, exact). Above,
-/// [`reduce_joined`] with `stuck_modes` or [`JOINED_STUCK_MODES`]: the dense matrices of both flanks
-/// would cost more than all else.
-///
-/// # Errors
-/// See [`ReductionError`].
-pub fn reduce(
-    model: &Model,
-    structure: &Structure,
-    stuck_modes: Option<usize>,
-) -> Result<ReducedModel, ReductionError> {
-    if model.pairs.len() + model.bonded.len() > JOINED_ABOVE_PAIRS {
-        return reduce_joined(model, structure, stuck_modes.unwrap_or(JOINED_STUCK_MODES));
-    }
-    let condense = |b: usize| craig_bampton::condense(&model.bodies[b], &structure.bodies[b]);
-    let (first, second) = rayon::join(|| condense(0), || condense(1));
-    relative::relative(model, [first?, second?], stuck_modes)
+/// How many stuck modes a reduction keeps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StuckModes {
+    /// `None`: those below four times the highest frequency, at least 12, and more where the estimated error of
+    /// amplitudes asks for them.
+    pub count: Option<usize>,
+    /// Highest frequency that is excited.
+    pub highest: Highest,
 }
 
-/// Both bodies at once, from the sparse matrices of the assembly to X and its `stuck_modes` lowest
-/// stuck modes: no fixed-interface modes of the bodies (`Body::fixed_interface_modes` is not read).
-///
-/// # Errors
-/// See [`ReductionError`].
-pub fn reduce_joined(
-    model: &Model,
-    structure: &Structure,
-    stuck_modes: usize,
-) -> Result<ReducedModel, ReductionError> {
-    joined::join(model, structure, stuck_modes)
+/// The highest frequency of a response.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub enum Highest {
+    RadS(f64),
+    /// As a multiple of the first stuck frequency.
+    OfFirstStuckMode(f64),
+}
+
+impl Highest {
+    /// Up to the next power of the square root of two, so that ranges which hardly differ ask for the same
+    /// reduction.
+    pub fn rounded_up(self) -> Self {
+        let up = |x: f64| match x > 0.0 && x.is_finite() {
+            true => (0.5 * (2.0 * x.log2()).ceil()).exp2(),
+            false => x,
+        };
+        match self {
+            Self::RadS(x) => Self::RadS(up(x)),
+            Self::OfFirstStuckMode(x) => Self::OfFirstStuckMode(up(x)),
+        }
+    }
+
+    fn rad_s(self, omega2: &[f64]) -> f64 {
+        match self {
+            Self::RadS(x) => x,
+            Self::OfFirstStuckMode(x) => x * omega2.first().map_or(0.0, |w2| w2.sqrt()),
+        }
+    }
 }
 
 /// The assembly as the contact solver sees it, and the way back to the bodies.
@@ -68,9 +78,10 @@ pub struct ReducedModel {
     pub relative: RelativeModel,
     /// One newton of each excitation of the model.
     pub unit_loads: Vec<Load>,
-    /// Number of stuck modes there are; `relative` may keep fewer.
-    pub all_stuck_modes: usize,
-    /// Per body; none where the bodies were condensed together.
+    /// Modes that `relative` begins with; residual vectors follow.
+    pub stuck_modes: usize,
+    pub truncation: Truncation,
+    /// Of each body; none where it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
     pub recovery: Recovery,
 }
@@ -86,11 +97,11 @@ pub enum ReductionError {
         found: usize,
     },
     #[error(
-        "body `{body}`: around node {node} nothing holds it, even with its flanks and observed points held; the mesh falls apart there: check that the volume is one connected piece"
+        "body `{body}`: around node {node} nothing holds it, even with its contacts held; the mesh falls apart there: check that the volume is one connected piece"
     )]
     InteriorNotHeld { body: String, node: u64 },
     #[error(
-        "body `{body}`: its stiffness is not positive (at node {node}) even with its flanks and observed points held; it flies apart or buckles at this speed: lower the speed or check the material and the units"
+        "body `{body}`: its stiffness is not positive (at node {node}) even with its contacts held; it flies apart or buckles at this speed: lower the speed or check the material and the units"
     )]
     InteriorUnstable { body: String, node: u64 },
     #[error("body `{body}`: its stiffness cannot be factored")]
@@ -98,25 +109,23 @@ pub enum ReductionError {
     #[error("body `{body}`: its fixed-interface modes were not found")]
     Eigen { body: String, source: EigenError },
     #[error(
-        "body `{body}` has {flank_nodes} flank nodes for {pairs} contact pairs: a node of a pair must be free and belong to one pair"
+        "node {node} of body `{body}` is in contact but does not move by itself: a node of a contact must be free"
     )]
-    FlankMismatch {
-        body: String,
-        flank_nodes: usize,
-        pairs: usize,
-    },
+    ContactNodeNotFree { body: String, node: u64 },
     #[error(
-        "{what}: node {node} of body `{body}` was condensed; nodes of excitations and observations must be kept nodes of the model"
+        "node {node} of body `{body}` follows the nodes of two contacts: exchange `first` and `second` of one of them"
     )]
-    PointCondensed {
-        what: String,
-        body: String,
-        node: u64,
-    },
+    SlaveTwice { body: String, node: u64 },
     #[error(
-        "with all pairs stuck nothing holds the assembly, or it is unstable at this speed: body `{body}` needs fixed groups (key `fixed` of the body), and the speed must be one it stands"
+        "contacts go round in a circle: each node follows another one; exchange `first` and `second` of one of them"
     )]
-    NotHeld { body: String },
+    Circle,
+    #[error(
+        "with all pairs stuck nothing holds body `{body}` (at node {node}), or it is unstable at this speed: it needs fixed groups (key `fixed` of the body), a contact with what is held, or a speed that it stands"
+    )]
+    NotHeld { body: String, node: u64 },
+    #[error("the stiffness of the assembly cannot be factored")]
+    Assembly { source: FactorError },
     #[error("the modes of the stuck assembly were not found")]
     Stuck { source: EigenError },
 }
@@ -134,10 +143,10 @@ pub struct RelativeModel {
     /// Mass on X with the rest following statically, kg, n x n.
     #[serde(with = "stored::matrix")]
     pub mass: Mat<f64>,
-    /// p: mass coupling of X to the stuck modes (mass-normalised), n x m.
+    /// p: mass coupling of X to the stuck modes and residual vectors (mass-normalised), n x m.
     #[serde(with = "stored::matrix")]
     pub coupling: Mat<f64>,
-    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, m.
+    /// Squared angular frequencies, rad2/s2, of the stuck modes, ascending, then of the residual vectors, m.
     pub omega2: Vec<f64>,
     /// Static (centrifugal) load on X and on the modes.
     pub static_load: Load,

@@ -56,13 +56,15 @@ impl PairPlace for PairRow {
 impl PairTable {
     pub fn of_model(model: &Model) -> Self {
         let bodies = model.bodies.iter().enumerate();
-        let nodes = bodies
-            .filter(|(_, body)| !body.is_ground())
-            .map(|(b, body)| {
-                let tag = |pair: &ContactPair| body.node_tags.get(pair.nodes[b] as usize).copied();
-                let tags = model.pairs.iter().map(tag).collect();
-                (format!("{}_node", body.name), tags)
-            });
+        let nodes = bodies.map(|(b, body)| {
+            let tag = |pair: &ContactPair| {
+                let sides = std::iter::once(pair.first).chain(pair.second);
+                let node = sides.into_iter().find(|at| at.body == b)?.node;
+                body.node_tags.get(node as usize).copied()
+            };
+            let tags = model.pairs.iter().map(tag).collect();
+            (format!("{}_node", body.name), tags)
+        });
         Self {
             contacts: model.contact_names.clone(),
             nodes: nodes.collect(),

@@ -291,7 +291,8 @@ mod tests {
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {
             contact: 0,
-            nodes: [0, 0],
+            first: crate::model::BodyNode { body: 0, node: 0 },
+            second: None,
             position_m: [0.0; 3],
             frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             area_m2,

@@ -1,0 +1,488 @@
+//! The bodies joined by their contacts, condensed on the relative displacements of the pairs.
+//!
+//! With the unknowns (g, X) of the [`Transformation`], K and M are sparse matrices of the whole assembly. With X = 0,
+//! all pairs stuck, the meshes are one. Then
+//!
+//! ```text
+//! g = Psi X + Phi q     Psi = -K_gg^-1 K_gx     Phi: modes of (K_gg, M_gg), all pairs stuck
+//!
+//! K X + M X'' + p q'' + lambda = F         K = K_xx + K_xg Psi      F = f_x + Psi^T f_g
+//! q'' + w^2 q + p^T X'' = Phi^T f_g        p = (M_xg + Psi^T M_gg) Phi
+//! M = M_xx + M_xg Psi + Psi^T M_gx + Psi^T M_gg Psi
+//! ```
+//!
+//! is the Craig-Bampton reduction of the assembly with X for its interface (lambda acts on X alone: on
+//! +X of the first body and on -X of the second). Beside the lowest modes stand the
+//! [residual vectors](super::residual) of the loads and of the observed points. With Rayleigh damping
+//! a K + b M and q eliminated at the frequency w, `Lambda X + lambda = F - sum_m c_m fm_m / d_m`, where
+//! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`,
+//! `d_m = (1 + i w a) w_m^2 - (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`, `q_m = (fm_m - c_m . X) / d_m`.
+
+use faer::Mat;
+use nalgebra_sparse::CscMatrix;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use super::craig_bampton::{self, ReducedBody, check_size, node_tag, side_by_side};
+use super::recovery::Recovery;
+use super::residual::{Residual, residual_vectors};
+use super::transformation::{Transformation, Zeros};
+use super::truncation::{self, Truncation};
+use super::{Load, Probe, ReducedModel, ReductionError, RelativeModel, StuckModes};
+use crate::fem::{BodyMatrices, Structure};
+use crate::model::{BodyNode, Model};
+use dovetail_numerics::condense::condense;
+use dovetail_numerics::eigen::{Modes, lowest_modes};
+use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
+use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
+
+/// Where the scene does not say how many: no fewer stuck modes, no more, and how far above the highest
+/// frequency they reach.
+const LEAST_MODES: usize = 12;
+const MOST_MODES: usize = 192;
+const REACH: f64 = 4.0;
+/// Estimated error of amplitudes that is small enough.
+const ACCURATE: f64 = 1e-4;
+
+/// The assembly on X and on its stuck modes.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn reduce(
+    model: &Model,
+    structure: &Structure,
+    stuck_modes: StuckModes,
+) -> Result<ReducedModel, ReductionError> {
+    let loads = Loads::of(model, structure);
+    let joined = Joined::new(model, structure, &loads)?;
+    let (on_g, on_x) = joined.gathered(&loads);
+    let mut count = stuck_modes.count.unwrap_or(LEAST_MODES);
+    loop {
+        let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
+        let modes = lowest_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor)
+            .map_err(|source| ReductionError::Stuck { source })?;
+        let reach = REACH * stuck_modes.highest.rad_s(&modes.omega2);
+        let reached = modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach);
+        if reached || last_try {
+            let (relative, amplitude) =
+                joined.on_modes(model, &loads, &on_g, &on_x, modes, stuck_modes);
+            if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
+                return Ok(joined.finish(model, structure, relative, amplitude));
+            }
+        }
+        count *= 2;
+    }
+}
+
+/// The `count` lowest stuck modes of the assembly alone, squared angular frequencies.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn stuck_modes(
+    model: &Model,
+    structure: &Structure,
+    count: usize,
+) -> Result<Vec<f64>, ReductionError> {
+    let bodies = coordinates(model, structure, &Loads::of(model, structure))?;
+    let transformation = transformation(model, &bodies)?;
+    let inner: Vec<usize> = (0..transformation.inner()).collect();
+    let part = |matrices: &[&CscMatrix<f64>], zeros| {
+        submatrix(&transformation.congruent(matrices, zeros), &inner, &inner)
+    };
+    let k_gg = part(&matrices_of(&bodies, BodyMatrix::Stiffness), Zeros::Kept);
+    let m_gg = part(&matrices_of(&bodies, BodyMatrix::Mass), Zeros::LeftOut);
+    let factor =
+        Cholesky::factor(&k_gg).map_err(|e| not_held(model, &bodies, &transformation, e))?;
+    let modes = lowest_modes(&k_gg, &m_gg, count, &factor);
+    Ok(modes
+        .map_err(|source| ReductionError::Stuck { source })?
+        .omega2)
+}
+
+/// Loads on the free dofs of each body: the steady one, one newton of each excitation, and for each
+/// observed point the one whose work on a motion is what is observed.
+struct Loads {
+    steady: Vec<Vec<f64>>,
+    excitations: Vec<Vec<Vec<f64>>>,
+    observations: Vec<Vec<Vec<f64>>>,
+}
+
+impl Loads {
+    fn of(model: &Model, structure: &Structure) -> Self {
+        let nothing = || -> Vec<Vec<f64>> {
+            let bodies = structure.bodies.iter();
+            bodies.map(|b| vec![0.0; b.load_n.len()]).collect()
+        };
+        let spread = |terms: &[(BodyNode, [f64; 3])]| {
+            let mut load = nothing();
+            for &(at, direction) in terms {
+                for (free, weight) in model.bodies[at.body].dofs.weights(at.node as usize) {
+                    for (axis, v) in direction.iter().enumerate() {
+                        load[at.body][3 * free + axis] += weight * v;
+                    }
+                }
+            }
+            load
+        };
+        Self {
+            steady: structure.bodies.iter().map(|b| b.load_n.clone()).collect(),
+            excitations: model.excitations.iter().map(|e| spread(&e.terms)).collect(),
+            observations: model
+                .observations
+                .iter()
+                .map(|o| spread(&o.terms))
+                .collect(),
+        }
+    }
+
+    /// The steady load, the excitations, the observations.
+    fn all(&self) -> impl Iterator<Item = &Vec<Vec<f64>>> {
+        let rest = self.excitations.iter().chain(&self.observations);
+        std::iter::once(&self.steady).chain(rest)
+    }
+
+    /// All of them on one body, side by side.
+    fn on_body(&self, body: usize) -> Mat<f64> {
+        let columns: Vec<&Vec<f64>> = self.all().map(|load| &load[body]).collect();
+        Mat::from_fn(columns[0].len(), columns.len(), |i, j| columns[j][i])
+    }
+}
+
+/// A body with the matrices it has in the assembly.
+enum Coordinates<'a> {
+    /// All free dofs.
+    Full(&'a BodyMatrices),
+    Reduced(Box<ReducedBody>),
+}
+
+#[derive(Clone, Copy)]
+enum BodyMatrix {
+    Stiffness,
+    Mass,
+}
+
+fn coordinates<'a>(
+    model: &Model,
+    structure: &'a Structure,
+    loads: &Loads,
+) -> Result<Vec<Coordinates<'a>>, ReductionError> {
+    let one = |b: usize| {
+        let (body, matrices) = (&model.bodies[b], &structure.bodies[b]);
+        check_size(body, matrices)?;
+        Ok(match body.fixed_interface_modes {
+            None => Coordinates::Full(matrices),
+            Some(modes) => {
+                let loads = loads.on_body(b);
+                let reduced = craig_bampton::condense(body, matrices, modes, loads.as_ref())?;
+                Coordinates::Reduced(Box::new(reduced))
+            }
+        })
+    };
+    (0..model.bodies.len()).into_par_iter().map(one).collect()
+}
+
+fn matrices_of<'a>(bodies: &'a [Coordinates<'a>], which: BodyMatrix) -> Vec<&'a CscMatrix<f64>> {
+    let matrix = |body: &'a Coordinates<'a>| match (body, which) {
+        (Coordinates::Full(body), BodyMatrix::Stiffness) => &body.stiffness,
+        (Coordinates::Full(body), BodyMatrix::Mass) => &body.mass,
+        (Coordinates::Reduced(body), BodyMatrix::Stiffness) => &body.stiffness,
+        (Coordinates::Reduced(body), BodyMatrix::Mass) => &body.mass,
+    };
+    bodies.iter().map(matrix).collect()
+}
+
+fn transformation(
+    model: &Model,
+    bodies: &[Coordinates<'_>],
+) -> Result<Transformation, ReductionError> {
+    let stiffness = matrices_of(bodies, BodyMatrix::Stiffness);
+    let sizes: Vec<usize> = stiffness.iter().map(|k| k.ncols()).collect();
+    Transformation::new(model, &sizes, |at| {
+        let dofs = &model.bodies[at.body].dofs;
+        let free = dofs.free(at.node)?;
+        match &bodies[at.body] {
+            Coordinates::Full(_) => Some(3 * free),
+            Coordinates::Reduced(_) => free.checked_sub(dofs.interior_nodes).map(|n| 3 * n),
+        }
+    })
+}
+
+/// What is not held, or unstable, by the body and the node at which the factorisation stopped.
+fn not_held(
+    model: &Model,
+    bodies: &[Coordinates<'_>],
+    transformation: &Transformation,
+    error: FactorError,
+) -> ReductionError {
+    let (FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. }) = error
+    else {
+        return ReductionError::Assembly { source: error };
+    };
+    let (body, coordinate) = transformation.origin(dof).unwrap_or((0, 0));
+    let before = match &bodies[body] {
+        Coordinates::Full(_) => 0,
+        Coordinates::Reduced(_) => model.bodies[body].dofs.interior_nodes,
+    };
+    ReductionError::NotHeld {
+        body: model.bodies[body].name.clone(),
+        node: node_tag(&model.bodies[body], before + coordinate / 3),
+    }
+}
+
+/// The assembly on (g, X), and what is left of it on X.
+struct Joined<'a> {
+    bodies: Vec<Coordinates<'a>>,
+    transformation: Transformation,
+    factor: Cholesky,
+    k_gg: CscMatrix<f64>,
+    m_gg: CscMatrix<f64>,
+    k_gx: CscMatrix<f64>,
+    k_xg: CscMatrix<f64>,
+    m_xg: CscMatrix<f64>,
+    stiffness: Mat<f64>,
+    mass: Mat<f64>,
+}
+
+/// A model on its modes, of which the first `stuck_modes` are modes and the others residual vectors.
+struct OnModes {
+    relative: RelativeModel,
+    unit_loads: Vec<Load>,
+    modes: Mat<f64>,
+    stuck_modes: usize,
+    load_n: Vec<f64>,
+}
+
+impl<'a> Joined<'a> {
+    fn new(model: &Model, structure: &'a Structure, loads: &Loads) -> Result<Self, ReductionError> {
+        let bodies = coordinates(model, structure, loads)?;
+        let transformation = transformation(model, &bodies)?;
+        let stiffness =
+            transformation.congruent(&matrices_of(&bodies, BodyMatrix::Stiffness), Zeros::Kept);
+        let inner: Vec<usize> = (0..transformation.inner()).collect();
+        let outer: Vec<usize> = (transformation.inner()..transformation.unknowns()).collect();
+        let k_gg = submatrix(&stiffness, &inner, &inner);
+        // The analysis keeps one thread busy.
+        let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
+            || Symbolic::analyse(&k_gg),
+            || {
+                // Most of the mass is a scalar times the identity per pair of nodes: two thirds are zeros.
+                let matrices = matrices_of(&bodies, BodyMatrix::Mass);
+                (
+                    transformation.congruent(&matrices, Zeros::LeftOut),
+                    submatrix(&stiffness, &inner, &outer),
+                    submatrix(&stiffness, &outer, &inner),
+                )
+            },
+        );
+        let condensed = symbolic
+            .and_then(|symbolic| condense(&stiffness, &mass, &k_gg, &symbolic))
+            .map_err(|error| not_held(model, &bodies, &transformation, error))?;
+        drop(stiffness);
+        let (m_gg, m_xg) = rayon::join(
+            || submatrix(&mass, &inner, &inner),
+            || submatrix(&mass, &outer, &inner),
+        );
+        Ok(Self {
+            bodies,
+            transformation,
+            factor: condensed.factor,
+            k_gg,
+            m_gg,
+            k_gx,
+            k_xg,
+            m_xg,
+            stiffness: condensed.stiffness,
+            mass: condensed.mass,
+        })
+    }
+
+    fn inner(&self) -> usize {
+        self.transformation.inner()
+    }
+
+    /// All loads on g, side by side, and on X: those that act there, and what g hands on.
+    fn gathered(&self, loads: &Loads) -> (Mat<f64>, Vec<Vec<f64>>) {
+        let parts = loads.all().map(|load| {
+            let on_bodies: Vec<Vec<f64>> = self
+                .bodies
+                .iter()
+                .zip(load)
+                .map(|(body, load)| match body {
+                    Coordinates::Full(_) => load.clone(),
+                    Coordinates::Reduced(body) => body.interior.gather(load),
+                })
+                .collect();
+            self.transformation.gather(&on_bodies)
+        });
+        let (on_g, mut on_x): (Vec<_>, Vec<_>) = parts.unzip();
+        let on_g = Mat::from_fn(self.inner(), on_g.len(), |i, j| on_g[j][i]);
+        let mut followed = on_g.clone();
+        self.factor.solve_in_place(followed.as_mut());
+        let carried = times(&self.k_xg, followed.as_ref());
+        for (j, on_x) in on_x.iter_mut().enumerate() {
+            for (f, c) in on_x.iter_mut().zip(carried.col_as_slice(j)) {
+                *f -= c;
+            }
+        }
+        (on_g, on_x)
+    }
+
+    /// The model on these stuck modes, with the estimated error of its amplitudes.
+    fn on_modes(
+        &self,
+        model: &Model,
+        loads: &Loads,
+        on_g: &Mat<f64>,
+        on_x: &[Vec<f64>],
+        modes: Modes,
+        wanted: StuckModes,
+    ) -> (OnModes, Option<f64>) {
+        let Residual { vectors, left } =
+            residual_vectors(on_g.as_ref(), &self.factor, &modes, &self.m_gg);
+        let stuck_modes = modes.count();
+        let Modes { omega2, vectors } = side_by_side(&modes, &vectors);
+        // p = (M_xg + Psi^T M_gg) Phi with Psi^T = -K_xg K_gg^-1.
+        let mut followed = symmetric_product(&self.m_gg, vectors.as_ref());
+        self.factor.solve_in_place(followed.as_mut());
+        let coupling = times(&self.m_xg, vectors.as_ref()) - times(&self.k_xg, followed.as_ref());
+        let on_modes = product(vectors.transpose(), on_g.as_ref());
+        let load = |j: usize| Load {
+            on_x: on_x[j].clone(),
+            on_modes: on_modes.col_as_slice(j).to_vec(),
+        };
+        let first_observed = 1 + loads.excitations.len();
+        let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
+        let observations = model
+            .observations
+            .iter()
+            .enumerate()
+            .map(|(o, observation)| {
+                let Load { on_x, on_modes } = load(first_observed + o);
+                Probe {
+                    name: observation.name.clone(),
+                    on_x,
+                    on_modes,
+                }
+            });
+        let relative = RelativeModel {
+            stiffness: self.stiffness.clone(),
+            mass: self.mass.clone(),
+            coupling,
+            omega2,
+            static_load: load(0),
+            excitations: Vec::new(),
+            observations: observations.collect(),
+            pairs: Vec::new(),
+        };
+        let relative = relative.under(model, &unit_loads);
+        let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
+        let left = truncation::Left {
+            loads: largest(&left[1..first_observed]),
+            observed: largest(&left[first_observed..]),
+        };
+        let amplitude = match stuck_modes < self.inner() {
+            true => {
+                let x = truncation::yielding(&relative);
+                let answers = self.answers_to_flanks(&x);
+                let highest = wanted.highest.rad_s(&relative.omega2);
+                truncation::amplitude(&relative, stuck_modes, left, &x, &answers, highest)
+            }
+            false => Some(0.0),
+        };
+        let on_modes = OnModes {
+            relative,
+            unit_loads,
+            modes: vectors,
+            stuck_modes,
+            load_n: on_g.col_as_slice(0).to_vec(),
+        };
+        (on_modes, amplitude)
+    }
+
+    /// y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, of each column of `x`.
+    fn answers_to_flanks(&self, x: &Mat<f64>) -> Vec<f64> {
+        let mut follow = times(&self.k_gx, x.as_ref());
+        self.factor.solve_in_place(follow.as_mut());
+        let y = times(&self.m_xg.transpose(), x.as_ref())
+            - symmetric_product(&self.m_gg, follow.as_ref());
+        let mut answer = y.clone();
+        self.factor.solve_in_place(answer.as_mut());
+        (0..x.ncols())
+            .map(|j| y.col(j).transpose() * answer.col(j))
+            .collect()
+    }
+
+    fn finish(
+        self,
+        model: &Model,
+        structure: &Structure,
+        on_modes: OnModes,
+        amplitude: Option<f64>,
+    ) -> ReducedModel {
+        let truncation = Truncation {
+            amplitude,
+            frequencies: self.frequency_errors(model, structure, &on_modes),
+        };
+        let fixed_interface_omega2 = self.bodies.iter().map(|body| match body {
+            Coordinates::Full(_) => Vec::new(),
+            Coordinates::Reduced(body) => body.omega2.clone(),
+        });
+        let fixed_interface_omega2 = fixed_interface_omega2.collect();
+        let interiors = self.bodies.into_iter().map(|body| match body {
+            Coordinates::Full(_) => None,
+            Coordinates::Reduced(body) => Some(body.interior),
+        });
+        ReducedModel {
+            relative: on_modes.relative,
+            unit_loads: on_modes.unit_loads,
+            stuck_modes: on_modes.stuck_modes,
+            truncation,
+            fixed_interface_omega2,
+            recovery: Recovery {
+                interiors: interiors.collect(),
+                transformation: self.transformation,
+                factor: self.factor,
+                coupling: self.k_gx,
+                modes: on_modes.modes,
+                load_n: on_modes.load_n,
+            },
+        }
+    }
+
+    /// Relative errors of the first stuck frequencies by the bodies that were reduced. With u the motion
+    /// of the whole body and r what is left of K_ii u_i - w^2 M_ii u_i and the coupling in its interior,
+    /// one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
+    fn frequency_errors(
+        &self,
+        model: &Model,
+        structure: &Structure,
+        on_modes: &OnModes,
+    ) -> Vec<f64> {
+        let reduced = |body: &Coordinates<'_>| matches!(body, Coordinates::Reduced(_));
+        if !self.bodies.iter().any(reduced) {
+            return Vec::new();
+        }
+        let count = on_modes.stuck_modes.min(super::LISTED_MODES);
+        let still = Mat::<f64>::zeros(self.transformation.unknowns() - self.inner(), count);
+        let modes = on_modes.modes.get(.., ..count);
+        let coordinates = self.transformation.scatter(modes, still.as_ref());
+        let mut lowered = vec![0.0; count];
+        for (b, body) in self.bodies.iter().enumerate() {
+            let Coordinates::Reduced(body) = body else {
+                continue;
+            };
+            let motion = body.interior.motion(coordinates[b].as_ref());
+            let interior = 3 * model.bodies[b].dofs.interior_nodes;
+            let elastic = symmetric_product(&structure.bodies[b].stiffness, motion.as_ref());
+            let inertia = symmetric_product(&structure.bodies[b].mass, motion.as_ref());
+            let residual = Mat::from_fn(interior, count, |i, j| {
+                elastic[(i, j)] - on_modes.relative.omega2[j] * inertia[(i, j)]
+            });
+            let followed = body.interior.solve(residual.clone());
+            for (j, lowered) in lowered.iter_mut().enumerate() {
+                *lowered += residual.col(j).transpose() * followed.col(j);
+            }
+        }
+        let errors = lowered.iter().zip(&on_modes.relative.omega2);
+        errors.map(|(lowered, w2)| 0.5 * lowered / w2).collect()
+    }
+}

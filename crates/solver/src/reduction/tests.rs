@@ -1,0 +1,714 @@
+//! The reduction of two spring lattices against their full matrices.
+
+use super::lattice_model::assembly;
+use super::*;
+use crate::fem::{BodyMatrices, Structure};
+use crate::model::{Body, BodyNode, Model};
+use dovetail_numerics::sparse::dense as to_dense;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, c64};
+
+/// More than there are: all of them.
+const ALL: usize = 1000;
+
+fn wanted(count: usize) -> StuckModes {
+    StuckModes {
+        count: Some(count),
+        highest: Highest::RadS(1e3),
+    }
+}
+
+const A: f64 = 3e-7;
+const B: f64 = 40.0;
+const FREQUENCIES: [f64; 4] = [0.0, 2.3e3, 1.1e4, 4.7e4];
+
+fn dynamic_stiffness(k: &Mat<f64>, m: &Mat<f64>, w: f64) -> Mat<c64> {
+    Mat::from_fn(k.nrows(), k.ncols(), |i, j| {
+        c64::new(1.0, w * A) * k[(i, j)] - c64::new(w * w, -w * B) * m[(i, j)]
+    })
+}
+
+/// Lambda(w) of method section 2b.
+fn lambda(model: &RelativeModel, w: f64) -> Mat<c64> {
+    let mut z = dynamic_stiffness(&model.stiffness, &model.mass, w);
+    let s = c64::new(w * w, -w * B);
+    for (mode, &omega2) in model.omega2.iter().enumerate() {
+        let d = c64::new(1.0, w * A) * omega2 - s;
+        for j in 0..z.ncols() {
+            for i in 0..z.nrows() {
+                let p = model.coupling[(i, mode)] * model.coupling[(j, mode)];
+                z[(i, j)] -= s * s * p / d;
+            }
+        }
+    }
+    z
+}
+
+fn complex(re: &[f64], im: &[f64]) -> Mat<c64> {
+    Mat::from_fn(re.len(), 1, |i, _| c64::new(re[i], im[i]))
+}
+
+fn close(a: &Mat<c64>, b: &Mat<c64>, tolerance: f64) {
+    let error = (a - b).norm_max() / b.norm_max();
+    assert!(error < tolerance, "{error}");
+}
+
+/// The bodies whole, and both reduced with as many modes as they have.
+fn both_ways(count: usize) -> Vec<(Model, Structure, ReducedModel)> {
+    [[None, None], [Some(ALL), Some(ALL)], [None, Some(ALL)]]
+        .into_iter()
+        .map(|modes| {
+            let (model, structure) = assembly(modes);
+            let reduced = reduce(&model, &structure, wanted(count)).unwrap();
+            (model, structure, reduced)
+        })
+        .collect()
+}
+
+/// Dense matrix of the contact nodes, which come last, turned into the frames of the pairs.
+fn in_frames(model: &Model, a: &Mat<f64>) -> Mat<f64> {
+    let inner = a.nrows() - 3 * model.pairs.len();
+    let mut r = Mat::<f64>::identity(a.nrows(), a.nrows());
+    for (p, pair) in model.pairs.iter().enumerate() {
+        for i in 0..3 {
+            for j in 0..3 {
+                r[(inner + 3 * p + i, inner + 3 * p + j)] = pair.frame[i][j];
+            }
+        }
+    }
+    &r * a * r.transpose()
+}
+
+#[test]
+fn lambda_is_the_parallel_form() {
+    for (model, structure, reduced) in both_ways(ALL) {
+        for w in FREQUENCIES {
+            let z = [0, 1].map(|b| {
+                let BodyMatrices {
+                    stiffness, mass, ..
+                } = &structure.bodies[b];
+                let k = in_frames(&model, &to_dense(stiffness));
+                let m = in_frames(&model, &to_dense(mass));
+                let z = dynamic_stiffness(&k, &m, w);
+                let n = z.nrows() - 3 * model.pairs.len();
+                let rest = z.get(..n, ..n).partial_piv_lu().solve(z.get(..n, n..));
+                z.get(n.., n..) - z.get(n.., ..n) * rest
+            });
+            let parallel = &z[1] * (&z[0] + &z[1]).partial_piv_lu().solve(&z[0]);
+            close(&lambda(&reduced.relative, w), &parallel, 1e-9);
+        }
+    }
+}
+
+/// Displacements of all free dofs of a body under given forces, from its full matrices.
+fn solved(structure: &Structure, body: usize, w: f64, forces: &Mat<c64>) -> Mat<c64> {
+    let b = &structure.bodies[body];
+    let z = dynamic_stiffness(&to_dense(&b.stiffness), &to_dense(&b.mass), w);
+    z.partial_piv_lu().solve(forces)
+}
+
+/// Complex amplitudes of the forces of one harmonic on the free dofs (`cos - i sin`).
+fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
+    let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
+    for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
+        let phase = c64::new(0.0, -force.phase_rad).exp();
+        for &(BodyNode { body, node }, direction) in &force.terms {
+            for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+                for axis in 0..3 {
+                    f[body][(3 * free + axis, 0)] +=
+                        phase * weight * force.force_n * direction[axis];
+                }
+            }
+        }
+    }
+    f
+}
+
+#[test]
+fn forces_fields_and_observations_are_those_of_the_full_bodies() {
+    // Pairs joined by given contact forces lambda: each body answers for itself.
+    for (model, structure, reduced) in both_ways(ALL) {
+        against_the_full_bodies(&model, &structure, &reduced);
+    }
+}
+
+fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &ReducedModel) {
+    let n = 3 * model.pairs.len();
+    let contact = Mat::from_fn(n, 1, |i, _| c64::new((i as f64).cos(), 0.3 * i as f64));
+    for (harmonic, w) in [(1, 2.3e3), (3, 1.1e4)] {
+        let load = reduced
+            .relative
+            .excitations
+            .iter()
+            .find(|e| e.harmonic == harmonic);
+        let load = load.unwrap();
+        let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<_>>();
+        let on_x = complex(&load.cosine.on_x, &minus(&load.sine.on_x));
+        let on_modes = complex(&load.cosine.on_modes, &minus(&load.sine.on_modes));
+        // Lambda X = F - sum c fm / d - lambda, q = (fm - c . X) / d.
+        let s = c64::new(w * w, -w * B);
+        let mut rhs = &on_x - &contact;
+        let d: Vec<c64> = reduced
+            .relative
+            .omega2
+            .iter()
+            .map(|w2| c64::new(1.0, w * A) * w2 - s)
+            .collect();
+        let p = &reduced.relative.coupling;
+        for (mode, d) in d.iter().enumerate() {
+            for i in 0..n {
+                rhs[(i, 0)] += s * p[(i, mode)] * on_modes[(mode, 0)] / d;
+            }
+        }
+        let x = lambda(&reduced.relative, w).partial_piv_lu().solve(&rhs);
+        let q = Mat::from_fn(d.len(), 1, |mode, _| {
+            let cx: c64 = (0..n).map(|i| -s * p[(i, mode)] * x[(i, 0)]).sum();
+            (on_modes[(mode, 0)] - cx) / d[mode]
+        });
+
+        let mut f = forces(model, harmonic);
+        for (pair, entry) in model.pairs.iter().enumerate() {
+            for axis in 0..3 {
+                let force: c64 = (0..3)
+                    .map(|row| contact[(3 * pair + row, 0)] * entry.frame[row][axis])
+                    .sum();
+                for (b, sign) in [(0, -1.0), (1, 1.0)] {
+                    let free = model.bodies[b].dofs.interior_nodes + pair;
+                    f[b][(3 * free + axis, 0)] += sign * force;
+                }
+            }
+        }
+        let exact = [0, 1].map(|b| solved(structure, b, w, &f[b]));
+        // Real and imaginary parts as two columns.
+        let parts = |a: &Mat<c64>| {
+            Mat::from_fn(a.nrows(), 2, |i, j| {
+                if j == 0 { a[(i, 0)].re } else { a[(i, 0)].im }
+            })
+        };
+        let motion = reduced
+            .recovery
+            .full_motion(parts(&x).as_ref(), parts(&q).as_ref());
+        for b in 0..2 {
+            let found = complex(motion[b].col_as_slice(0), motion[b].col_as_slice(1));
+            close(&found, &exact[b], 1e-8);
+        }
+        for (probe, observation) in reduced
+            .relative
+            .observations
+            .iter()
+            .zip(&model.observations)
+        {
+            let dot = |row: &[f64], v: &Mat<c64>| -> c64 {
+                row.iter().enumerate().map(|(i, r)| v[(i, 0)] * r).sum()
+            };
+            let found = dot(&probe.on_x, &x) + dot(&probe.on_modes, &q);
+            let mut expected = c64::new(0.0, 0.0);
+            for &(BodyNode { body: b, node }, direction) in &observation.terms {
+                for (free, weight) in model.bodies[b].dofs.weights(node as usize) {
+                    for axis in 0..3 {
+                        expected += exact[b][(3 * free + axis, 0)] * weight * direction[axis];
+                    }
+                }
+            }
+            assert!(
+                (found - expected).norm() < 1e-8 * expected.norm(),
+                "{}",
+                probe.name
+            );
+        }
+    }
+}
+
+#[test]
+fn statics_balance_the_full_bodies_whatever_the_modes_kept() {
+    for modes in [[None, None], [Some(2), Some(3)]] {
+        let (model, structure) = assembly(modes);
+        balanced(
+            &model,
+            &structure,
+            &reduce(&model, &structure, wanted(1)).unwrap(),
+        );
+    }
+}
+
+fn balanced(model: &Model, structure: &Structure, reduced: &ReducedModel) {
+    let n = 3 * model.pairs.len();
+    let x: Vec<f64> = (0..n).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
+    let column = Mat::from_fn(n, 1, |i, _| x[i]);
+    let elastic = &reduced.relative.stiffness * &column;
+    let u = reduced.recovery.full_static(&x);
+    for (b, sign) in [(0, 1.0), (1, -1.0)] {
+        let body = &structure.bodies[b];
+        let displacement = Mat::from_fn(u[b].len(), 1, |i, _| u[b][i]);
+        let mut residual = to_dense(&body.stiffness) * displacement;
+        for (i, f) in body.load_n.iter().enumerate() {
+            residual[(i, 0)] -= f;
+        }
+        for (pair, entry) in model.pairs.iter().enumerate() {
+            for axis in 0..3 {
+                let force: f64 = (0..3)
+                    .map(|row| {
+                        let at = 3 * pair + row;
+                        let lambda = reduced.relative.static_load.on_x[at] - elastic[(at, 0)];
+                        entry.frame[row][axis] * lambda
+                    })
+                    .sum();
+                let free = model.bodies[b].dofs.interior_nodes + pair;
+                residual[(3 * free + axis, 0)] += sign * force;
+            }
+        }
+        assert!(
+            residual.norm_max() < 1e-8 * 100.0,
+            "{b}: {}",
+            residual.norm_max()
+        );
+    }
+    for (pair, entry) in model.pairs.iter().enumerate() {
+        let node = |b: usize| {
+            let at = 3 * (model.bodies[b].dofs.interior_nodes + pair);
+            [0, 1, 2].map(|axis| u[b][at + axis])
+        };
+        let (first, second) = (node(0), node(1));
+        for row in 0..3 {
+            let gap: f64 = (0..3)
+                .map(|axis| entry.frame[row][axis] * (first[axis] - second[axis]))
+                .sum();
+            assert!((gap - x[3 * pair + row]).abs() < 1e-15);
+        }
+    }
+}
+
+#[test]
+fn fewer_stuck_modes_err_with_the_square_of_the_frequency() {
+    let (model, structure) = assembly([None, None]);
+    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let few = reduce(&model, &structure, wanted(4)).unwrap();
+    assert_eq!((few.stuck_modes, all.truncation.amplitude), (4, Some(0.0)));
+    for (a, b) in few.relative.omega2[..4].iter().zip(&all.relative.omega2) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+    assert!(
+        few.relative.omega2[4..]
+            .iter()
+            .all(|w2| *w2 > few.relative.omega2[3])
+    );
+    assert_eq!(few.relative.stiffness, all.relative.stiffness);
+    let cut = all.relative.omega2[4].sqrt();
+    let error = |w: f64| {
+        let exact = lambda(&all.relative, w);
+        (lambda(&few.relative, w) - &exact).norm_max() / exact.norm_max()
+    };
+    let [low, high] = [0.05, 0.1].map(|share| error(share * cut));
+    assert!(high < 0.02 && (high / low).log2() > 1.9, "{low} {high}");
+}
+
+/// Observed amplitudes over the frequency `w` where all pairs stick, undamped.
+fn stuck_answer(relative: &RelativeModel, w: f64) -> Vec<f64> {
+    let load = &relative.excitations[0].cosine.on_modes;
+    let observed = relative.observations.iter().map(|probe| {
+        let modes = probe.on_modes.iter().zip(load).zip(&relative.omega2);
+        modes.map(|((c, f), w2)| c * f / (w2 - w * w)).sum()
+    });
+    observed.collect()
+}
+
+#[test]
+fn residual_vectors_make_answers_exact_in_statics_and_of_fourth_order_beside() {
+    let (model, structure) = assembly([None, None]);
+    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let few = reduce(&model, &structure, wanted(3)).unwrap();
+    let largest = stuck_answer(&all.relative, 0.0);
+    let largest = largest.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let [still, slow, fast] = [0.0, 0.2, 0.4].map(|share| {
+        let w = share * all.relative.omega2[3].sqrt();
+        let exact = stuck_answer(&all.relative, w);
+        let found = stuck_answer(&few.relative, w);
+        let errors = exact
+            .iter()
+            .zip(&found)
+            .map(|(a, b)| (a - b).abs() / largest);
+        errors.fold(0.0, f64::max)
+    });
+    assert!(still < 1e-9, "{still}");
+    assert!(fast < 0.01 && (fast / slow).log2() > 3.5, "{slow} {fast}");
+}
+
+#[test]
+fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
+    let (model, structure) = assembly([None, None]);
+    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let exact = first_yielding(&all.relative);
+    for count in [4, 8, 16, 32] {
+        let wanted = StuckModes {
+            count: Some(count),
+            highest: Highest::RadS(exact.sqrt()),
+        };
+        let few = reduce(&model, &structure, wanted).unwrap();
+        let estimate = few.truncation.amplitude.unwrap();
+        let error = first_yielding(&few.relative) / exact - 1.0;
+        println!("{count} modes: error {error:.1e}, estimated {estimate:.1e}");
+        assert!(
+            error < estimate && estimate < 100.0 * error,
+            "{error} {estimate}"
+        );
+    }
+}
+
+/// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind it.
+fn first_yielding(relative: &RelativeModel) -> f64 {
+    let (n, m) = (relative.stiffness.nrows(), relative.omega2.len());
+    let own = relative.own_stiffness();
+    let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) if i == j => relative.stiffness[(i, j)] + own[i],
+        (true, true) => relative.stiffness[(i, j)],
+        (false, false) if i == j => relative.omega2[i - n],
+        _ => 0.0,
+    });
+    let mass = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => relative.mass[(i, j)],
+        (true, false) => relative.coupling[(i, j - n)],
+        (false, true) => relative.coupling[(j, i - n)],
+        (false, false) => f64::from(u8::from(i == j)),
+    });
+    let modes = dovetail_numerics::eigen::dense::modes(stiffness.as_ref(), mass.as_ref());
+    modes.unwrap().omega2[0]
+}
+
+#[test]
+fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
+    let (model, structure) = assembly([None, None]);
+    let exact = stuck_modes(&model, &structure, 6).unwrap();
+    let (model, structure) = assembly([Some(3), Some(2)]);
+    let reduced = reduce(&model, &structure, wanted(6)).unwrap();
+    let found = &reduced.relative.omega2;
+    let mut seen = 0;
+    for ((found, exact), estimate) in found
+        .iter()
+        .zip(&exact)
+        .zip(&reduced.truncation.frequencies)
+    {
+        let error = (found / exact).sqrt() - 1.0;
+        println!("error {error:.2e}, estimated {estimate:.2e}");
+        if error > 1e-5 && error < 0.05 {
+            assert!(
+                *estimate > 0.5 * error && *estimate < 2.0 * error,
+                "{error} {estimate}"
+            );
+            seen += 1;
+        }
+    }
+    assert!(seen >= 3);
+    let (model, structure) = assembly([None, None]);
+    let whole = reduce(&model, &structure, wanted(6)).unwrap();
+    assert!(whole.truncation.frequencies.is_empty());
+}
+
+#[test]
+fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_are() {
+    let (model, structure) = assembly([None, None]);
+    let reached = |highest_rad_s: f64| {
+        let wanted = StuckModes {
+            count: None,
+            highest: Highest::RadS(highest_rad_s),
+        };
+        reduce(&model, &structure, wanted).unwrap()
+    };
+    let all = reached(1e9);
+    let unknowns = structure
+        .bodies
+        .iter()
+        .map(|b| b.load_n.len())
+        .sum::<usize>()
+        - 15;
+    assert_eq!(
+        (all.stuck_modes, all.relative.omega2.len()),
+        (unknowns, unknowns)
+    );
+    let few = reached(0.2 * all.relative.omega2[0].sqrt());
+    let same = StuckModes {
+        count: None,
+        highest: Highest::OfFirstStuckMode(0.2),
+    };
+    let same = reduce(&model, &structure, same).unwrap();
+    assert_eq!(same.stuck_modes, few.stuck_modes);
+    assert!(few.stuck_modes >= 12 && few.stuck_modes < unknowns);
+    assert!(few.truncation.amplitude.unwrap() <= 1e-4);
+    let more = reached(0.3 * all.relative.omega2[20].sqrt());
+    assert!(more.stuck_modes > 20, "{}", more.stuck_modes);
+}
+
+#[test]
+fn rigid_ground_leaves_the_flank_to_x_alone() {
+    let (mut model, mut structure) = assembly([None, None]);
+    model.excitations.retain(|force| force.terms[0].0.body == 0);
+    model.observations.truncate(1);
+    model.bodies.truncate(1);
+    structure.bodies.truncate(1);
+    for pair in &mut model.pairs {
+        pair.second = None;
+    }
+    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    // Stuck on what is rigid, the body has the modes of its flank held.
+    let (bar, matrices) = (&model.bodies[0], &structure.bodies[0]);
+    let held = craig_bampton::held_modes(bar, matrices, ALL).unwrap();
+    assert_eq!(held.omega2.len(), reduced.relative.omega2.len());
+    for (a, b) in held.omega2.iter().zip(&reduced.relative.omega2) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+    // X alone moves it: the free body has no stiffness against a translation.
+    let turned = in_frames(&model, &to_dense(&matrices.stiffness));
+    let n = turned.nrows() - 15;
+    let inner = turned
+        .get(..n, ..n)
+        .partial_piv_lu()
+        .solve(turned.get(..n, n..));
+    let exact = turned.get(n.., n..) - turned.get(n.., ..n) * inner;
+    assert!((&reduced.relative.stiffness - &exact).norm_max() < 1e-9 * exact.norm_max());
+    let u = reduced.recovery.full_static(&[0.0; 15]);
+    assert_eq!((u.len(), u[0].len()), (1, matrices.load_n.len()));
+}
+
+#[test]
+fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
+    let (model, structure) = assembly([None, None]);
+    let whole = reduce(&model, &structure, wanted(ALL)).unwrap();
+    for left in [3, 0] {
+        let mut tied = model.clone();
+        let gone = tied.pairs.split_off(left);
+        tied.bonded = gone.iter().map(|p| [p.first, p.second.unwrap()]).collect();
+        let few = 3 * left;
+        for modes in [None, Some(ALL)] {
+            for body in &mut tied.bodies {
+                body.fixed_interface_modes = modes;
+            }
+            let reduced = reduce(&tied, &structure, wanted(ALL)).unwrap();
+            let (all, some) = (&whole.relative, &reduced.relative);
+            assert_eq!((some.stiffness.nrows(), some.pairs.len()), (few, left));
+            let same = |a: &Mat<f64>, b: &Mat<f64>| {
+                let error = (a - b.get(..few, ..few)).norm_max();
+                assert!(error <= 1e-9 * b.norm_max(), "{error}");
+            };
+            same(&some.stiffness, &all.stiffness);
+            same(&some.mass, &all.mass);
+            assert_eq!(some.omega2.len(), all.omega2.len());
+            for (a, b) in some.omega2.iter().zip(&all.omega2) {
+                assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+            }
+            for w in FREQUENCIES {
+                let a = lambda(some, w);
+                let b = lambda(all, w);
+                let error = (&a - b.get(..few, ..few)).norm_max();
+                assert!(error <= 1e-9 * b.norm_max(), "{w}: {error}");
+            }
+            // With what is left stuck both move alike.
+            let u = reduced.recovery.full_static(&vec![0.0; few]);
+            let v = whole.recovery.full_static(&[0.0; 15]);
+            for (u, v) in u.iter().flatten().zip(v.iter().flatten()) {
+                assert!((u - v).abs() < 1e-9 * 1e-5, "{u} {v}");
+            }
+            for (a, b) in some.observations.iter().zip(&all.observations) {
+                for (a, b) in a.on_x.iter().zip(&b.on_x) {
+                    assert!((a - b).abs() < 1e-9, "{a} {b}");
+                }
+            }
+            for (a, b) in some.static_load.on_x.iter().zip(&all.static_load.on_x) {
+                assert!((a - b).abs() < 1e-9 * 100.0, "{a} {b}");
+            }
+        }
+    }
+}
+
+/// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair its own.
+fn three_bodies() -> (Model, Structure) {
+    let (mut model, mut structure) = assembly([None, None]);
+    let mut third: Body = model.bodies[0].clone();
+    third.name = "third".into();
+    model.bodies.push(third);
+    structure.bodies.push(structure.bodies[0].clone());
+    // The first three pairs of the block are the bar's, the last two the third body's.
+    for pair in &mut model.pairs[3..] {
+        pair.first.body = 2;
+    }
+    (model, structure)
+}
+
+#[test]
+fn three_bodies_hang_together_by_their_own_pairs() {
+    let (model, structure) = three_bodies();
+    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    // Given X, the bodies lie apart by it at their own pairs, and nothing else is loaded there.
+    let x: Vec<f64> = (0..15).map(|i| 1e-6 * (2.0 + i as f64).cos()).collect();
+    let u = reduced.recovery.full_static(&x);
+    assert_eq!(u.len(), 3);
+    for (p, pair) in model.pairs.iter().enumerate() {
+        let moved = |at: BodyNode| {
+            let free = model.bodies[at.body].dofs.free(at.node).unwrap();
+            [0, 1, 2].map(|axis| u[at.body][3 * free + axis])
+        };
+        let (first, second) = (moved(pair.first), moved(pair.second.unwrap()));
+        for row in 0..3 {
+            let gap: f64 = (0..3)
+                .map(|k| pair.frame[row][k] * (first[k] - second[k]))
+                .sum();
+            assert!((gap - x[3 * p + row]).abs() < 1e-14, "{gap}");
+        }
+    }
+    // Forces of all bodies balance: what is left of K u - f at the nodes is the contact forces.
+    let mut forces = vec![[0.0; 3]; model.pairs.len()];
+    for (b, (u, matrices)) in u.iter().zip(&structure.bodies).enumerate() {
+        let displacement = Mat::from_fn(u.len(), 1, |i, _| u[i]);
+        let mut residual = to_dense(&matrices.stiffness) * displacement;
+        for (i, f) in matrices.load_n.iter().enumerate() {
+            residual[(i, 0)] -= f;
+        }
+        for (p, pair) in model.pairs.iter().enumerate() {
+            for at in [pair.first, pair.second.unwrap()]
+                .into_iter()
+                .filter(|at| at.body == b)
+            {
+                let free = model.bodies[b].dofs.free(at.node).unwrap();
+                for axis in 0..3 {
+                    forces[p][axis] += residual[(3 * free + axis, 0)];
+                    residual[(3 * free + axis, 0)] = 0.0;
+                }
+            }
+        }
+        assert!(residual.norm_max() < 1e-6, "{b}: {}", residual.norm_max());
+    }
+    for force in forces.as_flattened() {
+        assert!(force.abs() < 1e-6, "{force}");
+    }
+}
+
+#[test]
+fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
+    let (mut model, structure) = three_bodies();
+    // The third body's first contact node follows the bar's, which follows the block's.
+    let (bar, block) = (model.pairs[0].first, model.pairs[0].second.unwrap());
+    let third = BodyNode { body: 2, ..bar };
+    model.bonded = vec![[third, bar]];
+    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let x: Vec<f64> = (0..15).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
+    let u = reduced.recovery.full_static(&x);
+    let moved = |at: BodyNode| {
+        let free = model.bodies[at.body].dofs.free(at.node).unwrap();
+        [0, 1, 2].map(|axis| u[at.body][3 * free + axis])
+    };
+    assert_eq!(moved(third), moved(bar));
+    assert_ne!(moved(bar), moved(block));
+
+    let error = |bonded: Vec<[BodyNode; 2]>| {
+        let model = Model {
+            bonded,
+            ..model.clone()
+        };
+        reduce(&model, &structure, wanted(3)).unwrap_err()
+    };
+    let circle = error(vec![[block, third], [third, bar]]);
+    assert!(matches!(circle, ReductionError::Circle), "{circle}");
+    let twice = error(vec![[bar, third]]);
+    assert!(
+        matches!(twice, ReductionError::SlaveTwice { .. }),
+        "{twice}"
+    );
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let (model, structure) = assembly([None, Some(7)]);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| reduce(&model, &structure, wanted(6)).unwrap().relative)
+    };
+    let (one, four) = (run(1), run(4));
+    assert_eq!(one.stiffness, four.stiffness);
+    assert_eq!(one.mass, four.mass);
+    assert_eq!(one.coupling, four.coupling);
+    assert_eq!(one.omega2, four.omega2);
+    assert_eq!(one.excitations, four.excitations);
+}
+
+#[test]
+fn what_was_written_and_read_back_gives_the_same_bits() {
+    for modes in [[None, None], [Some(5), Some(7)]] {
+        let (model, structure) = assembly(modes);
+        let reduced = reduce(&model, &structure, wanted(9)).unwrap();
+        let bytes = postcard::to_stdvec(&(&reduced.relative, &reduced.unit_loads)).unwrap();
+        let (relative, unit_loads): (RelativeModel, Vec<Load>) =
+            postcard::from_bytes(&bytes).unwrap();
+        let (relative, own) = (relative.under(&model, &unit_loads), &reduced.relative);
+        assert_eq!(relative.stiffness, own.stiffness);
+        assert_eq!(relative.coupling, own.coupling);
+        assert_eq!(relative.excitations, own.excitations);
+        assert_eq!(relative.observations, own.observations);
+        assert_eq!(relative.pairs, own.pairs);
+        let bytes = postcard::to_stdvec(&reduced.recovery).unwrap();
+        let recovery: Recovery = postcard::from_bytes(&bytes).unwrap();
+        let value = |i: usize, j: usize| (i as f64 - 3.0 * j as f64).sin();
+        let (x, q) = (
+            Mat::from_fn(15, 3, value),
+            Mat::from_fn(own.omega2.len(), 3, value),
+        );
+        let motion = recovery.full_motion(x.as_ref(), q.as_ref());
+        assert_eq!(motion, reduced.recovery.full_motion(x.as_ref(), q.as_ref()));
+        let x = x.col_as_slice(1);
+        assert_eq!(recovery.full_static(x), reduced.recovery.full_static(x));
+    }
+}
+
+#[test]
+fn what_cannot_be_assembled_is_an_error() {
+    let (mut model, structure) = assembly([None, None]);
+    // Both bodies free: the bar against itself.
+    let mut loose = model.bodies[0].clone();
+    loose.name = "loose".into();
+    let free = Model {
+        bodies: vec![model.bodies[0].clone(), loose],
+        excitations: Vec::new(),
+        observations: Vec::new(),
+        ..model.clone()
+    };
+    let twice = Structure {
+        bodies: vec![structure.bodies[0].clone(); 2],
+    };
+    let message = reduce(&free, &twice, wanted(3)).unwrap_err().to_string();
+    assert!(
+        message.contains("holds body `") && message.contains("fixed"),
+        "{message}"
+    );
+    let pair = &mut model.pairs[0];
+    let mut fixed = model.bodies[1].dofs.nodes.iter();
+    let fixed = fixed.position(|m| *m == crate::model::NodeMotion::Fixed);
+    pair.second.as_mut().unwrap().node = fixed.unwrap() as u32;
+    assert!(matches!(
+        reduce(&model, &structure, wanted(3)),
+        Err(ReductionError::ContactNodeNotFree { .. })
+    ));
+}
+
+#[test]
+fn bodies_that_nothing_holds_are_an_error() {
+    let (model, mut structure) = assembly([None, None]);
+    // The block without its support: rows and columns sum to nothing.
+    let k = &mut structure.bodies[1].stiffness;
+    let n = k.ncols();
+    let mut sums = vec![0.0; n];
+    for (i, j, v) in k.triplet_iter() {
+        if i % 3 == j % 3 {
+            sums[i] += v;
+        }
+    }
+    for (i, j, v) in k.triplet_iter_mut() {
+        if i == j {
+            *v -= sums[i];
+        }
+    }
+    let held = reduce(&model, &structure, wanted(3));
+    assert!(
+        matches!(held, Err(ReductionError::NotHeld { .. })),
+        "{held:?}"
+    );
+}

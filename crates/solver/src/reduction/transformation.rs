@@ -1,0 +1,294 @@
+//! The coordinates of all bodies by those that remain when contacts join them.
+//!
+//! Each contact makes a node s of its first body a *slave*: with the frame R of the pair and the nodes k
+//! of the other body, its masters, of weights w_k (one of weight 1 where the nodes of both flanks
+//! coincide, none on rigid ground),
+//!
+//! ```text
+//! u_s = R^T X + sum_k w_k u_k          X: relative displacements of the pair, n, t1, t2
+//! ```
+//!
+//! and a bonded node is the same row without X. What is no slave is g. So u = T (g, X) with a sparse T,
+//! and the assembly has the matrices T^T K T and T^T M T.
+
+use std::collections::BTreeMap;
+
+use faer::{Mat, MatRef};
+use nalgebra_sparse::{CooMatrix, CscMatrix};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use serde::{Deserialize, Serialize};
+
+use super::ReductionError;
+use crate::model::{BodyNode, Model};
+use dovetail_numerics::sparse::times;
+use dovetail_numerics::stored;
+
+/// Columns that one task assembles.
+const CHUNK: usize = 1024;
+
+/// Rows and columns of a 3 x 3 block.
+type Block = [[f64; 3]; 3];
+
+const IDENTITY: Block = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// T of `u = T (g, X)`.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Transformation {
+    /// T^T: one column for each coordinate of the bodies, which stand one after the other.
+    #[serde(with = "stored::sparse_matrix")]
+    transposed: CscMatrix<f64>,
+    /// First coordinate of each body, then the number of all.
+    starts: Vec<usize>,
+    /// Number of unknowns in g; X follows.
+    inner: usize,
+}
+
+/// What a slave node moves with.
+struct Slave {
+    /// The pair, and the transpose of its frame.
+    pair: Option<(usize, Block)>,
+    /// First coordinates and weights of the masters.
+    masters: Vec<(usize, f64)>,
+}
+
+impl Transformation {
+    /// `sizes` are the numbers of coordinates of the bodies, and `first_coordinate` gives the first of the
+    /// three that are the displacement of a contact node.
+    ///
+    /// # Errors
+    /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts, [`ReductionError::Circle`]
+    /// where slaves are each other's masters, [`ReductionError::ContactNodeNotFree`].
+    pub(super) fn new(
+        model: &Model,
+        sizes: &[usize],
+        first_coordinate: impl Fn(BodyNode) -> Option<usize>,
+    ) -> Result<Self, ReductionError> {
+        let mut starts = vec![0];
+        for size in sizes {
+            starts.push(starts[starts.len() - 1] + size);
+        }
+        let at = |node: BodyNode| {
+            let own = first_coordinate(node);
+            let own = own.ok_or_else(|| ReductionError::ContactNodeNotFree {
+                body: model.bodies[node.body].name.clone(),
+                node: model.bodies[node.body].node_tags[node.node as usize],
+            })?;
+            Ok(starts[node.body] + own)
+        };
+        let mut slaves: BTreeMap<usize, Slave> = BTreeMap::new();
+        let pairs = model.pairs.iter().enumerate();
+        let pairs =
+            pairs.map(|(p, pair)| (pair.first, pair.second, Some((p, transposed(pair.frame)))));
+        let bonded = model.bonded.iter().map(|[a, b]| (*a, Some(*b), None));
+        for (first, second, pair) in pairs.chain(bonded) {
+            let masters = match second {
+                Some(second) => vec![(at(second)?, 1.0)],
+                None => Vec::new(),
+            };
+            if slaves.insert(at(first)?, Slave { pair, masters }).is_some() {
+                return Err(ReductionError::SlaveTwice {
+                    body: model.bodies[first.body].name.clone(),
+                    node: model.bodies[first.body].node_tags[first.node as usize],
+                });
+            }
+        }
+        let all = starts[sizes.len()];
+        let mut place = vec![None; all];
+        let mut inner = 0;
+        let mut coordinate = 0;
+        while coordinate < all {
+            if slaves.contains_key(&coordinate) {
+                coordinate += 3;
+                continue;
+            }
+            place[coordinate] = Some(inner);
+            inner += 1;
+            coordinate += 1;
+        }
+        let mut t = CooMatrix::new(inner + 3 * model.pairs.len(), all);
+        for (coordinate, place) in place.iter().enumerate() {
+            if let Some(place) = place {
+                t.push(*place, coordinate, 1.0);
+            }
+        }
+        for &slave in slaves.keys() {
+            let mut blocks = BTreeMap::new();
+            let depth = slaves.len();
+            if !expand(slave, 1.0, &slaves, &place, inner, depth, &mut blocks) {
+                return Err(ReductionError::Circle);
+            }
+            for (column, block) in blocks {
+                for (row, line) in block.iter().enumerate() {
+                    for (axis, v) in line.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                        t.push(column + axis, slave + row, *v);
+                    }
+                }
+            }
+        }
+        Ok(Self {
+            transposed: CscMatrix::from(&t),
+            starts,
+            inner,
+        })
+    }
+
+    /// Number of unknowns in g.
+    pub fn inner(&self) -> usize {
+        self.inner
+    }
+
+    /// Number of unknowns in (g, X).
+    pub fn unknowns(&self) -> usize {
+        self.transposed.nrows()
+    }
+
+    /// The body and the coordinate of an unknown of g.
+    pub fn origin(&self, unknown: usize) -> Option<(usize, usize)> {
+        let coordinate = self
+            .transposed
+            .col_iter()
+            .position(|column| column.row_indices() == [unknown] && column.values() == [1.0])?;
+        let body = self.starts.partition_point(|&start| start <= coordinate) - 1;
+        Some((body, coordinate - self.starts[body]))
+    }
+
+    /// T^T A T, A the block diagonal of the bodies' symmetric matrices, of which both triangles are stored.
+    /// Entries that come out as zero are left out where `zeros` says so.
+    pub fn congruent(&self, matrices: &[&CscMatrix<f64>], zeros: Zeros) -> CscMatrix<f64> {
+        let n = self.unknowns();
+        let t = self.transposed.transpose();
+        let columns: Vec<usize> = (0..n).collect();
+        let chunks: Vec<&[usize]> = columns.chunks(CHUNK).collect();
+        let parts: Vec<_> = chunks
+            .par_iter()
+            .map_init(
+                || (vec![0.0; n], vec![false; n]),
+                |(sums, met), chunk| {
+                    let (mut ends, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
+                    for &column in *chunk {
+                        let before = rows.len();
+                        self.add_column(matrices, t.col(column), sums, met, &mut rows);
+                        rows[before..].sort_unstable();
+                        let mut kept = before;
+                        for at in before..rows.len() {
+                            let row = rows[at];
+                            let value = std::mem::take(&mut sums[row]);
+                            met[row] = false;
+                            if value != 0.0 || zeros == Zeros::Kept {
+                                rows[kept] = row;
+                                values.push(value);
+                                kept += 1;
+                            }
+                        }
+                        rows.truncate(kept);
+                        ends.push(kept);
+                    }
+                    (ends, rows, values)
+                },
+            )
+            .collect();
+        let entries = parts.iter().map(|(_, rows, _)| rows.len()).sum();
+        let mut offsets = Vec::with_capacity(n + 1);
+        let (mut rows, mut values) = (Vec::with_capacity(entries), Vec::with_capacity(entries));
+        offsets.push(0);
+        for (ends, own_rows, own_values) in parts {
+            offsets.extend(ends.iter().map(|end| rows.len() + end));
+            rows.extend(own_rows);
+            values.extend(own_values);
+        }
+        CscMatrix::try_from_csc_data(n, n, offsets, rows, values)
+            .expect("columns were built in order with ascending rows")
+    }
+
+    /// Adds A times a column of T, seen through T^T, to `sums`; `rows` learns of those met first.
+    fn add_column(
+        &self,
+        matrices: &[&CscMatrix<f64>],
+        column: nalgebra_sparse::csc::CscCol<'_, f64>,
+        sums: &mut [f64],
+        met: &mut [bool],
+        rows: &mut Vec<usize>,
+    ) {
+        for (&coordinate, &weight) in column.row_indices().iter().zip(column.values()) {
+            let body = self.starts.partition_point(|&start| start <= coordinate) - 1;
+            let start = self.starts[body];
+            let entries = matrices[body].col(coordinate - start);
+            for (&i, &v) in entries.row_indices().iter().zip(entries.values()) {
+                let row = self.transposed.col(start + i);
+                for (&into, &share) in row.row_indices().iter().zip(row.values()) {
+                    if !std::mem::replace(&mut met[into], true) {
+                        rows.push(into);
+                    }
+                    sums[into] += weight * share * v;
+                }
+            }
+        }
+    }
+
+    /// T^T f, of loads on the bodies' coordinates: their parts on g and on X.
+    pub fn gather(&self, loads: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
+        let mut all = vec![0.0; self.unknowns()];
+        let columns = self.transposed.col_iter();
+        for (column, f) in columns.zip(loads.iter().flatten()) {
+            for (&row, t) in column.row_indices().iter().zip(column.values()) {
+                all[row] += t * f;
+            }
+        }
+        let on_x = all.split_off(self.inner);
+        (all, on_x)
+    }
+
+    /// Coordinates of each body, column by column.
+    pub fn scatter(&self, g: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<Mat<f64>> {
+        let mut all = Mat::zeros(self.unknowns(), g.ncols());
+        all.get_mut(..self.inner, ..).copy_from(g);
+        all.get_mut(self.inner.., ..).copy_from(x);
+        let all = times(&self.transposed.transpose(), all.as_ref());
+        let body = |range: &[usize]| all.get(range[0]..range[1], ..).to_owned();
+        self.starts.windows(2).map(body).collect()
+    }
+}
+
+/// What [`Transformation::congruent`] does with entries that are zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Zeros {
+    Kept,
+    LeftOut,
+}
+
+fn transposed(a: Block) -> Block {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| a[j][i]))
+}
+
+/// Adds `weight` times the motion of the node at `coordinate` to blocks by the first of their three unknowns.
+/// False where more steps than there are slaves do not end.
+fn expand(
+    coordinate: usize,
+    weight: f64,
+    slaves: &BTreeMap<usize, Slave>,
+    place: &[Option<usize>],
+    inner: usize,
+    steps_left: usize,
+    blocks: &mut BTreeMap<usize, Block>,
+) -> bool {
+    let mut add = |column: usize, block: &Block| {
+        let sum = blocks.entry(column).or_insert([[0.0; 3]; 3]);
+        for (sum, v) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
+            *sum += weight * v;
+        }
+    };
+    if let Some(own) = place[coordinate] {
+        add(own, &IDENTITY);
+        return true;
+    }
+    let Some(slave) = slaves.get(&coordinate).filter(|_| steps_left > 0) else {
+        return false;
+    };
+    if let Some((pair, block)) = &slave.pair {
+        add(inner + 3 * pair, block);
+    }
+    slave.masters.iter().all(|&(master, share)| {
+        let weight = weight * share;
+        expand(master, weight, slaves, place, inner, steps_left - 1, blocks)
+    })
+}
