@@ -6,9 +6,13 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::console::{Console, Verbosity};
 use crate::error::{EXIT_FAILED, EXIT_OK, Error};
+use crate::export::csv;
+use crate::export::manifest::Summary;
+use crate::observer::{Both, Observer};
 use crate::pipeline::verify::{Verification, verify};
-use crate::pipeline::{self, CacheSettings, Options, SpeedRange};
+use crate::pipeline::{self, CacheSettings, Files, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
 use crate::study::{self, Action, Sharing, StudyOptions};
@@ -16,6 +20,7 @@ use crate::terminal;
 use dovetail_solver::description::Scene;
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
+use dovetail_solver::reduction::LISTED_MODES;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -132,6 +137,22 @@ impl StudyArguments {
             threads: cli.threads.unwrap_or(1),
             sharing: sharing(cli),
             overrides: cli.overrides.clone(),
+        }
+    }
+}
+
+impl Command {
+    /// The file that it is about.
+    fn scene(&self) -> &Path {
+        match self {
+            Self::Run(Run { file, .. })
+            | Self::Modes(Modes { file, .. })
+            | Self::Verify(VerifyArguments { file, .. })
+            | Self::Mesh(file)
+            | Self::Reduce(file)
+            | Self::Static(file)
+            | Self::Check(file) => &file.scene,
+            Self::Study(arguments) => &arguments.study,
         }
     }
 }
@@ -291,38 +312,18 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Error> {
-    let (stage, file): (Stage, &Path) = match &cli.command {
-        Command::Run(arguments) => (Box::new(pipeline::run), &arguments.file.scene),
-        Command::Mesh(file) => (Box::new(pipeline::mesh), &file.scene),
-        Command::Modes(Modes { file, rpm: None }) => (Box::new(pipeline::modes), &file.scene),
-        Command::Modes(Modes {
-            file,
-            rpm: Some(speeds),
-        }) => {
-            let speeds = *speeds;
-            let campbell = move |scene: &_, options: &_, progress: &_| {
-                pipeline::campbell(scene, speeds, options, progress)
-            };
-            (Box::new(campbell), &file.scene)
-        }
-        Command::Verify(arguments) => {
-            let asked = arguments.asked();
-            let verifying = move |scene: &_, options: &_, progress: &_| {
-                verify(scene, options, &asked, progress)
-            };
-            (Box::new(verifying), &arguments.file.scene)
-        }
-        Command::Reduce(file) => (Box::new(pipeline::reduce), &file.scene),
-        Command::Static(file) => (Box::new(pipeline::static_state), &file.scene),
-        Command::Check(file) => (Box::new(pipeline::check), &file.scene),
-        Command::Study(arguments) => {
-            let progress = Progress::new(cli.quiet);
-            return study::study(&arguments.study, &arguments.options(cli), &progress);
-        }
-    };
+    let mut console = Console::new(match cli.quiet {
+        true => Verbosity::Quiet,
+        false => Verbosity::Normal,
+    });
+    if let Command::Study(arguments) = &cli.command {
+        let progress = Progress::new(&mut console);
+        return study::study(&arguments.study, &arguments.options(cli), &progress);
+    }
     // Dense factorisations split among threads round differently: each runs on one, and the work is shared
     // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
     faer::set_global_parallelism(faer::Par::Seq);
+    let file = cli.command.scene();
     let scene = scene::load(file, &cli.overrides)?;
     if let Some(threads) = cli.threads.map(usize::from) {
         rayon::ThreadPoolBuilder::new()
@@ -334,21 +335,86 @@ fn run(cli: &Cli) -> Result<(), Error> {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&scene.name));
-    let mut options = Options {
+    let options = Options {
         out,
         scene_file: file.to_path_buf(),
-        fields: true,
-        held_modes: false,
+        fields: !matches!(&cli.command, Command::Run(arguments) if arguments.no_fields),
+        held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
         cache: cache_settings(cli)?,
     };
-    if let Command::Run(arguments) = &cli.command {
-        options.fields = !arguments.no_fields;
-        options.held_modes = arguments.held_modes;
-        if arguments.until_stdin_ends {
-            end_with_stdin();
-        }
+    if matches!(&cli.command, Command::Run(arguments) if arguments.until_stdin_ends) {
+        end_with_stdin();
     }
-    stage(&scene, &options, &Progress::new(cli.quiet))
+    command(&cli.command, &scene, &options, console)
+}
+
+/// What a command does about a scene: computes, writes, prints.
+fn command(
+    command: &Command,
+    scene: &Scene,
+    options: &Options,
+    mut console: Console,
+) -> Result<(), Error> {
+    let files = Files::new(scene, options);
+    let finish = |console: &mut Console, summary: &Summary| {
+        files.finish(summary)?;
+        console.note(&format!("results in {}", options.out.display()));
+        Ok::<(), Error>(())
+    };
+    match command {
+        Command::Run(_) => {
+            let mut observers = Both(Files::new(scene, options), console);
+            let run = pipeline::solve(scene, options, &mut observers)?;
+            finish(&mut observers.1, &run.summary)?;
+            if let Some(response) = &run.response {
+                pipeline::report(&run.reduced, response, &mut observers.1);
+            }
+            run.verdict()
+        }
+        Command::Static(_) => {
+            let mut observers = Both(Files::new(scene, options), console);
+            let (summary, verdict) = pipeline::static_state(scene, options, &mut observers)?;
+            finish(&mut observers.1, &summary)?;
+            verdict
+        }
+        Command::Mesh(_) => {
+            let summary = pipeline::mesh(scene, options, &Progress::new(&mut console))?;
+            finish(&mut console, &summary)
+        }
+        Command::Modes(Modes { rpm: None, .. }) => {
+            let (rows, summary) = pipeline::modes(scene, options, &Progress::new(&mut console))?;
+            csv::write_modes(&options.out.join("modes.csv"), &rows)?;
+            let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
+            terminal::print(&listed.map(mode_line).collect::<String>())?;
+            finish(&mut console, &summary)
+        }
+        Command::Modes(Modes {
+            rpm: Some(speeds), ..
+        }) => {
+            let progress = Progress::new(&mut console);
+            let (table, summary) = pipeline::campbell(scene, *speeds, options, &progress)?;
+            terminal::print(&table)?;
+            finish(&mut console, &summary)
+        }
+        Command::Verify(arguments) => {
+            let progress = Progress::new(&mut console);
+            let verified = verify(scene, options, &arguments.asked(), &progress)?;
+            finish(&mut console, &verified.summary)?;
+            terminal::print(&verified.table)?;
+            verified.verdict
+        }
+        Command::Reduce(_) => pipeline::reduce(scene, options, &Progress::new(&mut console)),
+        Command::Check(_) => pipeline::check(scene, options, &Progress::new(&mut console)),
+        // Comes with a file of its own.
+        Command::Study(_) => Ok(()),
+    }
+}
+
+fn mode_line(row: &csv::ModeRow) -> String {
+    format!(
+        "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
+        row.kind, row.body, row.mode, row.frequency_hz
+    )
 }
 
 /// Ends the process when standard input does, which the death of whoever holds its other end brings about.
@@ -395,8 +461,6 @@ fn gibibytes(text: &str) -> Result<f64, String> {
         _ => Err(format!("`{text}` is not a number of GiB from 0 to 1e6")),
     }
 }
-
-type Stage = Box<dyn Fn(&Scene, &Options, &Progress) -> Result<(), Error>>;
 
 #[cfg(test)]
 mod tests {

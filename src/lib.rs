@@ -7,10 +7,14 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod console;
 pub mod error;
 pub mod export;
+pub mod metrics;
+pub mod observer;
 pub mod pipeline;
 pub mod progress;
 pub mod scene;
+pub mod stage;
 pub mod study;
 pub mod terminal;

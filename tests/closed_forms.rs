@@ -4,8 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dovetail::pipeline::{self, Options};
-use dovetail::progress::Progress;
+use dovetail::pipeline::{self, Files, Options};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
@@ -62,7 +61,8 @@ fn solve(name: &str, set: &[String]) -> Answer {
         scene_file,
         cache: None,
     };
-    pipeline::run(&scene, &options, &Progress::new(true))
+    pipeline::solve(&scene, &options, &mut Files::new(&scene, &options))
+        .and_then(|run| run.verdict())
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
     let table = |file: &str| std::fs::read_to_string(folder.0.join(file)).unwrap();
     let [response, contact] = ["response.csv", "contact.csv"].map(table);

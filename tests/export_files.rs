@@ -58,7 +58,7 @@ fn summary(run: &Run) -> Summary {
         stages: vec![StageSummary {
             from_cache: false,
             unknowns: Vec::new(),
-            id: "mesh",
+            id: dovetail::stage::Stage::Mesh,
             name: "none".into(),
             seconds: f64::NAN,
             processor_seconds: None,

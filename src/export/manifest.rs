@@ -4,9 +4,10 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{ExportError, write_file};
+use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::mesh::ElementOrder;
@@ -18,7 +19,7 @@ use dovetail_solver::results::quantities::{
 };
 
 /// The whole of summary.json.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Of the program.
     pub version: String,
@@ -52,14 +53,14 @@ pub struct Summary {
     pub observations: Vec<ObservationSummary>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneSummary {
     pub name: String,
     pub file: String,
 }
 
 /// What the modes that a reduction leaves out may cost.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TruncationSummary {
     /// Estimated relative error of the amplitudes of observed points; none where the stuck modes end below the
     /// highest frequency.
@@ -68,7 +69,7 @@ pub struct TruncationSummary {
     pub frequencies: Vec<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeshSummary {
     /// The .msh file or the .geo script.
     pub source: String,
@@ -84,7 +85,7 @@ pub struct MeshSummary {
     pub bodies: Vec<BodySummary>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodySummary {
     pub name: String,
     pub nodes: usize,
@@ -93,10 +94,10 @@ pub struct BodySummary {
 }
 
 /// Wall time and peak memory of one stage.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageSummary {
     /// For programs: it stays when a name changes.
-    pub id: &'static str,
+    pub id: Stage,
     pub name: String,
     pub seconds: f64,
     /// Of all threads and of gmsh; `None` where the system does not tell.
@@ -109,9 +110,9 @@ pub struct StageSummary {
     pub unknowns: Vec<usize>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StaticSummary {
-    pub outcome: &'static str,
+    pub outcome: Outcome,
     /// Counts and forces are `None` where the static state did not converge.
     pub stuck_pairs: Option<usize>,
     pub slipping_pairs: Option<usize>,
@@ -126,7 +127,7 @@ pub struct StaticSummary {
     pub residual: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactSummary {
     pub name: String,
     pub pairs: usize,
@@ -141,7 +142,7 @@ pub struct ContactSummary {
     pub mean_pressure_pa: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
     pub points: usize,
     pub converged_points: usize,
@@ -174,16 +175,16 @@ pub struct ResponseSummary {
     pub krylov_iterations: usize,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UnconvergedPoint {
     pub row: usize,
     pub frequency_hz: f64,
-    pub outcome: &'static str,
+    pub outcome: Outcome,
     pub residual: Option<f64>,
 }
 
 /// Harmonic balance against time integration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerificationSummary {
     pub steps_per_period: usize,
     /// Largest relative difference that passes.
@@ -193,7 +194,7 @@ pub struct VerificationSummary {
 }
 
 /// Differences are harmonic balance less integration, over integration (works: over the input work).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifiedPoint {
     pub frequency_hz: f64,
     pub harmonics: usize,
@@ -212,7 +213,7 @@ pub struct VerifiedPoint {
 }
 
 /// One period by one method.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifiedFigures {
     pub amplitude_m: Option<f64>,
     pub first_harmonic_m: Option<f64>,
@@ -224,13 +225,13 @@ pub struct VerifiedFigures {
 }
 
 /// An observed displacement: sum over `terms` of `direction . u(node)`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservationSummary {
     pub name: String,
     pub terms: Vec<ObservationTerm>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservationTerm {
     /// 0 or 1, as the array `body` of the VTK files.
     pub body: usize,
@@ -304,7 +305,7 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
         }
     });
     StaticSummary {
-        outcome: state.outcome.word(),
+        outcome: state.outcome,
         stuck_pairs: count(PairStatus::Stuck),
         slipping_pairs: count(PairStatus::Slipping),
         open_pairs: count(PairStatus::Open),
@@ -344,7 +345,7 @@ pub fn response_summary(
         .map(|(row, o)| UnconvergedPoint {
             row,
             frequency_hz: o.frequency_hz,
-            outcome: o.outcome.word(),
+            outcome: o.outcome,
             residual: finite(o.residual),
         });
     let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;

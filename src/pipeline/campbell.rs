@@ -4,10 +4,10 @@ use super::meshed::{Bound, assemble};
 use super::{Options, files, hertz};
 use crate::error::Error;
 use crate::export::csv::{self, CampbellRow};
-use crate::export::manifest;
+use crate::export::manifest::{self, Summary};
 use crate::export::plots::{CampbellFamily, write_campbell};
-use crate::progress::{Progress, Stage};
-use crate::terminal;
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
@@ -83,6 +83,8 @@ impl SpeedRange {
 /// Mesh, pairs, stiffness and mass are made once: under rotation the stiffness is a parabola of the
 /// speed, so that two assemblies, at rest and at the highest speed, give it at any.
 ///
+/// Writes the table and the diagram; gives the table for a reader.
+///
 /// A speed that the structure does not stand has no frequencies, and a warning says why.
 ///
 /// # Errors
@@ -92,7 +94,7 @@ pub fn campbell(
     speeds: SpeedRange,
     options: &Options,
     progress: &Progress,
-) -> Result<(), Error> {
+) -> Result<(String, Summary), Error> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(Error::NoMesh {
             scene: scene.name.clone(),
@@ -107,7 +109,7 @@ pub fn campbell(
     let mut all = Vec::new();
     {
         let _stage = progress.stage(Stage::ModesAtSpeeds);
-        let bar = progress.bar(speeds.points, "speeds");
+        let steps = progress.steps(speeds.points, "speeds");
         for rpm in speeds.values_rpm() {
             let share = match speeds.to_rpm {
                 0.0 => 0.0,
@@ -126,7 +128,7 @@ pub fn campbell(
                 Err(error) => return Err(error.into()),
             };
             all.push((rpm, modes));
-            bar.step();
+            steps.step();
         }
     }
     let families = families(&model.bodies[0], &all);
@@ -138,12 +140,12 @@ pub fn campbell(
         &scene.name,
         &curves,
     )?;
-    terminal::print(&families.iter().map(Family::table).collect::<String>())?;
     let mut summary = files::empty_summary(scene, options);
     summary.pairs = model.pairs.len();
     summary.observations = manifest::observation_summaries(model);
     summary.mesh = Some(bound.summary());
-    files::finish(options, summary, progress)
+    files::take_down(progress, &mut summary);
+    Ok((families.iter().map(Family::table).collect(), summary))
 }
 
 /// Frequencies (Hz) at one speed: flanks held, stuck.

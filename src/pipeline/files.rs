@@ -1,20 +1,23 @@
-//! What a run writes, and the figures it tells on the terminal.
+//! What a run writes, and the figures that it tells at its end.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use faer::Mat;
 
 use super::meshed::Meshed;
 use super::meshing::create_folder;
-use super::prepared::Prepared;
+use super::reduced::Reduced;
 use super::{Options, hertz};
 use crate::error::Error;
+use crate::export::manifest::{self, Summary};
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
     write_separation_map, write_static_pressure_map,
 };
-use crate::export::{csv, flank, manifest, vtu};
-use crate::progress::{Progress, Stage};
+use crate::export::{csv, flank, vtu};
+use crate::observer::{Compared, Observer};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
@@ -28,12 +31,87 @@ use dovetail_solver::results::recovery::NodalField;
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;
 
-/// modes.csv; `held` are squared frequencies per body with the flanks held.
-pub(super) fn write_modes(
-    options: &Options,
-    subject: &Prepared,
-    held: Option<&[Vec<f64>]>,
-) -> Result<Vec<csv::ModeRow>, Error> {
+/// An observer that keeps what it hears in files of one folder.
+#[derive(Debug)]
+pub struct Files {
+    out: PathBuf,
+    /// Of plots.
+    title: String,
+    /// Whether fields for ParaView are written.
+    fields: bool,
+}
+
+impl Files {
+    pub fn new(scene: &Scene, options: &Options) -> Self {
+        Self {
+            out: options.out.clone(),
+            title: scene.name.clone(),
+            fields: options.fields,
+        }
+    }
+
+    /// The way back to the bodies, where fields are written.
+    fn recovery<'r>(&self, reduced: &'r Reduced) -> Option<&'r Recovery> {
+        reduced.meshed().filter(|_| self.fields)?.recovery()
+    }
+
+    /// summary.json.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(&self, summary: &Summary) -> Result<(), Error> {
+        Ok(manifest::write_summary(
+            &self.out.join("summary.json"),
+            summary,
+        )?)
+    }
+}
+
+impl Observer for Files {
+    /// modes.csv.
+    fn reduced(&mut self, reduced: &Reduced) -> Result<(), Error> {
+        self.held_modes(reduced, &[])
+    }
+
+    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), Error> {
+        let recovery = self.recovery(reduced);
+        let recovery = recovery.filter(|_| state.outcome.is_converged());
+        write_static_state(&self.out, reduced, recovery, state)
+    }
+
+    fn response(
+        &mut self,
+        reduced: &Reduced,
+        response: &Response,
+        compared: Option<&Compared>,
+    ) -> Result<(), Error> {
+        let (out, names) = (&self.out, reduced.observations());
+        csv::write_response(&out.join("response.csv"), &names, response)?;
+        if let Some(Compared {
+            harmonics,
+            response,
+        }) = compared
+        {
+            let file = format!("response_h{harmonics}.csv");
+            csv::write_response(&out.join(file), &names, response)?;
+        }
+        csv::write_contact(&out.join("contact.csv"), &reduced.pairs, response)?;
+        write_curves(out, &self.title, &names, response, compared)?;
+        if let Some(meshed) = reduced.meshed() {
+            write_response_on_mesh(out, &meshed.model, self.recovery(reduced), response)?;
+        }
+        Ok(())
+    }
+
+    /// modes.csv once more, with the modes of the bodies.
+    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), Error> {
+        let rows = mode_rows(reduced, omega2);
+        Ok(csv::write_modes(&self.out.join("modes.csv"), &rows)?)
+    }
+}
+
+/// Rows of modes.csv; `held` are squared frequencies per body with the contacts held.
+pub(super) fn mode_rows(reduced: &Reduced, held: &[Vec<f64>]) -> Vec<csv::ModeRow> {
     let mut rows = Vec::new();
     let mut add = |kind: &str, body: &str, omega2: &[f64]| {
         for (i, w2) in omega2.iter().enumerate() {
@@ -45,39 +123,27 @@ pub(super) fn write_modes(
             });
         }
     };
-    if let Some(meshed) = subject.meshed() {
-        let model = &meshed.model;
-        for (body, omega2) in model.bodies.iter().zip(held.unwrap_or_default()) {
+    if let Some(meshed) = reduced.meshed() {
+        let bodies = &meshed.model.bodies;
+        for (body, omega2) in bodies.iter().zip(held) {
             add("flanks_held", &body.name, omega2);
         }
-        for (body, omega2) in model
-            .bodies
-            .iter()
-            .zip(&meshed.modes.fixed_interface_omega2)
-        {
+        for (body, omega2) in bodies.iter().zip(&meshed.modes.fixed_interface_omega2) {
             add("fixed_interface", &body.name, omega2);
         }
     }
-    add("stuck", "assembly", subject.stuck_omega2());
-    csv::write_modes(&options.out.join("modes.csv"), &rows)?;
-    Ok(rows)
+    add("stuck", "assembly", reduced.stuck_omega2());
+    rows
 }
 
-pub(super) fn write_static_state(
-    options: &Options,
-    subject: &Prepared,
+fn write_static_state(
+    out: &Path,
+    reduced: &Reduced,
+    recovery: Option<&Recovery>,
     state: &StaticState,
-    progress: &Progress,
 ) -> Result<(), Error> {
-    let converged = state.outcome.is_converged();
-    let recovery = match subject.meshed().filter(|_| converged && options.fields) {
-        Some(meshed) => Some(meshed.recovery(progress)?),
-        None => None,
-    };
-    let _stage = progress.stage(Stage::StaticFiles);
-    let out = &options.out;
-    csv::write_static(&out.join("static.csv"), &subject.pairs, state)?;
-    let Some(Meshed { model, .. }) = subject.meshed() else {
+    csv::write_static(&out.join("static.csv"), &reduced.pairs, state)?;
+    let Some(Meshed { model, .. }) = reduced.meshed() else {
         return Ok(());
     };
     let opens = !model.pairs.is_empty();
@@ -117,34 +183,6 @@ pub(super) fn write_static_state(
     Ok(())
 }
 
-pub(super) fn write_response(
-    options: &Options,
-    scene: &Scene,
-    subject: &Prepared,
-    response: &Response,
-    compared: Option<&(usize, Response)>,
-    progress: &Progress,
-) -> Result<(), Error> {
-    let meshed = subject.meshed();
-    let recovery = match meshed.filter(|_| options.fields) {
-        Some(meshed) => Some(meshed.recovery(progress)?),
-        None => None,
-    };
-    let _stage = progress.stage(Stage::ResponseFiles);
-    let out = &options.out;
-    let names = subject.observations();
-    csv::write_response(&out.join("response.csv"), &names, response)?;
-    if let Some((h, other)) = compared {
-        csv::write_response(&out.join(format!("response_h{h}.csv")), &names, other)?;
-    }
-    csv::write_contact(&out.join("contact.csv"), &subject.pairs, response)?;
-    write_curves(out, &scene.name, &names, response, compared)?;
-    if let Some(meshed) = meshed {
-        write_response_on_mesh(out, &meshed.model, recovery, response)?;
-    }
-    Ok(())
-}
-
 /// Maps of the flanks; with `recovery` the flanks at each frequency and the motion of the bodies at the peak.
 fn write_response_on_mesh(
     out: &Path,
@@ -175,7 +213,7 @@ fn write_curves(
     title: &str,
     names: &[&str],
     response: &Response,
-    compared: Option<&(usize, Response)>,
+    compared: Option<&Compared>,
 ) -> Result<(), Error> {
     let label = |h: usize| format!("H = {h}");
     for (i, name) in names.iter().enumerate() {
@@ -183,8 +221,12 @@ fn write_curves(
         let stuck = stuck_curve("linear (stuck)", response, i);
         let own = response_curve(&harmonics_label(response), response, i);
         let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
-        if let Some((h, other)) = compared {
-            let other = response_curve(&label(*h), other, i);
+        if let Some(Compared {
+            harmonics,
+            response,
+        }) = compared
+        {
+            let other = response_curve(&label(*harmonics), response, i);
             plots[0].1.insert(1, other.clone());
             plots.push(("fig3", vec![stuck, other]));
         }
@@ -241,12 +283,12 @@ fn write_peak_motion(
 /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
 pub(super) fn write_reduced_model(
     options: &Options,
-    subject: &Prepared,
+    reduced: &Reduced,
     progress: &Progress,
 ) -> Result<Option<PairLaw>, Error> {
     let _stage = progress.stage(Stage::ReducedModelFiles);
     create_folder(&options.out)?;
-    let (relative, rows) = (subject.relative(), &subject.pairs.rows);
+    let (relative, rows) = (reduced.relative(), &reduced.pairs.rows);
     let element = Superelement {
         relative: relative.clone(),
         positions_m: rows.iter().map(|p| p.position_m).collect(),
@@ -287,42 +329,28 @@ pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summa
 }
 
 /// What is known after the reduction.
-pub(super) fn summarise(scene: &Scene, options: &Options, subject: &Prepared) -> manifest::Summary {
+pub(super) fn summarise(scene: &Scene, options: &Options, reduced: &Reduced) -> manifest::Summary {
     manifest::Summary {
-        mesh: subject.meshed().map(Meshed::summary),
-        stuck_modes: Some(subject.stuck_omega2().len()),
-        truncation: subject.truncation(),
-        pairs: subject.pairs.rows.len(),
-        stuck_frequency_hz: subject.relative().omega2.first().copied().map(hertz),
-        bonded_pairs: subject.meshed().map_or(0, |m| m.model.bonded.len()),
-        observations: match subject.meshed() {
+        mesh: reduced.meshed().map(Meshed::summary),
+        stuck_modes: Some(reduced.stuck_omega2().len()),
+        truncation: reduced.truncation(),
+        pairs: reduced.pairs.rows.len(),
+        stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
+        bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded.len()),
+        observations: match reduced.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
-            None => manifest::probe_summaries(&subject.observations()),
+            None => manifest::probe_summaries(&reduced.observations()),
         },
         ..empty_summary(scene, options)
     }
 }
 
-/// Where there are pairs.
-pub(super) fn static_summary(
-    subject: &Prepared,
-    state: &StaticState,
-) -> Option<manifest::StaticSummary> {
-    let pairs = &subject.pairs;
-    (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state))
-}
-
-/// Writes summary.json with the times of the stages.
-pub(super) fn finish(
-    options: &Options,
-    mut summary: manifest::Summary,
-    progress: &Progress,
-) -> Result<(), Error> {
-    summary.stages = progress
-        .records()
-        .into_iter()
+/// Takes down in the summary what the run has taken so far, stage by stage.
+pub(super) fn take_down(progress: &Progress, summary: &mut Summary) {
+    let stages = progress.records().into_iter();
+    summary.stages = stages
         .map(|record| manifest::StageSummary {
-            id: record.stage.id(),
+            id: record.stage,
             name: record.name,
             seconds: record.seconds,
             processor_seconds: record.processor_seconds,
@@ -333,13 +361,20 @@ pub(super) fn finish(
         .collect();
     summary.seconds = progress.seconds();
     summary.processor_seconds = progress.processor_seconds();
-    manifest::write_summary(&options.out.join("summary.json"), &summary)?;
-    progress.note(&format!("results in {}", options.out.display()));
-    Ok(())
+}
+
+/// Where there are pairs.
+pub(super) fn static_summary(
+    reduced: &Reduced,
+    state: &StaticState,
+) -> Option<manifest::StaticSummary> {
+    let pairs = &reduced.pairs;
+    (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state))
 }
 
 /// The figures a reader asks for first, on the terminal.
-pub(super) fn report(names: &[&str], response: &Response, progress: &Progress) {
+pub fn report(reduced: &Reduced, response: &Response, progress: &mut dyn Observer) {
+    let names = reduced.observations();
     let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     if !held.is_empty() {

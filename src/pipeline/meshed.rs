@@ -11,7 +11,8 @@ use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::meshing::{Origin, make_mesh};
 use crate::error::Error;
 use crate::export::manifest;
-use crate::progress::{Progress, Stage};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_numerics::factor::{Cholesky, FactorError};
 use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::fem::{self, FemError, Structure};
@@ -41,6 +42,7 @@ pub(super) struct Bound {
 
 /// A meshed assembly and its reduced model. What only fields and modes of single bodies need is made, or taken from the
 /// cache, when it is first asked for.
+#[derive(Debug)]
 pub(super) struct Meshed {
     pub model: Model,
     pub relative: RelativeModel,
@@ -116,10 +118,15 @@ impl Meshed {
         })
     }
 
-    /// The way back from the reduced model to the bodies.
-    pub(super) fn recovery(&self, progress: &Progress) -> Result<&Recovery, Error> {
-        if let Some(recovery) = self.recovery.get() {
-            return Ok(recovery);
+    /// The way back from the reduced model to the bodies, where [`Meshed::recover`] has made it.
+    pub(super) fn recovery(&self) -> Option<&Recovery> {
+        self.recovery.get()
+    }
+
+    /// Makes the way back from the reduced model to the bodies.
+    pub(super) fn recover(&self, progress: &Progress) -> Result<(), Error> {
+        if self.recovery.get().is_some() {
+            return Ok(());
         }
         let begin = Instant::now();
         let key = self.recovery_key.as_ref();
@@ -135,7 +142,8 @@ impl Meshed {
                 reduced.recovery
             }
         };
-        Ok(self.recovery.get_or_init(|| recovery))
+        self.recovery.get_or_init(|| recovery);
+        Ok(())
     }
 
     pub(super) fn summary(&self) -> manifest::MeshSummary {

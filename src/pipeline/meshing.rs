@@ -6,7 +6,8 @@ use super::Options;
 use super::cache::{Cache, Key, Kind};
 use crate::error::Error;
 use crate::export::{manifest, write_file};
-use crate::progress::{Progress, Stage};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_numerics::stored;
 use dovetail_solver::input;
 use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
@@ -18,6 +19,7 @@ use dovetail_solver::model::Model;
 const MESH_FILE: &str = "mesh.msh";
 
 /// Where the mesh came from, for the summary.
+#[derive(Debug)]
 pub(super) struct Origin {
     source: PathBuf,
     gmsh: Option<String>,

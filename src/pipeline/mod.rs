@@ -1,11 +1,11 @@
-//! The sequence of stages: what the program does, in the order in which it does it.
+//! The sequence of stages: what the program does, in the order in which it does it. Read [`solve`] first.
 
 mod cache;
 mod campbell;
 mod files;
 mod meshed;
 mod meshing;
-mod prepared;
+mod reduced;
 mod solve;
 pub mod verify;
 
@@ -13,16 +13,18 @@ use std::path::PathBuf;
 
 pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
+pub use self::files::{Files, report};
 use self::meshed::Bound;
-use self::prepared::Prepared;
+pub use self::reduced::Reduced;
 use crate::error::Error;
-use crate::export::{csv, manifest};
+use crate::export::csv::ModeRow;
+use crate::export::manifest::{self, Summary};
+use crate::observer::{Compared, Observer};
 use crate::progress::Progress;
-use crate::terminal;
+use crate::stage::Stage;
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::dlft::Response;
+use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
-use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::rayleigh;
 
 /// Where a run writes, and what it was asked by.
@@ -30,40 +32,70 @@ use dovetail_solver::reduction::damping::rayleigh;
 pub struct Options {
     pub out: PathBuf,
     pub scene_file: PathBuf,
-    /// [`run`]: write the fields for ParaView (VTU, PVD), too.
+    /// [`solve`], [`static_state`]: make the way back to the bodies, for fields.
     pub fields: bool,
-    /// [`run`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
+    /// [`solve`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
     pub held_modes: bool,
     /// `None`: nothing is kept for later runs, nothing taken from earlier ones.
     pub cache: Option<CacheSettings>,
 }
 
-/// Mesh, or reduced model, to results.
+/// What came of a run.
+#[derive(Debug)]
+pub struct Run {
+    pub reduced: Reduced,
+    pub static_state: StaticState,
+    /// `None` where there is no static state to vibrate about.
+    pub response: Option<Response>,
+    /// The response with another number of harmonics, where the scene asks for one.
+    pub compared: Option<Compared>,
+    pub summary: Summary,
+}
+
+impl Run {
+    /// Whether the run came to its full result.
+    ///
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::NotConverged`] where some frequencies failed.
+    pub fn verdict(&self) -> Result<(), Error> {
+        if self.response.is_none() {
+            solve::usable(&self.static_state)?;
+        }
+        let compared = self.compared.iter().map(|c| &c.response);
+        all_converged(self.response.iter().chain(compared))
+    }
+}
+
+/// Mesh, or reduced model, to static state and response. Nothing is written here but the mesh that gmsh makes, and
+/// nothing printed: `observer` hears of everything as it comes.
 ///
 /// # Errors
-/// The stage's own error; [`Error::NotConverged`] when all is written but some frequencies failed.
-pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let subject = Prepared::of(scene, options, progress)?;
-    let relative = subject.relative();
-    let damping = rayleigh(&scene.damping, subject.stuck_omega2())?;
+/// The stage's own error, or the observer's.
+pub fn solve(scene: &Scene, options: &Options, observer: &mut dyn Observer) -> Result<Run, Error> {
+    let progress = &Progress::new(observer);
+    let reduced = Reduced::of(scene, options, progress)?;
+    let relative = reduced.relative();
+    let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
     let most_harmonics = scene.response.resolution.most_harmonics();
     solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
-    let state = solve::statics(scene, relative, progress);
-    let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = files::static_summary(&subject, &state);
-    files::write_modes(options, &subject, None)?;
-    files::write_static_state(options, &subject, &state, progress)?;
-    if let Err(error) = solve::usable(&state) {
-        files::finish(options, summary, progress)?;
-        return Err(error);
+    let (static_state, mut summary) = solve_static(scene, options, &reduced, progress)?;
+    if solve::usable(&static_state).is_err() {
+        files::take_down(progress, &mut summary);
+        return Ok(Run {
+            reduced,
+            static_state,
+            response: None,
+            compared: None,
+            summary,
+        });
     }
     let respond = |resolution| {
         solve::respond(
             &scene.response,
             relative,
             damping,
-            &state,
+            &static_state,
             &frequencies_hz,
             resolution,
             progress,
@@ -74,29 +106,64 @@ pub fn run(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), 
     let compared = scene
         .response
         .compare_harmonics
-        .map(|h| (h, solve::compared(resolution, h)))
+        .map(|harmonics| (harmonics, solve::compared(resolution, harmonics)))
         .filter(|(_, other)| *other != resolution)
-        .map(|(h, other)| (h, respond(other)));
-    let compared = compared.as_ref();
-    files::write_response(options, scene, &subject, &response, compared, progress)?;
-    let first = subject.observations().first().copied();
-    summary.response = Some(manifest::response_summary(&subject.pairs, first, &response));
-    if let (Some(meshed), true) = (subject.meshed(), options.held_modes) {
-        let held = meshed.held_modes(progress)?;
-        files::write_modes(options, &subject, Some(&held))?;
-        let blade = held.first().and_then(|omega2| omega2.first());
-        summary.blade_frequency_hz = blade.copied().map(hertz);
+        .map(|(harmonics, other)| Compared {
+            harmonics,
+            response: respond(other),
+        });
+    {
+        let _stage = progress.stage(Stage::ResponseFiles);
+        progress.tell(|o| o.response(&reduced, &response, compared.as_ref()))?;
     }
-    files::finish(options, summary, progress)?;
-    files::report(&subject.observations(), &response, progress);
-    all_converged(std::iter::once(&response).chain(compared.map(|(_, r)| r)))
+    let first = reduced.observations().first().copied();
+    summary.response = Some(manifest::response_summary(&reduced.pairs, first, &response));
+    if let (Some(meshed), true) = (reduced.meshed(), options.held_modes) {
+        let held = meshed.held_modes(progress)?;
+        progress.tell(|o| o.held_modes(&reduced, &held))?;
+        summary.blade_frequency_hz = first_hz(&held);
+    }
+    files::take_down(progress, &mut summary);
+    Ok(Run {
+        reduced,
+        static_state,
+        response: Some(response),
+        compared,
+        summary,
+    })
+}
+
+/// The static state, told, and the summary so far.
+fn solve_static(
+    scene: &Scene,
+    options: &Options,
+    reduced: &Reduced,
+    progress: &Progress,
+) -> Result<(StaticState, Summary), Error> {
+    progress.tell(|o| o.reduced(reduced))?;
+    let state = solve::statics(scene, reduced.relative(), progress);
+    let mut summary = files::summarise(scene, options, reduced);
+    summary.static_state = files::static_summary(reduced, &state);
+    if let Some(meshed) = reduced.meshed().filter(|_| options.fields) {
+        meshed.recover(progress)?;
+    }
+    {
+        let _stage = progress.stage(Stage::StaticFiles);
+        progress.tell(|o| o.static_state(reduced, &state))?;
+    }
+    Ok((state, summary))
+}
+
+/// First frequency of the first body.
+fn first_hz(held_omega2: &[Vec<f64>]) -> Option<f64> {
+    held_omega2.first()?.first().copied().map(hertz)
 }
 
 /// Only the mesh: made, checked, its flanks paired.
 ///
 /// # Errors
 /// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
-pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
+pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<Summary, Error> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(no_mesh(scene));
     };
@@ -105,36 +172,29 @@ pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<(),
     summary.pairs = bound.model.pairs.len();
     summary.observations = manifest::observation_summaries(&bound.model);
     summary.mesh = Some(bound.summary());
-    files::finish(options, summary, progress)
+    files::take_down(progress, &mut summary);
+    Ok(summary)
 }
 
 /// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
 ///
 /// # Errors
 /// Those of [`mesh`], of the finite elements and of the reduction; an unreadable reduced model.
-pub fn modes(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let subject = Prepared::of(scene, options, progress)?;
-    let held = match subject.meshed() {
-        Some(meshed) => Some(meshed.held_modes(progress)?),
-        None => None,
+pub fn modes(
+    scene: &Scene,
+    options: &Options,
+    progress: &Progress,
+) -> Result<(Vec<ModeRow>, Summary), Error> {
+    let reduced = Reduced::of(scene, options, progress)?;
+    let held = match reduced.meshed() {
+        Some(meshed) => meshed.held_modes(progress)?,
+        None => Vec::new(),
     };
-    let rows = files::write_modes(options, &subject, held.as_deref())?;
-    let line = |row: &csv::ModeRow| {
-        format!(
-            "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
-            row.kind, row.body, row.mode, row.frequency_hz
-        )
-    };
-    let first = rows.iter().filter(|r| r.mode <= LISTED_MODES);
-    terminal::print(&first.map(line).collect::<String>())?;
-    let blade = held
-        .iter()
-        .flatten()
-        .next()
-        .and_then(|omega2| omega2.first());
-    let mut summary = files::summarise(scene, options, &subject);
-    summary.blade_frequency_hz = blade.copied().map(hertz);
-    files::finish(options, summary, progress)
+    let rows = files::mode_rows(&reduced, &held);
+    let mut summary = files::summarise(scene, options, &reduced);
+    summary.blade_frequency_hz = first_hz(&held);
+    files::take_down(progress, &mut summary);
+    Ok((rows, summary))
 }
 
 /// Up to the reduced model, written as a folder that `[reduced_model]` reads. The folder holds the
@@ -150,12 +210,12 @@ pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(
     let (of_one_newton, force_n) = of_one_newton(assembly);
     let mut excited = scene.clone();
     excited.subject = Subject::Assembly(Box::new(of_one_newton));
-    let subject = Prepared::of(&excited, options, progress)?;
-    if subject.pairs.rows.is_empty() {
+    let reduced = Reduced::of(&excited, options, progress)?;
+    if reduced.pairs.rows.is_empty() {
         let why = "a reduced model is about the pairs of its contacts";
         return Err(Error::AllBonded { why });
     }
-    let law = files::write_reduced_model(options, &subject, progress)?;
+    let law = files::write_reduced_model(options, &reduced, progress)?;
     progress.note(&format!("reduced model in {}", options.out.display()));
     match law {
         Some(law) => {
@@ -191,19 +251,20 @@ fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
     (scaled, force_n)
 }
 
-/// Up to the static state under rotation.
+/// Up to the static state under rotation; the summary, and whether there is such a state.
 ///
 /// # Errors
-/// Those of [`modes`]; [`Error::StaticState`] when the state was not found.
-pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
-    let subject = Prepared::of(scene, options, progress)?;
-    let state = solve::statics(scene, subject.relative(), progress);
-    let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = files::static_summary(&subject, &state);
-    files::write_modes(options, &subject, None)?;
-    files::write_static_state(options, &subject, &state, progress)?;
-    files::finish(options, summary, progress)?;
-    solve::usable(&state)
+/// Those of [`modes`], or the observer's; the second one [`Error::StaticState`] or [`Error::NothingHolds`].
+pub fn static_state(
+    scene: &Scene,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<(Summary, Result<(), Error>), Error> {
+    let progress = &Progress::new(observer);
+    let reduced = Reduced::of(scene, options, progress)?;
+    let (state, mut summary) = solve_static(scene, options, &reduced, progress)?;
+    files::take_down(progress, &mut summary);
+    Ok((summary, solve::usable(&state)))
 }
 
 /// Says that the scene is sound; nothing is computed or written.
@@ -213,7 +274,7 @@ pub fn static_state(scene: &Scene, options: &Options, progress: &Progress) -> Re
 pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
     match &scene.subject {
         Subject::Assembly(assembly) => meshing::check(&assembly.mesh, progress)?,
-        Subject::ReducedModel(spec) => prepared::check(spec)?,
+        Subject::ReducedModel(spec) => reduced::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));
     Ok(())

@@ -2,7 +2,8 @@
 
 use super::hertz;
 use crate::error::Error;
-use crate::progress::{Progress, Stage};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
@@ -154,7 +155,7 @@ pub(super) fn respond(
     let blocks = 2 * resolution.most_harmonics() + 1;
     let stage = progress.titled_stage(Stage::Response, &title);
     stage.solves(blocks * relative.stiffness.nrows());
-    let bar = progress.bar(frequencies_hz.len(), "frequencies");
+    let steps = progress.steps(frequencies_hz.len(), "frequencies");
     let settings = SweepSettings {
         frequencies_hz: frequencies_hz.to_vec(),
         resolution,
@@ -170,7 +171,10 @@ pub(super) fn respond(
         solver: spec.solver,
         slip_threshold_m: spec.slip_threshold_m,
     };
-    let step = |_: &Orbit| bar.step();
+    let step = |orbit: &Orbit| {
+        progress.tell(|observer| observer.frequency(orbit));
+        steps.step();
+    };
     sweep(relative, damping, state, &settings, &step)
 }
 

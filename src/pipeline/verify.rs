@@ -1,11 +1,12 @@
 //! `dovetail verify`: harmonic balance against time integration at a few frequencies.
 
-use super::prepared::Prepared;
+use super::reduced::Reduced;
 use super::{Options, files, solve};
 use crate::error::Error;
-use crate::export::{csv, manifest};
-use crate::progress::{Progress, Stage};
-use crate::terminal;
+use crate::export::csv;
+use crate::export::manifest::{self, Summary};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
@@ -43,18 +44,28 @@ impl Verification {
     }
 }
 
+/// Both methods beside each other.
+#[derive(Debug)]
+pub struct Verified {
+    /// For a reader.
+    pub table: String,
+    pub summary: Summary,
+    /// [`Error::NotSteady`] or [`Error::Disagreement`], where they are not alike.
+    pub verdict: Result<(), Error>,
+}
+
 /// Integrates the reduced model in time at each frequency and compares.
 ///
 /// # Errors
 /// [`Error::TooManySteps`]; those of the static state and the reduction; [`Error::NotConverged`]
 /// where harmonic balance has no
-/// motion to compare; [`Error::NotSteady`] and [`Error::Disagreement`], after all is written.
+/// motion to compare.
 pub fn verify(
     scene: &Scene,
     options: &Options,
     asked: &Verification,
     progress: &Progress,
-) -> Result<(), Error> {
+) -> Result<Verified, Error> {
     let (periods, steps) = (asked.most_periods_asked(), asked.steps_per_period);
     if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
         return Err(Error::TooManySteps {
@@ -63,13 +74,13 @@ pub fn verify(
             most: MOST_STEPS_IN_ALL,
         });
     }
-    let subject = Prepared::of(scene, options, progress)?;
-    let relative = subject.relative();
+    let reduced = Reduced::of(scene, options, progress)?;
+    let relative = reduced.relative();
     if relative.pairs.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";
         return Err(Error::AllBonded { why });
     }
-    let damping = rayleigh(&scene.damping, subject.stuck_omega2())?;
+    let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
     let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress)?;
@@ -84,7 +95,7 @@ pub fn verify(
     }
     let comparisons = {
         let _stage = progress.stage(Stage::TimeIntegration);
-        let bar = progress.bar(chosen.len(), "frequencies");
+        let steps = progress.steps(chosen.len(), "frequencies");
         let until = Until {
             most_periods: periods,
             tolerance: if asked.periods.is_some() {
@@ -107,7 +118,7 @@ pub fn verify(
                 until,
                 response.slip_threshold_m,
             );
-            bar.step();
+            steps.step();
             done
         };
         use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -117,16 +128,19 @@ pub fn verify(
             .collect::<Result<Vec<Comparison>, _>>()?
     };
     csv::write_verification(&options.out.join("verify.csv"), &comparisons)?;
-    let mut summary = files::summarise(scene, options, &subject);
-    summary.static_state = Some(manifest::static_summary(&subject.pairs, &state));
+    let mut summary = files::summarise(scene, options, &reduced);
+    summary.static_state = Some(manifest::static_summary(&reduced.pairs, &state));
     summary.verification = Some(manifest::verification_summary(
         &comparisons,
         asked.steps_per_period,
         asked.tolerance,
     ));
-    files::finish(options, summary, progress)?;
-    terminal::print(&comparisons.iter().map(table).collect::<String>())?;
-    judge(&comparisons, asked)
+    files::take_down(progress, &mut summary);
+    Ok(Verified {
+        verdict: judge(&comparisons, asked),
+        table: comparisons.iter().map(table).collect(),
+        summary,
+    })
 }
 
 /// A response, and the positions in it of the orbits to compare.

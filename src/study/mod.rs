@@ -160,7 +160,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
                     held_modes: false,
                     cache: None,
                 };
-                pipeline::check(&scene, &options, &Progress::new(true))?;
+                pipeline::check(&scene, &options, &Progress::new(&mut ()))?;
                 subjects.push(scene.subject);
                 Ok(())
             });

@@ -6,7 +6,7 @@ use super::folder::{self, Found, Settings};
 use super::spent::{Spent, shared_settings, spent};
 use super::summary::{CaseSummary, StageTimes};
 use crate::error::Error;
-use crate::progress::Stage;
+use crate::stage::Stage;
 
 /// A case and what came of it.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 
 use super::folder::CaseRecord;
 use super::summary::{CaseSummary, StageTimes};
-use crate::progress::Stage;
+use crate::stage::Stage;
 
 /// What a run costs without what only the study asked for.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::progress::Stage;
+use crate::stage::Stage;
 
 /// What every run with a response says of itself.
 #[derive(Debug, Clone, PartialEq)]

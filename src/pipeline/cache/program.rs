@@ -89,12 +89,16 @@ fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::run;
+    use crate::error::Error;
+    use crate::observer::Observer;
+    use crate::pipeline::{Options, Run, solve};
+    use dovetail_solver::description::Scene;
 
     #[test]
     fn the_program_is_known_by_its_libraries_and_its_processor() {
         // Linkers leave out a library that nothing in the binary uses.
-        std::hint::black_box(run as fn(&_, &_, &_) -> _);
+        let whole: fn(&Scene, &Options, &mut dyn Observer) -> Result<Run, Error> = solve;
+        std::hint::black_box(whole);
         let found = libraries();
         if cfg!(target_os = "linux") {
             assert!(found.iter().any(|l| l.contains("libarpack")), "{found:?}");

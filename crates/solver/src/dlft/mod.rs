@@ -3,8 +3,11 @@
 //! Fourier vectors are harmonic-major: block 0 the mean, then cosine and sine of harmonics 1..H;
 //! each block has n = 3 pairs entries (N, t1, t2 per pair). `x(t) = X_0 + sum_k C_k cos(k w t) + S_k sin(k w t)`.
 
+use serde::{Deserialize, Serialize};
+
 /// How the solution of one frequency (or of the static state) ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Outcome {
     Converged,
     /// No step, however small, made progress.

@@ -4,27 +4,30 @@ use super::meshed::Meshed;
 use super::{Options, hertz};
 use crate::error::Error;
 use crate::export::manifest::TruncationSummary;
-use crate::progress::{Progress, Stage};
+use crate::progress::Progress;
+use crate::stage::Stage;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::reduction::superelement;
 use dovetail_solver::reduction::{Highest, PairLaw, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
 
 /// The reduced model of a scene, and what tables say of its pairs.
-pub(super) struct Prepared {
+#[derive(Debug)]
+pub struct Reduced {
     pub pairs: PairTable,
     origin: Origin,
 }
 
+#[derive(Debug)]
 enum Origin {
     Mesh(Box<Meshed>),
     Folder(Box<RelativeModel>),
 }
 
-impl Prepared {
+impl Reduced {
     /// Meshes, binds, assembles and reduces, or reads the folder.
     pub(super) fn of(scene: &Scene, options: &Options, progress: &Progress) -> Result<Self, Error> {
-        let prepared = match &scene.subject {
+        let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
                 let meshed = Meshed::of(assembly, stuck_modes(scene), options, progress)?;
                 Self {
@@ -47,14 +50,14 @@ impl Prepared {
                 }
             }
         };
-        prepared.warn_of_much_friction(progress);
-        if let Some(omega2) = prepared.stuck_omega2().first() {
+        reduced.warn_of_much_friction(progress);
+        if let Some(omega2) = reduced.stuck_omega2().first() {
             progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
         }
-        if let Some(truncation) = prepared.truncation() {
-            progress.note(&truncation_note(prepared.stuck_omega2().len(), &truncation));
+        if let Some(truncation) = reduced.truncation() {
+            progress.note(&truncation_note(reduced.stuck_omega2().len(), &truncation));
         }
-        Ok(prepared)
+        Ok(reduced)
     }
 
     fn warn_of_much_friction(&self, progress: &Progress) {
@@ -68,7 +71,8 @@ impl Prepared {
         }
     }
 
-    pub(super) fn relative(&self) -> &RelativeModel {
+    /// What the contact solver sees.
+    pub fn relative(&self) -> &RelativeModel {
         match &self.origin {
             Origin::Mesh(meshed) => &meshed.relative,
             Origin::Folder(relative) => relative,
