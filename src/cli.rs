@@ -15,7 +15,7 @@ use crate::pipeline::verify::{Verification, verify};
 use crate::pipeline::{self, CacheSettings, Files, Options, SpeedRange};
 use crate::progress::Progress;
 use crate::scene;
-use crate::study::{self, Action, Sharing, StudyOptions};
+use crate::study::{self, Action, StudyOptions};
 use crate::terminal;
 use dovetail_solver::description::Scene;
 use dovetail_solver::integration::steady::MOST_PERIODS;
@@ -135,7 +135,7 @@ impl StudyArguments {
             out: cli.out.clone(),
             jobs: self.jobs.unwrap_or_else(cores),
             threads: cli.threads.unwrap_or(1),
-            sharing: sharing(cli),
+            cache: cache_words(cli),
             overrides: cli.overrides.clone(),
         }
     }
@@ -273,21 +273,18 @@ impl VerifyArguments {
     }
 }
 
-/// What the cases of a study are told of the cache.
-fn sharing(cli: &Cli) -> Sharing {
-    let mut words = Vec::new();
-    if cli.no_cache {
-        words.push("--no-cache".to_owned());
-    }
-    if let Some(folder) = &cli.cache {
-        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
-        words.extend(["--cache".to_owned(), folder.display().to_string()]);
-    }
-    let own_folder = words.is_empty();
+/// What the cases of a study are told of the cache, as words of the command line. Unless a folder is
+/// named, a case computes all its stages itself: its cost is then that of its settings.
+fn cache_words(cli: &Cli) -> Vec<String> {
+    let Some(folder) = &cli.cache else {
+        return vec!["--no-cache".to_owned()];
+    };
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+    let mut words = vec!["--cache".to_owned(), folder.display().to_string()];
     if let Some(limit) = cli.cache_limit_gib {
         words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
     }
-    Sharing { own_folder, words }
+    words
 }
 
 /// Runs the program on the process's arguments. Exit codes: see [`crate::error`].

@@ -146,7 +146,7 @@ pub enum Error {
     #[diagnostic(
         severity(Warning),
         help(
-            "study.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
+            "report.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
              when the study is"
         )
     )]

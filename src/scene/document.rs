@@ -1,22 +1,22 @@
-//! TOML text and `--set` arguments -> [`RawScene`], with every unknown key and wrong type reported.
+//! TOML text and `--set` arguments -> the mirror of the file (of a scene: `RawScene`), with every
+//! unknown key and wrong type reported.
 
 use std::ops::Range;
 
-use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::error::{Fault, Problem};
-use super::keys::{self, Shape};
+use super::keys::{self, Shape, Vocabulary};
 use super::overrides;
-use super::raw::RawScene;
 use super::source::Source;
 
 /// No more than this many problems of one kind are looked for.
 const MOST_PROBLEMS: usize = 20;
 
 /// Parses the text, applies the `--set` arguments in their order and reads the result into the mirror.
-pub fn read(source: &Source) -> Result<RawScene, Vec<Problem>> {
+pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
     let (document, errors) = DeTable::parse_recoverable(&source.text);
     if !errors.is_empty() {
         return Err(syntax_problems(source, errors));
@@ -61,7 +61,7 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
 /// Sections must be tables or lists of tables before serde sees them: it would take a list of the
 /// right length for a table.
 fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>) {
-    for (section, shape) in keys::SECTIONS {
+    for &(section, shape) in source.vocabulary.sections {
         let Some(value) = root.get(section) else {
             continue;
         };
@@ -74,7 +74,7 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
             let fault = Fault::WrongShape {
                 section,
                 list: shape == Shape::List,
-                example: keys::example("", section),
+                example: (source.vocabulary.example)("", section),
             };
             problems.push(source.problem(value.span(), fault));
             root.remove(section);
@@ -84,23 +84,22 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
 
 /// Reads the table into the mirror. serde stops at the first error: that key is reported, taken out,
 /// and the rest is read again.
-fn deserialize(
+fn deserialize<T: DeserializeOwned>(
     source: &Source,
     mut root: DeTable,
     problems: &mut Vec<Problem>,
-) -> Option<RawScene> {
+) -> Option<T> {
     let mut seen: Vec<Range<usize>> = Vec::new();
     for _ in 0..MOST_PROBLEMS {
-        let error =
-            match RawScene::deserialize(Deserializer::from(Spanned::new(0..0, root.clone()))) {
-                Ok(raw) => return Some(raw),
-                Err(error) => error,
-            };
+        let error = match T::deserialize(Deserializer::from(Spanned::new(0..0, root.clone()))) {
+            Ok(raw) => return Some(raw),
+            Err(error) => error,
+        };
         let span = error.span().unwrap_or(0..0);
         let place = find(&root, &span);
         // An argument for several elements (`contact.*.friction`) is reported once.
         if !seen.contains(&span) {
-            let fault = fault_of(&root, &place, &error);
+            let fault = fault_of(source.vocabulary, &root, &place, &error);
             problems.push(source.problem(span.clone(), fault));
             seen.push(span);
         }
@@ -111,7 +110,12 @@ fn deserialize(
     None
 }
 
-fn fault_of(root: &DeTable, place: &[Step], error: &toml::de::Error) -> Fault {
+fn fault_of(
+    vocabulary: &Vocabulary,
+    root: &DeTable,
+    place: &[Step],
+    error: &toml::de::Error,
+) -> Fault {
     let words: Vec<&str> = place
         .iter()
         .filter_map(|step| match step {
@@ -124,12 +128,13 @@ fn fault_of(root: &DeTable, place: &[Step], error: &toml::de::Error) -> Fault {
         [key] => ("", *key),
         [section, key, ..] => (*section, *key),
     };
-    let section = keys::SECTIONS
+    let section = vocabulary
+        .sections
         .iter()
         .map(|(s, _)| *s)
         .find(|s| *s == section)
         .unwrap_or("");
-    let valid = keys::of_section(section);
+    let valid = (vocabulary.of_section)(section);
     if valid.contains(&key) {
         Fault::WrongType {
             path: path_text(root, place),
@@ -137,7 +142,7 @@ fn fault_of(root: &DeTable, place: &[Step], error: &toml::de::Error) -> Fault {
                 .message()
                 .trim_start_matches("invalid type: ")
                 .to_owned(),
-            example: keys::example(section, key),
+            example: (vocabulary.example)(section, key),
         }
     } else {
         Fault::UnknownKey {

@@ -218,6 +218,13 @@ pub enum Fault {
     OverrideNotATable { path: String, segment: String },
     #[error("there is no `{path}` to remove")]
     OverrideNothingToRemove { path: String },
+    /// What only another kind of file than a scene can have.
+    #[error("{message}")]
+    Particular {
+        message: String,
+        label: &'static str,
+        remedy: String,
+    },
 }
 
 fn bracketed(section: &str, list: bool) -> String {
@@ -276,18 +283,19 @@ impl Fault {
             Self::OverrideNoElement { .. } => "not an element".to_owned(),
             Self::OverrideNotATable { .. } => "one step too deep".to_owned(),
             Self::OverrideNothingToRemove { .. } => "not in the scene".to_owned(),
+            Self::Particular { label, .. } => (*label).to_owned(),
         }
     }
 
     /// What is valid, and what to write instead.
     fn remedy(&self) -> String {
         match self {
-            Self::Syntax { .. } => "a scene is a TOML file (https://toml.io): lines `key = value` under \
+            Self::Syntax { .. } => "the file has to be TOML (https://toml.io): lines `key = value` under \
                  [section] or [[section]] headings; texts stand in double quotes"
                 .to_owned(),
             Self::UnknownKey { section, valid, .. } => {
                 let place = match *section {
-                    "" => "the top of a scene".to_owned(),
+                    "" => "the top of the file".to_owned(),
                     other => format!("`{other}`"),
                 };
                 format!("the keys of {place} are: {}", valid.join(", "))
@@ -361,6 +369,7 @@ impl Fault {
             Self::OverrideNothingToRemove { .. } => {
                 "to set it, write a value after the `=`; otherwise leave this argument out".to_owned()
             }
+            Self::Particular { remedy, .. } => remedy.clone(),
         }
     }
 }

@@ -11,7 +11,23 @@ pub enum Shape {
     List,
 }
 
-/// The tables at the top of the file, in the order they are usually written.
+/// What a kind of file may say.
+pub struct Vocabulary {
+    /// The tables at the top of the file, in the order they are usually written.
+    pub sections: &'static [(&'static str, Shape)],
+    /// The keys that a section accepts (`""`: the top of the file).
+    pub of_section: fn(&str) -> &'static [&'static str],
+    /// A line that could stand in the file, by section and key.
+    pub example: fn(&str, &str) -> &'static str,
+}
+
+pub const SCENE: Vocabulary = Vocabulary {
+    sections: &SECTIONS,
+    of_section,
+    example,
+};
+
+/// The tables at the top of a scene, in the order they are usually written.
 pub const SECTIONS: [(&str, Shape); 11] = [
     ("reduced_model", Shape::Table),
     ("mesh", Shape::Table),
@@ -179,7 +195,7 @@ fn distance(a: &str, b: &str) -> usize {
 }
 
 /// The field names serde's derive gave to `T`, so that they are written once only.
-fn fields<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
+pub fn fields<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     match T::deserialize(FieldsOnly) {
         Err(Fields(names)) => names,
         Ok(_) => &[],

@@ -1,13 +1,13 @@
 //! TOML -> [`Scene`]: everything one run depends on, checked (positive moduli, known options, ordered
 //! ranges), in SI units. Names of mesh groups are checked later, by [`dovetail_solver::model`], when the mesh is known.
 
-mod check;
-mod document;
+pub(crate) mod check;
+pub(crate) mod document;
 pub(crate) mod error;
-mod keys;
+pub(crate) mod keys;
 mod overrides;
-mod raw;
-mod source;
+pub(crate) mod raw;
+pub(crate) mod source;
 
 use std::path::Path;
 
@@ -50,6 +50,7 @@ pub fn parse(
         name: file_name,
         text: text.into(),
         overrides,
+        vocabulary: &keys::SCENE,
     };
     document::read(&source)
         .and_then(|raw| check::scene(&source, base_dir, raw))

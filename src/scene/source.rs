@@ -9,13 +9,15 @@ use std::sync::Arc;
 use miette::NamedSource;
 
 use super::error::{Fault, Problem};
+use super::keys::Vocabulary;
 
-/// Where the spans of a scene point to.
+/// Where the spans of a scene, or of another file of keys and values, point to.
 pub struct Source<'i> {
     pub name: &'i str,
     /// Shared by the problems found in it.
     pub text: Arc<str>,
     pub overrides: &'i [String],
+    pub vocabulary: &'static Vocabulary,
 }
 
 impl<'i> Source<'i> {

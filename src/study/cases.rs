@@ -20,12 +20,6 @@ impl Case {
         study.set.iter().chain(of_knobs).cloned().collect()
     }
 
-    /// How many knobs stand elsewhere than in the base.
-    pub fn turned(&self, base: &[usize]) -> usize {
-        let values = self.values.iter().zip(base);
-        values.filter(|(v, b)| v != b).count()
-    }
-
     /// Label of each knob's value.
     pub fn labels<'s>(&self, study: &'s Study) -> Vec<&'s str> {
         let knobs = study.knobs.iter().zip(&self.values);
@@ -60,22 +54,6 @@ pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
         slug: distinct(slug, cases),
         values,
     }
-}
-
-/// Of a study one at a time, what the knobs are turned around; of a grid, the finest corner.
-pub fn base(study: &Study) -> Vec<usize> {
-    match study.mode {
-        Mode::OneAtATime => study.knobs.iter().map(|k| k.base).collect(),
-        Mode::Grid => study.knobs.iter().map(|k| k.values.len() - 1).collect(),
-    }
-}
-
-/// How many steps from the finest a case is, over all knobs.
-pub fn coarseness(study: &Study, case: &Case) -> usize {
-    let steps = study.knobs.iter().zip(&case.values);
-    steps
-        .map(|(knob, value)| knob.values.len() - 1 - value)
-        .sum()
 }
 
 fn one_at_a_time(knobs: &[Knob]) -> Vec<Vec<usize>> {

@@ -1,32 +1,21 @@
 //! Text -> [`Study`]: which scene, which knobs, which quantities, and how accurate they shall be.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use serde::Deserialize;
 use serde_spanned::Spanned;
-use toml::de::{DeTable, DeValue};
 
-use super::error::{StudyError, StudyFault, StudyProblem};
-use super::knob::{self, Knob};
+use super::error::StudyError;
+use super::knob::{self, Knob, RawKnob};
 use super::quantity::{self, Quantity};
-use super::reader::{Reader, Section, number};
-use crate::scene::nearest;
+use crate::scene::check::fields::{Checker, Limits, Table};
+use crate::scene::keys::{Shape, Vocabulary, fields};
+use crate::scene::raw::{Located, Number};
+use crate::scene::source::Source;
+use crate::scene::{Fault, SceneError, document};
 use dovetail_solver::input;
-
-const TOP_KEYS: &[&str] = &[
-    "name",
-    "scene",
-    "set",
-    "mode",
-    "quantities",
-    "fields",
-    "knob",
-    "recommend",
-];
-const TARGET_KEYS: &[&str] = &["quantity", "accuracy"];
-const MODES: [(&str, Mode); 2] = [("one_at_a_time", Mode::OneAtATime), ("grid", Mode::Grid)];
-const KNOB_EXAMPLE: &str = "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]";
-const TARGET_EXAMPLE: &str = "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01";
 
 /// A study as its file describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,11 +50,60 @@ pub struct Target {
     pub accuracy: f64,
 }
 
-/// A study with the text it came from, for messages about its cases.
+const VOCABULARY: Vocabulary = Vocabulary {
+    sections: &[("knob", Shape::List), ("recommend", Shape::List)],
+    of_section: |section| match section {
+        "" => fields::<RawStudy>(),
+        "knob" => fields::<RawKnob>(),
+        "recommend" => fields::<RawTarget>(),
+        _ => &[],
+    },
+    example: |section, key| match (section, key) {
+        ("", "name") => "name = \"harmonics\"",
+        ("", "scene") => "scene = \"../scenes/paper.toml\"",
+        ("", "set") => "set = [\"response.points=50\", \"response.compare_harmonics=\"]",
+        ("", "mode") => "mode = \"one_at_a_time\"",
+        ("", "quantities") => "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
+        ("", "fields") => "fields = true",
+        ("", "knob") => "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
+        ("", "recommend") => "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
+        ("knob", key) => knob::example(key),
+        ("recommend", "quantity") => "quantity = \"peak_amplitude_m\"",
+        ("recommend", "accuracy") => "accuracy = 0.01",
+        _ => "",
+    },
+};
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawStudy {
+    name: Located<String>,
+    scene: Located<String>,
+    #[serde(default)]
+    set: Vec<Spanned<String>>,
+    mode: Located<String>,
+    quantities: Located<Vec<Spanned<String>>>,
+    #[serde(default)]
+    fields: bool,
+    #[serde(default)]
+    knob: Vec<Spanned<RawKnob>>,
+    #[serde(default)]
+    recommend: Vec<Spanned<RawTarget>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTarget {
+    quantity: Located<String>,
+    accuracy: Located<Number>,
+}
+
+/// The text of a study file, for messages about its cases, too.
 #[derive(Debug, Clone)]
 pub struct StudyText {
-    pub file: PathBuf,
-    pub text: Arc<str>,
+    name: String,
+    folder: PathBuf,
+    text: Arc<str>,
 }
 
 impl StudyText {
@@ -75,251 +113,141 @@ impl StudyText {
             source,
         })?;
         Ok(Self {
-            file: file.to_owned(),
+            name: file.display().to_string(),
+            folder: file.parent().unwrap_or(Path::new("")).to_owned(),
             text: text.into(),
         })
     }
 
-    /// Parses and checks; `set` are overrides of the command line for all cases, after those of the file.
+    fn source(&self) -> Source<'_> {
+        Source {
+            name: &self.name,
+            text: Arc::clone(&self.text),
+            overrides: &[],
+            vocabulary: &VOCABULARY,
+        }
+    }
+
+    /// Parses and checks; `set` are overrides of the command line, after those of the file.
     ///
     /// # Errors
     /// [`StudyError::Invalid`] with every problem found.
     pub fn parse(&self, set: &[String]) -> Result<Study, StudyError> {
-        let name = self.file.display().to_string();
-        let folder = self.file.parent().unwrap_or(Path::new(""));
-        let mut reader = Reader {
-            name: &name,
-            text: &self.text,
+        let source = self.source();
+        let invalid = |problems| StudyError::Invalid(SceneError::Invalid { problems });
+        let raw: RawStudy = document::read(&source).map_err(invalid)?;
+        let mut checker = Checker {
+            source: &source,
             problems: Vec::new(),
         };
-        let study = read(&mut reader, folder, set);
-        match study {
-            Some(study) if reader.problems.is_empty() => Ok(study),
-            _ => Err(invalid(reader.problems)),
-        }
+        let study = check(&mut checker, &self.folder, raw, set);
+        let mut problems = checker.problems;
+        problems.sort_by_key(|p| p.span.start);
+        study
+            .filter(|_| problems.is_empty())
+            .ok_or_else(|| invalid(problems))
     }
 
-    /// A reader that only collects problems of the cases.
-    pub fn problems(&self, faults: Vec<(std::ops::Range<usize>, StudyFault)>) -> Vec<StudyProblem> {
-        let name = self.file.display().to_string();
-        let mut reader = Reader {
-            name: &name,
-            text: &self.text,
-            problems: Vec::new(),
-        };
-        for (span, fault) in faults {
-            reader.fault(span, fault);
-        }
-        reader.problems
+    /// Faults of the cases as an error of the study.
+    pub fn invalid(&self, faults: Vec<(Range<usize>, Fault)>) -> StudyError {
+        let source = self.source();
+        let problems = faults.into_iter().map(|(span, f)| source.problem(span, f));
+        StudyError::Invalid(SceneError::Invalid {
+            problems: problems.collect(),
+        })
     }
 }
 
-fn invalid(mut problems: Vec<StudyProblem>) -> StudyError {
-    problems.sort_by_key(|p| p.span.start);
-    StudyError::Invalid { problems }
-}
-
-fn read(reader: &mut Reader, folder: &Path, set: &[String]) -> Option<Study> {
-    let text = reader.text;
-    let document = match DeTable::parse(text) {
-        Ok(document) => document,
-        Err(error) => {
-            let message = error.message().to_owned();
-            reader.fault(error.span().unwrap_or(0..0), StudyFault::Syntax { message });
-            return None;
-        }
-    };
-    let top = Section {
+fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) -> Option<Study> {
+    let top = Table {
+        section: "",
         path: String::new(),
-        table: document.get_ref(),
         span: 0..0,
     };
-    reader.only(&top, "a study", TOP_KEYS);
-    let name = required_text(reader, &top, "name", "name = \"harmonics\"");
-    let name = name.and_then(|name| reader.name("name".to_owned(), &name));
-    let scene = required_text(reader, &top, "scene", "scene = \"../scenes/paper.toml\"");
-    let mut overrides = overrides(reader, &top);
-    overrides.extend_from_slice(set);
-    let mode = mode(reader, &top);
-    let quantities = quantities(reader, &top);
-    let fields = flag(reader, &top, "fields");
-    let sections = reader.tables(&top, "knob", KNOB_EXAMPLE);
-    if sections.is_empty() && top.get("knob").is_none() {
-        reader.missing(&top, "knob", KNOB_EXAMPLE);
+    let name = checker.required_name(&top, &raw.name);
+    let scene = checker.text(&top, "scene", &raw.scene);
+    for item in &raw.set {
+        let argument = item.get_ref();
+        if argument
+            .split_once('=')
+            .is_none_or(|(key, _)| key.trim().is_empty())
+        {
+            let fault = Fault::Particular {
+                message: format!("`set`: \"{argument}\" is not KEY=VALUE"),
+                label: "no `=` with a key before it",
+                remedy: format!("write for example {}", (VOCABULARY.example)("", "set")),
+            };
+            checker.fault(item.span(), fault);
+        }
     }
-    let needs_base = mode == Some(Mode::OneAtATime) && sections.len() > 1;
-    let read_knobs: Vec<_> = sections
-        .iter()
-        .map(|section| knob::read(reader, section, needs_base))
+    let of_file = raw.set.into_iter().map(Spanned::into_inner);
+    let words = &["one_at_a_time", "grid"];
+    let modes = [Mode::OneAtATime, Mode::Grid];
+    let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
+    let quantities = match raw.quantities {
+        None => Some(quantity::ALL.to_vec()),
+        Some(list) if list.get_ref().is_empty() => {
+            let fault = Fault::WrongType {
+                path: "quantities".to_owned(),
+                message: "at least one quantity is expected".to_owned(),
+                example: (VOCABULARY.example)("", "quantities"),
+            };
+            checker.fault(list.span(), fault);
+            None
+        }
+        Some(list) => {
+            let items = list.into_inner().into_iter();
+            let read = |item| quantity(checker, &top, "quantities", &Some(item));
+            items.map(read).collect()
+        }
+    };
+    if raw.knob.is_empty() {
+        checker.missing(&top, "knob");
+    }
+    let needs_base = mode == Some(Mode::OneAtATime) && raw.knob.len() > 1;
+    let knobs = raw.knob.iter().enumerate();
+    let knobs: Vec<Option<Knob>> = knobs
+        .map(|(i, raw)| knob::check(checker, i, raw, needs_base))
         .collect();
-    let knobs: Option<Vec<Knob>> = read_knobs.into_iter().collect();
+    let knobs: Option<Vec<Knob>> = knobs.into_iter().collect();
     if let Some(knobs) = &knobs {
-        knob::check_together(reader, knobs, mode == Some(Mode::Grid));
+        knob::check_together(checker, knobs, mode == Some(Mode::Grid));
     }
-    let targets = targets(reader, &top);
+    let targets = raw.recommend.iter().enumerate().map(|(i, raw)| {
+        let at = Table::of("recommend", raw.span(), Some((i, &None)));
+        let raw = raw.get_ref();
+        let quantity = match raw.quantity {
+            None => {
+                checker.missing(&at, "quantity");
+                None
+            }
+            Some(_) => quantity(checker, &at, "quantity", &raw.quantity),
+        };
+        let limits = Limits::between(0.0, 1.0);
+        let accuracy = checker.number(&at, "accuracy", &raw.accuracy, limits, None);
+        Some(Target {
+            quantity: quantity?,
+            accuracy: accuracy?,
+        })
+    });
+    let targets: Vec<Option<Target>> = targets.collect();
     Some(Study {
         name: name?,
-        scene: folder.join(scene?.get_ref()),
-        set: overrides,
+        scene: folder.join(scene?),
+        set: of_file.chain(set.iter().cloned()).collect(),
         mode: mode?,
         quantities: quantities?,
-        fields: fields?,
+        fields: raw.fields,
         knobs: knobs?,
-        targets: targets?,
+        targets: targets.into_iter().collect::<Option<_>>()?,
     })
 }
 
-fn required_text(
-    reader: &mut Reader,
-    section: &Section,
+fn quantity(
+    checker: &mut Checker,
+    at: &Table,
     key: &'static str,
-    example: &'static str,
-) -> Option<Spanned<String>> {
-    if section.get(key).is_none() {
-        reader.missing(section, key, example);
-    }
-    reader.text(section, key, example)
-}
-
-fn overrides(reader: &mut Reader, top: &Section) -> Vec<String> {
-    const EXAMPLE: &str = "set = [\"response.points=50\"]";
-    let mut found = Vec::new();
-    for item in reader.list(top, "set", EXAMPLE).unwrap_or(&[]) {
-        match item.get_ref().as_str() {
-            Some(text)
-                if text
-                    .split_once('=')
-                    .is_some_and(|(key, _)| !key.trim().is_empty()) =>
-            {
-                found.push(text.to_owned());
-            }
-            Some(text) => {
-                let fault = StudyFault::NotAnOverride {
-                    path: "set".to_owned(),
-                    argument: text.to_owned(),
-                };
-                reader.fault(item.span(), fault);
-            }
-            None => reader.wrong_type("set".to_owned(), item.span(), "a list of texts", EXAMPLE),
-        }
-    }
-    found
-}
-
-fn mode(reader: &mut Reader, top: &Section) -> Option<Mode> {
-    if top.get("mode").is_none() {
-        return Some(Mode::OneAtATime);
-    }
-    let text = reader.text(top, "mode", "mode = \"one_at_a_time\"")?;
-    let words: Vec<String> = MODES.iter().map(|(w, _)| (*w).to_owned()).collect();
-    let found = MODES.iter().find(|(word, _)| word == text.get_ref());
-    if found.is_none() {
-        choice(reader, "mode".to_owned(), &text, words);
-    }
-    found.map(|(_, mode)| *mode)
-}
-
-fn flag(reader: &mut Reader, top: &Section, key: &'static str) -> Option<bool> {
-    let Some(value) = top.get(key) else {
-        return Some(false);
-    };
-    match value.get_ref() {
-        DeValue::Boolean(flag) => Some(*flag),
-        _ => {
-            reader.wrong_type(top.key(key), value.span(), "true or false", "fields = true");
-            None
-        }
-    }
-}
-
-fn choice(reader: &mut Reader, path: String, text: &Spanned<String>, valid: Vec<String>) {
-    let fault = StudyFault::UnknownChoice {
-        path,
-        value: text.get_ref().clone(),
-        nearest: nearest(text.get_ref(), &valid),
-        valid,
-    };
-    reader.fault(text.span(), fault);
-}
-
-fn quantity(reader: &mut Reader, path: String, text: &Spanned<String>) -> Option<Quantity> {
-    let found = Quantity::of_word(text.get_ref());
-    if found.is_none() {
-        let words = quantity::ALL.iter().map(|q| q.word().to_owned()).collect();
-        choice(reader, path, text, words);
-    }
-    found
-}
-
-fn quantities(reader: &mut Reader, top: &Section) -> Option<Vec<Quantity>> {
-    const EXAMPLE: &str = "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]";
-    if top.get("quantities").is_none() {
-        return Some(quantity::ALL.to_vec());
-    }
-    let items = reader.list(top, "quantities", EXAMPLE)?;
-    let mut found = Vec::new();
-    for item in items {
-        let Some(text) = item.get_ref().as_str() else {
-            reader.wrong_type(
-                "quantities".to_owned(),
-                item.span(),
-                "a list of texts",
-                EXAMPLE,
-            );
-            continue;
-        };
-        let text = Spanned::new(item.span(), text.to_owned());
-        found.extend(quantity(reader, "quantities".to_owned(), &text));
-    }
-    if items.is_empty() {
-        let span = top.get("quantities").map_or(0..0, Spanned::span);
-        reader.wrong_type(
-            "quantities".to_owned(),
-            span,
-            "at least one quantity",
-            EXAMPLE,
-        );
-    }
-    found.dedup();
-    Some(found)
-}
-
-fn targets(reader: &mut Reader, top: &Section) -> Option<Vec<Target>> {
-    let mut found = Some(Vec::new());
-    for section in reader.tables(top, "recommend", TARGET_EXAMPLE) {
-        reader.only(&section, "[[recommend]]", TARGET_KEYS);
-        let word = required_text(
-            reader,
-            &section,
-            "quantity",
-            "quantity = \"peak_amplitude_m\"",
-        );
-        let quantity = word.and_then(|w| quantity(reader, section.key("quantity"), &w));
-        const ACCURACY: &str = "accuracy = 0.01";
-        let accuracy = match section.get("accuracy") {
-            None => {
-                reader.missing(&section, "accuracy", ACCURACY);
-                None
-            }
-            Some(value) => match number(value.get_ref()) {
-                Some(v) if v >= 1.0 => {
-                    let fault = StudyFault::OutOfRange {
-                        path: section.key("accuracy"),
-                        value: v.to_string(),
-                        limits: "above 0 and below 1 (0.01 is one per cent)",
-                    };
-                    reader.fault(value.span(), fault);
-                    None
-                }
-                _ => reader.positive(section.key("accuracy"), value, ACCURACY),
-            },
-        };
-        match (quantity, accuracy, &mut found) {
-            (Some(quantity), Some(accuracy), Some(found)) => {
-                found.push(Target { quantity, accuracy })
-            }
-            _ => found = None,
-        }
-    }
-    found
+    word: &Located<String>,
+) -> Option<Quantity> {
+    checker.choice(at, key, word, &quantity::WORDS, &quantity::ALL)
 }

@@ -1,17 +1,19 @@
-//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json what came out.
+//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json what
+//! came out.
 //!
-//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks what would be asked now:
-//! the same program, overrides and input files, byte for byte.
+//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks what
+//! would be asked now: the same program, overrides and input files, byte for byte.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
-use super::quantity::Quantity;
-use super::summary::CaseSummary;
+use super::quantity::BLADE_FREQUENCY;
+use super::results::CaseSummary;
 use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
 use crate::export::write_file;
 use crate::pipeline;
@@ -26,7 +28,6 @@ pub struct CaseRecord {
     pub version: String,
     /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases
     /// may run on several machines.
-    #[serde(default)]
     pub program_hash: String,
     pub study: String,
     pub case: String,
@@ -45,9 +46,8 @@ pub struct CaseRecord {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
     pub file: String,
-    pub bytes: usize,
-    /// FNV-1a of its bytes, 64 bits, in hexadecimals.
-    pub fnv1a: String,
+    /// Hash of its bytes, in hexadecimals.
+    pub blake3: String,
 }
 
 /// outcome.json.
@@ -66,16 +66,8 @@ pub struct Settings {
     pub out: PathBuf,
     /// Of each case.
     pub threads: u16,
-    pub sharing: Sharing,
-}
-
-/// How cases keep meshes and reduced models for each other.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Sharing {
-    /// In a folder of the study, so that whatever one case takes from it another has made.
-    pub own_folder: bool,
-    /// What the user said of it, as words of the command line.
-    pub words: Vec<String>,
+    /// What each case is told of the cache of meshes and reduced models, as words of the command line.
+    pub cache: Vec<String>,
 }
 
 impl Settings {
@@ -91,8 +83,7 @@ impl Settings {
 pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRecord, Error> {
     let set = case.set(study);
     let scene = scene::load(&study.scene, &set)?;
-    let held_modes =
-        study.quantities.contains(&Quantity::BladeFrequency) && scene.assembly().is_some();
+    let held_modes = study.quantities.contains(&BLADE_FREQUENCY) && scene.assembly().is_some();
     let mut command = vec![
         "dovetail".to_owned(),
         "run".to_owned(),
@@ -108,11 +99,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         "--threads".to_owned(),
         settings.threads.to_string(),
     ]);
-    if settings.sharing.own_folder {
-        let kept = settings.out.join("cache").display().to_string();
-        command.extend(["--cache".to_owned(), kept]);
-    }
-    command.extend_from_slice(&settings.sharing.words);
+    command.extend_from_slice(&settings.cache);
     if !study.fields {
         command.push("--no-fields".to_owned());
     }
@@ -181,27 +168,15 @@ fn input(file: &Path) -> Result<Input, StudyError> {
     let bytes = std::fs::read(file).map_err(|source| reading(file, source))?;
     Ok(Input {
         file: file.display().to_string(),
-        bytes: bytes.len(),
-        fnv1a: format!("{:016x}", fnv1a(&bytes)),
-    })
-}
-
-/// Fowler, Noll and Vo's hash: tells an edited file from the one a case was run with.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        blake3: blake3::hash(&bytes).to_hex().to_string(),
     })
 }
 
 impl CaseRecord {
     /// Whether a result of `earlier` is a result of this, too: paths and threads do not matter.
     fn is_answered_by(&self, earlier: &CaseRecord) -> bool {
-        let contents = |r: &CaseRecord| -> Vec<(usize, String)> {
-            r.inputs
-                .iter()
-                .map(|i| (i.bytes, i.fnv1a.clone()))
-                .collect()
-        };
+        let contents =
+            |r: &CaseRecord| -> Vec<String> { r.inputs.iter().map(|i| i.blake3.clone()).collect() };
         self.program_hash == earlier.program_hash
             && self.set == earlier.set
             && (earlier.fields || !self.fields)
@@ -213,11 +188,7 @@ impl CaseRecord {
 /// What stands in the folder of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
-    /// With its summary and how long the process took.
-    Complete {
-        summary: Box<CaseSummary>,
-        threads: Option<u16>,
-    },
+    Complete(Box<CaseSummary>),
     /// Ended without a result.
     Failed {
         exit_code: Option<i32>,
@@ -233,12 +204,13 @@ pub enum Found {
 /// A file that is there but cannot be read or understood.
 pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     let (Some(earlier), Some(outcome)) = (
-        read_json::<CaseRecord>(&folder.join("case.json"))?,
+        read_json::<Value>(&folder.join("case.json"))?,
         read_json::<OutcomeRecord>(&folder.join("outcome.json"))?,
     ) else {
         return Ok(Found::Nothing);
     };
-    if !record.is_answered_by(&earlier) {
+    // A record without a field that this program knows is one of another program.
+    if !CaseRecord::deserialize(earlier).is_ok_and(|earlier| record.is_answered_by(&earlier)) {
         return Ok(Found::Nothing);
     }
     let ended_well = [EXIT_OK, EXIT_NOT_CONVERGED].map(|c| Some(i32::from(c)));
@@ -249,14 +221,9 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
             message,
         });
     }
-    let threads = earlier.command.iter().position(|word| word == "--threads");
-    let threads = threads.and_then(|at| earlier.command.get(at + 1)?.parse().ok());
     let summary = read_json(&folder.join("summary.json"))?;
     Ok(match summary.and_then(CaseSummary::of) {
-        Some(summary) => Found::Complete {
-            summary: Box::new(summary),
-            threads,
-        },
+        Some(summary) => Found::Complete(Box::new(summary)),
         None => Found::Nothing,
     })
 }
@@ -345,12 +312,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hash_is_that_of_its_authors() {
-        assert_eq!(fnv1a(b""), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(fnv1a(b"foobar"), 0x8594_4171_f739_67e8);
-    }
-
-    #[test]
     fn the_error_is_found_in_a_log() {
         let log = "  mesh   1.0 s\n  x meshing failed\n  |-> gmsh was stopped\n  `-> after\n      2 s\n  help: more\n";
         assert_eq!(error_of(log), "meshing failed: gmsh was stopped: after 2 s");
@@ -372,8 +333,7 @@ mod tests {
             held_modes: false,
             inputs: vec![Input {
                 file: "a".into(),
-                bytes: 3,
-                fnv1a: "0".into(),
+                blake3: "0".into(),
             }],
             command: vec![],
         };
@@ -387,6 +347,6 @@ mod tests {
         assert!(!but(|r| r.held_modes = true).is_answered_by(&record));
         assert!(!record.is_answered_by(&but(|r| r.set.clear())));
         assert!(!record.is_answered_by(&but(|r| r.program_hash = "b".into())));
-        assert!(!record.is_answered_by(&but(|r| r.inputs[0].fnv1a = "1".into())));
+        assert!(!record.is_answered_by(&but(|r| r.inputs[0].blake3 = "1".into())));
     }
 }

@@ -1,30 +1,24 @@
 //! `[[knob]]`: what is turned, its values from coarse to fine, and how fine each is.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::Range;
 
+use serde::Deserialize;
+use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_spanned::Spanned;
-use toml::de::DeValue;
 
-use super::error::StudyFault;
-use super::reader::{Reader, Section, number};
+use crate::scene::Fault;
+use crate::scene::check::fields::{Checker, Limits, Table};
+use crate::scene::raw::{Located, Number};
 
-const KEYS: &[&str] = &["name", "key", "values", "base", "size", "order"];
-const VALUE_KEYS: &[&str] = &["label", "set", "size"];
-const VALUES: &str = "values = [1, 3, 5, 7]";
-const SETTINGS: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
-const SIZE: &str = "size = \"1/value\"";
 /// Most cases of a grid.
 pub const MOST_CASES: usize = 10_000;
-
-/// h of a number.
-type Size = fn(f64) -> f64;
-/// Sizes counted from a number.
-const RULES: [(&str, Size); 4] = [
-    ("value", |v| v),
-    ("1/value", |v| 1.0 / v),
-    ("1/(value-1)", |v| 1.0 / (v - 1.0)),
-    ("1/(value+1)", |v| 1.0 / (v + 1.0)),
-];
+/// What is shown where a value, or a knob, sets several keys together.
+const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
+const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
+/// h of a number, by rule.
+const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
 /// Something that is turned: one key of the scene or several together.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,290 +56,310 @@ impl Knob {
     }
 }
 
-/// Reads one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned around.
-pub fn read(reader: &mut Reader, section: &Section, needs_base: bool) -> Option<Knob> {
-    reader.only(section, "[[knob]]", KEYS);
-    let key = reader.text(section, "key", "key = \"response.harmonics\"");
-    let name = match reader.text(section, "name", "name = \"harmonics\"") {
-        Some(name) => reader.name(section.key("name"), &name),
-        None => match &key {
-            Some(key) => Some(last_word(key.get_ref())),
-            None => {
-                reader.missing(
-                    section,
-                    "name",
-                    "name = \"flanks\"  # or key = \"response.harmonics\"",
-                );
-                None
+/// Mirror of the table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawKnob {
+    name: Located<String>,
+    key: Located<String>,
+    values: Located<Vec<Spanned<RawValue>>>,
+    base: Located<RawValue>,
+    size: Located<RawValue>,
+    order: Located<Number>,
+}
+
+/// Any value; `{ label, set, size }` sets several keys together.
+#[derive(Debug)]
+enum RawValue {
+    Number(f64),
+    Text(String),
+    Flag,
+    List(Vec<Spanned<RawValue>>),
+    Joint(RawJoint),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawJoint {
+    label: Located<String>,
+    set: Option<BTreeMap<String, Spanned<IgnoredAny>>>,
+    size: Located<Number>,
+}
+
+impl<'de> Deserialize<'de> for RawValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct AnyValue;
+        impl<'de> Visitor<'de> for AnyValue {
+            type Value = RawValue;
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a value of a key of the scene, or a table { label, set }")
             }
-        },
-    };
-    let items = reader.list(section, "values", VALUES);
-    if section.get("values").is_none() {
-        reader.missing(section, "values", VALUES);
+            fn visit_bool<E: de::Error>(self, _: bool) -> Result<RawValue, E> {
+                Ok(RawValue::Flag)
+            }
+            fn visit_i64<E: de::Error>(self, v: i64) -> Result<RawValue, E> {
+                Ok(RawValue::Number(v as f64))
+            }
+            fn visit_f64<E: de::Error>(self, v: f64) -> Result<RawValue, E> {
+                Ok(RawValue::Number(v))
+            }
+            fn visit_str<E: de::Error>(self, v: &str) -> Result<RawValue, E> {
+                Ok(RawValue::Text(v.to_owned()))
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<RawValue, A::Error> {
+                let mut list = Vec::new();
+                while let Some(item) = items.next_element()? {
+                    list.push(item);
+                }
+                Ok(RawValue::List(list))
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawValue, A::Error> {
+                RawJoint::deserialize(de::value::MapAccessDeserializer::new(map))
+                    .map(RawValue::Joint)
+            }
+        }
+        deserializer.deserialize_any(AnyValue)
     }
-    let items = items?;
-    if items.is_empty() {
-        let span = section.get("values").map_or(0..0, Spanned::span);
-        reader.wrong_type(section.key("values"), span, "at least one value", VALUES);
+}
+
+/// A line that could stand in the table.
+pub fn example(key: &str) -> &'static str {
+    match key {
+        "name" => "name = \"flanks\"  # or key = \"response.harmonics\"",
+        "key" => "key = \"response.harmonics\"",
+        "values" => "values = [1, 3, 5, 7]",
+        "base" => "base = 3",
+        "size" => "size = \"1/value\"",
+        "order" => "order = 2",
+        _ => "",
+    }
+}
+
+/// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned around.
+pub fn check(
+    checker: &mut Checker,
+    index: usize,
+    raw: &Spanned<RawKnob>,
+    needs_base: bool,
+) -> Option<Knob> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let at = Table::of("knob", span.clone(), Some((index, &None)));
+    let name = match (&raw.name, &raw.key) {
+        (None, Some(key)) => key
+            .get_ref()
+            .rsplit('.')
+            .next()
+            .map(|w| w.trim().to_owned()),
+        (name, _) => checker.required_name(&at, name),
+    };
+    let order = checker.number(&at, "order", &raw.order, Limits::POSITIVE, Some(2.0));
+    let Some(items) = &raw.values else {
+        checker.missing(&at, "values");
+        return None;
+    };
+    if items.get_ref().is_empty() {
+        let fault = Fault::WrongType {
+            path: at.key("values"),
+            message: "at least one value is expected".to_owned(),
+            example: example("values"),
+        };
+        checker.fault(items.span(), fault);
         return None;
     }
-    let mut values = Vec::new();
-    for item in items {
-        values.push(match &key {
-            Some(key) => plain_value(reader, key.get_ref(), item),
-            None => joint_value(reader, section, item),
-        });
-    }
-    let values: Option<Vec<KnobValue>> = values.into_iter().collect();
-    let mut values = values?;
-    distinct(reader, section, &values)?;
-    sizes(reader, section, items, &mut values)?;
-    let base = base(reader, section, items, &values, needs_base)?;
-    let order = match section.get("order") {
-        None => 2.0,
-        Some(value) => reader.positive(section.key("order"), value, "order = 2")?,
-    };
+    let items = items.get_ref();
+    let values = items.iter().map(|item| value(checker, &at, &raw.key, item));
+    let values: Vec<Option<KnobValue>> = values.collect();
+    let mut values: Vec<KnobValue> = values.into_iter().collect::<Option<_>>()?;
+    let labels = values
+        .iter()
+        .map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
+    checker.distinct(&labels.collect::<Vec<_>>());
+    sizes(checker, &at, raw, items, &mut values)?;
+    let base = base(checker, &at, &raw.base, items, &values, needs_base)?;
     let base_label = values[base].label.clone();
     if values.iter().all(|v| v.size.is_some()) {
-        let size = |v: &KnobValue| v.size.unwrap_or(0.0);
-        values.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        values.sort_by(|a, b| {
+            b.size
+                .partial_cmp(&a.size)
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
     }
-    let base = values.iter().position(|v| v.label == base_label)?;
     Some(Knob {
         name: name?,
+        base: values.iter().position(|v| v.label == base_label)?,
         values,
-        base,
-        order,
-        span: section.span.clone(),
+        order: order?,
+        span,
     })
 }
 
 /// What only shows when all knobs are known: names taken twice, keys set twice, grids too large.
-pub fn check_together(reader: &mut Reader, knobs: &[Knob], grid: bool) {
+pub fn check_together(checker: &mut Checker, knobs: &[Knob], grid: bool) {
+    let named = knobs.iter().enumerate();
+    let named = named.map(|(i, k)| (format!("knob.{i}.name"), k.name.clone(), k.span.clone()));
+    checker.distinct(&named.collect::<Vec<_>>());
     for (i, knob) in knobs.iter().enumerate() {
         for other in &knobs[..i] {
-            if other.name == knob.name {
-                let fault = StudyFault::Duplicate {
-                    path: format!("knob.{i}.name"),
-                    name: knob.name.clone(),
-                };
-                reader.fault(knob.span.clone(), fault);
-            }
             if let Some(key) = knob.keys().find(|key| other.keys().any(|k| k == *key)) {
-                let fault = StudyFault::SetTwice {
-                    first: other.name.clone(),
-                    second: knob.name.clone(),
-                    key: key.to_owned(),
+                let fault = Fault::Particular {
+                    message: format!("both {} and {} set `{key}`", other.name, knob.name),
+                    label: "set again",
+                    remedy: format!("let one knob set both together: {JOINT}"),
                 };
-                reader.fault(knob.span.clone(), fault);
+                checker.fault(knob.span.clone(), fault);
             }
         }
     }
-    let cases = knobs.iter().try_fold(1usize, |product, knob| {
-        product.checked_mul(knob.values.len())
-    });
-    if let (true, Some(first)) = (grid && cases.is_none_or(|c| c > MOST_CASES), knobs.first()) {
-        let fault = StudyFault::TooManyCases {
-            cases: cases.map_or("very many".to_owned(), |c| c.to_string()),
-            most: MOST_CASES,
-        };
-        reader.fault(first.span.clone(), fault);
-    }
-}
-
-fn last_word(key: &str) -> String {
-    let word = key.rsplit('.').next().unwrap_or(key);
-    word.trim().to_owned()
-}
-
-/// A value of the scene's own kind: its text goes into `--set KEY=VALUE` as it stands.
-fn plain_value(reader: &mut Reader, key: &str, item: &Spanned<DeValue>) -> Option<KnobValue> {
-    Some(KnobValue {
-        label: label(reader, item),
-        set: setting(reader, key, item).into_iter().collect(),
-        size: None,
-        span: item.span(),
-    })
-}
-
-/// `{ label, set, size }`.
-fn joint_value(reader: &mut Reader, knob: &Section, item: &Spanned<DeValue>) -> Option<KnobValue> {
-    let path = knob.key("values");
-    let DeValue::Table(table) = item.get_ref() else {
-        reader.wrong_type(
-            path,
-            item.span(),
-            "a table, or a `key` for this knob,",
-            SETTINGS,
-        );
-        return None;
-    };
-    let section = Section {
-        path,
-        table,
-        span: item.span(),
-    };
-    reader.only(&section, "a value of a knob without `key`", VALUE_KEYS);
-    for key in ["label", "set"] {
-        if section.get(key).is_none() {
-            reader.missing(&section, key, SETTINGS);
-        }
-    }
-    let label = reader.text(&section, "label", SETTINGS)?;
-    let set_value = section.get("set")?;
-    let DeValue::Table(settings) = set_value.get_ref() else {
-        reader.wrong_type(
-            section.key("set"),
-            set_value.span(),
-            "a table of keys of the scene",
-            SETTINGS,
-        );
-        return None;
-    };
-    let set = settings
+    let cases = knobs
         .iter()
-        .filter_map(|(key, value)| setting(reader, key.get_ref(), value))
-        .collect();
-    let size = match section.get("size") {
-        None => None,
-        Some(value) => Some(reader.positive(section.key("size"), value, "size = 0.5")?),
+        .try_fold(1usize, |product, k| product.checked_mul(k.values.len()));
+    if let (true, Some(first)) = (grid && cases.is_none_or(|c| c > MOST_CASES), knobs.first()) {
+        let cases = cases.map_or("very many".to_owned(), |c| c.to_string());
+        let fault = Fault::Particular {
+            message: format!("a grid of {cases} cases is more than {MOST_CASES}"),
+            label: "too many",
+            remedy: "take fewer values, or mode = \"one_at_a_time\"".to_owned(),
+        };
+        checker.fault(first.span.clone(), fault);
+    }
+}
+
+/// With a `key` the value of it, else `{ label, set, size }`.
+fn value(
+    checker: &mut Checker,
+    at: &Table,
+    key: &Located<String>,
+    item: &Spanned<RawValue>,
+) -> Option<KnobValue> {
+    let span = item.span();
+    if let Some(key) = key {
+        return Some(KnobValue {
+            label: label(checker, item),
+            set: setting(checker, key.get_ref(), &span).into_iter().collect(),
+            size: None,
+            span,
+        });
+    }
+    let lacking = |path: String| Fault::MissingKey {
+        path,
+        example: JOINT,
     };
+    let RawValue::Joint(joint) = item.get_ref() else {
+        let fault = Fault::WrongType {
+            path: at.key("values"),
+            message: "a table is expected, or a `key` for this knob".to_owned(),
+            example: JOINT,
+        };
+        checker.fault(span, fault);
+        return None;
+    };
+    if joint.label.is_none() {
+        checker.fault(span.clone(), lacking(at.key("values.label")));
+    }
+    if joint.set.is_none() {
+        checker.fault(span.clone(), lacking(at.key("values.set")));
+    }
+    let settings = joint.set.as_ref()?.iter();
     Some(KnobValue {
-        label: label.into_inner(),
-        set,
-        size,
-        span: item.span(),
+        label: joint.label.as_ref()?.get_ref().clone(),
+        set: settings
+            .filter_map(|(key, value)| setting(checker, key, &value.span()))
+            .collect(),
+        size: joint.size.as_ref().map(|size| size.get_ref().0),
+        span,
     })
 }
 
-/// `KEY=VALUE`; nothing for an empty text, which leaves the key as the scene has it.
-fn setting(reader: &Reader, key: &str, value: &Spanned<DeValue>) -> Option<String> {
-    if value.get_ref().as_str() == Some("") {
-        return None;
-    }
-    let text = reader.text.get(value.span()).unwrap_or_default();
-    Some(format!("{}={text}", key.trim()))
+/// `KEY=VALUE`, the value as the file has it; nothing for an empty text, which leaves the key as in
+/// the scene.
+fn setting(checker: &Checker, key: &str, value: &Range<usize>) -> Option<String> {
+    let text = checker.source.text.get(value.clone()).unwrap_or_default();
+    (!["\"\"", "''"].contains(&text)).then(|| format!("{}={text}", key.trim()))
 }
 
-fn label(reader: &Reader, item: &Spanned<DeValue>) -> String {
-    match item.get_ref().as_str() {
-        Some("") => "as in the scene".to_owned(),
-        Some(text) => text.to_owned(),
-        None => {
-            let text = reader.text.get(item.span()).unwrap_or_default();
+fn label(checker: &Checker, item: &Spanned<RawValue>) -> String {
+    match item.get_ref() {
+        RawValue::Text(text) if text.is_empty() => "as in the scene".to_owned(),
+        RawValue::Text(text) => text.clone(),
+        _ => {
+            let text = checker.source.text.get(item.span()).unwrap_or_default();
             text.split_whitespace().collect::<Vec<_>>().join(" ")
         }
     }
 }
 
-fn distinct(reader: &mut Reader, section: &Section, values: &[KnobValue]) -> Option<()> {
-    for (i, value) in values.iter().enumerate() {
-        if values[..i].iter().any(|v| v.label == value.label) {
-            let fault = StudyFault::Duplicate {
-                path: section.key("values"),
-                name: value.label.clone(),
-            };
-            reader.fault(value.span.clone(), fault);
-            return None;
-        }
-    }
-    Some(())
-}
-
-/// Sizes by the rule or from the list of `size`; with joint settings each value may have its own.
+/// Sizes by the rule or from the list of `size`; values that set several keys may have their own.
 fn sizes(
-    reader: &mut Reader,
-    section: &Section,
-    items: &[Spanned<DeValue>],
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawKnob,
+    items: &[Spanned<RawValue>],
     values: &mut [KnobValue],
 ) -> Option<()> {
-    let path = section.key("size");
-    if let Some(size) = section.get("size") {
-        match size.get_ref() {
-            DeValue::String(rule) => by_rule(
-                reader,
-                &path,
-                &Spanned::new(size.span(), rule.to_string()),
-                items,
-                values,
-            )?,
-            DeValue::Array(sizes) => {
-                if sizes.len() != values.len() {
-                    let fault = StudyFault::SizeCount {
-                        path,
-                        found: sizes.len(),
-                        expected: values.len(),
-                    };
-                    reader.fault(size.span(), fault);
-                    return None;
-                }
-                for (value, size) in values.iter_mut().zip(sizes) {
-                    value.size = Some(reader.positive(section.key("size"), size, SIZE)?);
-                }
-            }
-            _ => {
-                reader.wrong_type(path, size.span(), "a rule or a list of numbers", SIZE);
-                return None;
+    let number = |item: &Spanned<RawValue>| match item.get_ref() {
+        RawValue::Number(v) => *v,
+        _ => f64::NAN,
+    };
+    match raw.size.as_ref().map(|size| (size.span(), size.get_ref())) {
+        None => {}
+        Some((span, RawValue::Text(rule))) => {
+            let compact: String = rule.split_whitespace().collect();
+            let rule = Some(Spanned::new(span, compact));
+            let size = checker.choice(at, "size", &rule, &RULES, &SIZES)?;
+            for (value, item) in values.iter_mut().zip(items) {
+                value.size = Some(size(number(item)));
             }
         }
-    }
-    let with_size: Vec<(f64, Range<usize>)> = values
-        .iter()
-        .filter_map(|v| Some((v.size?, v.span.clone())))
-        .collect();
-    if !with_size.is_empty() && with_size.len() < values.len() {
-        let fault = StudyFault::SomeSizes {
-            path: section.key("values"),
-        };
-        reader.fault(section.get("values")?.span(), fault);
-        return None;
-    }
-    for (i, (size, span)) in with_size.iter().enumerate() {
-        if with_size[..i].iter().any(|(s, _)| s == size) {
-            let fault = StudyFault::EqualSizes {
-                path: section.key("values"),
-                size: *size,
+        Some((_, RawValue::List(sizes))) if sizes.len() == values.len() => {
+            for (value, size) in values.iter_mut().zip(sizes) {
+                value.size = Some(number(size));
+            }
+        }
+        Some((span, _)) => {
+            let fault = Fault::WrongType {
+                path: at.key("size"),
+                message: format!("a rule, or {} numbers, one a value", values.len()),
+                example: example("size"),
             };
-            reader.fault(span.clone(), fault);
+            checker.fault(span, fault);
             return None;
         }
     }
-    Some(())
-}
-
-fn by_rule(
-    reader: &mut Reader,
-    path: &str,
-    rule: &Spanned<String>,
-    items: &[Spanned<DeValue>],
-    values: &mut [KnobValue],
-) -> Option<()> {
-    let compact: String = rule.get_ref().split_whitespace().collect();
-    let Some((word, size)) = RULES.iter().find(|(word, _)| *word == compact) else {
-        let valid: Vec<String> = RULES.iter().map(|(w, _)| (*w).to_owned()).collect();
-        let fault = StudyFault::UnknownChoice {
-            path: path.to_owned(),
-            value: rule.get_ref().clone(),
-            nearest: crate::scene::nearest(&compact, &valid),
-            valid,
-        };
-        reader.fault(rule.span(), fault);
-        return None;
+    let mut fault = |span: &Range<usize>, message: String, label, remedy: &str| {
+        let remedy = remedy.to_owned();
+        checker.fault(
+            span.clone(),
+            Fault::Particular {
+                message,
+                label,
+                remedy,
+            },
+        );
+        None
     };
-    for (value, item) in values.iter_mut().zip(items) {
-        let h = number(item.get_ref()).map(size);
-        match h.filter(|h| *h > 0.0 && h.is_finite()) {
-            Some(h) => value.size = Some(h),
-            None => {
-                let fault = StudyFault::NoSize {
-                    path: path.to_owned(),
-                    value: value.label.clone(),
-                    rule: (*word).to_owned(),
-                };
-                reader.fault(value.span.clone(), fault);
-                return None;
-            }
+    let path = at.key("size");
+    let sized = values.iter().filter(|v| v.size.is_some()).count();
+    for (i, value) in values.iter().enumerate().filter(|_| sized > 0) {
+        let KnobValue { label, span, .. } = value;
+        let Some(size) = value.size else {
+            let message = format!("`{path}`: some values have a size, {label} has none");
+            return fault(
+                span,
+                message,
+                "no size",
+                "give each value a `size`, or none",
+            );
+        };
+        if !(size > 0.0 && size.is_finite()) {
+            let message = format!("`{path}`: {label} has the size {size}, which is not above 0");
+            let remedy = "give one size above 0 for each value, as a list: size = [1.0, 0.5]";
+            return fault(span, message, "no size above 0", remedy);
+        }
+        if values[..i].iter().any(|v| v.size == Some(size)) {
+            let message = format!("`{path}`: two values have the size {size}");
+            let remedy = "a size says how fine a value is; leave out `size` where the values are not \
+                          finer and coarser (they then count from coarse to fine as they are written)";
+            return fault(span, message, "the same size", remedy);
         }
     }
     Some(())
@@ -353,42 +367,47 @@ fn by_rule(
 
 /// The value of `base`: equal to one of the values, or its label.
 fn base(
-    reader: &mut Reader,
-    section: &Section,
-    items: &[Spanned<DeValue>],
+    checker: &mut Checker,
+    at: &Table,
+    base: &Located<RawValue>,
+    items: &[Spanned<RawValue>],
     values: &[KnobValue],
     needed: bool,
 ) -> Option<usize> {
-    let path = section.key("base");
-    let labels = || values.iter().map(|v| shown(&v.label)).collect();
-    let Some(base) = section.get("base") else {
-        if !needed || values.len() == 1 {
-            return Some(0);
+    let (span, problem) = match base {
+        None if !needed || values.len() == 1 => return Some(0),
+        None => (
+            at.span.clone(),
+            "is missing: with several knobs one at a time, each needs a base",
+        ),
+        Some(base) => {
+            let text = label(checker, base);
+            let same = |item: &Spanned<RawValue>| match (item.get_ref(), base.get_ref()) {
+                (RawValue::Number(a), RawValue::Number(b)) => a == b,
+                _ => false,
+            };
+            let found = values.iter().position(|v| v.label == text);
+            match found.or_else(|| items.iter().position(same)) {
+                Some(found) => return Some(found),
+                None => (base.span(), "is not one of the values"),
+            }
         }
-        let span = section.span.clone();
-        let values = labels();
-        reader.fault(span, StudyFault::NoBase { path, values });
-        return None;
     };
-    let text = label(reader, base);
-    let found = values.iter().position(|v| v.label == text).or_else(|| {
-        let wanted = number(base.get_ref())?;
-        items
-            .iter()
-            .position(|i| number(i.get_ref()) == Some(wanted))
+    // As they would be written.
+    let shown = values.iter().map(|v| match v.label.parse::<f64>() {
+        Ok(_) => v.label.clone(),
+        Err(_) => format!("\"{}\"", v.label),
     });
-    if found.is_none() {
-        let values = labels();
-        reader.fault(base.span(), StudyFault::NotAValue { path, values });
-    }
-    found
-}
-
-/// As it would be written for `base`.
-fn shown(label: &str) -> String {
-    if label.parse::<f64>().is_ok() {
-        label.to_owned()
-    } else {
-        format!("\"{label}\"")
-    }
+    let shown: Vec<String> = shown.collect();
+    let fault = Fault::Particular {
+        message: format!("`{}` {problem}", at.key("base")),
+        label: "not one of the values",
+        remedy: format!(
+            "the values are: {}; for example: base = {}",
+            dovetail_solver::text::list(&shown),
+            shown[0]
+        ),
+    };
+    checker.fault(span, fault);
+    None
 }

@@ -1,35 +1,31 @@
 //! What accuracy costs: a scene over ranges of any of its keys, and what each choice costs and buys.
 //!
-//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which is one
-//! `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is turned into errors, orders,
-//! a Pareto front and a recommendation (`answers`), and written (`report`, `pictures`). Nothing is computed here that a
-//! run does not say itself in its summary.json.
+//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which is
+//! one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is turned
+//! into orders, errors and recommended settings (`convergence`, `analysis`), and written (`report`,
+//! `pictures`). Nothing is computed here that a run does not say itself in its summary.json.
 
-mod answers;
+mod analysis;
 mod cases;
+mod convergence;
 mod error;
 mod file;
 mod folder;
 mod knob;
 mod pictures;
 mod quantity;
-mod reader;
 mod report;
 mod results;
 mod runner;
-mod spent;
-mod summary;
-mod words;
 mod workflow;
 
 use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
 
-pub use self::error::{StudyError, StudyFault, StudyProblem};
-pub use self::folder::Sharing;
+pub use self::error::StudyError;
 
-use self::answers::{Answers, answers};
+use self::analysis::{Analysis, analyse};
 use self::cases::{Case, cases, combination};
 use self::file::{Study, StudyText};
 use self::folder::{Found, Settings};
@@ -37,7 +33,7 @@ use self::results::{CaseResult, Ended, collect};
 use crate::error::Error;
 use crate::pipeline;
 use crate::progress::Progress;
-use crate::scene;
+use crate::scene::{self, Fault};
 use crate::terminal;
 use dovetail_solver::description::Subject;
 
@@ -64,7 +60,8 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Threads of each case.
     pub threads: u16,
-    pub sharing: Sharing,
+    /// What each case is told of the cache of meshes and reduced models, as words of the command line.
+    pub cache: Vec<String>,
     /// `KEY=VALUE` for all cases, after those of the study.
     pub overrides: Vec<String>,
 }
@@ -86,16 +83,13 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
     let settings = Settings {
         out,
         threads: options.threads,
-        sharing: options.sharing.clone(),
+        cache: options.cache.clone(),
     };
     match &options.action {
         Action::ExportWorkflow(folder) => {
-            workflow::write(folder, file, &study, &all, &options.overrides, &settings)?;
-            progress.note(&format!(
-                "{} cases in {}",
-                all.len(),
-                folder.join("Snakefile").display()
-            ));
+            workflow::write(folder, file, &all, &options.overrides, &settings)?;
+            let place = folder.join("Snakefile");
+            progress.note(&format!("{} cases in {}", all.len(), place.display()));
             return Ok(());
         }
         Action::Case(name) => {
@@ -106,7 +100,7 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
             })?;
             let one = [case];
             runner::run(&study, &one, &settings, 1, progress)?;
-            return all_well(&collect(&study, &one, &settings)?);
+            return all_complete(&collect(&study, &one, &settings)?);
         }
         Action::Run | Action::Collect => {}
     }
@@ -116,21 +110,31 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
         runner::run(&study, &all, &settings, options.jobs, progress)?;
     }
     let mut results = collect(&study, &all, &settings)?;
-    let mut found = answers(&study, &results);
-    // What is put together from several knobs is run, too, to see whether it holds.
-    let further = further(&study, &all, &found, runs, &settings)?;
-    if !further.is_empty() {
+    let mut analysis = analyse(&study, &results);
+    // Settings that are put together from several knobs are run, too, to see whether they hold.
+    for values in analysis.not_run() {
+        let case = combination(&study, &all, values);
+        if runs || is_complete(&study, &case, &settings)? {
+            all.push(case);
+        }
+    }
+    if all.len() > results.len() {
         progress.note("the recommended combinations:");
         if runs {
-            runner::run(&study, &further, &settings, options.jobs, progress)?;
+            runner::run(&study, &all, &settings, options.jobs, progress)?;
         }
-        all.extend(further);
         results = collect(&study, &all, &settings)?;
-        found = answers(&study, &results);
+        analysis = analyse(&study, &results);
     }
-    write(&study, &settings, &results, &found)?;
-    tell(&study, &settings, &results, &found, progress)?;
-    all_well(&results)
+    write(&study, &settings, &results, &analysis)?;
+    print(&study, &settings, &results, &analysis, progress)?;
+    all_complete(&results)
+}
+
+fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, Error> {
+    let record = folder::record(study, case, settings)?;
+    let found = folder::find(&record, &settings.folder(case))?;
+    Ok(matches!(found, Found::Complete(_)))
 }
 
 /// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told before the first is run.
@@ -145,7 +149,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
         return Err(error.into());
     }
     let mut subjects: Vec<Subject> = Vec::new();
-    let mut faults: Vec<(std::ops::Range<usize>, StudyFault)> = Vec::new();
+    let mut faults: Vec<(std::ops::Range<usize>, Fault)> = Vec::new();
     for case in cases {
         let checked = scene::load(&study.scene, &case.set(study))
             .map_err(Error::from)
@@ -167,27 +171,28 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
         let Err(error) = checked else {
             continue;
         };
-        let message = error.to_string();
+        let labels = study.knobs.iter().zip(case.labels(study));
+        let labels: Vec<String> = labels.map(|(k, l)| format!("{} {l}", k.name)).collect();
+        let told = error.to_string();
         // A grid meets the same fault again and again.
-        let known = |f: &StudyFault| matches!(f, StudyFault::ImpossibleCase { message: m, .. } if *m == message);
-        if faults.iter().any(|(_, f)| known(f)) {
+        let known = |fault: &Fault| fault.to_string().ends_with(&told);
+        if faults.iter().any(|(_, fault)| known(fault)) {
             continue;
         }
-        let help = error.help().map_or(String::new(), |h| h.to_string());
-        let case_name = words::title(study, case);
-        let fault = StudyFault::ImpossibleCase {
-            case: case_name,
-            message,
-            help,
+        let fault = Fault::Particular {
+            message: format!(
+                "case \"{}\" ({}) is no possible run: {told}",
+                case.slug,
+                labels.join(", ")
+            ),
+            label: "asks for it",
+            remedy: error.help().map_or(String::new(), |h| h.to_string()),
         };
         faults.push((place(study, case), fault));
     }
     match faults.is_empty() {
         true => Ok(()),
-        false => Err(StudyError::Invalid {
-            problems: text.problems(faults),
-        }
-        .into()),
+        false => Err(text.invalid(faults).into()),
     }
 }
 
@@ -202,73 +207,41 @@ fn place(study: &Study, case: &Case) -> std::ops::Range<usize> {
     knob.values[*value].span.clone()
 }
 
-/// Combinations that the answers recommend and the study has not: all of them, or those that were run before.
-fn further(
-    study: &Study,
-    cases: &[Case],
-    found: &Answers,
-    all: bool,
-    settings: &Settings,
-) -> Result<Vec<Case>, Error> {
-    let mut further: Vec<Case> = Vec::new();
-    for combined in found.advice.iter().filter_map(|a| a.combination.as_ref()) {
-        if further.iter().any(|c| c.values == combined.values) {
-            continue;
-        }
-        let case = combination(study, cases, combined.values.clone());
-        let record = folder::record(study, &case, settings)?;
-        let complete = || {
-            folder::find(&record, &settings.folder(&case))
-                .map(|f| matches!(f, Found::Complete { .. }))
-        };
-        if all || complete()? {
-            further.push(case);
-        }
-    }
-    Ok(further)
-}
-
 fn write(
     study: &Study,
     settings: &Settings,
     results: &[CaseResult],
-    found: &Answers,
+    analysis: &Analysis,
 ) -> Result<(), Error> {
     let out = &settings.out;
-    pictures::write(&out.join("plots"), study, results, found)?;
-    report::write_report(&out.join("study.md"), study, results, found)?;
-    report::write_summary(&out.join("summary.json"), study, results, found)?;
-    report::write_table(&out.join("study.csv"), study, results, found)
+    let pictures = pictures::write(&out.join("plots"), study, results, analysis)?;
+    report::write_report(&out.join("report.md"), study, results, analysis, &pictures)?;
+    report::write_summary(&out.join("summary.json"), study, results, analysis)?;
+    report::write_table(&out.join("table.csv"), study, results, analysis)
 }
 
 /// The recommendations on the terminal, and where the rest is.
-fn tell(
+fn print(
     study: &Study,
     settings: &Settings,
     results: &[CaseResult],
-    found: &Answers,
+    analysis: &Analysis,
     progress: &Progress,
 ) -> Result<(), Error> {
     for result in results {
         if let Ended::Failed { message, .. } = &result.ended {
-            progress.warning(&format!(
-                "{} {}: {message}",
-                result.case.slug,
-                result.outcome()
-            ));
+            progress.warning(&format!("{} failed: {message}", result.case.slug));
         }
     }
-    let advice = found.advice.iter();
-    let lines = advice.map(|advice| words::advice(study, results, found, advice) + "\n");
+    let lines = analysis.recommendations.iter();
+    let lines = lines.map(|r| report::recommended(study, results, analysis, r) + "\n");
     terminal::print(&lines.collect::<String>())?;
-    progress.note(&format!(
-        "answers in {}",
-        settings.out.join("study.md").display()
-    ));
+    let report = settings.out.join("report.md");
+    progress.note(&format!("answers in {}", report.display()));
     Ok(())
 }
 
-fn all_well(results: &[CaseResult]) -> Result<(), Error> {
+fn all_complete(results: &[CaseResult]) -> Result<(), Error> {
     let count =
         |wanted: &dyn Fn(&Ended) -> bool| results.iter().filter(|r| wanted(&r.ended)).count();
     let without = count(&|e| !matches!(e, Ended::WithFigures(_)));

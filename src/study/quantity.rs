@@ -2,126 +2,88 @@
 
 use serde_json::Value;
 
-/// A figure of a run. [`Quantity::NormalForce`] is one figure per contact.
+/// One figure of a run; `normal_force_n` is one figure per contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    StuckFrequency,
-    BladeFrequency,
-    PeakAmplitude,
-    PeakFrequency,
-    PeakRatio,
-    StaticPressure,
-    NormalForce,
-    StaticSlip,
-    FrictionPower,
-    DampingPower,
-    OpeningPairs,
-    OpeningShare,
-    PeakOpeningPairs,
-    PeakSlippingPairs,
+pub struct Quantity {
+    /// In study files and as heading of a column (after the name of the contact, if there is one).
+    pub word: &'static str,
+    /// JSON pointer into summary.json.
+    place: &'static str,
+    /// A whole number, which follows no power of a size.
+    pub is_count: bool,
 }
 
-/// In the order of the columns of study.csv.
+const fn number(word: &'static str, place: &'static str) -> Quantity {
+    Quantity {
+        word,
+        place,
+        is_count: false,
+    }
+}
+
+const fn count(word: &'static str, place: &'static str) -> Quantity {
+    Quantity {
+        word,
+        place,
+        is_count: true,
+    }
+}
+
+/// First mode of a body with its flanks held, which a run computes only if it is asked to.
+pub const BLADE_FREQUENCY: Quantity = number("blade_frequency_hz", "/blade_frequency_hz");
+pub const PEAK_AMPLITUDE: Quantity = number("peak_amplitude_m", "/response/peak_amplitude_m");
+const NORMAL_FORCE: Quantity = number("normal_force_n", "/static/contacts");
+
+/// In the order of the columns of table.csv.
 pub const ALL: [Quantity; 14] = [
-    Quantity::StuckFrequency,
-    Quantity::BladeFrequency,
-    Quantity::PeakAmplitude,
-    Quantity::PeakFrequency,
-    Quantity::PeakRatio,
-    Quantity::StaticPressure,
-    Quantity::NormalForce,
-    Quantity::StaticSlip,
-    Quantity::FrictionPower,
-    Quantity::DampingPower,
-    Quantity::OpeningPairs,
-    Quantity::OpeningShare,
-    Quantity::PeakOpeningPairs,
-    Quantity::PeakSlippingPairs,
+    number("stuck_frequency_hz", "/stuck_frequency_hz"),
+    BLADE_FREQUENCY,
+    PEAK_AMPLITUDE,
+    number("peak_frequency_hz", "/response/peak_frequency_hz"),
+    number("peak_ratio", "/response/peak_ratio"),
+    number("static_pressure_pa", "/static/largest_pressure_pa"),
+    NORMAL_FORCE,
+    number("static_slip_m", "/static/largest_slip_m"),
+    number("peak_friction_power_w", "/response/peak_friction_power_w"),
+    number("peak_damping_power_w", "/response/peak_damping_power_w"),
+    count("opening_pairs", "/response/pairs_that_open"),
+    number("opening_area_share", "/response/area_share_that_opens"),
+    count("peak_opening_pairs", "/response/peak_opening_pairs"),
+    count("peak_slipping_pairs", "/response/peak_slipping_pairs"),
 ];
 
+pub const WORDS: [&str; ALL.len()] = {
+    let mut words = [""; ALL.len()];
+    let mut i = 0;
+    while i < ALL.len() {
+        words[i] = ALL[i].word;
+        i += 1;
+    }
+    words
+};
+
 impl Quantity {
-    /// In study files and as heading of a column (after the name of the contact, where there is one).
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::StuckFrequency => "stuck_frequency_hz",
-            Self::BladeFrequency => "blade_frequency_hz",
-            Self::PeakAmplitude => "peak_amplitude_m",
-            Self::PeakFrequency => "peak_frequency_hz",
-            Self::PeakRatio => "peak_ratio",
-            Self::StaticPressure => "static_pressure_pa",
-            Self::NormalForce => "normal_force_n",
-            Self::StaticSlip => "static_slip_m",
-            Self::FrictionPower => "peak_friction_power_w",
-            Self::DampingPower => "peak_damping_power_w",
-            Self::OpeningPairs => "opening_pairs",
-            Self::OpeningShare => "opening_area_share",
-            Self::PeakOpeningPairs => "peak_opening_pairs",
-            Self::PeakSlippingPairs => "peak_slipping_pairs",
-        }
-    }
-
-    pub fn of_word(word: &str) -> Option<Self> {
-        ALL.into_iter().find(|q| q.word() == word)
-    }
-
-    /// A whole number, which follows no power of a size.
-    pub fn is_count(self) -> bool {
-        matches!(
-            self,
-            Self::OpeningPairs | Self::PeakOpeningPairs | Self::PeakSlippingPairs
-        )
-    }
-
-    /// Place in summary.json.
-    fn place(self) -> &'static str {
-        match self {
-            Self::StuckFrequency => "/stuck_frequency_hz",
-            Self::BladeFrequency => "/blade_frequency_hz",
-            Self::PeakAmplitude => "/response/peak_amplitude_m",
-            Self::PeakFrequency => "/response/peak_frequency_hz",
-            Self::PeakRatio => "/response/peak_ratio",
-            Self::StaticPressure => "/static/largest_pressure_pa",
-            Self::NormalForce => "/static/contacts",
-            Self::StaticSlip => "/static/largest_slip_m",
-            Self::FrictionPower => "/response/peak_friction_power_w",
-            Self::DampingPower => "/response/peak_damping_power_w",
-            Self::OpeningPairs => "/response/pairs_that_open",
-            Self::OpeningShare => "/response/area_share_that_opens",
-            Self::PeakOpeningPairs => "/response/peak_opening_pairs",
-            Self::PeakSlippingPairs => "/response/peak_slipping_pairs",
-        }
-    }
-
     /// Heading and value of each of its figures in a summary; what the run does not have is left out.
     pub fn figures(self, summary: &Value) -> Vec<(String, f64)> {
-        let Some(value) = summary.pointer(self.place()) else {
-            return Vec::new();
+        let figure = |heading: String, value: Option<&Value>| {
+            Some((heading, value?.as_f64().filter(|v| v.is_finite())?))
         };
-        let figure =
-            |heading: String, v: &Value| Some((heading, v.as_f64().filter(|v| v.is_finite())?));
-        match value.as_array() {
-            None => figure(self.word().to_owned(), value).into_iter().collect(),
-            Some(contacts) => contacts
+        match summary.pointer(self.place) {
+            Some(Value::Array(contacts)) => contacts
                 .iter()
                 .filter_map(|contact| {
                     let name = contact.get("name")?.as_str()?;
-                    figure(
-                        format!("{name}_{}", self.word()),
-                        contact.get("normal_force_n")?,
-                    )
+                    figure(format!("{name}_{}", self.word), contact.get(self.word))
                 })
                 .collect(),
+            value => figure(self.word.to_owned(), value).into_iter().collect(),
         }
     }
 
-    /// The quantity a heading belongs to.
-    pub fn of_heading(heading: &str) -> Option<Self> {
-        let own = Self::of_word(heading);
-        own.or_else(|| {
-            heading
-                .ends_with("_normal_force_n")
-                .then_some(Self::NormalForce)
-        })
+    /// Whether a heading is that of one of its figures.
+    pub fn has_heading(self, heading: &str) -> bool {
+        let suffix = heading.strip_suffix(self.word);
+        suffix == Some("") || (self == NORMAL_FORCE && suffix.is_some_and(|s| s.ends_with('_')))
     }
 }
 
@@ -130,16 +92,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_lead_back_to_their_quantity() {
+    fn headings_lead_back_to_their_quantity() {
         for quantity in ALL {
-            assert_eq!(Quantity::of_word(quantity.word()), Some(quantity));
-            assert_eq!(Quantity::of_heading(quantity.word()), Some(quantity));
+            let own = ALL.iter().filter(|q| q.has_heading(quantity.word));
+            assert_eq!(own.collect::<Vec<_>>(), [&quantity]);
         }
-        assert_eq!(
-            Quantity::of_heading("left_normal_force_n"),
-            Some(Quantity::NormalForce)
-        );
-        assert_eq!(Quantity::of_heading("harmonics"), None);
+        assert!(NORMAL_FORCE.has_heading("left_normal_force_n"));
+        assert!(!ALL.iter().any(|q| q.has_heading("harmonics")));
     }
 
     #[test]
@@ -150,17 +109,8 @@ mod tests {
                 { "name": "left", "normal_force_n": 10.0 }, { "name": "right", "normal_force_n": null }] },
             "response": null
         });
-        let figures = |q: Quantity| q.figures(&summary);
-        assert_eq!(
-            figures(Quantity::StuckFrequency),
-            [("stuck_frequency_hz".to_owned(), 450.5)]
-        );
-        assert_eq!(
-            figures(Quantity::NormalForce),
-            [("left_normal_force_n".to_owned(), 10.0)]
-        );
-        assert!(
-            figures(Quantity::BladeFrequency).is_empty() && figures(Quantity::PeakRatio).is_empty()
-        );
+        let figures: Vec<_> = ALL.iter().flat_map(|q| q.figures(&summary)).collect();
+        let expected = [("stuck_frequency_hz", 450.5), ("left_normal_force_n", 10.0)];
+        assert_eq!(figures, expected.map(|(h, v)| (h.to_owned(), v)));
     }
 }

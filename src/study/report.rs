@@ -1,409 +1,309 @@
-//! The answers as files: study.csv, summary.json, study.md.
+//! The answers as files: table.csv, summary.json, report.md.
 
-use std::fmt::Write;
 use std::path::Path;
 
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::answers::{Answers, FigureAnswer, KnobAnswer};
+use super::analysis::{Analysis, FigureAnswer, KnobAnswer, Recommendation};
+use super::convergence::How;
 use super::file::{Mode, Study};
 use super::folder::write_json;
-use super::results::{CaseResult, Ended};
-use super::words::{advice, basis, percent, rounded, settings};
+use super::pictures::Picture;
+use super::results::{CaseResult, Ended, Figures};
 use crate::error::Error;
 use crate::export::{csv, write_file};
-use crate::study::answers::orders::How;
 
-/// study.csv: one row per case.
+/// table.csv: one row per case.
 pub fn write_table(
     path: &Path,
     study: &Study,
     results: &[CaseResult],
-    answers: &Answers,
+    analysis: &Analysis,
 ) -> Result<(), Error> {
     let mut header = vec!["case".to_owned()];
     header.extend(study.knobs.iter().map(|k| k.name.clone()));
-    header.extend(answers.headings.iter().cloned());
-    header.extend(
-        [
-            "seconds",
-            "contact_seconds",
-            "processor_seconds",
-            "contact_processor_seconds",
-            "peak_memory_mib",
-            "threads",
-            "outcome",
-            "points",
-            "unconverged_points",
-        ]
-        .map(str::to_owned),
-    );
-    for front in &answers.fronts {
-        header.push(format!("error_{}", front.heading));
-        header.push(format!("on_pareto_front_{}", front.heading));
-    }
-    let text = |v: Option<f64>| {
-        v.filter(|v| v.is_finite())
-            .map(csv::number)
-            .unwrap_or_default()
-    };
-    let mut rows = Vec::new();
-    for (c, result) in results.iter().enumerate() {
+    header.extend(analysis.headings.iter().cloned());
+    let of_runs = [
+        "processor_seconds",
+        "seconds",
+        "peak_memory_mib",
+        "from_cache",
+        "outcome",
+        "points",
+        "unconverged_points",
+    ];
+    header.extend(of_runs.map(str::to_owned));
+    let errors = analysis.errors.iter();
+    header.extend(errors.map(|e| format!("error_{}", e.heading)));
+    let number = |v: Option<f64>| cell(v, csv::number);
+    let row = |(c, result): (usize, &CaseResult)| {
         let figures = result.figures();
+        let of_run = |text: &dyn Fn(&Figures) -> String| figures.map(text).unwrap_or_default();
         let mut row = vec![result.case.slug.clone()];
         row.extend(result.case.labels(study).into_iter().map(str::to_owned));
-        row.extend(answers.headings.iter().map(|h| text(result.value(h))));
-        row.push(text(figures.map(|f| f.spent.seconds)));
-        row.push(text(figures.map(|f| f.spent.contact_seconds)));
-        row.push(text(figures.and_then(|f| f.spent.processor_seconds)));
-        row.push(text(
-            figures.and_then(|f| f.spent.contact_processor_seconds),
-        ));
-        row.push(text(figures.and_then(|f| f.spent.peak_memory_mib)));
-        row.push(
-            figures
-                .and_then(|f| f.threads)
-                .map(|t| t.to_string())
-                .unwrap_or_default(),
-        );
-        row.push(match &result.ended {
-            Ended::WithFigures(f) if f.unconverged == 0 => "converged".to_owned(),
-            Ended::WithFigures(_) => "some_unconverged".to_owned(),
-            Ended::Failed { .. } => "failed".to_owned(),
-            Ended::NotRun => "not_run".to_owned(),
-        });
-        row.push(figures.map(|f| f.points.to_string()).unwrap_or_default());
-        row.push(
-            figures
-                .map(|f| f.unconverged.to_string())
-                .unwrap_or_default(),
-        );
-        for front in &answers.fronts {
-            row.push(text(front.errors[c]));
-            row.push(if front.on_front[c] { "true" } else { "false" }.to_owned());
-        }
-        rows.push(row);
-    }
+        row.extend(analysis.headings.iter().map(|h| number(result.value(h))));
+        row.push(of_run(&|f| number(f.cost.processor_seconds)));
+        row.push(of_run(&|f| number(Some(f.cost.seconds))));
+        row.push(of_run(&|f| number(f.cost.peak_memory_mib)));
+        row.push(of_run(&|f| f.cost.from_cache.join(" ")));
+        row.push(result.outcome().to_owned());
+        row.push(of_run(&|f| f.points.to_string()));
+        row.push(of_run(&|f| f.unconverged.to_string()));
+        row.extend(analysis.errors.iter().map(|e| number(e.errors[c])));
+        row
+    };
+    let rows: Vec<Vec<String>> = results.iter().enumerate().map(row).collect();
     Ok(csv::write_rows(path, &header, &rows)?)
 }
 
-#[derive(Serialize)]
-struct Summary<'s> {
-    version: &'static str,
-    study: &'s str,
-    scene: String,
-    cases: usize,
-    complete: usize,
-    failed: Vec<Failure<'s>>,
-    knobs: Vec<KnobSummary<'s>>,
-    recommendations: Vec<Recommendation<'s>>,
-}
-
-#[derive(Serialize)]
-struct Failure<'s> {
-    case: &'s str,
-    exit_code: Option<i32>,
-    message: &'s str,
-}
-
-#[derive(Serialize)]
-struct KnobSummary<'s> {
-    name: &'s str,
-    values: Vec<&'s str>,
-    sizes: Option<Vec<f64>>,
-    cases: Vec<&'s str>,
-    figures: Vec<FigureSummary<'s>>,
-}
-
-#[derive(Serialize)]
-struct FigureSummary<'s> {
-    figure: &'s str,
-    values: &'s [Option<f64>],
-    limit: Option<super::answers::orders::Limit>,
-    orders: &'s [Option<f64>],
-    error_to_finest: &'s [Option<f64>],
-    error_to_richardson: &'s [Option<f64>],
-    estimated_error: &'s [Option<f64>],
-}
-
-#[derive(Serialize)]
-struct Recommendation<'s> {
-    figure: &'s str,
-    accuracy: f64,
-    run: Option<&'s str>,
-    seconds: Option<f64>,
-    estimated_error: Option<f64>,
-    combination_not_run: Option<String>,
-    text: String,
-    basis: String,
-}
-
-/// summary.json of the study.
+/// summary.json: the same for programs.
 pub fn write_summary(
     path: &Path,
     study: &Study,
     results: &[CaseResult],
-    answers: &Answers,
+    analysis: &Analysis,
 ) -> Result<(), Error> {
+    let slug = |case: usize| results[case].case.slug.as_str();
     let failed = results.iter().filter_map(|r| match &r.ended {
-        Ended::Failed { exit_code, message } => Some(Failure {
-            case: &r.case.slug,
-            exit_code: *exit_code,
-            message,
-        }),
+        Ended::Failed { exit_code, message } => Some(json!({
+            "case": r.case.slug, "exit_code": exit_code, "message": message,
+        })),
         _ => None,
     });
-    let knobs = answers.knobs.iter().map(|answer| {
-        let knob = &study.knobs[answer.knob];
-        KnobSummary {
-            name: &knob.name,
-            values: knob.values.iter().map(|v| v.label.as_str()).collect(),
-            sizes: knob.sizes(),
-            cases: answer
-                .cases
-                .iter()
-                .map(|c| results[*c].case.slug.as_str())
-                .collect(),
-            figures: answer.figures.iter().map(figure_summary).collect(),
-        }
+    let knobs = study.knobs.iter().zip(&analysis.knobs);
+    let knobs = knobs.map(|(knob, answer)| {
+        json!({
+            "name": knob.name,
+            "values": knob.values.iter().map(|v| &v.label).collect::<Vec<_>>(),
+            "sizes": knob.sizes(),
+            "cases": answer.cases.iter().map(|c| slug(*c)).collect::<Vec<_>>(),
+            "figures": answer.figures,
+        })
     });
-    let recommendations = answers.advice.iter().map(|a| {
-        let front = answers.fronts.iter().find(|f| f.heading == a.heading);
-        Recommendation {
-            figure: &a.heading,
-            accuracy: a.accuracy,
-            run: a.run.map(|c| results[c].case.slug.as_str()),
-            seconds: a
-                .run
-                .and_then(|c| Some(results[c].figures()?.cost_seconds())),
-            estimated_error: a.run.and_then(|c| front?.errors[c]),
-            combination_not_run: a.combination.as_ref().map(|c| settings(study, &c.values)),
-            text: advice(study, results, answers, a),
-            basis: basis(study, answers, &a.heading),
-        }
+    let recommendations = analysis.recommendations.iter().map(|r| {
+        let settings = r.settings.as_ref().map(|(values, _)| {
+            let knobs = study.knobs.iter().zip(values);
+            let labels = knobs.map(|(k, v)| (k.name.clone(), json!(k.values[*v].label)));
+            Value::Object(labels.collect())
+        });
+        json!({
+            "figure": r.heading,
+            "accuracy": r.accuracy,
+            "settings": settings,
+            "sum_of_errors": r.settings.as_ref().map(|(_, sum)| sum),
+            "case": r.case.map(slug),
+            "error": r.error,
+            "cost": r.case.and_then(|c| Some(results[c].figures()?.cost.compared_s())),
+        })
     });
-    let summary = Summary {
-        version: env!("CARGO_PKG_VERSION"),
-        study: &study.name,
-        scene: study.scene.display().to_string(),
-        cases: results.len(),
-        complete: results.iter().filter(|r| r.figures().is_some()).count(),
-        failed: failed.collect(),
-        knobs: knobs.collect(),
-        recommendations: recommendations.collect(),
-    };
+    let summary = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "study": study.name,
+        "scene": study.scene,
+        "cases": results.len(),
+        "complete": results.iter().filter(|r| r.figures().is_some()).count(),
+        "failed": failed.collect::<Vec<_>>(),
+        "knobs": knobs.collect::<Vec<_>>(),
+        "recommendations": recommendations.collect::<Vec<_>>(),
+    });
     write_json(path, &summary)
 }
 
-fn figure_summary(figure: &FigureAnswer) -> FigureSummary<'_> {
-    FigureSummary {
-        figure: &figure.heading,
-        values: &figure.values,
-        limit: figure.limit,
-        orders: &figure.orders,
-        error_to_finest: &figure.to_finest,
-        error_to_richardson: &figure.to_richardson,
-        estimated_error: &figure.estimates,
-    }
-}
-
-/// study.md: the report.
+/// report.md.
 pub fn write_report(
     path: &Path,
     study: &Study,
     results: &[CaseResult],
-    answers: &Answers,
+    analysis: &Analysis,
+    pictures: &[Picture],
 ) -> Result<(), Error> {
-    Ok(write_file(
-        path,
-        report(study, results, answers).as_bytes(),
-    )?)
-}
-
-/// The text of the report.
-pub fn report(study: &Study, results: &[CaseResult], answers: &Answers) -> String {
-    let mut text = String::new();
     let mode = match study.mode {
         Mode::OneAtATime => "one knob at a time around the base",
         Mode::Grid => "every combination",
     };
-    // Writing to a String does not fail.
-    let _ = writeln!(
-        text,
-        "# Study {}\n\nScene `{}`, {} cases, {mode}; dovetail {}.\n",
+    let mut text = format!(
+        "# Study {}\n\nScene `{}`, {} cases, {mode}; dovetail {}.\n\n",
         study.name,
         study.scene.display(),
         results.len(),
-        env!("CARGO_PKG_VERSION")
+        env!("CARGO_PKG_VERSION"),
     );
-    recommendations(&mut text, study, results, answers);
-    all_cases(&mut text, study, results, answers);
-    for knob in &answers.knobs {
-        one_knob(&mut text, study, results, knob);
+    if !analysis.recommendations.is_empty() {
+        text += "## Recommended settings\n\n";
+        for recommendation in &analysis.recommendations {
+            let line = recommended(study, results, analysis, recommendation);
+            text += &format!("- {line}\n");
+        }
+        text += "\n";
     }
-    text
+    text += &all_cases(study, results, analysis);
+    for k in 0..study.knobs.len() {
+        text += &one_knob(study, results, k, &analysis.knobs[k]);
+    }
+    if !pictures.is_empty() {
+        text += "## Pictures\n\n";
+    }
+    for (shows, file) in pictures {
+        text += &format!("{shows}:\n\n![{shows}.](plots/{file})\n\n");
+    }
+    Ok(write_file(path, text.as_bytes())?)
 }
 
-fn recommendations(text: &mut String, study: &Study, results: &[CaseResult], answers: &Answers) {
-    if answers.advice.is_empty() {
-        return;
-    }
-    text.push_str("## Recommendation\n\n");
-    for a in &answers.advice {
-        let _ = writeln!(text, "- {}.", advice(study, results, answers, a));
-    }
-    text.push('\n');
-    for front in &answers.fronts {
-        let _ = writeln!(
-            text,
-            "Errors of {}: {}.\n",
-            front.heading,
-            basis(study, answers, &front.heading)
-        );
-    }
-}
-
-fn all_cases(text: &mut String, study: &Study, results: &[CaseResult], answers: &Answers) {
-    let single = results
-        .iter()
-        .filter_map(CaseResult::figures)
-        .all(|f| f.threads == Some(1));
-    let cost = match single {
-        true => "processor seconds: each run had one thread, and on a free core takes so long",
-        false => "seconds by the wall clock",
+/// One recommendation, on one line.
+pub fn recommended(
+    study: &Study,
+    results: &[CaseResult],
+    analysis: &Analysis,
+    recommendation: &Recommendation,
+) -> String {
+    let heading = &recommendation.heading;
+    let asked = format!(
+        "{heading} within {} %",
+        plain(100.0 * recommendation.accuracy)
+    );
+    let Some((values, sum)) = &recommendation.settings else {
+        let knobs = study.knobs.iter().zip(&analysis.knobs);
+        let least = knobs.filter_map(|(knob, answer)| {
+            let figure = answer.figures.iter().find(|f| f.heading == *heading)?;
+            let errors = figure.estimated_errors.iter().flatten().copied();
+            Some(format!(
+                "{} {}",
+                knob.name,
+                percent(errors.reduce(f64::min)?)
+            ))
+        });
+        let least = least.collect::<Vec<_>>().join(", ");
+        return format!("{asked}: no settings; the least error of each knob: {least}");
     };
-    let _ = writeln!(
-        text,
-        "## All runs\n\n`*`: on the Pareto front of error against cost. Cost is {cost}.\n"
-    );
+    let knobs = study.knobs.iter().zip(values);
+    let settings = knobs.map(|(k, v)| format!("{} {}", k.name, k.values[*v].label));
+    let settings = settings.collect::<Vec<_>>().join(", ");
+    let run = recommendation.case.map(|c| &results[c]);
+    match run.and_then(|r| Some((r, r.figures()?))) {
+        Some((run, figures)) => {
+            let error = cell(recommendation.error, percent);
+            let within = recommendation
+                .error
+                .is_some_and(|e| e <= recommendation.accuracy);
+            format!(
+                "{asked}: {settings} (case {}, {}: error {error}{}, {} s)",
+                run.case.slug,
+                run.outcome(),
+                if within { "" } else { ", more than asked" },
+                rounded(figures.cost.compared_s(), 2),
+            )
+        }
+        None => format!(
+            "{asked}: {settings} (not run; the errors of these values add up to {})",
+            percent(*sum)
+        ),
+    }
+}
+
+fn all_cases(study: &Study, results: &[CaseResult], analysis: &Analysis) -> String {
     let mut header = vec!["case".to_owned()];
     header.extend(study.knobs.iter().map(|k| k.name.clone()));
-    header.extend(["s", "contact s", "processor s", "MiB", "outcome"].map(str::to_owned));
-    for front in &answers.fronts {
-        header.push(front.heading.clone());
-        header.push("error".to_owned());
+    header.extend(["processor s", "s", "MiB", "from the cache", "outcome"].map(str::to_owned));
+    for errors in &analysis.errors {
+        header.extend([errors.heading.clone(), "error".to_owned()]);
     }
-    head(text, &header);
-    for (c, result) in results.iter().enumerate() {
+    let row = |(c, result): (usize, &CaseResult)| {
         let mut row = vec![result.case.slug.clone()];
         row.extend(result.case.labels(study).into_iter().map(str::to_owned));
         row.extend(costs(result));
-        row.push(result.outcome());
-        for front in &answers.fronts {
-            row.push(cell(result.value(&front.heading), |v| rounded(v, 5)));
-            let star = if front.on_front[c] { " *" } else { "" };
-            row.push(cell(front.errors[c], |e| format!("{}{star}", percent(e))));
+        let cached = result.figures().map(|f| f.cost.from_cache.join(", "));
+        row.extend([cached.unwrap_or_default(), outcome(result)]);
+        for errors in &analysis.errors {
+            row.push(cell(result.value(&errors.heading), |v| rounded(v, 5)));
+            row.push(cell(errors.errors[c], percent));
         }
-        line(text, &row);
-    }
-    text.push('\n');
-    let lacks = |r: &&CaseResult| r.figures().is_some_and(|f| !f.spent.not_counted.is_empty());
-    let lacking: Vec<&str> = results
-        .iter()
-        .filter(lacks)
-        .map(|r| r.case.slug.as_str())
-        .collect();
-    if !lacking.is_empty() {
-        let _ = writeln!(
-            text,
-            "Stages of these runs came from a cache that no case of the study filled, and are missing from their times: {}.\n",
-            lacking.join(", ")
-        );
-    }
+        row
+    };
+    let rows: Vec<Vec<String>> = results.iter().enumerate().map(row).collect();
+    let mut text = format!("## All cases\n\n{}\n", table(&header, &rows));
     for result in results {
         if let Ended::Failed { message, .. } = &result.ended {
-            let _ = writeln!(
-                text,
-                "- `{}` {}: {message}",
-                result.case.slug,
-                result.outcome()
-            );
+            text += &format!("- `{}`: {}: {message}\n", result.case.slug, outcome(result));
         }
     }
-    if results
-        .iter()
-        .any(|r| matches!(r.ended, Ended::Failed { .. }))
-    {
-        text.push('\n');
-    }
+    text + "\n"
 }
 
-fn one_knob(text: &mut String, study: &Study, results: &[CaseResult], answer: &KnobAnswer) {
-    let knob = &study.knobs[answer.knob];
-    let _ = writeln!(text, "## Knob {}\n", knob.name);
-    let labels = knob.values.iter().map(|v| v.label.clone());
+fn one_knob(study: &Study, results: &[CaseResult], k: usize, answer: &KnobAnswer) -> String {
+    let knob = &study.knobs[k];
     let mut header = vec![String::new()];
-    header.extend(labels);
-    header.extend(["order", "limit"].map(str::to_owned));
-    head(text, &header);
-    let of_cases = |what: &dyn Fn(&CaseResult) -> String| -> Vec<String> {
-        answer.cases.iter().map(|c| what(&results[*c])).collect()
-    };
-    let mut row = |name: &str, cells: Vec<String>, end: [String; 2]| {
+    header.extend(knob.values.iter().map(|v| v.label.clone()));
+    header.extend(["order", "counted from"].map(str::to_owned));
+    let row = |name: &str, cells: Vec<String>, end: [String; 2]| {
         let mut row = vec![name.to_owned()];
         row.extend(cells);
         row.extend(end);
-        line(text, &row);
+        row
+    };
+    let of_cases = |of: &dyn Fn(&CaseResult) -> String| -> Vec<String> {
+        answer.cases.iter().map(|c| of(&results[*c])).collect()
     };
     let none = || [String::new(), String::new()];
-    for (i, name) in ["seconds", "contact seconds", "processor seconds", "MiB"]
-        .iter()
-        .enumerate()
-    {
-        row(name, of_cases(&|r| costs(r)[i].clone()), none());
-    }
-    row("outcome", of_cases(&|r| r.outcome()), none());
-    let from_finest = match (knob.sizes(), knob.values.last()) {
-        (None, Some(last)) => format!("- from {}", last.label),
-        _ => "- from the finest".to_owned(),
-    };
+    let mut rows = vec![
+        row("processor s", of_cases(&|r| costs(r)[0].clone()), none()),
+        row("MiB", of_cases(&|r| costs(r)[2].clone()), none()),
+        row("outcome", of_cases(&outcome), none()),
+    ];
     for figure in &answer.figures {
         let values = figure.values.iter().map(|v| cell(*v, |v| rounded(v, 6)));
-        row(&figure.heading, values.collect(), ends(figure));
-        let unchanged = figure
-            .limit
-            .is_some_and(|l| matches!(l.how, How::Unchanged | How::Single));
-        if unchanged {
-            continue;
-        }
-        let errors = |errors: &[Option<f64>]| errors.iter().map(|e| cell(*e, percent)).collect();
-        row(&from_finest, errors(&figure.to_finest), none());
-        if figure.to_richardson.iter().any(Option::is_some) {
-            row("- from Richardson", errors(&figure.to_richardson), none());
-        }
+        rows.push(row(&figure.heading, values.collect(), counted_from(figure)));
+        let errors = figure.estimated_errors.iter();
+        let errors = errors.map(|e| cell(*e, percent)).collect();
+        rows.push(row("- error", errors, none()));
     }
-    text.push('\n');
+    format!("## Knob {}\n\n{}\n", knob.name, table(&header, &rows))
 }
 
-/// Order and limit of a figure.
-fn ends(figure: &FigureAnswer) -> [String; 2] {
+/// The order that shows, and the value that the errors of a figure are counted from.
+fn counted_from(figure: &FigureAnswer) -> [String; 2] {
     let Some(limit) = figure.limit else {
         return [String::new(), String::new()];
     };
-    match limit.how {
-        How::Richardson => [
+    let last = figure.values.iter().rposition(Option::is_some);
+    let seen = last.and_then(|last| figure.orders[last]);
+    let (order, from) = match limit.how {
+        How::Richardson => (
             cell(limit.order, |p| rounded(p, 2)),
-            rounded(limit.value, 6),
-        ],
-        How::Unchanged => ["no influence".to_owned(), String::new()],
-        How::Single | How::Reference => [String::new(), String::new()],
-        How::Finest => match figure.seen_order() {
-            Some(p) => [format!("no order shows ({})", rounded(p, 2)), String::new()],
-            None => ["no order shows".to_owned(), String::new()],
+            format!("{} (Richardson)", rounded(limit.value, 6)),
+        ),
+        How::Finest => {
+            let seen = seen.map_or(String::new(), |p| format!(" ({})", rounded(p, 2)));
+            (format!("none shows{seen}"), "the finest".to_owned())
+        }
+        How::Reference => (String::new(), "the last".to_owned()),
+        How::Unchanged => (String::new(), "no influence".to_owned()),
+        How::Single => (String::new(), "one value only".to_owned()),
+    };
+    [order, from]
+}
+
+fn outcome(result: &CaseResult) -> String {
+    match &result.ended {
+        Ended::WithFigures(f) if f.unconverged > 0 => {
+            format!("{} of {} unconverged", f.unconverged, f.points)
+        }
+        Ended::Failed { exit_code, .. } => match exit_code {
+            Some(code) => format!("failed ({code})"),
+            None => "ended by a signal".to_owned(),
         },
+        Ended::WithFigures(_) | Ended::NotRun => result.outcome().replace('_', " "),
     }
 }
 
-/// Seconds, of the contact, of the processors, MiB.
-fn costs(result: &CaseResult) -> [String; 4] {
-    let Some(f) = result.figures() else {
-        return [const { String::new() }; 4];
+/// Processor seconds, seconds, MiB.
+fn costs(result: &CaseResult) -> [String; 3] {
+    let Some(Figures { cost, .. }) = result.figures() else {
+        return [const { String::new() }; 3];
     };
     [
-        rounded(f.spent.seconds, 3),
-        rounded(f.spent.contact_seconds, 3),
-        cell(f.spent.processor_seconds, |s| rounded(s, 3)),
-        cell(f.spent.peak_memory_mib, |m| format!("{m:.0}")),
+        cell(cost.processor_seconds, |s| rounded(s, 3)),
+        rounded(cost.seconds, 3),
+        cell(cost.peak_memory_mib, |m| format!("{m:.0}")),
     ]
 }
 
@@ -411,12 +311,57 @@ fn cell(v: Option<f64>, words: impl Fn(f64) -> String) -> String {
     v.filter(|v| v.is_finite()).map(words).unwrap_or_default()
 }
 
-fn head(text: &mut String, cells: &[String]) {
-    line(text, cells);
-    line(text, &vec!["---".to_owned(); cells.len()]);
+/// A table in Markdown.
+fn table(header: &[String], rows: &[Vec<String>]) -> String {
+    let line = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|c| c.replace('|', "\\|")).collect();
+        format!("| {} |\n", cells.join(" | "))
+    };
+    let rule = vec!["---".to_owned(); header.len()];
+    let rows = rows.iter().map(|row| line(row));
+    line(header) + &line(&rule) + &rows.collect::<String>()
 }
 
-fn line(text: &mut String, cells: &[String]) {
-    let clean: Vec<String> = cells.iter().map(|c| c.replace('|', "\\|")).collect();
-    let _ = writeln!(text, "| {} |", clean.join(" | "));
+/// To so many significant digits: plain between 1e-3 and 1e6, else with an exponent.
+fn rounded(v: f64, digits: usize) -> String {
+    if v == 0.0 {
+        return "0".to_owned();
+    }
+    if v.fract() == 0.0 && v.abs() < 1e6 {
+        return format!("{v:.0}");
+    }
+    let magnitude = v.abs().log10().floor();
+    if !(-3.0..6.0).contains(&magnitude) {
+        return format!("{v:.*e}", digits.saturating_sub(1));
+    }
+    let decimals = (digits as f64 - 1.0 - magnitude).max(0.0) as usize;
+    format!("{v:.decimals$}")
+}
+
+/// 0.0123 -> `1.2 %`.
+fn percent(fraction: f64) -> String {
+    format!("{} %", rounded(100.0 * fraction, 2))
+}
+
+/// Up to ten decimals, those that matter: 0.25.
+fn plain(v: f64) -> String {
+    let text = format!("{v:.10}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_rounded_to_significant_digits() {
+        assert_eq!(rounded(450.7812, 5), "450.78");
+        assert_eq!(rounded(0.0065012, 3), "0.00650");
+        assert_eq!(rounded(1.34e-5, 2), "1.3e-5");
+        assert_eq!(rounded(12_345_678.0, 3), "1.23e7");
+        assert_eq!(rounded(123_456.4, 3), "123456");
+        assert_eq!(rounded(15.0, 6), "15");
+        assert_eq!(percent(0.0123), "1.2 %");
+        assert_eq!((plain(1.0), plain(0.25)), ("1".into(), "0.25".into()));
+    }
 }

@@ -29,7 +29,7 @@ pub fn run(
     for case in cases {
         let record = folder::record(study, case, settings)?;
         let found = folder::find(&record, &settings.folder(case))?;
-        if !matches!(found, Found::Complete { .. }) {
+        if !matches!(found, Found::Complete(_)) {
             pending.push((case, record));
         }
     }

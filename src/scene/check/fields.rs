@@ -13,7 +13,7 @@ use crate::scene::source::Source;
 #[derive(Debug, Clone)]
 pub struct Table {
     pub section: &'static str,
-    /// As in `--set`: `response`, `contact.left`.
+    /// As in `--set`: `response`, `contact.left`; empty for the top of the file.
     pub path: String,
     /// Of its heading.
     pub span: Range<usize>,
@@ -38,7 +38,10 @@ impl Table {
         }
     }
     pub fn key(&self, key: &str) -> String {
-        format!("{}.{key}", self.path)
+        match self.path.as_str() {
+            "" => key.to_owned(),
+            path => format!("{path}.{key}"),
+        }
     }
 }
 
@@ -54,7 +57,7 @@ impl Checker<'_> {
     }
 
     pub fn missing(&mut self, table: &Table, key: &'static str) {
-        let example = keys::example(table.section, key);
+        let example = (self.source.vocabulary.example)(table.section, key);
         self.fault(
             table.span.clone(),
             Fault::MissingKey {

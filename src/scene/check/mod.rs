@@ -5,7 +5,7 @@
 
 mod bodies;
 mod contacts;
-mod fields;
+pub(crate) mod fields;
 mod loads;
 mod mesh;
 mod probes;

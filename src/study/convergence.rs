@@ -131,15 +131,18 @@ pub fn relative_error(v: f64, reference: f64) -> Option<f64> {
     Some((v - reference).abs() / reference.abs()).filter(|e| e.is_finite())
 }
 
-/// The error each value has to be credited with: the largest of its own and those of all finer ones, so that a coarse value
-/// that lies near the limit by chance gains nothing. Where no order shows, the finest is
-/// credited with the last step; a reference with nothing.
+/// Relative differences from the limit.
+pub fn errors(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
+    let values = values.iter();
+    values.map(|v| relative_error(*v, limit.value)).collect()
+}
+
+/// The error that each value is taken to have: the largest of its own and those of all finer ones,
+/// so that a coarse value that lies near the limit by chance gains nothing. Where no order shows, the
+/// finest is taken to err by the last step; a reference by nothing.
 pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     let n = values.len();
-    let mut errors: Vec<Option<f64>> = values
-        .iter()
-        .map(|v| relative_error(*v, limit.value))
-        .collect();
+    let mut errors = errors(values, limit);
     match limit.how {
         How::Single => errors[n - 1] = None,
         How::Finest => errors[n - 1] = relative_error(values[n - 2], values[n - 1]),

@@ -1,0 +1,498 @@
+//! From the results of all cases to what a user wants to know: how each figure converges with each
+//! knob, how far every case errs, and which settings are recommended.
+
+use serde::Serialize;
+
+use super::cases::Case;
+use super::convergence::{Limit, errors, estimates, limit, orders, relative_error};
+use super::file::{Mode, Study, Target};
+use super::knob::Knob;
+use super::results::{CaseResult, headings};
+
+/// Costs nearer to each other than this share are taken for equal: a run timed twice differs by as
+/// much.
+const SAME_COST: f64 = 0.1;
+
+/// One knob, the others at their base (of a grid: at their finest).
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnobAnswer {
+    /// Per value of the knob, coarse to fine: the case that has it.
+    pub cases: Vec<usize>,
+    pub figures: Vec<FigureAnswer>,
+}
+
+/// How one figure follows one knob; the lists have an entry per value, `None` where the case has no
+/// such figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FigureAnswer {
+    #[serde(rename = "figure")]
+    pub heading: String,
+    pub values: Vec<Option<f64>>,
+    /// What the values lead to.
+    pub limit: Option<Limit>,
+    /// Order of this and the two coarser values.
+    pub orders: Vec<Option<f64>>,
+    /// Relative differences from the limit.
+    pub errors: Vec<Option<f64>>,
+    /// What each value is taken to err: see [`estimates`].
+    pub estimated_errors: Vec<Option<f64>>,
+}
+
+/// Errors of all cases in one figure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseErrors {
+    pub heading: String,
+    /// Per case.
+    pub errors: Vec<Option<f64>>,
+    /// No other case costs and errs no more, and less in one of the two.
+    pub on_pareto_front: Vec<bool>,
+}
+
+/// The settings for one figure and one accuracy.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recommendation {
+    pub heading: String,
+    pub accuracy: f64,
+    /// Value of each knob, and the sum of their errors; `None` where no sum is within the accuracy.
+    pub settings: Option<(Vec<usize>, f64)>,
+    /// The case that has these values.
+    pub case: Option<usize>,
+    /// The error of that case.
+    pub error: Option<f64>,
+}
+
+/// Everything.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Analysis {
+    pub headings: Vec<String>,
+    /// In the order of the study's knobs.
+    pub knobs: Vec<KnobAnswer>,
+    /// Of the figures that a recommendation is asked for, else of the first.
+    pub errors: Vec<CaseErrors>,
+    pub recommendations: Vec<Recommendation>,
+}
+
+/// The results of all cases, taken apart (recommended combinations may follow those of the study).
+pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
+    let headings = headings(study, results);
+    let base = base(study, results);
+    let knobs: Vec<KnobAnswer> = (0..study.knobs.len())
+        .map(|k| knob(study, results, &base, &headings, k))
+        .collect();
+    let wanted = |t: &Target| {
+        let own = headings.iter().filter(|h| t.quantity.has_heading(h));
+        own.map(|h| (h.clone(), t.accuracy)).collect::<Vec<_>>()
+    };
+    let wanted: Vec<(String, f64)> = study.targets.iter().flat_map(wanted).collect();
+    let mut shown: Vec<String> = Vec::new();
+    let first = headings.first().filter(|_| wanted.is_empty());
+    for heading in wanted.iter().map(|(h, _)| h).chain(first) {
+        if !shown.contains(heading) {
+            shown.push(heading.clone());
+        }
+    }
+    let errors: Vec<CaseErrors> = shown
+        .into_iter()
+        .map(|heading| case_errors(results, &base, &knobs, heading))
+        .collect();
+    let recommendations = wanted.into_iter().map(|(heading, accuracy)| {
+        let settings = settings(results, &knobs, &heading, accuracy);
+        let case = settings
+            .as_ref()
+            .and_then(|(values, _)| results.iter().position(|r| r.case.values == *values));
+        let of_heading = errors.iter().find(|e| e.heading == heading);
+        Recommendation {
+            error: case.and_then(|c| of_heading?.errors[c]),
+            heading,
+            accuracy,
+            settings,
+            case,
+        }
+    });
+    Analysis {
+        recommendations: recommendations.collect(),
+        headings,
+        knobs,
+        errors,
+    }
+}
+
+impl Analysis {
+    /// Recommended values that none of the cases has.
+    pub fn not_run(&self) -> Vec<Vec<usize>> {
+        let without = self.recommendations.iter().filter(|r| r.case.is_none());
+        let mut found: Vec<Vec<usize>> = Vec::new();
+        for (values, _) in without.filter_map(|r| r.settings.as_ref()) {
+            if !found.contains(values) {
+                found.push(values.clone());
+            }
+        }
+        found
+    }
+}
+
+/// What the knobs are turned around; of a grid, the finest case that has a result.
+fn base(study: &Study, results: &[CaseResult]) -> Vec<usize> {
+    let steps_from_finest = |case: &Case| -> usize {
+        let knobs = study.knobs.iter().zip(&case.values);
+        knobs
+            .map(|(knob, value)| knob.values.len() - 1 - value)
+            .sum()
+    };
+    let finest = results
+        .iter()
+        .filter(|r| study.mode == Mode::Grid && r.figures().is_some())
+        .min_by_key(|r| steps_from_finest(&r.case));
+    match finest {
+        Some(finest) => finest.case.values.clone(),
+        None => study.knobs.iter().map(|k| k.base).collect(),
+    }
+}
+
+fn knob(
+    study: &Study,
+    results: &[CaseResult],
+    base: &[usize],
+    headings: &[String],
+    k: usize,
+) -> KnobAnswer {
+    let knob = &study.knobs[k];
+    let mut values = base.to_vec();
+    let case = |v: usize| {
+        values[k] = v;
+        // Every combination on an axis through the base is a case of the study.
+        let found = results.iter().position(|r| r.case.values == values);
+        found.unwrap_or_default()
+    };
+    let cases: Vec<usize> = (0..knob.values.len()).map(case).collect();
+    let figures = headings.iter().map(|heading| {
+        let values = cases.iter().map(|c| results[*c].value(heading)).collect();
+        let mut counts = study.quantities.iter().filter(|q| q.is_count);
+        let is_count = counts.any(|q| q.has_heading(heading));
+        figure(heading, values, knob, is_count)
+    });
+    KnobAnswer {
+        figures: figures.collect(),
+        cases,
+    }
+}
+
+fn figure(heading: &str, values: Vec<Option<f64>>, knob: &Knob, is_count: bool) -> FigureAnswer {
+    let there: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_some()).collect();
+    let known: Vec<f64> = values.iter().flatten().copied().collect();
+    let sizes = knob.sizes();
+    let sizes: Option<Vec<f64>> = sizes.map(|s| there.iter().map(|i| s[*i]).collect());
+    let limit = limit(sizes.as_deref(), &known, knob.order, !is_count);
+    let spread = |of_known: Vec<Option<f64>>| {
+        let mut all = vec![None; values.len()];
+        for (i, v) in there.iter().zip(of_known) {
+            all[*i] = v;
+        }
+        all
+    };
+    FigureAnswer {
+        heading: heading.to_owned(),
+        limit,
+        orders: spread(match &sizes {
+            Some(sizes) if !is_count => orders(sizes, &known),
+            _ => vec![None; known.len()],
+        }),
+        errors: spread(limit.map_or(Vec::new(), |l| errors(&known, &l))),
+        estimated_errors: spread(limit.map_or(Vec::new(), |l| estimates(&known, &l))),
+        values,
+    }
+}
+
+impl KnobAnswer {
+    fn figure(&self, heading: &str) -> Option<&FigureAnswer> {
+        self.figures.iter().find(|f| f.heading == heading)
+    }
+
+    /// What a value errs; a knob of one value adds no error that it could know.
+    fn error(&self, heading: &str, value: usize) -> Option<f64> {
+        match self.cases.len() {
+            1 => Some(0.0),
+            _ => self.figure(heading)?.estimated_errors[value],
+        }
+    }
+
+    /// The cheapest value that errs no more than this; of those as cheap, the one that errs least.
+    fn cheapest_within(
+        &self,
+        results: &[CaseResult],
+        heading: &str,
+        most: f64,
+    ) -> Option<(usize, f64)> {
+        let within = self.cases.iter().enumerate().filter_map(|(value, case)| {
+            let cost = results[*case].figures()?.cost.compared_s();
+            let error = self.error(heading, value).filter(|e| *e <= most)?;
+            Some((value, cost, error))
+        });
+        let within: Vec<(usize, f64, f64)> = within.collect();
+        let least = within.iter().map(|w| w.1).reduce(f64::min)?;
+        let cheap = within
+            .into_iter()
+            .filter(|w| w.1 <= least * (1.0 + SAME_COST));
+        let best = cheap.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some((best.0, best.2))
+    }
+}
+
+/// Of each knob the cheapest value within the accuracy, or within a half, a third, ... of it: the
+/// first such share with which the errors add up to no more than the accuracy.
+fn settings(
+    results: &[CaseResult],
+    knobs: &[KnobAnswer],
+    heading: &str,
+    accuracy: f64,
+) -> Option<(Vec<usize>, f64)> {
+    (1..=knobs.len()).find_map(|share| {
+        let most = accuracy / share as f64;
+        let chosen = knobs
+            .iter()
+            .map(|k| k.cheapest_within(results, heading, most));
+        let (values, errors): (Vec<usize>, Vec<f64>) =
+            chosen.collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let sum = errors.iter().sum();
+        (sum <= accuracy).then_some((values, sum))
+    })
+}
+
+/// Where the base goes when each knob goes to its own limit: their changes added.
+fn common_limit(
+    results: &[CaseResult],
+    base: &[usize],
+    knobs: &[KnobAnswer],
+    heading: &str,
+) -> Option<f64> {
+    let at_base = results.iter().find(|r| r.case.values == base)?;
+    let at_base = at_base.value(heading)?;
+    knobs.iter().try_fold(at_base, |sum, knob| {
+        Some(sum + knob.figure(heading)?.limit?.value - at_base)
+    })
+}
+
+/// A case errs by the sum of what its values err (nothing is gained by errors that cancel), and by no
+/// less than its difference from the common limit (errors need not add up).
+fn case_errors(
+    results: &[CaseResult],
+    base: &[usize],
+    knobs: &[KnobAnswer],
+    heading: String,
+) -> CaseErrors {
+    let limit = common_limit(results, base, knobs, &heading);
+    let error = |result: &CaseResult| {
+        let mut values = knobs.iter().zip(&result.case.values);
+        let sum = values.try_fold(0.0, |sum, (k, v)| Some(sum + k.error(&heading, *v)?))?;
+        Some(relative_error(result.value(&heading)?, limit?)?.max(sum))
+    };
+    let errors: Vec<Option<f64>> = results.iter().map(error).collect();
+    let costs = results
+        .iter()
+        .map(|r| r.figures().map_or(f64::INFINITY, |f| f.cost.compared_s()));
+    let points: Vec<(f64, Option<f64>)> = costs.zip(errors.iter().copied()).collect();
+    CaseErrors {
+        heading,
+        on_pareto_front: pareto_front(&points),
+        errors,
+    }
+}
+
+/// Which of the points (cost, error) no other beats. A point without error is on no front.
+fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
+    let beaten = |cost: f64, error: f64| {
+        let others = points.iter().filter_map(|&(c, e)| Some((c, e?)));
+        let mut no_worse = others.filter(|&(c, e)| c <= cost && e <= error);
+        no_worse.any(|(c, e)| c < cost || e < error)
+    };
+    points
+        .iter()
+        .map(|&(cost, error)| error.is_some_and(|error| !beaten(cost, error)))
+        .collect()
+}
+
+#[cfg(test)]
+pub mod tests {
+    use super::*;
+    use crate::study::cases::{cases, combination};
+    use crate::study::knob::KnobValue;
+    use crate::study::quantity::PEAK_AMPLITUDE;
+    use crate::study::results::{Cost, Ended, Figures};
+
+    fn sized(name: &str, sizes: &[f64], base: usize) -> Knob {
+        let value = |size: &f64| KnobValue {
+            label: size.to_string(),
+            set: vec![],
+            size: Some(*size),
+            span: 0..0,
+        };
+        Knob {
+            name: name.to_owned(),
+            values: sizes.iter().map(value).collect(),
+            base,
+            order: 2.0,
+            span: 0..0,
+        }
+    }
+
+    /// The figure is 1 + 2 a^2 + 0.5 b, the cost 1 / a + 0.1 / (a b).
+    pub fn study(mode: Mode, accuracy: f64) -> Study {
+        Study {
+            name: "s".into(),
+            scene: "x".into(),
+            set: vec![],
+            mode,
+            quantities: vec![PEAK_AMPLITUDE],
+            fields: false,
+            knobs: vec![
+                sized("a", &[0.4, 0.2, 0.1, 0.05], 1),
+                sized("b", &[0.2, 0.1, 0.05, 0.025], 1),
+            ],
+            targets: vec![Target {
+                quantity: PEAK_AMPLITUDE,
+                accuracy,
+            }],
+        }
+    }
+
+    fn result(study: &Study, case: &Case) -> CaseResult {
+        let size = |k: usize| study.knobs[k].values[case.values[k]].size.unwrap();
+        let (a, b) = (size(0), size(1));
+        CaseResult {
+            case: case.clone(),
+            ended: Ended::WithFigures(Figures {
+                values: vec![(PEAK_AMPLITUDE.word.to_owned(), 1.0 + 2.0 * a * a + 0.5 * b)],
+                cost: Cost {
+                    processor_seconds: Some(1.0 / a + 0.1 / (a * b)),
+                    ..Cost::default()
+                },
+                points: 3,
+                unconverged: 0,
+            }),
+        }
+    }
+
+    fn near(found: Option<f64>, wanted: f64) {
+        let found = found.unwrap();
+        assert!((found - wanted).abs() < 1e-9, "{found} is not {wanted}");
+    }
+
+    fn set_value(result: &mut CaseResult, value: f64) {
+        let Ended::WithFigures(figures) = &mut result.ended else {
+            panic!("no figures");
+        };
+        figures.values[0].1 = value;
+    }
+
+    #[test]
+    fn a_known_function_is_taken_apart_and_put_together() {
+        let study = study(Mode::OneAtATime, 0.05);
+        let mut all = cases(&study);
+        let results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = analyse(&study, &results);
+        // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
+        let [a, b] = [0, 1].map(|k| &found.knobs[k].figures[0]);
+        near(a.limit.unwrap().order, 2.0);
+        near(Some(a.limit.unwrap().value), 1.05);
+        near(b.limit.unwrap().order, 1.0);
+        near(a.errors[0], 0.32 / 1.05);
+        near(b.estimated_errors[0], 0.1 / 1.08);
+        // The base errs by both.
+        near(found.errors[0].errors[0], 0.08 / 1.05 + 0.05 / 1.08);
+        // Within 5 % of each knob are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
+        // are a = 0.1 and b = 0.05.
+        let recommended = &found.recommendations[0];
+        let (values, sum) = recommended.settings.clone().unwrap();
+        assert_eq!((&values, recommended.case), (&vec![2, 2], None));
+        near(Some(sum), 0.02 / 1.05 + 0.025 / 1.08);
+        assert_eq!(found.not_run(), [values.clone()]);
+        // Run, its error is the worse of the sum and the difference from the common limit, 1.
+        all.push(combination(&study, &all, values));
+        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = analyse(&study, &results);
+        assert_eq!(found.recommendations[0].case, Some(7));
+        near(found.recommendations[0].error, 0.02 + 0.025);
+        assert!(found.errors[0].on_pareto_front[7] && found.not_run().is_empty());
+        // Where errors do not add up, the difference says so.
+        set_value(&mut results[7], 1.2);
+        near(analyse(&study, &results).recommendations[0].error, 0.2);
+    }
+
+    #[test]
+    fn an_accuracy_out_of_reach_has_no_recommendation() {
+        let study = study(Mode::OneAtATime, 1e-3);
+        let results: Vec<CaseResult> = cases(&study).iter().map(|c| result(&study, c)).collect();
+        let found = analyse(&study, &results);
+        let recommended = &found.recommendations[0];
+        assert_eq!((&recommended.settings, recommended.case), (&None, None));
+        assert!(found.not_run().is_empty());
+    }
+
+    #[test]
+    fn of_values_as_cheap_the_one_that_errs_least_is_taken() {
+        let study = study(Mode::OneAtATime, 0.9);
+        let mut results: Vec<CaseResult> =
+            cases(&study).iter().map(|c| result(&study, c)).collect();
+        for (result, seconds) in results
+            .iter_mut()
+            .zip([10.0, 10.5, 10.9, 11.1, 9.0, 9.5, 12.0])
+        {
+            let Ended::WithFigures(figures) = &mut result.ended else {
+                panic!("no figures");
+            };
+            figures.cost.processor_seconds = Some(seconds);
+        }
+        // Cases are the base (a 0.2, b 0.1), a 0.4, 0.1, 0.05, then b 0.2, 0.05, 0.025.
+        let recommended = &analyse(&study, &results).recommendations[0];
+        assert_eq!(recommended.settings.as_ref().unwrap().0, [2, 2]);
+    }
+
+    #[test]
+    fn a_grid_recommends_one_of_its_cases() {
+        let study = study(Mode::Grid, 0.05);
+        let all = cases(&study);
+        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let found = analyse(&study, &results);
+        let chosen = found.recommendations[0].case.unwrap();
+        // Along each knob the other is at its finest; a = 0.1 and b = 0.05 are each within 2.5 %.
+        assert_eq!(all[chosen].values, [2, 2]);
+        near(found.errors[0].errors[chosen], 0.02 + 0.025);
+        // A coarse run near the limit by chance gains nothing.
+        set_value(&mut results[0], 1.0);
+        let errors = &analyse(&study, &results).errors[0].errors;
+        near(errors[0], 0.32 / 1.0125 + 0.1 / 1.005);
+        // Without the finest corner the finest there is serves.
+        results[15].ended = Ended::NotRun;
+        let found = analyse(&study, &results);
+        assert_eq!(found.knobs[0].cases, [3, 7, 11, 15]);
+        near(found.knobs[1].figures[0].limit.map(|l| l.value), 1.02);
+    }
+
+    #[test]
+    fn a_case_without_result_is_left_out_of_the_series() {
+        let study = study(Mode::OneAtATime, 0.05);
+        let mut results: Vec<CaseResult> =
+            cases(&study).iter().map(|c| result(&study, c)).collect();
+        results[1].ended = Ended::NotRun;
+        let found = analyse(&study, &results);
+        let a = &found.knobs[0].figures[0];
+        assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
+        near(Some(a.limit.unwrap().value), 1.05);
+    }
+
+    #[test]
+    fn the_front_is_what_nothing_beats() {
+        let points = [
+            (1.0, Some(0.5)),
+            (2.0, Some(0.1)),
+            (2.5, Some(0.2)),
+            (3.0, Some(0.1)),
+            (9.0, Some(0.01)),
+            (0.1, None),
+        ];
+        let expected = [true, true, false, false, true, false];
+        assert_eq!(pareto_front(&points), expected);
+        // The same twice: neither beats the other.
+        assert_eq!(pareto_front(&[(1.0, Some(0.1)); 2]), [true, true]);
+    }
+}
