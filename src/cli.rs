@@ -116,7 +116,7 @@ struct StudyArguments {
     #[arg(long, value_name = "NAME", conflicts_with_all = ["export_workflow", "jobs"])]
     case: Option<String>,
 
-    /// Run nothing: write a Snakemake workflow into DIR, one rule per case
+    /// Run nothing: write a Snakemake workflow and the list of its cases into DIR
     #[arg(long, value_name = "DIR", conflicts_with = "jobs")]
     export_workflow: Option<PathBuf>,
 }

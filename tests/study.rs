@@ -825,7 +825,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     told(
         "joint",
         &changed("label = \"3 points\", ", ""),
-        &["`knob.1.values.label` is missing", "{ label = \"4 x 9\""],
+        &["missing field `label`", "{ label = \"4 x 9\""],
     );
     // The scene of one case: the place is the value in the study, the remedy the scene's.
     told(

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::cases::Case;
-use super::convergence::{Limit, errors, estimates, limit, orders, relative_error};
+use super::convergence::{Limit, errors, estimates, limit, relative_error};
 use super::file::{Mode, Study, Target};
 use super::knob::Knob;
 use super::results::{CaseResult, headings};
@@ -30,8 +30,6 @@ pub struct FigureAnswer {
     pub values: Vec<Option<f64>>,
     /// What the values lead to.
     pub limit: Option<Limit>,
-    /// Order of this and the two coarser values.
-    pub orders: Vec<Option<f64>>,
     /// Relative differences from the limit.
     pub errors: Vec<Option<f64>>,
     /// What each value is taken to err: see [`estimates`].
@@ -193,10 +191,6 @@ fn figure(heading: &str, values: Vec<Option<f64>>, knob: &Knob, is_count: bool) 
     FigureAnswer {
         heading: heading.to_owned(),
         limit,
-        orders: spread(match &sizes {
-            Some(sizes) if !is_count => orders(sizes, &known),
-            _ => vec![None; known.len()],
-        }),
         errors: spread(limit.map_or(Vec::new(), |l| errors(&known, &l))),
         estimated_errors: spread(limit.map_or(Vec::new(), |l| estimates(&known, &l))),
         values,
@@ -272,8 +266,8 @@ fn common_limit(
     })
 }
 
-/// A case errs by the sum of what its values err (nothing is gained by errors that cancel), and by no
-/// less than its difference from the common limit (errors need not add up).
+/// A case errs by the sum of what its values err (nothing is gained by errors that cancel), and by
+/// no less than its difference from the common limit (errors need not add up).
 fn case_errors(
     results: &[CaseResult],
     base: &[usize],
@@ -397,15 +391,15 @@ pub mod tests {
         near(b.limit.unwrap().order, 1.0);
         near(a.errors[0], 0.32 / 1.05);
         near(b.estimated_errors[0], 0.1 / 1.08);
-        // The base errs by both.
-        near(found.errors[0].errors[0], 0.08 / 1.05 + 0.05 / 1.08);
+        // The base errs by both: by 0.13 of the common limit, which is 1.
+        near(found.errors[0].errors[0], 0.13);
         // Within 5 % of each knob are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
         // are a = 0.1 and b = 0.05.
         let recommended = &found.recommendations[0];
         let (values, sum) = recommended.settings.clone().unwrap();
         assert_eq!((&values, recommended.case), (&vec![2, 2], None));
         near(Some(sum), 0.02 / 1.05 + 0.025 / 1.08);
-        assert_eq!(found.not_run(), [values.clone()]);
+        assert_eq!(found.not_run(), std::slice::from_ref(&values));
         // Run, its error is the worse of the sum and the difference from the common limit, 1.
         all.push(combination(&study, &all, values));
         let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();

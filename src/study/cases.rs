@@ -29,7 +29,8 @@ impl Case {
     }
 }
 
-/// All cases: one at a time the base first, then knob by knob; a grid with the last knob turning fastest.
+/// All cases: one at a time the base first, then knob by knob; a grid with the last knob turning
+/// fastest.
 pub fn cases(study: &Study) -> Vec<Case> {
     let combinations = match study.mode {
         Mode::OneAtATime => one_at_a_time(&study.knobs),

@@ -1,5 +1,5 @@
-//! How a figure converges: the order its differences show, the value they lead to (Richardson, 1911), and the
-//! error of each value.
+//! How a figure converges: the order its differences show, the value they lead to (Richardson,
+//! 1911), and the error of each value.
 //!
 //! Of three values f1, f2, f3 at sizes h1 > h2 > h3 with f = f* + C h^p:
 //! (f1 - f2) / (f2 - f3) = (h1^p - h2^p) / (h2^p - h3^p), the right side growing with p;
@@ -7,9 +7,11 @@
 
 use serde::Serialize;
 
-/// Differences below this, relative, are taken for rounding and tolerance: such a figure does not depend on the knob.
+/// Differences below this, relative, are taken for rounding and tolerance: such a figure does not
+/// depend on the knob.
 pub const SAME: f64 = 1e-7;
-/// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times it.
+/// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times
+/// it.
 pub const LEAST_ORDER: f64 = 0.3;
 pub const MOST_ORDER: f64 = 2.0;
 
@@ -18,7 +20,7 @@ pub const MOST_ORDER: f64 = 2.0;
 pub struct Limit {
     pub value: f64,
     pub how: How,
-    /// Of the last three values, where it shows.
+    /// Of the last three values, where they go one way; it counts where `how` is Richardson.
     pub order: Option<f64>,
 }
 
@@ -29,7 +31,8 @@ pub enum How {
     Richardson,
     /// The finest value itself: no order shows.
     Finest,
-    /// The last value, where nothing says how fine the values are: it is what the others are compared with.
+    /// The last value, where nothing says how fine the values are: it is what the others are
+    /// compared with.
     Reference,
     /// All values are the same.
     Unchanged,
@@ -37,7 +40,8 @@ pub enum How {
     Single,
 }
 
-/// The order that three values show; `None` where they do not go one way, or at no order between 0.01 and 20.
+/// The order that three values show; `None` where they do not go one way, or at no order between
+/// 0.01 and 20.
 pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> Option<f64> {
     let [h1, h2, h3] = sizes;
     let (first, second) = (values[0] - values[1], values[1] - values[2]);
@@ -70,19 +74,8 @@ fn extrapolated(sizes: [f64; 3], values: [f64; 3], order: f64) -> f64 {
     values[2] + (values[2] - values[1]) * shrink / (1.0 - shrink)
 }
 
-/// The orders of each three successive values, from coarse to fine; the first two entries are `None`.
-pub fn orders(sizes: &[f64], values: &[f64]) -> Vec<Option<f64>> {
-    (0..values.len())
-        .map(|i| {
-            let from = i.checked_sub(2)?;
-            let three = |v: &[f64]| -> Option<[f64; 3]> { v.get(from..=i)?.try_into().ok() };
-            observed_order(three(sizes)?, three(values)?)
-        })
-        .collect()
-}
-
-/// What the values (coarse to fine, at least one) lead to. `order` is the one expected; where the last three show none near it, or
-/// the figure is none to `extrapolate`, the finest value.
+/// What the values (coarse to fine, at least one) lead to. `order` is the one expected; where the
+/// last three show none near it, or the figure is none to `extrapolate`, the finest value.
 pub fn limit(
     sizes: Option<&[f64]>,
     values: &[f64],
@@ -113,13 +106,17 @@ pub fn limit(
     let last = |v: &[f64]| [v[v.len() - 3], v[v.len() - 2], v[v.len() - 1]];
     let (h, f) = (last(sizes), last(values));
     let near = |p: &f64| (LEAST_ORDER * order..=MOST_ORDER * order).contains(p);
-    match observed_order(h, f).filter(near) {
+    let seen = observed_order(h, f);
+    match seen.filter(near) {
         Some(p) => Some(Limit {
             value: extrapolated(h, f, p),
             how: How::Richardson,
-            order: Some(p),
+            order: seen,
         }),
-        None => Some(plain(How::Finest)),
+        None => Some(Limit {
+            order: seen,
+            ..plain(How::Finest)
+        }),
     }
 }
 
@@ -138,8 +135,8 @@ pub fn errors(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
 }
 
 /// The error that each value is taken to have: the largest of its own and those of all finer ones,
-/// so that a coarse value that lies near the limit by chance gains nothing. Where no order shows, the
-/// finest is taken to err by the last step; a reference by nothing.
+/// so that a coarse value that lies near the limit by chance gains nothing. Where no order shows,
+/// the finest is taken to err by the last step; a reference by nothing.
 pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     let n = values.len();
     let mut errors = errors(values, limit);
@@ -192,7 +189,6 @@ mod tests {
         for (error, h) in errors.iter().zip(sizes) {
             assert!((error.unwrap() - 2.0 * h * h).abs() < 1e-12);
         }
-        assert_eq!(orders(&sizes, &values)[..2], [None, None]);
     }
 
     #[test]

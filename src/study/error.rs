@@ -23,29 +23,10 @@ pub enum StudyError {
     #[error("the study has no case \"{name}\"")]
     #[diagnostic(help("its cases are: {}", dovetail_solver::text::list(cases)))]
     NoSuchCase { name: String, cases: Vec<String> },
-    #[error("{action} {} failed", path.display())]
-    #[diagnostic(help(
-        "check that the folder exists and may be written, and that the disk is not full, or choose \
-         another with --out"
-    ))]
-    File {
-        /// "reading", "writing", ...
-        action: &'static str,
-        path: PathBuf,
-        source: std::io::Error,
-    },
     #[error("{} is not what a case writes: {message}", path.display())]
     #[diagnostic(help(
         "remove the folder of the case ({}) and run the study again: only that case is computed",
         path.parent().unwrap_or(path).display()
     ))]
     Malformed { path: PathBuf, message: String },
-    #[error("the program {} could not be started for a case", program.display())]
-    #[diagnostic(help(
-        "a study runs its cases with the program's own file: leave it where it is while the study runs"
-    ))]
-    Start {
-        program: PathBuf,
-        source: std::io::Error,
-    },
 }

@@ -1,8 +1,8 @@
-//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json what
-//! came out.
+//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json
+//! what came out.
 //!
-//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks what
-//! would be asked now: the same program, overrides and input files, byte for byte.
+//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks
+//! what would be asked now: the same program, overrides and input files, byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,8 @@ pub struct Settings {
     pub out: PathBuf,
     /// Of each case.
     pub threads: u16,
-    /// What each case is told of the cache of meshes and reduced models, as words of the command line.
+    /// What each case is told of the cache of meshes and reduced models, as words of the command
+    /// line.
     pub cache: Vec<String>,
 }
 
@@ -126,17 +127,14 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     })
 }
 
-fn program_hash() -> Result<String, StudyError> {
-    let hash = pipeline::executable_hash().map_err(|source| StudyError::File {
-        action: "reading",
-        path: std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail")),
-        source,
-    })?;
+fn program_hash() -> Result<String, Error> {
+    let program = || std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
+    let hash = pipeline::executable_hash().map_err(|source| reading(&program(), source))?;
     Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// The scene file and the files it names.
-fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
+fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, Error> {
     let mut files = vec![scene_file.to_path_buf()];
     match &scene.subject {
         Subject::ReducedModel(spec) => {
@@ -164,7 +162,7 @@ fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
     files.iter().map(|file| input(file)).collect()
 }
 
-fn input(file: &Path) -> Result<Input, StudyError> {
+fn input(file: &Path) -> Result<Input, Error> {
     let bytes = std::fs::read(file).map_err(|source| reading(file, source))?;
     Ok(Input {
         file: file.display().to_string(),
@@ -202,7 +200,7 @@ pub enum Found {
 ///
 /// # Errors
 /// A file that is there but cannot be read or understood.
-pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
+pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, Error> {
     let (Some(earlier), Some(outcome)) = (
         read_json::<Value>(&folder.join("case.json"))?,
         read_json::<OutcomeRecord>(&folder.join("outcome.json"))?,
@@ -228,18 +226,19 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     })
 }
 
-/// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json is written.
+/// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json
+/// is written.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), Error> {
     for name in ["outcome.json", "summary.json"] {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                return Err(StudyError::File {
-                    action: "removing",
+                let action = "removing";
+                return Err(Error::Io {
+                    action,
                     path,
                     source,
-                }
-                .into());
+                });
             }
             _ => {}
         }
@@ -248,31 +247,29 @@ pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), Error> {
 }
 
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
-    let mut text = serde_json::to_vec_pretty(value).map_err(|e| StudyError::Malformed {
-        path: path.to_owned(),
-        message: e.to_string(),
-    })?;
-    text.push(b'\n');
-    Ok(write_file(path, &text)?)
+    let text = serde_json::to_string_pretty(value).map_err(|e| malformed(path, &e))?;
+    Ok(write_file(path, (text + "\n").as_bytes())?)
 }
 
 /// `None` where there is no such file.
-fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, StudyError> {
-    let bytes = match std::fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(reading(path, error)),
-    };
-    serde_json::from_slice(&bytes)
-        .map(Some)
-        .map_err(|e| StudyError::Malformed {
-            path: path.to_owned(),
-            message: e.to_string(),
-        })
+fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, Error> {
+    match std::fs::read(path) {
+        Ok(bytes) => match serde_json::from_slice(&bytes) {
+            Ok(value) => Ok(Some(value)),
+            Err(error) => Err(malformed(path, &error)),
+        },
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(reading(path, error)),
+    }
 }
 
-fn reading(path: &Path, source: std::io::Error) -> StudyError {
-    StudyError::File {
+fn malformed(path: &Path, error: &serde_json::Error) -> Error {
+    let (path, message) = (path.to_owned(), error.to_string());
+    StudyError::Malformed { path, message }.into()
+}
+
+fn reading(path: &Path, source: std::io::Error) -> Error {
+    Error::Io {
         action: "reading",
         path: path.to_owned(),
         source,

@@ -1,12 +1,10 @@
 //! `[[knob]]`: what is turned, its values from coarse to fine, and how fine each is.
 
-use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 
 use serde::Deserialize;
-use serde::de::{self, Deserializer, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde_spanned::Spanned;
+use toml::Value;
 
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Limits, Table};
@@ -62,64 +60,19 @@ impl Knob {
 pub struct RawKnob {
     name: Located<String>,
     key: Located<String>,
-    values: Located<Vec<Spanned<RawValue>>>,
-    base: Located<RawValue>,
-    size: Located<RawValue>,
+    values: Located<Vec<Spanned<Value>>>,
+    base: Located<Value>,
+    size: Located<Value>,
     order: Located<Number>,
 }
 
-/// Any value; `{ label, set, size }` sets several keys together.
-#[derive(Debug)]
-enum RawValue {
-    Number(f64),
-    Text(String),
-    Flag,
-    List(Vec<Spanned<RawValue>>),
-    Joint(RawJoint),
-}
-
+/// A value that sets several keys together.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawJoint {
-    label: Located<String>,
-    set: Option<BTreeMap<String, Spanned<IgnoredAny>>>,
-    size: Located<Number>,
-}
-
-impl<'de> Deserialize<'de> for RawValue {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct AnyValue;
-        impl<'de> Visitor<'de> for AnyValue {
-            type Value = RawValue;
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a value of a key of the scene, or a table { label, set }")
-            }
-            fn visit_bool<E: de::Error>(self, _: bool) -> Result<RawValue, E> {
-                Ok(RawValue::Flag)
-            }
-            fn visit_i64<E: de::Error>(self, v: i64) -> Result<RawValue, E> {
-                Ok(RawValue::Number(v as f64))
-            }
-            fn visit_f64<E: de::Error>(self, v: f64) -> Result<RawValue, E> {
-                Ok(RawValue::Number(v))
-            }
-            fn visit_str<E: de::Error>(self, v: &str) -> Result<RawValue, E> {
-                Ok(RawValue::Text(v.to_owned()))
-            }
-            fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<RawValue, A::Error> {
-                let mut list = Vec::new();
-                while let Some(item) = items.next_element()? {
-                    list.push(item);
-                }
-                Ok(RawValue::List(list))
-            }
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<RawValue, A::Error> {
-                RawJoint::deserialize(de::value::MapAccessDeserializer::new(map))
-                    .map(RawValue::Joint)
-            }
-        }
-        deserializer.deserialize_any(AnyValue)
-    }
+struct JointValue {
+    label: String,
+    set: toml::Table,
+    size: Option<f64>,
 }
 
 /// A line that could stand in the table.
@@ -135,7 +88,8 @@ pub fn example(key: &str) -> &'static str {
     }
 }
 
-/// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned around.
+/// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned
+/// around.
 pub fn check(
     checker: &mut Checker,
     index: usize,
@@ -229,62 +183,67 @@ fn value(
     checker: &mut Checker,
     at: &Table,
     key: &Located<String>,
-    item: &Spanned<RawValue>,
+    item: &Spanned<Value>,
 ) -> Option<KnobValue> {
     let span = item.span();
     if let Some(key) = key {
+        let text = checker.source.text.get(span.clone()).unwrap_or_default();
+        let set = setting(key.get_ref(), item.get_ref(), text.to_owned());
         return Some(KnobValue {
             label: label(checker, item),
-            set: setting(checker, key.get_ref(), &span).into_iter().collect(),
+            set: set.into_iter().collect(),
             size: None,
             span,
         });
     }
-    let lacking = |path: String| Fault::MissingKey {
-        path,
-        example: JOINT,
+    let joint: JointValue = match item.get_ref().clone().try_into() {
+        Ok(joint) => joint,
+        Err(error) => {
+            let fault = Fault::WrongType {
+                path: at.key("values"),
+                message: error.message().to_owned(),
+                example: JOINT,
+            };
+            checker.fault(span, fault);
+            return None;
+        }
     };
-    let RawValue::Joint(joint) = item.get_ref() else {
-        let fault = Fault::WrongType {
-            path: at.key("values"),
-            message: "a table is expected, or a `key` for this knob".to_owned(),
-            example: JOINT,
-        };
-        checker.fault(span, fault);
-        return None;
-    };
-    if joint.label.is_none() {
-        checker.fault(span.clone(), lacking(at.key("values.label")));
-    }
-    if joint.set.is_none() {
-        checker.fault(span.clone(), lacking(at.key("values.set")));
-    }
-    let settings = joint.set.as_ref()?.iter();
+    let settings = joint.set.iter();
     Some(KnobValue {
-        label: joint.label.as_ref()?.get_ref().clone(),
+        label: joint.label,
         set: settings
-            .filter_map(|(key, value)| setting(checker, key, &value.span()))
+            .filter_map(|(key, value)| setting(key, value, value.to_string()))
             .collect(),
-        size: joint.size.as_ref().map(|size| size.get_ref().0),
+        size: joint.size,
         span,
     })
 }
 
-/// `KEY=VALUE`, the value as the file has it; nothing for an empty text, which leaves the key as in
-/// the scene.
-fn setting(checker: &Checker, key: &str, value: &Range<usize>) -> Option<String> {
-    let text = checker.source.text.get(value.clone()).unwrap_or_default();
-    (!["\"\"", "''"].contains(&text)).then(|| format!("{}={text}", key.trim()))
+/// `KEY=VALUE`; nothing for an empty text, which leaves the key as in the scene.
+fn setting(key: &str, value: &Value, text: String) -> Option<String> {
+    (value.as_str() != Some("")).then(|| format!("{}={text}", key.trim()))
 }
 
-fn label(checker: &Checker, item: &Spanned<RawValue>) -> String {
-    match item.get_ref() {
-        RawValue::Text(text) if text.is_empty() => "as in the scene".to_owned(),
-        RawValue::Text(text) => text.clone(),
-        _ => {
-            let text = checker.source.text.get(item.span()).unwrap_or_default();
-            text.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
+/// As the file has it.
+fn text_of(checker: &Checker, item: &Spanned<Value>) -> String {
+    let text = checker.source.text.get(item.span()).unwrap_or_default();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn label(checker: &Checker, item: &Spanned<Value>) -> String {
+    match item.get_ref().as_str() {
+        Some("") => "as in the scene".to_owned(),
+        Some(text) => text.to_owned(),
+        None => text_of(checker, item),
+    }
+}
+
+/// NaN for what is no number.
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::Integer(v) => *v as f64,
+        Value::Float(v) => *v,
+        _ => f64::NAN,
     }
 }
 
@@ -293,24 +252,20 @@ fn sizes(
     checker: &mut Checker,
     at: &Table,
     raw: &RawKnob,
-    items: &[Spanned<RawValue>],
+    items: &[Spanned<Value>],
     values: &mut [KnobValue],
 ) -> Option<()> {
-    let number = |item: &Spanned<RawValue>| match item.get_ref() {
-        RawValue::Number(v) => *v,
-        _ => f64::NAN,
-    };
     match raw.size.as_ref().map(|size| (size.span(), size.get_ref())) {
         None => {}
-        Some((span, RawValue::Text(rule))) => {
+        Some((span, Value::String(rule))) => {
             let compact: String = rule.split_whitespace().collect();
             let rule = Some(Spanned::new(span, compact));
             let size = checker.choice(at, "size", &rule, &RULES, &SIZES)?;
             for (value, item) in values.iter_mut().zip(items) {
-                value.size = Some(size(number(item)));
+                value.size = Some(size(number(item.get_ref())));
             }
         }
-        Some((_, RawValue::List(sizes))) if sizes.len() == values.len() => {
+        Some((_, Value::Array(sizes))) if sizes.len() == values.len() => {
             for (value, size) in values.iter_mut().zip(sizes) {
                 value.size = Some(number(size));
             }
@@ -369,8 +324,8 @@ fn sizes(
 fn base(
     checker: &mut Checker,
     at: &Table,
-    base: &Located<RawValue>,
-    items: &[Spanned<RawValue>],
+    base: &Located<Value>,
+    items: &[Spanned<Value>],
     values: &[KnobValue],
     needed: bool,
 ) -> Option<usize> {
@@ -382,10 +337,8 @@ fn base(
         ),
         Some(base) => {
             let text = label(checker, base);
-            let same = |item: &Spanned<RawValue>| match (item.get_ref(), base.get_ref()) {
-                (RawValue::Number(a), RawValue::Number(b)) => a == b,
-                _ => false,
-            };
+            let wanted = number(base.get_ref());
+            let same = |item: &Spanned<Value>| number(item.get_ref()) == wanted;
             let found = values.iter().position(|v| v.label == text);
             match found.or_else(|| items.iter().position(same)) {
                 Some(found) => return Some(found),

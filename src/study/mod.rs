@@ -1,9 +1,11 @@
-//! What accuracy costs: a scene over ranges of any of its keys, and what each choice costs and buys.
+//! What accuracy costs: a scene over ranges of any of its keys, and what each choice costs and
+//! buys.
 //!
-//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which is
-//! one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is turned
-//! into orders, errors and recommended settings (`convergence`, `analysis`), and written (`report`,
-//! `pictures`). Nothing is computed here that a run does not say itself in its summary.json.
+//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which
+//! is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is
+//! turned into orders, errors and recommended settings (`convergence`, `analysis`), and written
+//! (`report`, `pictures`). Nothing is computed here that a run does not say itself in its
+//! summary.json.
 
 mod analysis;
 mod cases;
@@ -60,7 +62,8 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Threads of each case.
     pub threads: u16,
-    /// What each case is told of the cache of meshes and reduced models, as words of the command line.
+    /// What each case is told of the cache of meshes and reduced models, as words of the command
+    /// line.
     pub cache: Vec<String>,
     /// `KEY=VALUE` for all cases, after those of the study.
     pub overrides: Vec<String>,
@@ -69,8 +72,9 @@ pub struct StudyOptions {
 /// A study from its file to its answers.
 ///
 /// # Errors
-/// A study or a case of it that is not possible (told before anything runs), files that cannot be read or written;
-/// [`Error::CasesFailed`] when all is written but some cases have no or no full result.
+/// A study or a case of it that is not possible (told before anything runs), files that cannot be
+/// read or written; [`Error::CasesFailed`] when all is written but some cases have no or no full
+/// result.
 pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result<(), Error> {
     let text = StudyText::read(file)?;
     let study = text.parse(&options.overrides)?;
@@ -137,9 +141,11 @@ fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, 
     Ok(matches!(found, Found::Complete(_)))
 }
 
-/// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told before the first is run.
+/// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told
+/// before the first is run.
 fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
-    // Where neither the scene alone nor the first case is possible, nothing is wrong with that case in particular.
+    // Where neither the scene alone nor the first case is possible, nothing is wrong with that case
+    // in particular.
     if let (Err(error), Some(Err(_))) = (
         scene::load(&study.scene, &study.set),
         cases

@@ -63,7 +63,8 @@ pub const WORDS: [&str; ALL.len()] = {
 };
 
 impl Quantity {
-    /// Heading and value of each of its figures in a summary; what the run does not have is left out.
+    /// Heading and value of each of its figures in a summary; what the run does not have is left
+    /// out.
     pub fn figures(self, summary: &Value) -> Vec<(String, f64)> {
         let figure = |heading: String, value: Option<&Value>| {
             Some((heading, value?.as_f64().filter(|v| v.is_finite())?))

@@ -9,7 +9,7 @@ use super::convergence::How;
 use super::file::{Mode, Study};
 use super::folder::write_json;
 use super::pictures::Picture;
-use super::results::{CaseResult, Ended, Figures};
+use super::results::{CaseResult, Cost, Ended, Figures};
 use crate::error::Error;
 use crate::export::{csv, write_file};
 
@@ -20,9 +20,24 @@ pub fn write_table(
     results: &[CaseResult],
     analysis: &Analysis,
 ) -> Result<(), Error> {
+    let headings = &analysis.headings;
+    let (header, rows) = table_of_cases(study, results, analysis, headings, &csv::number);
+    Ok(csv::write_rows(path, &header, &rows)?)
+}
+
+/// Header and rows, with these figures and the numbers written so.
+fn table_of_cases(
+    study: &Study,
+    results: &[CaseResult],
+    analysis: &Analysis,
+    headings: &[String],
+    number: &dyn Fn(f64) -> String,
+) -> (Vec<String>, Vec<Vec<String>>) {
     let mut header = vec!["case".to_owned()];
     header.extend(study.knobs.iter().map(|k| k.name.clone()));
-    header.extend(analysis.headings.iter().cloned());
+    header.extend_from_slice(headings);
+    let errors = analysis.errors.iter();
+    header.extend(errors.map(|e| format!("error_{}", e.heading)));
     let of_runs = [
         "processor_seconds",
         "seconds",
@@ -33,27 +48,26 @@ pub fn write_table(
         "unconverged_points",
     ];
     header.extend(of_runs.map(str::to_owned));
-    let errors = analysis.errors.iter();
-    header.extend(errors.map(|e| format!("error_{}", e.heading)));
-    let number = |v: Option<f64>| cell(v, csv::number);
+    let number = |v: Option<f64>| cell(v, number);
     let row = |(c, result): (usize, &CaseResult)| {
         let figures = result.figures();
         let of_run = |text: &dyn Fn(&Figures) -> String| figures.map(text).unwrap_or_default();
         let mut row = vec![result.case.slug.clone()];
         row.extend(result.case.labels(study).into_iter().map(str::to_owned));
-        row.extend(analysis.headings.iter().map(|h| number(result.value(h))));
-        row.push(of_run(&|f| number(f.cost.processor_seconds)));
-        row.push(of_run(&|f| number(Some(f.cost.seconds))));
-        row.push(of_run(&|f| number(f.cost.peak_memory_mib)));
-        row.push(of_run(&|f| f.cost.from_cache.join(" ")));
-        row.push(result.outcome().to_owned());
-        row.push(of_run(&|f| f.points.to_string()));
-        row.push(of_run(&|f| f.unconverged.to_string()));
+        row.extend(headings.iter().map(|h| number(result.value(h))));
         row.extend(analysis.errors.iter().map(|e| number(e.errors[c])));
+        row.extend([
+            of_run(&|f| number(f.cost.processor_seconds)),
+            of_run(&|f| number(Some(f.cost.seconds))),
+            of_run(&|f| number(f.cost.peak_memory_mib)),
+            of_run(&|f| f.cost.from_cache.join(" ")),
+            result.outcome().to_owned(),
+            of_run(&|f| f.points.to_string()),
+            of_run(&|f| f.unconverged.to_string()),
+        ]);
         row
     };
-    let rows: Vec<Vec<String>> = results.iter().enumerate().map(row).collect();
-    Ok(csv::write_rows(path, &header, &rows)?)
+    (header, results.iter().enumerate().map(row).collect())
 }
 
 /// summary.json: the same for programs.
@@ -201,32 +215,22 @@ pub fn recommended(
 }
 
 fn all_cases(study: &Study, results: &[CaseResult], analysis: &Analysis) -> String {
-    let mut header = vec!["case".to_owned()];
-    header.extend(study.knobs.iter().map(|k| k.name.clone()));
-    header.extend(["processor s", "s", "MiB", "from the cache", "outcome"].map(str::to_owned));
-    for errors in &analysis.errors {
-        header.extend([errors.heading.clone(), "error".to_owned()]);
-    }
-    let row = |(c, result): (usize, &CaseResult)| {
-        let mut row = vec![result.case.slug.clone()];
-        row.extend(result.case.labels(study).into_iter().map(str::to_owned));
-        row.extend(costs(result));
-        let cached = result.figures().map(|f| f.cost.from_cache.join(", "));
-        row.extend([cached.unwrap_or_default(), outcome(result)]);
-        for errors in &analysis.errors {
-            row.push(cell(result.value(&errors.heading), |v| rounded(v, 5)));
-            row.push(cell(errors.errors[c], percent));
-        }
-        row
-    };
-    let rows: Vec<Vec<String>> = results.iter().enumerate().map(row).collect();
+    let asked = analysis.errors.iter().map(|e| e.heading.clone());
+    let asked: Vec<String> = asked.collect();
+    let number = |v: f64| rounded(v, 5);
+    let (header, rows) = table_of_cases(study, results, analysis, &asked, &number);
     let mut text = format!("## All cases\n\n{}\n", table(&header, &rows));
+    let mut failures = String::new();
     for result in results {
-        if let Ended::Failed { message, .. } = &result.ended {
-            text += &format!("- `{}`: {}: {message}\n", result.case.slug, outcome(result));
+        if let Ended::Failed { exit_code, message } = &result.ended {
+            let code = exit_code.map_or("a signal".to_owned(), |code| format!("exit code {code}"));
+            failures += &format!("- `{}` ended with {code}: {message}\n", result.case.slug);
         }
     }
-    text + "\n"
+    if !failures.is_empty() {
+        text += &format!("{failures}\n");
+    }
+    text
 }
 
 fn one_knob(study: &Study, results: &[CaseResult], k: usize, answer: &KnobAnswer) -> String {
@@ -240,14 +244,27 @@ fn one_knob(study: &Study, results: &[CaseResult], k: usize, answer: &KnobAnswer
         row.extend(end);
         row
     };
+    let of_cost = |result: &CaseResult, of: &dyn Fn(&Cost) -> Option<f64>| {
+        cell(result.figures().and_then(|f| of(&f.cost)), |v| {
+            rounded(v, 3)
+        })
+    };
     let of_cases = |of: &dyn Fn(&CaseResult) -> String| -> Vec<String> {
         answer.cases.iter().map(|c| of(&results[*c])).collect()
     };
     let none = || [String::new(), String::new()];
     let mut rows = vec![
-        row("processor s", of_cases(&|r| costs(r)[0].clone()), none()),
-        row("MiB", of_cases(&|r| costs(r)[2].clone()), none()),
-        row("outcome", of_cases(&outcome), none()),
+        row(
+            "cost, s",
+            of_cases(&|r| of_cost(r, &|c| Some(c.compared_s()))),
+            none(),
+        ),
+        row(
+            "MiB",
+            of_cases(&|r| of_cost(r, &|c| c.peak_memory_mib)),
+            none(),
+        ),
+        row("outcome", of_cases(&|r| r.outcome().to_owned()), none()),
     ];
     for figure in &answer.figures {
         let values = figure.values.iter().map(|v| cell(*v, |v| rounded(v, 6)));
@@ -264,15 +281,14 @@ fn counted_from(figure: &FigureAnswer) -> [String; 2] {
     let Some(limit) = figure.limit else {
         return [String::new(), String::new()];
     };
-    let last = figure.values.iter().rposition(Option::is_some);
-    let seen = last.and_then(|last| figure.orders[last]);
     let (order, from) = match limit.how {
         How::Richardson => (
             cell(limit.order, |p| rounded(p, 2)),
             format!("{} (Richardson)", rounded(limit.value, 6)),
         ),
         How::Finest => {
-            let seen = seen.map_or(String::new(), |p| format!(" ({})", rounded(p, 2)));
+            let seen = limit.order.map(|p| format!(" ({})", rounded(p, 2)));
+            let seen = seen.unwrap_or_default();
             (format!("none shows{seen}"), "the finest".to_owned())
         }
         How::Reference => (String::new(), "the last".to_owned()),
@@ -280,31 +296,6 @@ fn counted_from(figure: &FigureAnswer) -> [String; 2] {
         How::Single => (String::new(), "one value only".to_owned()),
     };
     [order, from]
-}
-
-fn outcome(result: &CaseResult) -> String {
-    match &result.ended {
-        Ended::WithFigures(f) if f.unconverged > 0 => {
-            format!("{} of {} unconverged", f.unconverged, f.points)
-        }
-        Ended::Failed { exit_code, .. } => match exit_code {
-            Some(code) => format!("failed ({code})"),
-            None => "ended by a signal".to_owned(),
-        },
-        Ended::WithFigures(_) | Ended::NotRun => result.outcome().replace('_', " "),
-    }
-}
-
-/// Processor seconds, seconds, MiB.
-fn costs(result: &CaseResult) -> [String; 3] {
-    let Some(Figures { cost, .. }) = result.figures() else {
-        return [const { String::new() }; 3];
-    };
-    [
-        cell(cost.processor_seconds, |s| rounded(s, 3)),
-        rounded(cost.seconds, 3),
-        cell(cost.peak_memory_mib, |m| format!("{m:.0}")),
-    ]
 }
 
 fn cell(v: Option<f64>, words: impl Fn(f64) -> String) -> String {

@@ -1,30 +1,29 @@
 //! Runs cases: each a process of this program of its own, several side by side.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::cases::Case;
-use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, OutcomeRecord, Settings};
 use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
 use crate::progress::Progress;
 
-/// Runs those of the cases that are not complete, `jobs` at a time, in their order. Returns how many were run.
+/// Runs those of the cases that are not complete, `jobs` at a time, in their order.
 ///
 /// # Errors
-/// The first failure to start a process or to write its folder; cases under way are finished. A case that
-/// fails is no error.
+/// The first failure to start a process or to write its folder; cases under way are finished. A
+/// case that fails is no error.
 pub fn run(
     study: &Study,
     cases: &[Case],
     settings: &Settings,
     jobs: usize,
     progress: &Progress,
-) -> Result<usize, Error> {
+) -> Result<(), Error> {
     let mut pending = Vec::new();
     for case in cases {
         let record = folder::record(study, case, settings)?;
@@ -40,10 +39,7 @@ pub fn run(
             cases.len()
         ));
     }
-    let program = std::env::current_exe().map_err(|source| StudyError::Start {
-        program: PathBuf::from("dovetail"),
-        source,
-    })?;
+    let program = std::env::current_exe().map_err(failed("finding", Path::new("dovetail")))?;
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let failure: Mutex<Option<Error>> = Mutex::new(None);
     let lock = || failure.lock().unwrap_or_else(PoisonError::into_inner);
@@ -77,7 +73,7 @@ pub fn run(
     let failed = lock().take();
     match failed {
         Some(error) => Err(error),
-        None => Ok(pending.len()),
+        None => Ok(()),
     }
 }
 
@@ -95,19 +91,11 @@ fn remark(outcome: &OutcomeRecord) -> String {
 fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<OutcomeRecord, Error> {
     folder::prepare(record, folder)?;
     let path = folder.join("log.txt");
-    let failed = |action| {
-        let path = path.clone();
-        move |source| StudyError::File {
-            action,
-            path,
-            source,
-        }
-    };
-    let log = std::fs::File::create(&path).map_err(failed("creating"))?;
-    let also = log.try_clone().map_err(failed("creating"))?;
+    let log = std::fs::File::create(&path).map_err(failed("creating", &path))?;
+    let also = log.try_clone().map_err(failed("creating", &path))?;
     let begin = Instant::now();
-    // The pipe to its standard input ends with this process, however it ends, and the case with it: nobody
-    // writes into the folder any more when the study is taken up again.
+    // The pipe to its standard input ends with this process, however it ends, and the case with it:
+    // nobody writes into the folder any more when the study is taken up again.
     let mut child = Command::new(program)
         .args(&record.command[1..])
         .arg("--until-stdin-ends")
@@ -115,15 +103,9 @@ fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<Out
         .stdout(log)
         .stderr(also)
         .spawn()
-        .map_err(|source| StudyError::Start {
-            program: program.to_owned(),
-            source,
-        })?;
+        .map_err(failed("starting", program))?;
     let held = child.stdin.take();
-    let status = child.wait().map_err(|source| StudyError::Start {
-        program: program.to_owned(),
-        source,
-    })?;
+    let status = child.wait().map_err(failed("waiting for", program))?;
     drop(held);
     let outcome = OutcomeRecord {
         exit_code: status.code(),
@@ -131,4 +113,12 @@ fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<Out
     };
     folder::write_json(&folder.join("outcome.json"), &outcome)?;
     Ok(outcome)
+}
+
+fn failed(action: &'static str, path: &Path) -> impl Fn(std::io::Error) -> Error {
+    move |source| Error::Io {
+        action,
+        path: path.to_owned(),
+        source,
+    }
 }
