@@ -19,7 +19,7 @@ use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::elimination::{Stopped, eliminate};
+use super::elimination::{EliminationError, eliminate};
 use super::order::{Order, OrderError, nested_dissection};
 use super::solve::Factor;
 use super::sparse::{symbolic_view, view};
@@ -148,8 +148,8 @@ impl Symbolic {
         let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
         match eliminate(self, &[matrix], &mut values) {
             Ok(_) => self.factored(values, matrix),
-            Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
-            Err(Stopped::Pivot) => {
+            Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
+            Err(EliminationError::NotPositiveDefinite) => {
                 drop(values);
                 Err(self.refused(matrix))
             }

@@ -2,7 +2,7 @@
 //!
 //! Right preconditioning keeps the residual that is minimised the true one.
 
-use pulp::Arch;
+use super::vector::{axpy, dot, norm};
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,39 +95,6 @@ pub fn gmres(
         relative_residual: relative,
         converged: relative <= tolerance,
     }
-}
-
-/// Euclidean norm.
-pub fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
-}
-
-pub fn dot(x: &[f64], y: &[f64]) -> f64 {
-    Arch::new().dispatch(|| eight_sums(x, y))
-}
-
-#[inline(always)]
-fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
-    // Eight running sums: vectorisable, and the same order whatever the machine.
-    let mut sums = [0.0; 8];
-    let (xc, yc) = (x.chunks_exact(8), y.chunks_exact(8));
-    let tail: f64 = xc
-        .remainder()
-        .iter()
-        .zip(yc.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in xc.zip(yc) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    sums.iter().sum::<f64>() + tail
-}
-
-/// y += a x.
-pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
-    Arch::new().dispatch(|| y.iter_mut().zip(x).for_each(|(yi, xi)| *yi += a * xi));
 }
 
 #[cfg(test)]

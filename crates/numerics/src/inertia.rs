@@ -12,7 +12,7 @@ use faer::{MatMut, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{Left, Lower, Tree, in_rows, remainder};
+use super::fronts::{ChildContribution, Contribution, Tree, in_rows, schur_complement};
 use super::pool::Pool;
 use super::sparse::sum;
 
@@ -52,13 +52,13 @@ fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize,
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
-/// What a branch leaves to its parent, and its negative pivots.
+/// The contribution block of a branch to its parent, and its negative pivots.
 fn eliminate<'p>(
     tree: &Tree<'_>,
     pool: &'p Pool,
     terms: &[(f64, &CscMatrix<f64>)],
     s: usize,
-) -> Result<(Lower<'p>, usize), FactorError> {
+) -> Result<(Contribution<'p>, usize), FactorError> {
     let branches = tree.branches(&tree.children[s], |child| {
         eliminate(tree, pool, terms, child)
     })?;
@@ -68,12 +68,12 @@ fn eliminate<'p>(
     let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
     let mut negative = 0;
     let mut children = Vec::with_capacity(branches.len());
-    for (&child, (rest, found)) in tree.children[s].iter().zip(branches) {
+    for (&child, (contribution, found)) in tree.children[s].iter().zip(branches) {
         let rows = tree.rows_of_child(s, child);
         let rows = rows.ok_or(FactorError::PatternDiffers)?;
-        let left = Left { rest, rows };
-        left.add_to_front(&mut front);
-        children.push(left);
+        let child = ChildContribution { contribution, rows };
+        child.add_to_front(&mut front);
+        children.push(child);
         negative += found;
     }
     for &(factor, matrix) in terms {
@@ -100,7 +100,7 @@ fn eliminate<'p>(
     in_rows(lower.rb_mut(), |_, rows| {
         solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
     });
-    let mut scaled = pool.stale(below * width);
+    let mut scaled = pool.uninitialised(below * width);
     let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
@@ -109,8 +109,8 @@ fn eliminate<'p>(
             *scaled = v / pivot;
         }
     }
-    let rest = remainder(pool, width, scaled.rb(), lower.rb(), &children);
-    Ok((rest, negative))
+    let contribution = schur_complement(pool, width, scaled.rb(), lower.rb(), &children);
+    Ok((contribution, negative))
 }
 
 #[cfg(test)]

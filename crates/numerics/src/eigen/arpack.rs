@@ -1,5 +1,5 @@
 //! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
-//! dsaupd in mode 3, generalised problem); [`proof`](super::proof) checks what comes out.
+//! dsaupd in mode 3, generalised problem); [`sturm`](super::sturm) checks what comes out.
 //!
 //! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
 //! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::proof::{SPARE, complete};
+use super::sturm::{SPARE, certified};
 use super::{EigenError, Modes};
 use crate::factor::Cholesky;
 use crate::sparse;
@@ -51,7 +51,7 @@ pub(super) fn lowest_modes(
         let wanted = (count + (SPARE << attempt)).min(n - 2);
         let vectors = (basis(wanted) << attempt).min(n - 1);
         outcome = lanczos(mass, factor, wanted, vectors, attempt)
-            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
+            .and_then(|modes| certified(stiffness, mass, count, modes, factor));
         match outcome {
             Err(
                 EigenError::Arpack { .. }
@@ -290,7 +290,7 @@ mod tests {
             vectors: Mat::from_fn(k.nrows(), 9, |i, j| all.vectors[(i, keep[j])]),
         };
         assert!(matches!(
-            complete(&k, &m, 6, some, &factor),
+            certified(&k, &m, 6, some, &factor),
             Err(EigenError::Missing { expected, found, .. }) if expected == found + 1
         ));
     }

@@ -340,7 +340,7 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
-    use dovetail_numerics::gmres::dot;
+    use dovetail_numerics::vector::dot;
 
     /// Lambda U - F.
     fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {

@@ -6,9 +6,9 @@ use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
 use super::linear::LinearSystem;
 use crate::contact::inexact::Inexact;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::NonlinearSystem;
-use dovetail_numerics::wear::Wear;
+use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::vector::norm;
 
 /// Relative residual asked of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -28,7 +28,7 @@ pub struct Preconditioner {
     /// Stiffness of the retention where `coarse` was made, N/m; zero without one.
     retention_n_m: f64,
     width: usize,
-    wear: Wear,
+    refresh: RefreshPolicy,
 }
 
 /// One frequency as a nonlinear system.
@@ -128,7 +128,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
     }
 
-    fn is_astray(&self, x: &[f64]) -> bool {
+    fn has_diverged(&self, x: &[f64]) -> bool {
         (self.has_left)(x)
     }
 
@@ -181,7 +181,7 @@ impl KrylovSystem<'_, '_> {
             MOST_KRYLOV_ITERATIONS,
         );
         self.krylov_iterations += end.iterations;
-        self.preconditioner.wear.serve(end.iterations);
+        self.preconditioner.refresh.record(end.iterations);
         for (h, block) in solution.chunks_exact(columns.len()).enumerate() {
             for (&c, &v) in columns.iter().zip(block) {
                 dx[h * n + c] = v;
@@ -203,7 +203,7 @@ impl Preconditioner {
         let retention_n_m = retention.map_or(0.0, |r| r.stiffness_n_m());
         let same =
             same_pairs && self.retention_n_m == retention_n_m && self.width == linear.width();
-        if same && !self.wear.is_worn() {
+        if same && !self.refresh.is_due() {
             return;
         }
         *self = Self {
@@ -211,7 +211,7 @@ impl Preconditioner {
             coarse: Coarse::new(linear),
             retention_n_m,
             width: linear.width(),
-            wear: Wear::default(),
+            refresh: RefreshPolicy::default(),
         };
     }
 }

@@ -4,7 +4,7 @@ use super::balance::{Balance, Evaluation};
 use super::{Orbit, Outcome, PairCycle, StuckPoint};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::gmres::dot;
+use dovetail_numerics::vector::dot;
 use faer::c64;
 
 /// Instants at which the largest departure from the mean is looked for.

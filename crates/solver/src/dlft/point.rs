@@ -17,8 +17,8 @@ use super::newton_krylov::{
 use super::orbit::observed_amplitudes_m;
 use super::retention::{Retention, may_have_left};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -670,7 +670,7 @@ impl<'a> Frequencies<'a> {
         let model = self.setting.system.model;
         let found = self
             .retention
-            .get_or_init(|| Retention::new(&model.stiffness, &model.own_stiffness()));
+            .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
         found.is_needed().then_some(found)
     }
 

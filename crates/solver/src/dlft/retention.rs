@@ -11,7 +11,7 @@
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
 use dovetail_numerics::dense;
-use dovetail_numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::Mat;
 
 /// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.

@@ -13,9 +13,9 @@ use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
 use crate::reduction::{PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
-use dovetail_numerics::wear::Wear;
+use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::vector::norm;
 use faer::Mat;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub fn static_state(
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
-    let eps = &model.own_stiffness();
+    let eps = &model.diagonal_stiffness();
     let all: Vec<usize> = (0..model.pairs.len()).collect();
     let inexact = InexactModel::new(model).taking_part(&all, None);
     let load_up = |retention: Option<&Retention>, closed: bool| {
@@ -110,7 +110,7 @@ fn load_up(
             eps: eps.iter().map(|v| *v as f32).collect(),
         },
         coarse: None,
-        wear: Wear::default(),
+        refresh: RefreshPolicy::default(),
     };
     let mut x = if closed {
         with_clearances_closed(model, eps)
@@ -250,7 +250,7 @@ struct StaticSystem<'a> {
     linear: LinearSystem,
     /// Of J at some earlier x.
     coarse: Option<Coarse>,
-    wear: Wear,
+    refresh: RefreshPolicy,
 }
 
 impl StaticSystem<'_> {
@@ -362,9 +362,9 @@ impl NonlinearSystem for StaticSystem<'_> {
                 *out = derivative[i % 3][i / 3] as f32;
             }
         }
-        if self.coarse.is_none() || self.wear.is_worn() {
+        if self.coarse.is_none() || self.refresh.is_due() {
             self.coarse = Coarse::new(&self.linear);
-            self.wear = Wear::default();
+            self.refresh = RefreshPolicy::default();
         }
     }
 
@@ -382,7 +382,7 @@ impl NonlinearSystem for StaticSystem<'_> {
                 MOST_KRYLOV_ITERATIONS,
             );
             dx.copy_from_slice(&solution);
-            self.wear.serve(end.iterations);
+            self.refresh.record(end.iterations);
             solved = end.converged || !is_small;
         }
         if !solved {
@@ -422,7 +422,7 @@ mod tests {
     fn with_system(is_held: bool, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
         let model = model(PREDICTED.len());
         let n = model.stiffness.nrows();
-        let eps: Vec<f64> = model.own_stiffness().iter().map(|v| 1.3 * v).collect();
+        let eps: Vec<f64> = model.diagonal_stiffness().iter().map(|v| 1.3 * v).collect();
         let all: Vec<usize> = (0..PREDICTED.len()).collect();
         let inexact = InexactModel::new(&model).taking_part(&all, None);
         let retention = is_held.then(|| Retention::new(&model.stiffness, &eps));
@@ -447,7 +447,7 @@ mod tests {
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
             coarse: None,
-            wear: Wear::default(),
+            refresh: RefreshPolicy::default(),
         };
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
         let without_load = system.predicted(&x).into_iter().flatten();

@@ -1,4 +1,4 @@
-//! That computed modes are modes, and that none is missing: residuals, and a Sturm count (the inertia of
+//! The Sturm check: that computed modes are modes, by their residuals, and that none is missing, by a Sturm count (the inertia of
 //! K - sigma M just above the last one, Parlett, The Symmetric Eigenvalue Problem, 3.3).
 
 use nalgebra_sparse::CscMatrix;
@@ -19,7 +19,7 @@ const RAYLEIGH: f64 = 1e-5;
 const GAP: f64 = 1e-6;
 
 /// Checks residuals and that no mode is missing, and cuts the spare modes off.
-pub(super) fn complete(
+pub(super) fn certified(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
     count: usize,
