@@ -182,7 +182,7 @@ impl Inexact {
         let mut y = kx;
         for (k, c) in harmonics.iter().enumerate() {
             for i in 0..y.nrows() {
-                turn(c.s, &mut y, i, 2 * k + 1);
+                scale_by_complex(c.s, &mut y, i, 2 * k + 1);
             }
         }
         let modes = harmonics.first().map_or(0, |c| c.modes.len());
@@ -192,7 +192,7 @@ impl Inexact {
             for (k, c) in harmonics.iter().enumerate() {
                 for i in 0..basis.ncols() {
                     let by = if is_inertia { -c.z } else { c.modes[i] };
-                    turn(by, &mut amplitudes, i, 2 * k);
+                    scale_by_complex(by, &mut amplitudes, i, 2 * k);
                 }
             }
             let (y, amplitudes) = (y.get_mut(.., 1..), amplitudes.as_ref());
@@ -234,7 +234,7 @@ impl Inexact {
 }
 
 /// Row i of a cosine and a sine column times a complex number, `X = cosine - i sine`.
-fn turn(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
+fn scale_by_complex(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
     let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
     a[(i, cosine)] = (by.re * c + by.im * s) as f32;
     a[(i, cosine + 1)] = (by.re * s - by.im * c) as f32;

@@ -40,7 +40,7 @@ pub struct KrylovSystem<'a, 'b> {
     linear: Option<LinearSystem>,
     krylov_tolerance: f64,
     /// Whether the mean of U lies where it is not looked for.
-    has_left: &'b dyn Fn(&[f64]) -> bool,
+    walked_off: &'b dyn Fn(&[f64]) -> bool,
     pub krylov_iterations: usize,
 }
 
@@ -50,7 +50,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
         preconditioner: &'b mut Preconditioner,
         krylov_tolerance: f64,
         tolerance: f64,
-        has_left: &'b dyn Fn(&[f64]) -> bool,
+        walked_off: &'b dyn Fn(&[f64]) -> bool,
     ) -> Self {
         Self {
             scale: load_scale(balance, tolerance),
@@ -58,7 +58,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
             preconditioner,
             linear: None,
             krylov_tolerance,
-            has_left,
+            walked_off,
             krylov_iterations: 0,
         }
     }
@@ -129,7 +129,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn has_diverged(&self, x: &[f64]) -> bool {
-        (self.has_left)(x)
+        (self.walked_off)(x)
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
@@ -168,7 +168,7 @@ impl KrylovSystem<'_, '_> {
         if dx.iter().any(|&d| d != 0.0) {
             let mut forces = vec![0.0; f.len()];
             balance.apply_stiffness(dx, &mut forces);
-            rhs = linear.unmoved(&restrict(&forces, n, &columns));
+            rhs = linear.less_contact_response(&restrict(&forces, n, &columns));
         }
         for (r, f) in rhs.iter_mut().zip(restrict(f, n, &columns)) {
             *r = -*r - f;

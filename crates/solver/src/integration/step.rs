@@ -27,7 +27,7 @@
 //! step, however light its damping.
 
 use super::IntegrationError;
-use super::impulse::{ContactProblem, Solved};
+use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
@@ -208,8 +208,8 @@ impl<'a> Stepper<'a> {
             sine,
         } in &self.model.excitations
         {
-            let turn = (harmonic * step) % self.steps;
-            let (s, c) = (TAU * turn as f64 / self.steps as f64).sin_cos();
+            let phase = (harmonic * step) % self.steps;
+            let (s, c) = (TAU * phase as f64 / self.steps as f64).sin_cos();
             let mut add = |part: &Load, factor: f64| {
                 for (sum, f) in load.on_x.iter_mut().zip(&part.on_x) {
                     *sum += factor * f;
@@ -268,8 +268,8 @@ impl<'a> Stepper<'a> {
             .contact
             .solve(&free, &offset, &mut state.lambda, &mut v)
         {
-            Solved::Yes => {}
-            Solved::No { residual } => return Err(residual),
+            ContactEnd::Solved => {}
+            ContactEnd::NotSolved { residual } => return Err(residual),
         }
         let v_mean = mean(&state.v, &v);
         let mut pv = vec![0.0; self.modal.len()];
