@@ -4,6 +4,11 @@
 
 use super::vector::{axpy, dot, norm};
 
+/// One pass of Gram-Schmidt is enough where more than this fraction of the length is left.
+const KEPT_LENGTH: f64 = 0.7;
+/// Below this fraction the Krylov space is invariant: it holds the solution.
+const INVARIANT: f64 = 1e-15;
+
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GmresEnd {
@@ -41,20 +46,8 @@ pub fn gmres(
     for j in 0..max_iterations {
         let mut w = vec![0.0; n];
         apply(&basis[j], &mut w);
-        // Modified Gram-Schmidt, twice where the first pass loses digits.
         let before = norm(&w);
-        let mut h = vec![0.0; j + 2];
-        for pass in 0..2 {
-            for (hi, v) in h.iter_mut().zip(&basis) {
-                let c = dot(&w, v);
-                *hi += c;
-                axpy(-c, v, &mut w);
-            }
-            if pass == 0 && norm(&w) > 0.7 * before {
-                break;
-            }
-        }
-        h[j + 1] = norm(&w);
+        let mut h = orthogonalise(&mut w, &basis);
         for (i, &(c, s)) in rotations.iter().enumerate() {
             let (a, b) = (h[i], h[i + 1]);
             h[i] = c * a + s * b;
@@ -65,7 +58,7 @@ pub fn gmres(
             break;
         }
         let (c, s) = (h[j] / radius, h[j + 1] / radius);
-        let happy = h[j + 1] <= 1e-15 * before;
+        let is_invariant = h[j + 1] <= INVARIANT * before;
         let next = h[j + 1];
         h[j] = radius;
         rotations.push((c, s));
@@ -74,27 +67,51 @@ pub fn gmres(
         h.truncate(j + 1);
         triangle.push(h);
         relative = g[j + 1].abs() / beta;
-        if relative <= tolerance || happy {
+        if relative <= tolerance || is_invariant {
             break;
         }
         w.iter_mut().for_each(|v| *v /= next);
         basis.push(w);
     }
+    for (yi, v) in back_substituted(&triangle, &g).iter().zip(&basis) {
+        axpy(*yi, v, x);
+    }
+    precondition(x);
+    GmresEnd {
+        iterations: triangle.len(),
+        relative_residual: relative,
+        converged: relative <= tolerance,
+    }
+}
+
+/// Makes w orthogonal to the basis by modified Gram-Schmidt, twice where the first pass loses digits. Gives its
+/// components in the basis, and the length of what is left.
+fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
+    let before = norm(w);
+    let mut h = vec![0.0; basis.len() + 1];
+    for pass in 0..2 {
+        for (hi, v) in h.iter_mut().zip(basis) {
+            let c = dot(w, v);
+            *hi += c;
+            axpy(-c, v, w);
+        }
+        if pass == 0 && norm(w) > KEPT_LENGTH * before {
+            break;
+        }
+    }
+    h[basis.len()] = norm(w);
+    h
+}
+
+/// y with R y = g, R upper triangular by columns.
+fn back_substituted(triangle: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let m = triangle.len();
     let mut y = vec![0.0; m];
     for i in (0..m).rev() {
         let tail: f64 = (i + 1..m).map(|j| triangle[j][i] * y[j]).sum();
         y[i] = (g[i] - tail) / triangle[i][i];
     }
-    for (yi, v) in y.iter().zip(&basis) {
-        axpy(*yi, v, x);
-    }
-    precondition(x);
-    GmresEnd {
-        iterations: m,
-        relative_residual: relative,
-        converged: relative <= tolerance,
-    }
+    y
 }
 
 #[cfg(test)]
