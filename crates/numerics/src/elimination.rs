@@ -16,8 +16,10 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::Symbolic;
-use super::fronts::{ChildContribution, Contribution, Tree, in_rows, mirror, schur_complement};
-use super::pool::{Buffer, Pool};
+use super::fronts::{
+    ChildContribution, Contribution, Tree, columns_of_front, in_rows, mirror, schur_complement,
+};
+use super::pool::Pool;
 
 /// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
 /// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is
@@ -96,32 +98,27 @@ impl<'a> Elimination<'a> {
     fn eliminate(&self, s: usize) -> Result<Contributions<'a>, EliminationError> {
         let (tree, pool) = (self.tree, self.pool);
         let branches = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
-        let mut children: Vec<Vec<ChildContribution>> =
-            self.matrices.iter().map(|_| Vec::new()).collect();
-        for (&child, contributions) in tree.children[s].iter().zip(branches) {
-            let rows = tree
-                .rows_of_child(s, child)
-                .ok_or(EliminationError::PatternDiffers)?;
-            for (children, contribution) in children.iter_mut().zip(contributions) {
-                let rows = rows.clone();
-                children.push(ChildContribution { contribution, rows });
+        // By matrix instead of by child.
+        let mut left: Vec<Vec<Contribution>> = self.matrices.iter().map(|_| Vec::new()).collect();
+        for contributions in branches {
+            for (left, contribution) in left.iter_mut().zip(contributions) {
+                left.push(contribution);
             }
+        }
+        let (mut fronts, mut children) = (Vec::new(), Vec::new());
+        for (matrix, left) in self.matrices.iter().zip(left) {
+            let placed = tree
+                .placed(s, left)
+                .ok_or(EliminationError::PatternDiffers)?;
+            let front = tree.front(pool, s, &[(1.0, matrix)], &placed);
+            fronts.push(front.ok_or(EliminationError::PatternDiffers)?);
+            children.push(placed);
         }
         let width = tree.columns(s).len();
         let inner = tree.supernodes.supernode(s).pattern().len();
-        let below = inner + tree.boundary[s].len();
-        let mut fronts: Vec<Buffer> = Vec::with_capacity(self.matrices.len());
-        for (matrix, children) in self.matrices.iter().zip(&children) {
-            let mut buffer = pool.zeros((width + below) * width);
-            let mut front = front(&mut buffer, width);
-            for child in children {
-                child.add_to_front(&mut front);
-            }
-            tree.add_entries(s, 1.0, matrix, &mut front)
-                .ok_or(EliminationError::PatternDiffers)?;
-            fronts.push(buffer);
-        }
-        let mut fronts = fronts.iter_mut().map(|buffer| front(buffer, width));
+        let mut fronts = fronts
+            .iter_mut()
+            .map(|buffer| columns_of_front(buffer, width));
         let mut children = children.into_iter();
         let (Some(mut stiffness), Some(own_children)) = (fronts.next(), children.next()) else {
             return Ok(Vec::new());
@@ -141,12 +138,6 @@ impl<'a> Elimination<'a> {
         }
         Ok(contributions)
     }
-}
-
-/// The columns of a front.
-fn front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
-    let rows = values.len() / width;
-    MatMut::from_column_major_slice_mut(values, rows, width)
 }
 
 /// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.

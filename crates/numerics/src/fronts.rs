@@ -101,7 +101,7 @@ impl<'a> Tree<'a> {
     }
 
     /// Rows of the front of `s` for the rows left by its child: ascending.
-    pub fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
+    fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
         let pattern = self.supernodes.supernode(child).pattern();
         let inner = pattern.iter().map(|&i| self.row(s, i));
         let outer = self.boundary[child].iter();
@@ -124,9 +124,48 @@ impl<'a> Tree<'a> {
         }
     }
 
+    /// The contribution blocks of the children of a supernode with their rows in its front; `None` where the tree has
+    /// no place for one.
+    pub fn placed<'p>(
+        &self,
+        s: usize,
+        contributions: impl IntoIterator<Item = Contribution<'p>>,
+    ) -> Option<Vec<ChildContribution<'p>>> {
+        let children = self.children[s].iter().zip(contributions);
+        children
+            .map(|(&child, contribution)| {
+                let rows = self.rows_of_child(s, child)?;
+                Some(ChildContribution { contribution, rows })
+            })
+            .collect()
+    }
+
+    /// The columns of the front of a supernode: the contributions of its children and the entries of a sum of
+    /// matrices, each with a factor. `None` where the tree has no place for an entry.
+    pub fn front<'p>(
+        &self,
+        pool: &'p Pool,
+        s: usize,
+        terms: &[(f64, &CscMatrix<f64>)],
+        children: &[ChildContribution<'_>],
+    ) -> Option<Buffer<'p>> {
+        let width = self.columns(s).len();
+        let inner = self.supernodes.supernode(s).pattern().len();
+        let height = width + inner + self.boundary[s].len();
+        let mut buffer = pool.zeros(height * width);
+        let mut front = columns_of_front(&mut buffer, width);
+        for child in children {
+            child.add_to_front(&mut front);
+        }
+        for &(factor, matrix) in terms {
+            self.add_entries(s, factor, matrix, &mut front)?;
+        }
+        Some(buffer)
+    }
+
     /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
     /// to its front; `None` where the tree has no place for one.
-    pub fn add_entries(
+    fn add_entries(
         &self,
         s: usize,
         factor: f64,
@@ -217,15 +256,21 @@ fn last_panel(order: usize) -> usize {
     }
 }
 
+/// A front of `width` columns.
+pub(super) fn columns_of_front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
+    let rows = values.len() / width;
+    MatMut::from_column_major_slice_mut(values, rows, width)
+}
+
 /// The contribution block of a child, and the rows of its parent's front for its rows (ascending).
 pub(super) struct ChildContribution<'p> {
-    pub contribution: Contribution<'p>,
-    pub rows: Vec<usize>,
+    contribution: Contribution<'p>,
+    rows: Vec<usize>,
 }
 
 impl ChildContribution<'_> {
     /// Adds it to the columns of its parent's front.
-    pub fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
+    fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
         let width = front.ncols();
         for (j, &column) in self.rows.iter().enumerate() {
             if column >= width {

@@ -12,7 +12,7 @@ use faer::{MatMut, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{ChildContribution, Contribution, Tree, in_rows, schur_complement};
+use super::fronts::{Contribution, Tree, columns_of_front, in_rows, schur_complement};
 use super::pool::Pool;
 use super::sparse::sum;
 
@@ -63,23 +63,16 @@ fn eliminate<'p>(
         eliminate(tree, pool, terms, child)
     })?;
     let width = tree.columns(s).len();
-    let below = tree.supernodes.supernode(s).pattern().len();
-    let mut front = pool.zeros((width + below) * width);
-    let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
-    let mut negative = 0;
-    let mut children = Vec::with_capacity(branches.len());
-    for (&child, (contribution, found)) in tree.children[s].iter().zip(branches) {
-        let rows = tree.rows_of_child(s, child);
-        let rows = rows.ok_or(FactorError::PatternDiffers)?;
-        let child = ChildContribution { contribution, rows };
-        child.add_to_front(&mut front);
-        children.push(child);
-        negative += found;
-    }
-    for &(factor, matrix) in terms {
-        tree.add_entries(s, factor, matrix, &mut front)
-            .ok_or(FactorError::PatternDiffers)?;
-    }
+    let mut negative = branches.iter().map(|(_, negative)| negative).sum();
+    let contributions = branches.into_iter().map(|(contribution, _)| contribution);
+    let children = tree
+        .placed(s, contributions)
+        .ok_or(FactorError::PatternDiffers)?;
+    let mut front = tree
+        .front(pool, s, terms, &children)
+        .ok_or(FactorError::PatternDiffers)?;
+    let front = columns_of_front(&mut front, width);
+    let below = front.nrows() - width;
     let (mut pivots, mut lower) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);

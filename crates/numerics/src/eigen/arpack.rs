@@ -13,14 +13,12 @@ use std::sync::{Mutex, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::sturm::{SPARE, certified};
+use super::sturm::{SPARE, certified_of_tries};
 use super::{EigenError, Modes};
 use crate::factor::Cholesky;
 use crate::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-const TRIES: usize = 3;
 
 /// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
 pub(super) fn smallest_size(count: usize) -> usize {
@@ -43,25 +41,11 @@ pub(super) fn lowest_modes(
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
-    let mut outcome = Err(EigenError::Arpack {
-        routine: "dsaupd",
-        info: 0,
-    });
-    for attempt in 0..TRIES {
-        let wanted = (count + (SPARE << attempt)).min(n - 2);
+    certified_of_tries(stiffness, mass, count, factor, |wanted, attempt| {
+        let wanted = wanted.min(n - 2);
         let vectors = (basis(wanted) << attempt).min(n - 1);
-        outcome = lanczos(mass, factor, wanted, vectors, attempt)
-            .and_then(|modes| certified(stiffness, mass, count, modes, factor));
-        match outcome {
-            Err(
-                EigenError::Arpack { .. }
-                | EigenError::Residual { .. }
-                | EigenError::Missing { .. },
-            ) => {}
-            _ => break,
-        }
-    }
-    outcome
+        lanczos(mass, factor, wanted, vectors, attempt)
+    })
 }
 
 /// One ARPACK run: `wanted` modes with a basis of `vectors`, unsorted signs.
@@ -201,6 +185,7 @@ mod tests {
     use super::*;
     use crate::eigen::assert_like_dense;
     use crate::eigen::lowest_modes as lowest;
+    use crate::eigen::sturm::certified;
     use dovetail_testkit::lattice::Lattice;
 
     fn against_dense(lattice: Lattice, count: usize) {
