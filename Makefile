@@ -69,7 +69,7 @@ mutants: setup vtk
 	    -f crates/solver/src/contact/law.rs -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
-	    dlft::balance dlft::dense dlft::march dlft::orbit dlft::retention results::
+	    dlft::balance dlft::dense dlft::aft dlft::orbit dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
 

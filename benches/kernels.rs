@@ -15,11 +15,12 @@ use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::sparse::submatrix;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::contact::inexact::InexactModel;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
-use dovetail_solver::dlft::march::Periods;
 use dovetail_solver::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
 use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::statics::SolveFailure;
@@ -177,7 +178,7 @@ fn dlft(c: &mut Criterion) {
         fourier: &fourier,
         eps: &eps,
         x_static: &statics.x,
-        held_statically: false,
+        static_mean: Mean::Free,
         pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
         slip_threshold_m: 0.0,

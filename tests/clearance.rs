@@ -2,7 +2,7 @@
 //! motion.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;

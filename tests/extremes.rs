@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;

@@ -9,7 +9,7 @@ use dovetail::scene;
 use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;

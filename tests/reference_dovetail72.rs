@@ -3,7 +3,7 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
@@ -64,7 +64,7 @@ fn respond(
         },
         eps: Penalty::new(eps),
         newton: NEWTON,
-        // The reference marched three periods, whether the forces were periodic by then or not.
+        // The reference evaluated three periods, whether the forces were periodic by then or not.
         periods: Periods::Exactly(3),
         solver,
         slip_threshold_m: None,

@@ -3,7 +3,7 @@
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::march::Periods;
+use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;

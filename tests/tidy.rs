@@ -1,5 +1,5 @@
 //! Keeps in order what the compiler does not: imports between the modules of a package point one way,
-//! and the paths that ARCHITECTURE.md names exist.
+//! the paths that ARCHITECTURE.md names exist, and so do the identifiers of the glossary.
 
 use std::path::{Path, PathBuf};
 
@@ -160,4 +160,45 @@ fn every_path_in_the_architecture_exists() {
         }
     }
     assert!(checked > 20, "only {checked} paths found");
+}
+
+/// Words of the glossary's rows: the identifiers of the second column stand in the code of the file in the fourth.
+#[test]
+fn every_identifier_of_the_glossary_stands_in_its_file() {
+    let text = std::fs::read_to_string(root().join("docs/glossary.md")).unwrap();
+    let code: Vec<(String, String)> = ["crates", "src"]
+        .iter()
+        .flat_map(|folder| {
+            let files = sources(&root().join(folder)).into_iter();
+            files.map(move |(file, code)| (format!("{folder}/{file}"), code))
+        })
+        .collect();
+    let quoted = |cell: &str| -> Vec<String> {
+        let parts = cell.split('`').skip(1).step_by(2);
+        parts.map(str::to_owned).collect()
+    };
+    let rows = text.lines().filter(|line| line.contains('`'));
+    let (mut checked, mut wrong) = (0, vec![]);
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').collect();
+        let [_, word, identifiers, _, file, _] = cells[..] else {
+            panic!("not four columns: {row}");
+        };
+        let [file] = &quoted(file)[..] else {
+            panic!("not one file: {row}");
+        };
+        let found = code.iter().find(|(name, _)| name == file);
+        let words: Vec<&str> = found.map_or(vec![], |(_, code)| {
+            code.split(|c: char| !c.is_alphanumeric() && c != '_')
+                .collect()
+        });
+        for identifier in quoted(identifiers) {
+            checked += 1;
+            if !words.contains(&identifier.as_str()) {
+                wrong.push(format!("{}: `{identifier}` in {file}", word.trim()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 60, "only {checked} identifiers found");
 }

@@ -13,7 +13,7 @@ use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, march::Periods};
+use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, aft::Periods};
 use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
 

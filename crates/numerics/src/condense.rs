@@ -23,7 +23,7 @@
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
-use super::elimination::{Stopped, eliminate};
+use super::elimination::{EliminationError, eliminate};
 use super::factor::{Cholesky, FactorError, Symbolic, zeros};
 
 /// K_ii = L L^T, and what is left on the boundary.
@@ -59,8 +59,8 @@ pub fn condense(
                 mass,
             })
         }
-        Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
-        Err(Stopped::Pivot) => {
+        Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
+        Err(EliminationError::NotPositiveDefinite) => {
             drop(values);
             Err(symbolic.refused(inner))
         }

@@ -1,8 +1,8 @@
 //! Powell's dogleg step in a trust region, for dense systems.
 
 use super::dense::Lu;
-use super::gmres::{dot, norm};
 use super::newton::{NewtonEnd, NewtonOptions, NewtonStatus};
+use super::vector::{axpy, dot, norm};
 use faer::Mat;
 
 /// A square system with a dense Jacobian.
@@ -116,7 +116,7 @@ fn dogleg_step(newton: &[f64], gradient: &[f64], cauchy: f64, radius: f64) -> Ve
 fn times(matrix: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; matrix.nrows()];
     for (j, xj) in x.iter().enumerate() {
-        super::gmres::axpy(*xj, matrix.col_as_slice(j), &mut y);
+        axpy(*xj, matrix.col_as_slice(j), &mut y);
     }
     y
 }

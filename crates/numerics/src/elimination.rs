@@ -16,8 +16,10 @@ use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::Symbolic;
-use super::fronts::{Left, Lower, Tree, in_rows, mirror, remainder};
-use super::pool::{Buffer, Pool};
+use super::fronts::{
+    ChildContribution, Contribution, Tree, columns_of_front, in_rows, mirror, schur_complement,
+};
+use super::pool::Pool;
 
 /// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
 /// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is
@@ -26,7 +28,7 @@ pub(super) fn eliminate(
     symbolic: &Symbolic,
     matrices: &[&CscMatrix<f64>],
     values: &mut [f64],
-) -> Result<Vec<Mat<f64>>, Stopped> {
+) -> Result<Vec<Mat<f64>>, EliminationError> {
     let interior = symbolic.unknowns();
     let mut sums: Vec<Mat<f64>> = matrices
         .iter()
@@ -42,10 +44,10 @@ pub(super) fn eliminate(
             matrices,
             slots,
         };
-        let roots: Vec<Rest> = tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
-        for (&root, rests) in tree.roots.iter().zip(roots) {
-            for (sum, rest) in sums.iter_mut().zip(rests) {
-                rest.add_to(sum, &tree.boundary[root]);
+        let roots: Vec<Contributions> = tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
+        for (&root, contributions) in tree.roots.iter().zip(roots) {
+            for (sum, contribution) in sums.iter_mut().zip(contributions) {
+                contribution.add_to(sum, &tree.boundary[root]);
             }
         }
     }
@@ -63,9 +65,11 @@ pub(super) fn eliminate(
     Ok(sums)
 }
 
-pub(super) enum Stopped {
-    Pivot,
-    Pattern,
+/// Why an elimination ended early.
+pub(super) enum EliminationError {
+    NotPositiveDefinite,
+    /// A matrix has an entry where the analysed pattern has none.
+    PatternDiffers,
 }
 
 /// The place of each supernode in the values of the factor.
@@ -80,8 +84,8 @@ fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f
         .collect()
 }
 
-/// What a branch of the tree leaves to its parent: K and M on the rows below its last columns.
-type Rest<'a> = Vec<Lower<'a>>;
+/// Contribution blocks of a branch of the tree to its parent: K and M on the rows below its last columns.
+type Contributions<'a> = Vec<Contribution<'a>>;
 
 struct Elimination<'a> {
     tree: &'a Tree<'a>,
@@ -91,32 +95,30 @@ struct Elimination<'a> {
 }
 
 impl<'a> Elimination<'a> {
-    fn eliminate(&self, s: usize) -> Result<Rest<'a>, Stopped> {
+    fn eliminate(&self, s: usize) -> Result<Contributions<'a>, EliminationError> {
         let (tree, pool) = (self.tree, self.pool);
-        let left = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
-        let mut children: Vec<Vec<Left>> = self.matrices.iter().map(|_| Vec::new()).collect();
-        for (&child, rests) in tree.children[s].iter().zip(left) {
-            let rows = tree.rows_of_child(s, child).ok_or(Stopped::Pattern)?;
-            for (children, rest) in children.iter_mut().zip(rests) {
-                let rows = rows.clone();
-                children.push(Left { rest, rows });
+        let branches = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
+        // By matrix instead of by child.
+        let mut left: Vec<Vec<Contribution>> = self.matrices.iter().map(|_| Vec::new()).collect();
+        for contributions in branches {
+            for (left, contribution) in left.iter_mut().zip(contributions) {
+                left.push(contribution);
             }
+        }
+        let (mut fronts, mut children) = (Vec::new(), Vec::new());
+        for (matrix, left) in self.matrices.iter().zip(left) {
+            let placed = tree
+                .placed(s, left)
+                .ok_or(EliminationError::PatternDiffers)?;
+            let front = tree.front(pool, s, &[(1.0, matrix)], &placed);
+            fronts.push(front.ok_or(EliminationError::PatternDiffers)?);
+            children.push(placed);
         }
         let width = tree.columns(s).len();
         let inner = tree.supernodes.supernode(s).pattern().len();
-        let below = inner + tree.boundary[s].len();
-        let mut fronts: Vec<Buffer> = Vec::with_capacity(self.matrices.len());
-        for (matrix, children) in self.matrices.iter().zip(&children) {
-            let mut buffer = pool.zeros((width + below) * width);
-            let mut front = front(&mut buffer, width);
-            for child in children {
-                child.add_to_front(&mut front);
-            }
-            tree.add_entries(s, 1.0, matrix, &mut front)
-                .ok_or(Stopped::Pattern)?;
-            fronts.push(buffer);
-        }
-        let mut fronts = fronts.iter_mut().map(|buffer| front(buffer, width));
+        let mut fronts = fronts
+            .iter_mut()
+            .map(|buffer| columns_of_front(buffer, width));
         let mut children = children.into_iter();
         let (Some(mut stiffness), Some(own_children)) = (fronts.next(), children.next()) else {
             return Ok(Vec::new());
@@ -129,23 +131,17 @@ impl<'a> Elimination<'a> {
         }
         let factor = stiffness.rb();
         let lower = factor.get(width.., ..);
-        let mut rests = vec![remainder(pool, width, lower, lower, &own_children)];
+        let mut contributions = vec![schur_complement(pool, width, lower, lower, &own_children)];
         drop(own_children);
         if let (Some(mass), Some(children)) = (fronts.next(), children.next()) {
-            rests.push(condense_mass(pool, factor, mass, &children));
+            contributions.push(condense_mass(pool, factor, mass, &children));
         }
-        Ok(rests)
+        Ok(contributions)
     }
 }
 
-/// The columns of a front.
-fn front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
-    let rows = values.len() / width;
-    MatMut::from_column_major_slice_mut(values, rows, width)
-}
-
 /// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
-fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), Stopped> {
+fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), EliminationError> {
     let (mut pivots, below) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
@@ -156,7 +152,7 @@ fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), Stopped> {
         MemStack::new(&mut MemBuffer::new(scratch)),
         params,
     )
-    .map_err(|_| Stopped::Pivot)?;
+    .map_err(|_| EliminationError::NotPositiveDefinite)?;
     let pivots = pivots.rb();
     in_rows(below, |_, rows| {
         solve_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
@@ -164,18 +160,18 @@ fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), Stopped> {
     Ok(())
 }
 
-/// The derivative's part of an elimination: what the children left, less G P + (G P)^T.
+/// The derivative's part of an elimination: the contributions of the children, less G P + (G P)^T.
 fn condense_mass<'p>(
     pool: &'p Pool,
     factor: MatRef<'_, f64>,
     mass: MatMut<'_, f64>,
-    children: &[Left<'_>],
-) -> Lower<'p> {
+    children: &[ChildContribution<'_>],
+) -> Contribution<'p> {
     let width = factor.ncols();
     let (pivots, below) = factor.split_at_row(width);
     let height = below.nrows();
     // [P^T G] and, columns swapped, [G P^T].
-    let mut sides = [(); 2].map(|()| pool.stale(height * 2 * width));
+    let mut sides = [(); 2].map(|()| pool.uninitialised(height * 2 * width));
     let [mut left, mut right] = sides
         .each_mut()
         .map(|side| MatMut::from_column_major_slice_mut(side, height, 2 * width));
@@ -206,5 +202,5 @@ fn condense_mass<'p>(
     });
     right.rb_mut().subcols_mut(0, width).copy_from(g.rb());
     right.rb_mut().subcols_mut(width, width).copy_from(p);
-    remainder(pool, width, left.rb(), right.rb(), children)
+    schur_complement(pool, width, left.rb(), right.rb(), children)
 }

@@ -19,11 +19,11 @@ use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
-use super::elimination::{Stopped, eliminate};
+use super::elimination::{EliminationError, eliminate};
 use super::order::{Order, OrderError, nested_dissection};
 use super::solve::Factor;
 use super::sparse::{symbolic_view, view};
-use super::stored::Packed;
+use super::stored::CompactPattern;
 
 /// A pivot below this share of its diagonal entry is rounding, not stiffness: a structure that
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
@@ -65,8 +65,7 @@ pub struct Symbolic {
 #[derive(Debug)]
 struct Analysis {
     symbolic: SymbolicCholesky<usize>,
-    pattern: Packed,
-    fingerprint: u64,
+    pattern: CompactPattern,
 }
 
 impl Symbolic {
@@ -116,14 +115,13 @@ impl Symbolic {
         Ok(Self {
             inner: Arc::new(Analysis {
                 symbolic,
-                pattern: Packed::of(pattern),
-                fingerprint: fingerprint(pattern),
+                pattern: CompactPattern::of(pattern),
             }),
         })
     }
 
     /// The pattern that was analysed.
-    pub(super) fn pattern(&self) -> &Packed {
+    pub(super) fn pattern(&self) -> &CompactPattern {
         &self.inner.pattern
     }
 
@@ -148,8 +146,8 @@ impl Symbolic {
         let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
         match eliminate(self, &[matrix], &mut values) {
             Ok(_) => self.factored(values, matrix),
-            Err(Stopped::Pattern) => Err(FactorError::PatternDiffers),
-            Err(Stopped::Pivot) => {
+            Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
+            Err(EliminationError::NotPositiveDefinite) => {
                 drop(values);
                 Err(self.refused(matrix))
             }
@@ -248,7 +246,7 @@ impl Symbolic {
 
     /// Whether `matrix` has the pattern analysed and finite entries.
     pub(super) fn check(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
-        if fingerprint(matrix.pattern()) != self.inner.fingerprint {
+        if CompactPattern::of(matrix.pattern()) != self.inner.pattern {
             return Err(FactorError::PatternDiffers);
         }
         match matrix.triplet_iter().find(|(_, _, v)| !v.is_finite()) {
@@ -391,14 +389,6 @@ fn diagonal(matrix: &CscMatrix<f64>, dof: usize) -> f64 {
     matrix
         .get_entry(dof, dof)
         .map_or(0.0, |entry| entry.into_value())
-}
-
-/// FNV-1a over the pattern, so that a matrix of another pattern is not factored by mistake.
-fn fingerprint(pattern: &SparsityPattern) -> u64 {
-    let mix = |hash: u64, value: &usize| (hash ^ *value as u64).wrapping_mul(0x0100_0000_01b3);
-    let start = mix(0xcbf2_9ce4_8422_2325, &pattern.minor_dim());
-    let start = pattern.major_offsets().iter().fold(start, mix);
-    pattern.minor_indices().iter().fold(start, mix)
 }
 
 pub(super) fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {

@@ -101,7 +101,7 @@ impl<'a> Tree<'a> {
     }
 
     /// Rows of the front of `s` for the rows left by its child: ascending.
-    pub fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
+    fn rows_of_child(&self, s: usize, child: usize) -> Option<Vec<usize>> {
         let pattern = self.supernodes.supernode(child).pattern();
         let inner = pattern.iter().map(|&i| self.row(s, i));
         let outer = self.boundary[child].iter();
@@ -124,9 +124,48 @@ impl<'a> Tree<'a> {
         }
     }
 
+    /// The contribution blocks of the children of a supernode with their rows in its front; `None` where the tree has
+    /// no place for one.
+    pub fn placed<'p>(
+        &self,
+        s: usize,
+        contributions: impl IntoIterator<Item = Contribution<'p>>,
+    ) -> Option<Vec<ChildContribution<'p>>> {
+        let children = self.children[s].iter().zip(contributions);
+        children
+            .map(|(&child, contribution)| {
+                let rows = self.rows_of_child(s, child)?;
+                Some(ChildContribution { contribution, rows })
+            })
+            .collect()
+    }
+
+    /// The columns of the front of a supernode: the contributions of its children and the entries of a sum of
+    /// matrices, each with a factor. `None` where the tree has no place for an entry.
+    pub fn front<'p>(
+        &self,
+        pool: &'p Pool,
+        s: usize,
+        terms: &[(f64, &CscMatrix<f64>)],
+        children: &[ChildContribution<'_>],
+    ) -> Option<Buffer<'p>> {
+        let width = self.columns(s).len();
+        let inner = self.supernodes.supernode(s).pattern().len();
+        let height = width + inner + self.boundary[s].len();
+        let mut buffer = pool.zeros(height * width);
+        let mut front = columns_of_front(&mut buffer, width);
+        for child in children {
+            child.add_to_front(&mut front);
+        }
+        for &(factor, matrix) in terms {
+            self.add_entries(s, factor, matrix, &mut front)?;
+        }
+        Some(buffer)
+    }
+
     /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
     /// to its front; `None` where the tree has no place for one.
-    pub fn add_entries(
+    fn add_entries(
         &self,
         s: usize,
         factor: f64,
@@ -149,21 +188,21 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// The lower triangle of a square matrix in panels of [`BLOCK`] columns, each from its diagonal block
-/// down: half of the memory, and a panel is what one task computes.
-pub(super) struct Lower<'p> {
+/// A contribution block: the Schur complement that a front adds to its parent. Its lower triangle in panels of
+/// [`BLOCK`] columns, each from its diagonal block down: half of the memory, and a panel is what one task computes.
+pub(super) struct Contribution<'p> {
     order: usize,
     values: Buffer<'p>,
 }
 
-impl<'p> Lower<'p> {
-    /// With numbers left from earlier.
-    fn stale(pool: &'p Pool, order: usize) -> Self {
+impl<'p> Contribution<'p> {
+    /// Holds numbers of earlier use.
+    fn uninitialised(pool: &'p Pool, order: usize) -> Self {
         let panels = order.div_ceil(BLOCK);
         let size = panel_start(order, panels.saturating_sub(1)) + last_panel(order);
         Self {
             order,
-            values: pool.stale(size),
+            values: pool.uninitialised(size),
         }
     }
 
@@ -217,15 +256,21 @@ fn last_panel(order: usize) -> usize {
     }
 }
 
-/// What a child left, and the rows of its parent's front for its rows (ascending).
-pub(super) struct Left<'p> {
-    pub rest: Lower<'p>,
-    pub rows: Vec<usize>,
+/// A front of `width` columns.
+pub(super) fn columns_of_front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
+    let rows = values.len() / width;
+    MatMut::from_column_major_slice_mut(values, rows, width)
 }
 
-impl Left<'_> {
+/// The contribution block of a child, and the rows of its parent's front for its rows (ascending).
+pub(super) struct ChildContribution<'p> {
+    contribution: Contribution<'p>,
+    rows: Vec<usize>,
+}
+
+impl ChildContribution<'_> {
     /// Adds it to the columns of its parent's front.
-    pub fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
+    fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
         let width = front.ncols();
         for (j, &column) in self.rows.iter().enumerate() {
             if column >= width {
@@ -235,13 +280,13 @@ impl Left<'_> {
                 continue;
             };
             let into = into.as_slice_mut();
-            for (&row, v) in self.rows[j..].iter().zip(self.rest.column(j)) {
+            for (&row, v) in self.rows[j..].iter().zip(self.contribution.column(j)) {
                 into[row] += v;
             }
         }
     }
 
-    /// Adds to the columns from `start` on of what its parent, with `width` columns, leaves.
+    /// Adds it to the columns from `start` on of the contribution block of its parent, which has `width` columns.
     fn add_to_panel(&self, start: usize, width: usize, panel: &mut MatMut<'_, f64>) {
         let above = width + start;
         let first = self.rows.partition_point(|&row| row < above);
@@ -254,22 +299,22 @@ impl Left<'_> {
                 continue;
             };
             let into = into.as_slice_mut();
-            for (&row, v) in self.rows[j..].iter().zip(self.rest.column(j)) {
+            for (&row, v) in self.rows[j..].iter().zip(self.contribution.column(j)) {
                 into[row - above] += v;
             }
         }
     }
 }
 
-/// What a front of `width` columns leaves: what its children left below them, less a b^T.
-pub(super) fn remainder<'p>(
+/// Contribution block of a front of `width` columns: what its children contribute below them, less a b^T.
+pub(super) fn schur_complement<'p>(
     pool: &'p Pool,
     width: usize,
     a: MatRef<'_, f64>,
     b: MatRef<'_, f64>,
-    children: &[Left<'_>],
-) -> Lower<'p> {
-    let mut rest = Lower::stale(pool, a.nrows());
+    children: &[ChildContribution<'_>],
+) -> Contribution<'p> {
+    let mut contribution = Contribution::uninitialised(pool, a.nrows());
     let compute = |(start, mut panel): (usize, MatMut<'_, f64>)| {
         let columns = panel.ncols();
         let b = b.get(start..start + columns, ..);
@@ -293,13 +338,13 @@ pub(super) fn remainder<'p>(
             child.add_to_panel(start, width, &mut panel);
         }
     };
-    let panels = rest.panels_mut();
+    let panels = contribution.panels_mut();
     if panels.len() <= 2 {
         panels.into_iter().for_each(compute);
     } else {
         panels.into_par_iter().for_each(compute);
     }
-    rest
+    contribution
 }
 
 /// Blocks of rows, with the first row of each, on all threads.

@@ -2,7 +2,12 @@
 //!
 //! Right preconditioning keeps the residual that is minimised the true one.
 
-use pulp::Arch;
+use super::vector::{axpy, dot, norm};
+
+/// One pass of Gram-Schmidt is enough where more than this fraction of the length is left.
+const KEPT_LENGTH: f64 = 0.7;
+/// Below this fraction the Krylov space is invariant: it holds the solution.
+const INVARIANT: f64 = 1e-15;
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,20 +46,8 @@ pub fn gmres(
     for j in 0..max_iterations {
         let mut w = vec![0.0; n];
         apply(&basis[j], &mut w);
-        // Modified Gram-Schmidt, twice where the first pass loses digits.
         let before = norm(&w);
-        let mut h = vec![0.0; j + 2];
-        for pass in 0..2 {
-            for (hi, v) in h.iter_mut().zip(&basis) {
-                let c = dot(&w, v);
-                *hi += c;
-                axpy(-c, v, &mut w);
-            }
-            if pass == 0 && norm(&w) > 0.7 * before {
-                break;
-            }
-        }
-        h[j + 1] = norm(&w);
+        let mut h = orthogonalise(&mut w, &basis);
         for (i, &(c, s)) in rotations.iter().enumerate() {
             let (a, b) = (h[i], h[i + 1]);
             h[i] = c * a + s * b;
@@ -65,7 +58,7 @@ pub fn gmres(
             break;
         }
         let (c, s) = (h[j] / radius, h[j + 1] / radius);
-        let happy = h[j + 1] <= 1e-15 * before;
+        let is_invariant = h[j + 1] <= INVARIANT * before;
         let next = h[j + 1];
         h[j] = radius;
         rotations.push((c, s));
@@ -74,60 +67,51 @@ pub fn gmres(
         h.truncate(j + 1);
         triangle.push(h);
         relative = g[j + 1].abs() / beta;
-        if relative <= tolerance || happy {
+        if relative <= tolerance || is_invariant {
             break;
         }
         w.iter_mut().for_each(|v| *v /= next);
         basis.push(w);
     }
+    for (yi, v) in back_substituted(&triangle, &g).iter().zip(&basis) {
+        axpy(*yi, v, x);
+    }
+    precondition(x);
+    GmresEnd {
+        iterations: triangle.len(),
+        relative_residual: relative,
+        converged: relative <= tolerance,
+    }
+}
+
+/// Makes w orthogonal to the basis by modified Gram-Schmidt, twice where the first pass loses digits. Gives its
+/// components in the basis, and the length of what is left.
+fn orthogonalise(w: &mut [f64], basis: &[Vec<f64>]) -> Vec<f64> {
+    let before = norm(w);
+    let mut h = vec![0.0; basis.len() + 1];
+    for pass in 0..2 {
+        for (hi, v) in h.iter_mut().zip(basis) {
+            let c = dot(w, v);
+            *hi += c;
+            axpy(-c, v, w);
+        }
+        if pass == 0 && norm(w) > KEPT_LENGTH * before {
+            break;
+        }
+    }
+    h[basis.len()] = norm(w);
+    h
+}
+
+/// y with R y = g, R upper triangular by columns.
+fn back_substituted(triangle: &[Vec<f64>], g: &[f64]) -> Vec<f64> {
     let m = triangle.len();
     let mut y = vec![0.0; m];
     for i in (0..m).rev() {
         let tail: f64 = (i + 1..m).map(|j| triangle[j][i] * y[j]).sum();
         y[i] = (g[i] - tail) / triangle[i][i];
     }
-    for (yi, v) in y.iter().zip(&basis) {
-        axpy(*yi, v, x);
-    }
-    precondition(x);
-    GmresEnd {
-        iterations: m,
-        relative_residual: relative,
-        converged: relative <= tolerance,
-    }
-}
-
-/// Euclidean norm.
-pub fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
-}
-
-pub fn dot(x: &[f64], y: &[f64]) -> f64 {
-    Arch::new().dispatch(|| eight_sums(x, y))
-}
-
-#[inline(always)]
-fn eight_sums(x: &[f64], y: &[f64]) -> f64 {
-    // Eight running sums: vectorisable, and the same order whatever the machine.
-    let mut sums = [0.0; 8];
-    let (xc, yc) = (x.chunks_exact(8), y.chunks_exact(8));
-    let tail: f64 = xc
-        .remainder()
-        .iter()
-        .zip(yc.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in xc.zip(yc) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    sums.iter().sum::<f64>() + tail
-}
-
-/// y += a x.
-pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
-    Arch::new().dispatch(|| y.iter_mut().zip(x).for_each(|(yi, xi)| *yi += a * xi));
+    y
 }
 
 #[cfg(test)]

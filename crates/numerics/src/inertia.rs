@@ -12,7 +12,7 @@ use faer::{MatMut, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{Left, Lower, Tree, in_rows, remainder};
+use super::fronts::{Contribution, Tree, columns_of_front, in_rows, schur_complement};
 use super::pool::Pool;
 use super::sparse::sum;
 
@@ -52,34 +52,27 @@ fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize,
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
-/// What a branch leaves to its parent, and its negative pivots.
+/// The contribution block of a branch to its parent, and its negative pivots.
 fn eliminate<'p>(
     tree: &Tree<'_>,
     pool: &'p Pool,
     terms: &[(f64, &CscMatrix<f64>)],
     s: usize,
-) -> Result<(Lower<'p>, usize), FactorError> {
+) -> Result<(Contribution<'p>, usize), FactorError> {
     let branches = tree.branches(&tree.children[s], |child| {
         eliminate(tree, pool, terms, child)
     })?;
     let width = tree.columns(s).len();
-    let below = tree.supernodes.supernode(s).pattern().len();
-    let mut front = pool.zeros((width + below) * width);
-    let mut front = MatMut::from_column_major_slice_mut(&mut front, width + below, width);
-    let mut negative = 0;
-    let mut children = Vec::with_capacity(branches.len());
-    for (&child, (rest, found)) in tree.children[s].iter().zip(branches) {
-        let rows = tree.rows_of_child(s, child);
-        let rows = rows.ok_or(FactorError::PatternDiffers)?;
-        let left = Left { rest, rows };
-        left.add_to_front(&mut front);
-        children.push(left);
-        negative += found;
-    }
-    for &(factor, matrix) in terms {
-        tree.add_entries(s, factor, matrix, &mut front)
-            .ok_or(FactorError::PatternDiffers)?;
-    }
+    let mut negative = branches.iter().map(|(_, negative)| negative).sum();
+    let contributions = branches.into_iter().map(|(contribution, _)| contribution);
+    let children = tree
+        .placed(s, contributions)
+        .ok_or(FactorError::PatternDiffers)?;
+    let mut front = tree
+        .front(pool, s, terms, &children)
+        .ok_or(FactorError::PatternDiffers)?;
+    let front = columns_of_front(&mut front, width);
+    let below = front.nrows() - width;
     let (mut pivots, mut lower) = front.split_at_row_mut(width);
     let params = Spec::default();
     let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
@@ -100,7 +93,7 @@ fn eliminate<'p>(
     in_rows(lower.rb_mut(), |_, rows| {
         solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
     });
-    let mut scaled = pool.stale(below * width);
+    let mut scaled = pool.uninitialised(below * width);
     let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
@@ -109,8 +102,8 @@ fn eliminate<'p>(
             *scaled = v / pivot;
         }
     }
-    let rest = remainder(pool, width, scaled.rb(), lower.rb(), &children);
-    Ok((rest, negative))
+    let contribution = schur_complement(pool, width, scaled.rb(), lower.rb(), &children);
+    Ok((contribution, negative))
 }
 
 #[cfg(test)]

@@ -32,8 +32,8 @@ pub trait NonlinearSystem {
     }
     /// Length of a step, in the units in which steps are compared.
     fn length(&self, dx: &[f64]) -> f64;
-    /// Whether an accepted x is a place no solution is wanted at: the iteration then ends as stagnated.
-    fn is_astray(&self, _x: &[f64]) -> bool {
+    /// Whether an accepted x is so far off that no solution is wanted there: the iteration then ends as stagnated.
+    fn has_diverged(&self, _x: &[f64]) -> bool {
         false
     }
 }
@@ -130,7 +130,7 @@ pub fn newton<S: NonlinearSystem>(
             best.0 = measure;
             best.1.copy_from_slice(x);
         }
-        if system.is_astray(x) {
+        if system.has_diverged(x) {
             break NewtonStatus::Stagnated;
         }
     };

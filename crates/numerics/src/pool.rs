@@ -23,8 +23,8 @@ pub(super) struct Buffer<'p> {
 }
 
 impl Pool {
-    /// With numbers left from earlier.
-    pub fn stale(&self, length: usize) -> Buffer<'_> {
+    /// Holds numbers of earlier use.
+    pub fn uninitialised(&self, length: usize) -> Buffer<'_> {
         Buffer {
             pool: self,
             values: self.find(length).unwrap_or_else(|| vec![0.0; length]),
@@ -110,18 +110,18 @@ mod tests {
     #[test]
     fn a_buffer_comes_back_and_zeros_are_zero() {
         let pool = Pool::default();
-        let mut first = pool.stale(3 * SHORTEST);
+        let mut first = pool.uninitialised(3 * SHORTEST);
         first.fill(7.0);
         let place = first.as_ptr();
         drop(first);
         // Too long for a third of it.
-        assert!(pool.stale(SHORTEST).iter().all(|v| *v == 0.0));
-        let second = pool.stale(2 * SHORTEST);
+        assert!(pool.uninitialised(SHORTEST).iter().all(|v| *v == 0.0));
+        let second = pool.uninitialised(2 * SHORTEST);
         assert_eq!((second.as_ptr(), second.len()), (place, 2 * SHORTEST));
         drop(second);
         assert!(pool.zeros(2 * SHORTEST).iter().all(|v| *v == 0.0));
         // What is too short goes back to the system before more is asked for.
-        let _longer = pool.stale(4 * SHORTEST);
+        let _longer = pool.uninitialised(4 * SHORTEST);
         assert!(pool.free.lock().unwrap().is_empty());
     }
 }

@@ -138,7 +138,7 @@ impl<'a> Plan<'a> {
 
     fn solve(&self, mut rhs: MatMut<'_, f64>, pool: &Pool) {
         let width = rhs.ncols();
-        let mut x = pool.stale(rhs.nrows() * width);
+        let mut x = pool.uninitialised(rhs.nrows() * width);
         self.gather(rhs.rb(), &mut x);
         let mut carried: Vec<Buffer> = self
             .branches

@@ -89,13 +89,14 @@ pub mod sparse_matrix {
     use super::*;
 
     pub fn serialize<S: Serializer>(a: &CscMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-        (Packed::of(a.pattern()), Bytes(a.values())).serialize(serializer)
+        (CompactPattern::of(a.pattern()), Bytes(a.values())).serialize(serializer)
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<CscMatrix<f64>, D::Error> {
-        let (pattern, values): (Packed, Owned<f64>) = Deserialize::deserialize(deserializer)?;
+        let (pattern, values): (CompactPattern, Owned<f64>) =
+            Deserialize::deserialize(deserializer)?;
         let pattern = pattern.unpacked().map_err(D::Error::custom)?;
         CscMatrix::try_from_pattern_and_values(pattern, values.0)
             .map_err(|_| D::Error::custom("a sparse matrix of another pattern than its values"))
@@ -104,7 +105,7 @@ pub mod sparse_matrix {
 
 /// A pattern of entries in 32-bit indices, by square blocks of `block` where all of its blocks are full.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Packed {
+pub(super) struct CompactPattern {
     rows: u64,
     block: u32,
     /// Per column of blocks, entries up to its end.
@@ -112,7 +113,7 @@ pub(super) struct Packed {
     indices: Vec<u32>,
 }
 
-impl Packed {
+impl CompactPattern {
     pub fn of(pattern: &SparsityPattern) -> Self {
         Self::by_blocks(pattern, 3).unwrap_or_else(|| Self {
             rows: pattern.minor_dim() as u64,
@@ -175,7 +176,7 @@ impl Packed {
     }
 }
 
-impl Serialize for Packed {
+impl Serialize for CompactPattern {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let whole = (
             self.rows,
@@ -187,7 +188,7 @@ impl Serialize for Packed {
     }
 }
 
-impl<'de> Deserialize<'de> for Packed {
+impl<'de> Deserialize<'de> for CompactPattern {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (rows, block, ends, indices): (u64, u32, Owned<u32>, Owned<u32>) =
             Deserialize::deserialize(deserializer)?;
@@ -214,7 +215,7 @@ impl Serialize for Cholesky {
 
 impl<'de> Deserialize<'de> for Cholesky {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let (pattern, order, values): (Packed, Owned<u32>, Owned<f64>) =
+        let (pattern, order, values): (CompactPattern, Owned<u32>, Owned<f64>) =
             Deserialize::deserialize(deserializer)?;
         let pattern = pattern.unpacked().map_err(D::Error::custom)?;
         let order = order.0.into_iter().map(|i| i as usize).collect();

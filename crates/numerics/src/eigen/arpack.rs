@@ -1,5 +1,5 @@
 //! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
-//! dsaupd in mode 3, generalised problem); [`proof`](super::proof) checks what comes out.
+//! dsaupd in mode 3, generalised problem); [`sturm`](super::sturm) checks what comes out.
 //!
 //! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
 //! process is held over a run; inside it nothing may wait for the thread pool, because the pool could
@@ -13,14 +13,12 @@ use std::sync::{Mutex, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::proof::{SPARE, complete};
+use super::sturm::{SPARE, certified_of_tries};
 use super::{EigenError, Modes};
 use crate::factor::Cholesky;
 use crate::sparse;
 
 static ONE_RUN_AT_A_TIME: Mutex<()> = Mutex::new(());
-
-const TRIES: usize = 3;
 
 /// Problems up to this size are left to the dense solver: the Lanczos basis would span them.
 pub(super) fn smallest_size(count: usize) -> usize {
@@ -43,25 +41,11 @@ pub(super) fn lowest_modes(
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
-    let mut outcome = Err(EigenError::Arpack {
-        routine: "dsaupd",
-        info: 0,
-    });
-    for attempt in 0..TRIES {
-        let wanted = (count + (SPARE << attempt)).min(n - 2);
+    certified_of_tries(stiffness, mass, count, factor, |wanted, attempt| {
+        let wanted = wanted.min(n - 2);
         let vectors = (basis(wanted) << attempt).min(n - 1);
-        outcome = lanczos(mass, factor, wanted, vectors, attempt)
-            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
-        match outcome {
-            Err(
-                EigenError::Arpack { .. }
-                | EigenError::Residual { .. }
-                | EigenError::Missing { .. },
-            ) => {}
-            _ => break,
-        }
-    }
-    outcome
+        lanczos(mass, factor, wanted, vectors, attempt)
+    })
 }
 
 /// One ARPACK run: `wanted` modes with a basis of `vectors`, unsorted signs.
@@ -201,6 +185,7 @@ mod tests {
     use super::*;
     use crate::eigen::assert_like_dense;
     use crate::eigen::lowest_modes as lowest;
+    use crate::eigen::sturm::certified;
     use dovetail_testkit::lattice::Lattice;
 
     fn against_dense(lattice: Lattice, count: usize) {
@@ -290,7 +275,7 @@ mod tests {
             vectors: Mat::from_fn(k.nrows(), 9, |i, j| all.vectors[(i, keep[j])]),
         };
         assert!(matches!(
-            complete(&k, &m, 6, some, &factor),
+            certified(&k, &m, 6, some, &factor),
             Err(EigenError::Missing { expected, found, .. }) if expected == found + 1
         ));
     }

@@ -5,7 +5,7 @@
 //! With A = K^-1 M and V orthonormal in the product of M, A V = V T + V' R E^T, T block tridiagonal.
 //! T s = theta s gives the mode V s with omega^2 = 1 / theta, its residual |R E^T s|. The basis is kept
 //! orthonormal in full. A multiple mode is found as often as the block is wide; what no block met is
-//! found missing by the Sturm count of [`proof`](super::proof).
+//! found missing by the Sturm count of [`sturm`](super::sturm).
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
@@ -16,7 +16,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 
 use super::arpack::start_entry;
 use super::dense::largest_first;
-use super::proof::{SPARE, complete};
+use super::sturm::{TRIES, certified_of_tries};
 use super::{EigenError, Modes};
 use crate::factor::Cholesky;
 use crate::sparse::{product, symmetric_product};
@@ -32,7 +32,6 @@ const DEPENDENT: f64 = 1e-12;
 const INDEPENDENT: f64 = 1e-10;
 /// Rows that one task takes.
 const ROWS: usize = 8192;
-const TRIES: usize = 3;
 
 /// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
 ///
@@ -45,24 +44,9 @@ pub fn lowest_modes(
     count: usize,
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
-    let n = stiffness.nrows();
-    let mut outcome = Err(EigenError::Basis {
-        converged: 0,
-        wanted: count,
-        columns: 0,
-    });
-    for attempt in 0..TRIES {
-        let wanted = (count + (SPARE << attempt)).min(n);
-        outcome = lanczos(mass, factor, wanted, attempt)
-            .and_then(|modes| complete(stiffness, mass, count, modes, factor));
-        match outcome {
-            Err(
-                EigenError::Basis { .. } | EigenError::Residual { .. } | EigenError::Missing { .. },
-            ) => {}
-            _ => break,
-        }
-    }
-    outcome
+    certified_of_tries(stiffness, mass, count, factor, |wanted, attempt| {
+        lanczos(mass, factor, wanted.min(stiffness.nrows()), attempt)
+    })
 }
 
 fn lanczos(

@@ -2,9 +2,9 @@
 
 pub mod arpack;
 pub mod blocks;
+pub mod coarse_space;
 pub mod dense;
-mod proof;
-pub mod softest;
+mod sturm;
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;

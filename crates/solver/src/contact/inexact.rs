@@ -1,5 +1,5 @@
 //! The dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take part alone,
-//! K in single precision, and the mass through the softest motions of the flanks. Inertia matters where motions are soft;
+//! K in single precision, and the mass through the coarse space of the softest motions. Inertia matters where motions are soft;
 //! in the others it is beneath single precision: `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
 
 use std::sync::Arc;
@@ -10,12 +10,12 @@ use faer::{Accum, Mat, MatRef, Par, c64};
 use super::dynamic_stiffness::Coefficients;
 use crate::reduction::RelativeModel;
 use dovetail_numerics::dense;
-use dovetail_numerics::eigen::softest::softest;
-use dovetail_numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::eigen::coarse_space::coarse_space;
+use dovetail_numerics::packed::PackedSymmetric;
 use dovetail_numerics::sparse::product;
-use dovetail_numerics::tiles::SymmetricTiles;
+use dovetail_numerics::vector::{axpy, dot, norm};
 
-/// Softest motions for each root of the number of unknowns.
+/// Motions of the coarse space for each root of the number of unknowns.
 const MOTIONS_PER_ROOT: f64 = 2.0;
 const FEWEST_MOTIONS: usize = 12;
 /// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
@@ -29,17 +29,17 @@ const SPARE: usize = 16;
 pub struct InexactModel<'a> {
     model: &'a RelativeModel,
     /// n x motions.
-    softest: Mat<f64>,
+    coarse_space: Mat<f64>,
     /// M ~ inertia inertia^T, n x motions or fewer.
     inertia: Mat<f32>,
     all: Option<Arc<Inexact>>,
 }
 
-/// K, M, P and the softest motions on the unknowns of some pairs; m unknowns.
+/// K, M, P and the coarse space on the unknowns of some pairs; m unknowns.
 pub struct Inexact {
     /// Ascending.
     pub pairs: Vec<usize>,
-    stiffness: SymmetricTiles,
+    stiffness: PackedSymmetric,
     /// W^T, motions x m.
     pub motions: Mat<f32>,
     /// (K W)^T, motions x m.
@@ -49,26 +49,26 @@ pub struct Inexact {
 }
 
 impl<'a> InexactModel<'a> {
-    /// Finds the softest motions: a Cholesky factor of K, n x n.
+    /// Finds the coarse space: a Cholesky factor of K, n x n.
     pub fn new(model: &'a RelativeModel) -> Self {
         let n = model.stiffness.nrows();
         let count = (MOTIONS_PER_ROOT * (n as f64).sqrt()).ceil() as usize;
-        let softest = softest(
+        let space = coarse_space(
             model.stiffness.as_ref(),
-            &model.own_stiffness(),
+            &model.diagonal_stiffness(),
             count.max(FEWEST_MOTIONS),
         );
-        let moved = product(model.mass.as_ref(), softest.as_ref());
+        let moved = product(model.mass.as_ref(), space.as_ref());
         let mut this = Self {
-            inertia: narrow(nystrom(&moved, &softest).as_ref()),
+            inertia: narrow(nystrom(&moved, &space).as_ref()),
             model,
-            softest,
+            coarse_space: space,
             all: None,
         };
-        let forces = product(model.stiffness.as_ref(), this.softest.as_ref());
+        let forces = product(model.stiffness.as_ref(), this.coarse_space.as_ref());
         this.all = Some(Arc::new(Inexact {
             forces: narrow(forces.transpose()),
-            motions: narrow(this.softest.transpose()),
+            motions: narrow(this.coarse_space.transpose()),
             ..this.without_motions((0..model.pairs.len()).collect())
         }));
         this
@@ -79,7 +79,7 @@ impl<'a> InexactModel<'a> {
         let n = model.stiffness.nrows();
         Self {
             model,
-            softest: Mat::zeros(n, 0),
+            coarse_space: Mat::zeros(n, 0),
             inertia: Mat::zeros(n, 0),
             all: None,
         }
@@ -123,10 +123,12 @@ impl<'a> InexactModel<'a> {
         let mut inexact = self.without_motions(pairs);
         let m = inexact.unknowns();
         let columns = columns(&inexact.pairs);
-        let all = self.model.own_stiffness();
+        let all = self.model.diagonal_stiffness();
         let weights: Vec<f64> = columns.iter().map(|&c| all[c]).collect();
         let count = (MOTIONS_PER_ROOT * (m as f64).sqrt()).ceil() as usize;
-        let motions = self.softest.get(.., ..count.min(self.softest.ncols()));
+        let motions = self
+            .coarse_space
+            .get(.., ..count.min(self.coarse_space.ncols()));
         let on_pairs = Mat::from_fn(m, motions.ncols(), |i, j| motions[(columns[i], j)]);
         let motions = independent(on_pairs, &weights);
         inexact.motions = narrow(motions.transpose());
@@ -143,7 +145,7 @@ impl<'a> InexactModel<'a> {
         let (inertia, coupling) = (&self.inertia, &self.model.coupling);
         let m = columns.len();
         Inexact {
-            stiffness: SymmetricTiles::of(self.model.stiffness.as_ref(), &columns),
+            stiffness: PackedSymmetric::of(self.model.stiffness.as_ref(), &columns),
             inertia: Mat::from_fn(m, inertia.ncols(), |i, j| inertia[(columns[i], j)]),
             coupling: Mat::from_fn(m, coupling.ncols(), |i, j| coupling[(columns[i], j)] as f32),
             motions: Mat::zeros(0, m),
@@ -180,7 +182,7 @@ impl Inexact {
         let mut y = kx;
         for (k, c) in harmonics.iter().enumerate() {
             for i in 0..y.nrows() {
-                turn(c.s, &mut y, i, 2 * k + 1);
+                scale_by_complex(c.s, &mut y, i, 2 * k + 1);
             }
         }
         let modes = harmonics.first().map_or(0, |c| c.modes.len());
@@ -190,7 +192,7 @@ impl Inexact {
             for (k, c) in harmonics.iter().enumerate() {
                 for i in 0..basis.ncols() {
                     let by = if is_inertia { -c.z } else { c.modes[i] };
-                    turn(by, &mut amplitudes, i, 2 * k);
+                    scale_by_complex(by, &mut amplitudes, i, 2 * k);
                 }
             }
             let (y, amplitudes) = (y.get_mut(.., 1..), amplitudes.as_ref());
@@ -232,7 +234,7 @@ impl Inexact {
 }
 
 /// Row i of a cosine and a sine column times a complex number, `X = cosine - i sine`.
-fn turn(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
+fn scale_by_complex(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
     let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
     a[(i, cosine)] = (by.re * c + by.im * s) as f32;
     a[(i, cosine + 1)] = (by.re * s - by.im * c) as f32;

@@ -9,7 +9,7 @@
 //! kinks over which a linear step tells little, and amplitudes that stay between two numbers of harmonics.
 
 use super::balance::Setting;
-use super::point::{Frequencies, MOST_EXACT_UNKNOWNS, Neighbour, Solved, Work};
+use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Work};
 use super::retention::Retention;
 use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
@@ -25,30 +25,30 @@ const BEYOND: usize = 43;
 /// 65 motions at five accuracies 16 were further off than so estimated, none by more than its accuracy (docs/method.md).
 const SHORTFALL: f64 = 2.5;
 
-/// Rungs above the first that are tried where it has no solution that is found.
-const MOST_CLIMBS: usize = 3;
+/// Levels above the first that are tried where it has no solution that is found.
+const MOST_LEVELS_UP: usize = 3;
 
 /// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
 const PLENTY: f64 = 0.2;
 
-/// Balances with more and more harmonics.
-pub struct Ladder<'a> {
-    rungs: Vec<Frequencies<'a>>,
-    /// Of each rung, as [`Level::check`].
-    checks: Vec<Option<Frequencies<'a>>>,
-    /// Relative; `None`: there is one rung, and nothing is estimated.
+/// Refinement in levels: balances with more and more harmonics.
+pub struct Refinement<'a> {
+    levels: Vec<FrequencySolver<'a>>,
+    /// Of each level, as [`Level::check`].
+    checks: Vec<Option<FrequencySolver<'a>>>,
+    /// Relative; `None`: there is one level, and nothing is estimated.
     accuracy: Option<f64>,
 }
 
 /// A frequency solved with the harmonics it needs.
 pub struct Resolved<'b> {
-    pub solved: Solved<'b>,
+    pub solved: Solution<'b>,
     /// Of the observed amplitudes, relative.
     pub estimated_error: Option<f64>,
     /// The estimate is within the accuracy, where one is asked for.
     pub is_accurate: bool,
     /// Where to begin at a frequency beside this.
-    pub next_rung: usize,
+    pub next_level: usize,
 }
 
 /// What a balance of so many harmonics is made with.
@@ -60,7 +60,7 @@ pub struct Level {
     pub check: Option<Box<Level>>,
 }
 
-/// Samples, harmonics and `eps(harmonics)` of each rung.
+/// Samples, harmonics and `eps(harmonics)` of each level.
 pub fn levels(
     resolution: Resolution,
     highest_excited: usize,
@@ -100,30 +100,30 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
     for_accuracy.max(least).next_power_of_two()
 }
 
-impl<'a> Ladder<'a> {
-    /// One rung for each of `levels`, of which the last serves estimates alone where an accuracy is asked for.
+impl<'a> Refinement<'a> {
+    /// One level for each of `resolutions`, of which the last serves estimates alone where an accuracy is asked for.
     pub fn new(
         setting: Setting<'a>,
-        levels: &'a [Level],
+        resolutions: &'a [Level],
         resolution: Resolution,
         newton: NewtonOptions,
         solver: Solver,
         retention: &'a OnceLock<Retention>,
     ) -> Self {
-        let rung = |level: &'a Level| {
+        let solver_at = |level: &'a Level| {
             let Level { fourier, eps, .. } = level;
             let setting = Setting {
                 fourier,
                 eps,
                 ..setting
             };
-            Frequencies::new(setting, newton, solver, retention)
+            FrequencySolver::new(setting, newton, solver, retention)
         };
         Self {
-            rungs: levels.iter().map(rung).collect(),
-            checks: levels
+            levels: resolutions.iter().map(solver_at).collect(),
+            checks: resolutions
                 .iter()
-                .map(|level| level.check.as_deref().map(rung))
+                .map(|level| level.check.as_deref().map(solver_at))
                 .collect(),
             accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
@@ -132,35 +132,35 @@ impl<'a> Ladder<'a> {
         }
     }
 
-    /// What is the same on all rungs.
-    pub fn lowest(&self) -> &Frequencies<'a> {
-        &self.rungs[0]
+    /// What is the same on all levels.
+    pub fn lowest(&self) -> &FrequencySolver<'a> {
+        &self.levels[0]
     }
 
-    /// Solves one frequency by `solve`, beginning at rung `from`; by those above where its error is estimated above the
+    /// Solves one frequency by `solve`, beginning at level `from`; by those above where its error is estimated above the
     /// accuracy. Where more harmonics have no solution the one found stands, with its estimate.
     pub fn resolve<'b>(
         &'b self,
         frequency_hz: f64,
         from: usize,
         work: &mut Work,
-        solve: impl Fn(&'b Frequencies<'a>, &mut Work) -> Solved<'b>,
+        solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
     ) -> Resolved<'b> {
         let Some(accuracy) = self.accuracy else {
             return Resolved {
-                solved: solve(&self.rungs[0], work),
+                solved: solve(&self.levels[0], work),
                 estimated_error: None,
                 is_accurate: true,
-                next_rung: 0,
+                next_level: 0,
             };
         };
-        let highest = self.rungs.len() - 2;
-        let mut rung = from.min(highest);
-        let mut solved = solve(&self.rungs[rung], work);
-        let last = highest.min(rung + MOST_CLIMBS);
-        while !solved.is_converged() && rung < last {
-            rung += 1;
-            solved = solve(&self.rungs[rung], work);
+        let highest = self.levels.len() - 2;
+        let mut level = from.min(highest);
+        let mut solved = solve(&self.levels[level], work);
+        let last = highest.min(level + MOST_LEVELS_UP);
+        while !solved.is_converged() && level < last {
+            level += 1;
+            solved = solve(&self.levels[level], work);
         }
         loop {
             if !solved.is_converged() {
@@ -168,25 +168,24 @@ impl<'a> Ladder<'a> {
                     solved,
                     estimated_error: None,
                     is_accurate: false,
-                    next_rung: rung,
+                    next_level: level,
                 };
             }
-            let (corrected, change) = match &self.checks[rung] {
-                Some(check) => check.solved_instead(&solved, frequency_hz, work),
-                None => self.rungs[rung + 1].let_in(&solved, frequency_hz, work),
+            let (corrected, change) = match &self.checks[level] {
+                Some(check) => check.truncation_by_finer_solution(&solved, frequency_hz, work),
+                None => self.levels[level + 1].estimate_truncation(&solved, frequency_hz, work),
             };
             let estimated_error = SHORTFALL * change;
             let fine = estimated_error <= accuracy;
             if !fine {
-                let start =
-                    Neighbour::after(None, frequency_hz, corrected, solved.balance.is_held());
-                // A rung may have no solution that is found, and the one above it may.
-                let found = (rung + 1..=highest).find_map(|above| {
-                    let finer = self.rungs[above].solve_from(frequency_hz, &start, work);
+                let start = Neighbour::after(None, frequency_hz, corrected, solved.balance.mean());
+                // A level may have no solution that is found, and the one above it may.
+                let found = (level + 1..=highest).find_map(|above| {
+                    let finer = self.levels[above].solve_from(frequency_hz, &start, work);
                     finer.is_converged().then_some((above, finer))
                 });
                 if let Some((above, finer)) = found {
-                    (rung, solved) = (above, finer);
+                    (level, solved) = (above, finer);
                     continue;
                 }
             }
@@ -195,7 +194,7 @@ impl<'a> Ladder<'a> {
                 solved,
                 estimated_error: Some(estimated_error),
                 is_accurate: fine,
-                next_rung: rung - usize::from(plenty && rung > 0),
+                next_level: level - usize::from(plenty && level > 0),
             };
         }
     }

@@ -4,8 +4,8 @@
 //! A pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
 //! once, and only the other ("active") pairs enter the linear solve.
 
-use super::march::{PairEnd, PairInput, Periods, Signals, march, march_derivative};
-use super::retention::Retention;
+use super::aft::{PairEnd, PairInput, Periods, Signals, contact_force_derivative, contact_forces};
+use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;
 use crate::reduction::PairLaw;
@@ -24,10 +24,10 @@ pub struct Setting<'a> {
     pub fourier: &'a Fourier,
     /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
     pub eps: &'a [f64],
-    /// Static relative displacement, m, n: where the march of a pair starts.
+    /// Static relative displacement, m, n: where the time evaluation of a pair starts.
     pub x_static: &'a [f64],
-    /// The static state is held along the slot, and so is the mean of every motion about it.
-    pub held_statically: bool,
+    /// The mean of the static state along the slot; where it is retained, so is that of every motion about it.
+    pub static_mean: Mean,
     /// Sum of the pairs' compression in the static state, N.
     pub pressing_n: f64,
     pub periods: Periods,
@@ -42,7 +42,7 @@ pub struct Balance<'a> {
     pub stiffness: HarmonicStiffness<'a>,
     /// F, (2H+1) n.
     pub force: Vec<f64>,
-    /// Holds the mean at the static state along what is free but for friction.
+    /// Retains the mean at the static state along what is free but for friction.
     retention: Option<Cow<'a, Retention>>,
     /// Coefficients of friction above this count as this.
     pub most_friction: f64,
@@ -132,34 +132,36 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// The same balance with the mean held by `retention`, anchored at the static state, or at rest where
-    /// the static state is held from there.
-    pub fn held_by(mut self, retention: Cow<'a, Retention>) -> Self {
+    /// The same balance with the mean retained by `retention`, anchored at the static state, or at rest where
+    /// the static state is retained from there.
+    pub fn retained_by(mut self, retention: Cow<'a, Retention>) -> Self {
         let n = self.unknowns_per_block();
-        if !self.setting.held_statically {
+        if self.setting.static_mean == Mean::Free {
             retention.add_to(self.setting.x_static, &mut self.force[..n]);
         }
         self.retention = Some(retention);
         self
     }
 
-    /// What holds the mean, if anything does.
+    /// What retains the mean, if anything does.
     pub fn retention(&self) -> Option<&Retention> {
         self.retention.as_deref()
     }
 
-    pub fn is_held(&self) -> bool {
-        self.retention.is_some()
+    pub fn mean(&self) -> Mean {
+        match self.retention {
+            None => Mean::Free,
+            Some(_) => Mean::Retained,
+        }
     }
 
     /// Force in the retention at U, N; zero without one.
     pub fn retention_n(&self, u: &[f64]) -> f64 {
         let n = self.unknowns_per_block();
         let at_rest = vec![0.0; n];
-        let anchor = if self.setting.held_statically {
-            &at_rest
-        } else {
-            self.setting.x_static
+        let anchor = match self.setting.static_mean {
+            Mean::Free => self.setting.x_static,
+            Mean::Retained => &at_rest,
         };
         self.retention
             .as_ref()
@@ -216,7 +218,7 @@ impl<'a> Balance<'a> {
         let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
         let width = fourier.width();
         let lambda_u = self.lambda_u(u);
-        let marched: Vec<(PairEnd, Vec<f64>)> = (0..n / 3)
+        let evaluated: Vec<(PairEnd, Vec<f64>)> = (0..n / 3)
             .into_par_iter()
             .with_min_len(16)
             .map_init(
@@ -224,13 +226,14 @@ impl<'a> Balance<'a> {
                 |signals, pair| {
                     let force = gather(&lambda_u, n, pair, width);
                     let mut lambda = vec![0.0; 3 * width];
-                    let end = march(fourier, self.input(pair, &force), signals, &mut lambda);
+                    let end =
+                        contact_forces(fourier, self.input(pair, &force), signals, &mut lambda);
                     (end, lambda)
                 },
             )
             .collect();
         let mut lambda = vec![0.0; u.len()];
-        for (pair, (_, local)) in marched.iter().enumerate() {
+        for (pair, (_, local)) in evaluated.iter().enumerate() {
             scatter(local, n, pair, width, &mut lambda);
         }
         let residual = (0..u.len())
@@ -239,7 +242,7 @@ impl<'a> Balance<'a> {
                 self.setting.eps[i % n] * u[i] - lambda_u[i] + lambda[i]
             })
             .collect();
-        let ends = marched.into_iter().map(|(end, _)| end).collect();
+        let ends = evaluated.into_iter().map(|(end, _)| end).collect();
         Evaluation {
             residual,
             lambda_u,
@@ -260,10 +263,10 @@ impl<'a> Balance<'a> {
                 |(signals, lambda), pair| {
                     let force = gather(lambda_u, n, pair, width);
                     let input = self.input(pair, &force);
-                    let end = march(fourier, input, signals, lambda);
+                    let end = contact_forces(fourier, input, signals, lambda);
                     (!end.always_stuck).then(|| {
                         let mut derivative = vec![0.0; 9 * width * width];
-                        march_derivative(fourier, input, signals, &end, &mut derivative);
+                        contact_force_derivative(fourier, input, signals, &end, &mut derivative);
                         derivative
                     })
                 },
@@ -340,7 +343,7 @@ pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
-    use dovetail_numerics::gmres::dot;
+    use dovetail_numerics::vector::dot;
 
     /// Lambda U - F.
     fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
@@ -353,37 +356,37 @@ mod tests {
     }
 
     #[test]
-    fn a_held_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
+    fn a_retained_mean_is_pulled_to_its_anchor_with_the_force_reported_and_nothing_else_is() {
         at_sample_points(|_, sample, u| {
-            for held_statically in [false, true] {
+            for static_mean in [Mean::Free, Mean::Retained] {
                 let setting = Setting {
-                    held_statically,
+                    static_mean,
                     ..*sample.setting
                 };
                 let n = setting.system.unknowns();
-                let anchor = if held_statically {
-                    vec![0.0; n]
-                } else {
-                    setting.x_static.to_vec()
+                let anchor = match static_mean {
+                    Mean::Free => setting.x_static.to_vec(),
+                    Mean::Retained => vec![0.0; n],
                 };
                 let retention = Retention::new(&setting.system.model.stiffness, setting.eps);
                 let free = Balance::new(&setting, OMEGA_RAD_S);
-                let held = Balance::new(&setting, OMEGA_RAD_S).held_by(Cow::Borrowed(&retention));
-                assert!(held.is_held() && !free.is_held());
+                let retained =
+                    Balance::new(&setting, OMEGA_RAD_S).retained_by(Cow::Borrowed(&retention));
+                assert_eq!([free.mean(), retained.mean()], [Mean::Free, Mean::Retained]);
                 assert_eq!(free.retention_n(u), 0.0);
 
-                let [with, without] = [&held, &free].map(|b| without_contact(b, u));
+                let [with, without] = [&retained, &free].map(|b| without_contact(b, u));
                 let pull: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
                 let (on_mean, on_rest) = pull.split_at(n);
                 assert!(on_rest.iter().all(|f| *f == 0.0));
                 let size_n: f64 = on_mean.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
-                assert!(size_n > 0.01 && (held.retention_n(u) / size_n - 1.0).abs() < 1e-10);
-                let apart: Vec<f64> = u[..n].iter().zip(&anchor).map(|(u, a)| u - a).collect();
-                assert!(dot(on_mean, &apart) > 0.0);
+                assert!(size_n > 0.01 && (retained.retention_n(u) / size_n - 1.0).abs() < 1e-10);
+                let difference: Vec<f64> = u[..n].iter().zip(&anchor).map(|(u, a)| u - a).collect();
+                assert!(dot(on_mean, &difference) > 0.0);
 
                 let mut at_anchor = u.to_vec();
                 at_anchor[..n].copy_from_slice(&anchor);
-                assert_eq!(held.retention_n(&at_anchor), 0.0);
+                assert_eq!(retained.retention_n(&at_anchor), 0.0);
             }
         });
     }

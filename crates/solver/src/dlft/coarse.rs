@@ -89,9 +89,9 @@ impl Columns {
                     .iter()
                     .map(|v| f64::from(*v))
                     .collect();
-                let mut held = vec![0.0; motion.len()];
-                retention.add_to(&motion, &mut held);
-                for (i, h) in held.iter().enumerate() {
+                let mut pull = vec![0.0; motion.len()];
+                retention.add_to(&motion, &mut pull);
+                for (i, h) in pull.iter().enumerate() {
                     mean[(j, i)] += *h as f32;
                 }
             }
@@ -113,7 +113,7 @@ impl Columns {
         let (size, full) = (width * motions, 3 * width);
         let mut rows = Mat::<f32>::zeros(size, motions);
         let mut image = Mat::<f32>::zeros(size, 3 * PAIRS);
-        let mut apart = vec![0.0_f32; motions];
+        let mut difference = vec![0.0_f32; motions];
         let pairs = linear.inexact.pairs.len();
         for start in (0..pairs).step_by(PAIRS) {
             let end = pairs.min(start + PAIRS);
@@ -133,7 +133,7 @@ impl Columns {
                             }
                             let eps = if row == from { linear.eps[i] } else { 0.0 };
                             let own = self.own.col_as_slice(i).iter();
-                            for ((a, f), w) in apart.iter_mut().zip(force).zip(own) {
+                            for ((a, f), w) in difference.iter_mut().zip(force).zip(own) {
                                 *a = sign * f - eps * w;
                             }
                             let d = &d[(c * width + row) * full..(c * width + row + 1) * full];
@@ -142,7 +142,7 @@ impl Columns {
                                 if by != 0.0 {
                                     let out = image.col_as_slice_mut(3 * (pair - start) + r);
                                     let out = out[from * motions..(from + 1) * motions].iter_mut();
-                                    out.zip(&apart).for_each(|(o, a)| *o -= by * a);
+                                    out.zip(&difference).for_each(|(o, a)| *o -= by * a);
                                 }
                             }
                         }

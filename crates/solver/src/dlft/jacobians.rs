@@ -2,11 +2,11 @@
 //! stick, slip and open. Here the points, and the linear solves of the Newton-Krylov method; the
 //! other solvers have their tests beside them.
 
+use super::aft::Periods;
 use super::balance::{Balance, Setting};
-use super::march::Periods;
 use super::newton_krylov::{KrylovSystem, Preconditioner};
 use super::penalty::Penalty;
-use super::retention::Retention;
+use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::EpsChoice;
@@ -143,9 +143,13 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
 }
 
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
-/// with the mean free and held. The forces are such that the pairs do at U what they are meant to.
+/// with the mean free and retained. The forces are such that the pairs do at U what they are meant to.
 pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
-    for (motions, is_held) in [(MANY, false), (MANY, true), (FEW, false), (FEW, true)] {
+    let means = [Mean::Free, Mean::Retained];
+    for (motions, mean) in [MANY, FEW]
+        .into_iter()
+        .flat_map(|m| means.map(|mean| (m, mean)))
+    {
         let model = model(motions.len());
         let damping = Rayleigh {
             stiffness_s: 0.1,
@@ -169,14 +173,14 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             fourier: &fourier,
             eps: &eps,
             x_static: &x_static,
-            held_statically: false,
+            static_mean: Mean::Free,
             pressing_n: 1.0,
             periods: Periods::UntilPeriodic,
             slip_threshold_m: 0.0,
         };
         let mut balance = Balance::new(&setting, OMEGA_RAD_S);
-        if is_held {
-            balance = balance.held_by(Cow::Borrowed(&retention));
+        if mean == Mean::Retained {
+            balance = balance.retained_by(Cow::Borrowed(&retention));
         }
         let u: Vec<f64> = (0..fourier.width() * n)
             .map(|i| 0.1 * mixed(i, 6))
@@ -207,8 +211,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             assert!((end.slid_n > 0.1) == matches!(motion, Motion::Slides | Motion::LiftsOff));
         }
         let moving = motions.iter().filter(|m| **m != Motion::Sticks).count();
-        let mean = if is_held { "held" } else { "free" };
-        check(&format!("{moving} pairs move, mean {mean}"), &balance, &u);
+        check(&format!("{moving} pairs move, mean {mean:?}"), &balance, &u);
     }
 }
 

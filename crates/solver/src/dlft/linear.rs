@@ -25,6 +25,14 @@ pub struct LinearSystem {
     pub eps: Vec<f32>,
 }
 
+/// z = soft + local, the two levels of the preconditioner.
+struct Preconditioned {
+    soft: Mat<f32>,
+    /// J soft.
+    soft_image: Mat<f32>,
+    local: Mat<f32>,
+}
+
 impl LinearSystem {
     /// Blocks of a vector, 2H+1.
     pub fn width(&self) -> usize {
@@ -50,14 +58,14 @@ impl LinearSystem {
             |v, w| {
                 let mut v = v.to_vec();
                 weigh(&mut v, vibration_weight.recip());
-                let (_, y) = self.preconditioned(coarse, &v, true);
-                widen(y.as_ref(), w);
+                let image = self.image(self.preconditioned(coarse, &v));
+                widen(image.as_ref(), w);
                 weigh(w, vibration_weight);
             },
             |v| {
                 weigh(v, vibration_weight.recip());
-                let (z, _) = self.preconditioned(coarse, v, false);
-                widen(z.as_ref(), v);
+                let Preconditioned { soft, local, .. } = self.preconditioned(coarse, v);
+                widen((soft + local).as_ref(), v);
             },
             &right,
             &mut x,
@@ -67,33 +75,33 @@ impl LinearSystem {
         (x, end)
     }
 
-    /// z that about solves J z = v, and J z (where it is asked for).
-    fn preconditioned(
-        &self,
-        coarse: Option<&Coarse>,
-        v: &[f64],
-        applied: bool,
-    ) -> (Mat<f32>, Mat<f32>) {
+    /// z that about solves J z = v.
+    fn preconditioned(&self, coarse: Option<&Coarse>, v: &[f64]) -> Preconditioned {
         let m = self.inexact.unknowns();
-        let mut left = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
-        let mut z = Mat::zeros(m, self.width());
-        let mut y = Mat::zeros(m, self.width());
+        let mut local = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
+        let mut soft = Mat::zeros(m, self.width());
+        let mut soft_image = Mat::zeros(m, self.width());
         if let Some(coarse) = coarse {
-            let [soft, forces] = coarse.solve(&self.inexact, left.as_ref());
-            y = self.apply(soft.as_ref(), forces);
-            left -= &y;
-            z = soft;
+            let forces;
+            [soft, forces] = coarse.solve(&self.inexact, local.as_ref());
+            soft_image = self.apply(soft.as_ref(), forces);
+            local -= &soft_image;
         }
         for h in 0..self.width() {
-            let column = left.col_as_slice_mut(h).iter_mut();
+            let column = local.col_as_slice_mut(h).iter_mut();
             column.zip(&self.eps).for_each(|(l, eps)| *l /= eps);
         }
-        z += &left;
-        if applied {
-            let forces = self.inexact.stiffness_times(left.as_ref());
-            y += self.apply(left.as_ref(), forces);
+        Preconditioned {
+            soft,
+            soft_image,
+            local,
         }
-        (z, y)
+    }
+
+    /// J z.
+    fn image(&self, z: Preconditioned) -> Mat<f32> {
+        let forces = self.inexact.stiffness_times(z.local.as_ref());
+        z.soft_image + self.apply(z.local.as_ref(), forces)
     }
 
     /// J x from x and K x.
@@ -102,39 +110,39 @@ impl LinearSystem {
         let mut y = self.inexact.dynamic(&self.harmonics, x, kx);
         if let Some(retention) = &self.retention {
             let mean: Vec<f64> = x.col(0).iter().map(|v| f64::from(*v)).collect();
-            let mut held = vec![0.0; m];
-            retention.add_to(&mean, &mut held);
+            let mut pull = vec![0.0; m];
+            retention.add_to(&mean, &mut pull);
             let column = y.col_as_slice_mut(0).iter_mut();
-            column.zip(&held).for_each(|(y, h)| *y += *h as f32);
+            column.zip(&pull).for_each(|(y, p)| *y += *p as f32);
         }
-        self.subtract_moved(&mut y, |y, i, h| y - self.eps[i] * x[(i, h)]);
+        self.subtract_contact_response(&mut y, |y, i, h| y - self.eps[i] * x[(i, h)]);
         y
     }
 
-    /// (I - D) v.
-    pub fn unmoved(&self, v: &[f64]) -> Vec<f64> {
+    /// (I - D) v: what of the forces v the contact forces do not take up.
+    pub fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
         let m = self.inexact.unknowns();
         let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
-        self.subtract_moved(&mut y, |y, _, _| y);
+        self.subtract_contact_response(&mut y, |y, _, _| y);
         let mut out = vec![0.0; v.len()];
         widen(y.as_ref(), &mut out);
         out
     }
 
     /// y := y - D a, with a from each entry of y, its row and its block.
-    fn subtract_moved(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
+    fn subtract_contact_response(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
         let width = self.width();
         let full = 3 * width;
-        let (mut apart, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
+        let (mut difference, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
         for (slot, d) in self.derivatives.chunks_exact(full * full).enumerate() {
             for c in 0..3 {
                 let i = 3 * slot + c;
                 for h in 0..width {
-                    apart[c * width + h] = a(y[(i, h)], i, h);
+                    difference[c * width + h] = a(y[(i, h)], i, h);
                 }
             }
             moved.fill(0.0);
-            for (column, a) in d.chunks_exact(full).zip(&apart) {
+            for (column, a) in d.chunks_exact(full).zip(&difference) {
                 moved.iter_mut().zip(column).for_each(|(m, d)| *m += d * a);
             }
             for c in 0..3 {
@@ -228,8 +236,8 @@ mod tests {
                 let (i, h) = (3 * slot + row / width, row % width);
                 let moved = (0..FULL).map(|column| {
                     let (j, k) = (3 * slot + column / width, column % width);
-                    let apart = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
-                    f64::from(d[column * FULL + row]) * apart
+                    let difference = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
+                    f64::from(d[column * FULL + row]) * difference
                 });
                 y[h * m + i] = force(h, i) - moved.sum::<f64>();
             }

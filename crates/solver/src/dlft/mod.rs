@@ -14,7 +14,7 @@ pub enum Outcome {
     Stagnated,
     /// The allowed Newton iterations were used up.
     IterationLimit,
-    /// The marched contact forces did not become periodic.
+    /// The contact forces did not become periodic.
     NotPeriodic,
     /// A number that is not finite came up.
     NotFinite,
@@ -56,8 +56,8 @@ pub struct StaticState {
     pub newton_iterations: usize,
     /// |f| / |F|.
     pub residual: f64,
-    /// Force that holds the blade along its slot, N, where friction does not and it is held at rest
-    /// there ([`retention`]); `None` where friction holds it.
+    /// Force that retains the blade along its slot, N, where friction does not hold it and it is retained
+    /// at rest ([`retention`]); `None` where friction holds it.
     pub retention_n: Option<f64>,
 }
 
@@ -98,8 +98,8 @@ pub struct Orbit {
     /// ([`accuracy`]).
     pub estimated_error: Option<f64>,
     /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
-    /// then held at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
-    /// is itself held.
+    /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
+    /// is itself retained.
     pub retention_n: f64,
 }
 
@@ -140,13 +140,13 @@ pub struct Response {
 }
 
 pub mod accuracy;
+pub mod aft;
 pub mod balance;
 mod coarse;
 pub mod dense;
 #[cfg(test)]
 pub(crate) mod jacobians;
 mod linear;
-pub mod march;
 pub mod newton_krylov;
 pub mod orbit;
 pub mod penalty;

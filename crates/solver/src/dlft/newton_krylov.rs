@@ -6,9 +6,9 @@ use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
 use super::linear::LinearSystem;
 use crate::contact::inexact::Inexact;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::NonlinearSystem;
-use dovetail_numerics::wear::Wear;
+use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::vector::norm;
 
 /// Relative residual asked of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -28,7 +28,7 @@ pub struct Preconditioner {
     /// Stiffness of the retention where `coarse` was made, N/m; zero without one.
     retention_n_m: f64,
     width: usize,
-    wear: Wear,
+    refresh: RefreshPolicy,
 }
 
 /// One frequency as a nonlinear system.
@@ -40,7 +40,7 @@ pub struct KrylovSystem<'a, 'b> {
     linear: Option<LinearSystem>,
     krylov_tolerance: f64,
     /// Whether the mean of U lies where it is not looked for.
-    has_left: &'b dyn Fn(&[f64]) -> bool,
+    walked_off: &'b dyn Fn(&[f64]) -> bool,
     pub krylov_iterations: usize,
 }
 
@@ -50,7 +50,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
         preconditioner: &'b mut Preconditioner,
         krylov_tolerance: f64,
         tolerance: f64,
-        has_left: &'b dyn Fn(&[f64]) -> bool,
+        walked_off: &'b dyn Fn(&[f64]) -> bool,
     ) -> Self {
         Self {
             scale: load_scale(balance, tolerance),
@@ -58,7 +58,7 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
             preconditioner,
             linear: None,
             krylov_tolerance,
-            has_left,
+            walked_off,
             krylov_iterations: 0,
         }
     }
@@ -128,8 +128,8 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         self.solve(f, LOOSE_KRYLOV_TOLERANCE, dx)
     }
 
-    fn is_astray(&self, x: &[f64]) -> bool {
-        (self.has_left)(x)
+    fn has_diverged(&self, x: &[f64]) -> bool {
+        (self.walked_off)(x)
     }
 
     fn length(&self, dx: &[f64]) -> f64 {
@@ -168,7 +168,7 @@ impl KrylovSystem<'_, '_> {
         if dx.iter().any(|&d| d != 0.0) {
             let mut forces = vec![0.0; f.len()];
             balance.apply_stiffness(dx, &mut forces);
-            rhs = linear.unmoved(&restrict(&forces, n, &columns));
+            rhs = linear.less_contact_response(&restrict(&forces, n, &columns));
         }
         for (r, f) in rhs.iter_mut().zip(restrict(f, n, &columns)) {
             *r = -*r - f;
@@ -181,7 +181,7 @@ impl KrylovSystem<'_, '_> {
             MOST_KRYLOV_ITERATIONS,
         );
         self.krylov_iterations += end.iterations;
-        self.preconditioner.wear.serve(end.iterations);
+        self.preconditioner.refresh.record(end.iterations);
         for (h, block) in solution.chunks_exact(columns.len()).enumerate() {
             for (&c, &v) in columns.iter().zip(block) {
                 dx[h * n + c] = v;
@@ -203,7 +203,7 @@ impl Preconditioner {
         let retention_n_m = retention.map_or(0.0, |r| r.stiffness_n_m());
         let same =
             same_pairs && self.retention_n_m == retention_n_m && self.width == linear.width();
-        if same && !self.wear.is_worn() {
+        if same && !self.refresh.is_due() {
             return;
         }
         *self = Self {
@@ -211,7 +211,7 @@ impl Preconditioner {
             coarse: Coarse::new(linear),
             retention_n_m,
             width: linear.width(),
-            wear: Wear::default(),
+            refresh: RefreshPolicy::default(),
         };
     }
 }

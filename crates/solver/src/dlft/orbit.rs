@@ -4,7 +4,7 @@ use super::balance::{Balance, Evaluation};
 use super::{Orbit, Outcome, PairCycle, StuckPoint};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
-use dovetail_numerics::gmres::dot;
+use dovetail_numerics::vector::dot;
 use faer::c64;
 
 /// Instants at which the largest departure from the mean is looked for.
@@ -207,11 +207,11 @@ fn observe(
         .model
         .observations
         .iter()
-        .map(|probe| {
+        .map(|point| {
             (0..2 * harmonics + 1)
                 .map(|h| {
-                    let of_x = u.map_or(0.0, |u| dot(&probe.on_x, &u[h * n..(h + 1) * n]));
-                    of_x + dot(&probe.on_modes, &modal[h * m..(h + 1) * m])
+                    let of_x = u.map_or(0.0, |u| dot(&point.on_x, &u[h * n..(h + 1) * n]));
+                    of_x + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
                 })
                 .collect()
         })
@@ -468,12 +468,12 @@ mod tests {
             let (orbit, evaluation) = orbit_of(balance, u);
             assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
             assert_near(orbit.retention_n, balance.retention_n(u));
-            for (probe, observed) in model.observations.iter().zip(&orbit.observed) {
+            for (point, observed) in model.observations.iter().zip(&orbit.observed) {
                 for i in 0..7 {
                     let phase = 0.9 * f64::from(i);
                     let [x, ..] = at_phase(u, n, phase);
                     let [q, ..] = at_phase(&orbit.modal, modes, phase);
-                    let seen = dot(&probe.on_x, &x) + dot(&probe.on_modes, &q);
+                    let seen = dot(&point.on_x, &x) + dot(&point.on_modes, &q);
                     assert_near(at_phase(observed, 1, phase)[0][0], seen);
                 }
             }

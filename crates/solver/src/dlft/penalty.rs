@@ -7,7 +7,7 @@
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::dlft::settings::EpsChoice;
 use crate::reduction::RelativeModel;
-use dovetail_numerics::gmres::{dot, norm};
+use dovetail_numerics::vector::{dot, norm};
 
 /// The dynamic stiffness is looked at over this many harmonics at least: with one alone, a resonance of it
 /// would decide.
@@ -31,7 +31,7 @@ impl Penalty {
     pub fn of(&self, system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
         let mut eps = match self.choice {
             EpsChoice::Dynamic => dynamic(system, omega, harmonics.max(FEWEST_HARMONICS)),
-            EpsChoice::Pair => system.model.own_stiffness(),
+            EpsChoice::Pair => system.model.diagonal_stiffness(),
             EpsChoice::SpectralRadius => vec![spectral_radius(system.model); system.unknowns()],
         };
         eps.iter_mut().for_each(|e| *e *= self.scale);
@@ -49,7 +49,7 @@ fn dynamic(system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64>
             own.iter().map(|v| v.norm()).collect()
         })
         .collect();
-    let mut eps = system.model.own_stiffness();
+    let mut eps = system.model.diagonal_stiffness();
     for (pair, eps) in eps.chunks_exact_mut(3).enumerate() {
         let at = |c: usize| diagonals.iter().map(move |d| d[3 * pair + c]);
         let tangential = at(1).zip(at(2)).map(|(t1, t2)| 0.5 * (t1 + t2));
@@ -102,7 +102,7 @@ mod tests {
             mass_per_s: 0.15,
         };
         let system = ContactSystem::new(&model, damping);
-        let own = model.own_stiffness();
+        let own = model.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
         for (harmonics, looked_at) in [(1, 3), (3, 3), (6, 6)] {
             let eps = Penalty::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);

@@ -1,29 +1,29 @@
-//! One frequency, whatever it takes: the ways to a solution, tried from the cheapest.
+//! One frequency, whatever it takes: strategies towards a solution, tried from the cheapest.
 //!
 //! A frequency is started from its neighbour and from the static state, by Newton-GMRES with accurate
 //! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
 //! and by the dense dogleg. Few unknowns are solved for with the Jacobian factored instead, which takes more
-//! kinks. Each way is tried on the free balance and on the one with the mean held ([`super::retention`]). Which of
+//! kinks. Each strategy is tried on the balance with the mean free and on the one with the mean retained ([`super::retention`]). Which of
 //! the two is the answer depends on the solution alone: the free one where the pairs that stick hold the blade along its
-//! slot, else the held one.
+//! slot, else the retained one.
 
+use super::aft::Periods;
 use super::balance::{Balance, Evaluation, Setting};
 use super::dense::{exact_newton, powell};
-use super::march::Periods;
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
     relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
-use super::retention::{Retention, may_have_left};
+use super::retention::{Mean, Retention, may_have_walked_off};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-/// No further way is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
+/// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
 /// Nor once it has taken so many iterations of GMRES: a preconditioner that far from serving goes with an eps far from the
 /// stiffness of the pairs.
@@ -37,14 +37,14 @@ pub const MOST_EXACT_UNKNOWNS: usize = 500;
 /// It may take this many times the iterations allowed: they are cheap, and rigid friction in many harmonics needs them.
 const EXACT_ATTEMPT: usize = 6;
 
-/// Fractions of the retention's stiffness from a held motion to the free one.
+/// Fractions of the retention's stiffness from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
 /// Newton iterations allowed to each of them: a step that needs more leads nowhere.
 const RELEASE_ITERATIONS: usize = 15;
 
 /// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
 /// found when first asked for.
-pub struct Frequencies<'a> {
+pub struct FrequencySolver<'a> {
     pub setting: Setting<'a>,
     pub newton: NewtonOptions,
     pub solver: Solver,
@@ -55,16 +55,16 @@ pub struct Frequencies<'a> {
 pub struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
-    /// dU/df towards the frequency before, where there is one of the same kind (free or held), m/Hz.
+    /// dU/df towards the frequency before, where there is one with the same mean (free or retained), m/Hz.
     pub slope: Option<Vec<f64>>,
-    /// The mean was held along the slot.
-    pub held: bool,
+    /// Along the slot.
+    pub mean: Mean,
 }
 
 impl Neighbour {
     /// A converged frequency, with the one before it.
-    pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, held: bool) -> Self {
-        let slope = last.filter(|l| l.held == held).map(|l| {
+    pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
+        let slope = last.filter(|l| l.mean == mean).map(|l| {
             let step = frequency_hz - l.frequency_hz;
             let before = resized(&l.u, u.len());
             u.iter().zip(&before).map(|(u, v)| (u - v) / step).collect()
@@ -73,7 +73,7 @@ impl Neighbour {
             frequency_hz,
             u,
             slope: slope.filter(|s: &Vec<f64>| s.iter().all(|v| v.is_finite())),
-            held,
+            mean,
         }
     }
 
@@ -105,14 +105,14 @@ impl Work {
 }
 
 /// A balance, its U with what the pairs do there, and how the solution ended.
-pub struct Solved<'b> {
+pub struct Solution<'b> {
     pub balance: Balance<'b>,
     pub u: Vec<f64>,
     pub evaluation: Evaluation,
     pub end: NewtonEnd,
 }
 
-impl Solved<'_> {
+impl Solution<'_> {
     pub fn is_converged(&self) -> bool {
         self.end.status == NewtonStatus::Converged
     }
@@ -147,7 +147,7 @@ fn resized(u: &[f64], entries: usize) -> Vec<f64> {
 
 /// How a balance is approached.
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum Strategy {
     /// From the neighbour as it is and continued.
     FromNeighbour(Method),
     /// From the static state, nothing vibrating.
@@ -171,7 +171,7 @@ enum Method {
     Dogleg,
 }
 
-impl<'a> Frequencies<'a> {
+impl<'a> FrequencySolver<'a> {
     /// `retention` is filled when first asked for.
     pub fn new(
         setting: Setting<'a>,
@@ -188,14 +188,14 @@ impl<'a> Frequencies<'a> {
     }
 
     /// Solves one frequency: free where friction holds the blade along its slot, else with the mean
-    /// held there. Where nothing converges, the attempt with the smallest residual.
+    /// retained there. Where nothing converges, the attempt with the smallest residual.
     pub fn solve(
         &self,
         frequency_hz: f64,
         last: Option<&Neighbour>,
         work: &mut Work,
-    ) -> Solved<'_> {
-        self.solve_by(&self.ways(), frequency_hz, last, work)
+    ) -> Solution<'_> {
+        self.solve_by(&self.strategies(), frequency_hz, last, work)
     }
 
     /// Solves one frequency anew, from a neighbour on its other side.
@@ -204,29 +204,31 @@ impl<'a> Frequencies<'a> {
         frequency_hz: f64,
         neighbour: &Neighbour,
         work: &mut Work,
-    ) -> Solved<'_> {
-        let mut ways = self.ways();
-        ways.retain(|way| match way {
-            Way::FromNeighbour(method) | Way::FromRest(method) => !matches!(method, Method::Dogleg),
-            Way::InFrequency(_) => true,
-            Way::InForce(_) | Way::InFriction { .. } => false,
+    ) -> Solution<'_> {
+        let mut strategies = self.strategies();
+        strategies.retain(|strategy| match strategy {
+            Strategy::FromNeighbour(method) | Strategy::FromRest(method) => {
+                !matches!(method, Method::Dogleg)
+            }
+            Strategy::InFrequency(_) => true,
+            Strategy::InForce(_) | Strategy::InFriction { .. } => false,
         });
-        if ways.is_empty() {
-            ways = self.ways();
+        if strategies.is_empty() {
+            strategies = self.strategies();
         }
-        self.solve_by(&ways, frequency_hz, Some(neighbour), work)
+        self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
     /// A solution with fewer harmonics after one Newton correction in which those of this balance take part, and the largest
     /// relative change of an observed amplitude in it (of all the vibration, in forces, where nothing is observed).
-    pub fn let_in(
+    pub fn estimate_truncation(
         &self,
-        coarse: &Solved<'_>,
+        coarse: &Solution<'_>,
         frequency_hz: f64,
         work: &mut Work,
     ) -> (Vec<f64>, f64) {
         let u = resized(&coarse.u, self.unknowns());
-        let Some(balance) = self.balance(frequency_hz, coarse.balance.is_held()) else {
+        let Some(balance) = self.balance(frequency_hz, coarse.balance.mean()) else {
             return (u, 0.0);
         };
         let anywhere = |_: &[f64]| false;
@@ -254,15 +256,15 @@ impl<'a> Frequencies<'a> {
         (corrected, change)
     }
 
-    /// As [`Frequencies::let_in`], with this balance solved instead of corrected once.
-    pub fn solved_instead(
+    /// As [`FrequencySolver::estimate_truncation`], with this balance solved instead of corrected once.
+    pub fn truncation_by_finer_solution(
         &self,
-        coarse: &Solved<'_>,
+        coarse: &Solution<'_>,
         frequency_hz: f64,
         work: &mut Work,
     ) -> (Vec<f64>, f64) {
         let u = resized(&coarse.u, self.unknowns());
-        let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.is_held());
+        let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.mean());
         let solved = self.solve_from(frequency_hz, &start, work);
         if !solved.is_converged() {
             return (u, f64::INFINITY);
@@ -273,7 +275,7 @@ impl<'a> Frequencies<'a> {
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
     /// static state: sums of the pairs' normal forces.
-    pub fn is_overpowered(&self) -> bool {
+    pub fn excitation_exceeds_preload(&self) -> bool {
         let setting = &self.setting;
         let pulling: f64 = (0..setting.system.unknowns())
             .step_by(3)
@@ -289,36 +291,40 @@ impl<'a> Frequencies<'a> {
 
     fn solve_by(
         &self,
-        ways: &[Way],
+        strategies: &[Strategy],
         frequency_hz: f64,
         last: Option<&Neighbour>,
         work: &mut Work,
-    ) -> Solved<'_> {
-        let mut best: Option<Solved<'_>> = None;
-        let free_and_held: &[bool] = if self.must_hold() {
-            &[true]
-        } else if last.is_some_and(|l| l.held) {
-            &[true, false]
-        } else {
-            &[false, true]
+    ) -> Solution<'_> {
+        let mut best: Option<Solution<'_>> = None;
+        let means: &[Mean] = match (self.must_be_retained(), last.map(|l| l.mean)) {
+            (true, _) => &[Mean::Retained],
+            (false, Some(Mean::Retained)) => &[Mean::Retained, Mean::Free],
+            (false, Some(Mean::Free) | None) => &[Mean::Free, Mean::Retained],
         };
-        for &way in ways {
-            for &hold in free_and_held {
-                if best.is_some() && self.is_tired(work) {
+        for &strategy in strategies {
+            for &mean in means {
+                if best.is_some() && self.budget_exhausted(work) {
                     break;
                 }
-                let Some(mut solved) = self.attempt(way, frequency_hz, hold, last, work) else {
+                let Some(mut solved) = self.attempt(strategy, frequency_hz, mean, last, work)
+                else {
                     continue;
                 };
                 if solved.is_converged() {
-                    if hold && !self.must_hold() {
-                        return self.released(frequency_hz, &solved, work).unwrap_or(solved);
+                    let retained = mean == Mean::Retained;
+                    if retained && !self.must_be_retained() {
+                        return self
+                            .with_mean_released(frequency_hz, &solved, work)
+                            .unwrap_or(solved);
                     }
-                    if hold || self.is_held_by_friction(&solved) {
+                    if retained || self.is_blocked_by_friction(&solved) {
                         return solved;
                     }
-                    if !self.has_left(&solved.u) {
-                        return self.caught(frequency_hz, &solved, work).unwrap_or(solved);
+                    if !self.walked_off(&solved.u) {
+                        return self
+                            .with_mean_retained(frequency_hz, &solved, work)
+                            .unwrap_or(solved);
                     }
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
@@ -334,13 +340,13 @@ impl<'a> Frequencies<'a> {
         best.expect("the static state is always a start")
     }
 
-    fn is_tired(&self, work: &Work) -> bool {
+    fn budget_exhausted(&self, work: &Work) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
     }
 
-    fn ways(&self) -> Vec<Way> {
-        use Way::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
+    fn strategies(&self) -> Vec<Strategy> {
+        use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
         let in_friction =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
@@ -355,7 +361,7 @@ impl<'a> Frequencies<'a> {
                 .chain(small_steps)
                 .collect();
         }
-        if self.is_overpowered() {
+        if self.excitation_exceeds_preload() {
             return directly(self.stepping()).to_vec();
         }
         let methods: &[Method] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
@@ -377,18 +383,18 @@ impl<'a> Frequencies<'a> {
             .collect()
     }
 
-    /// One way to the free or the held balance; `None` where it does not apply.
+    /// One strategy towards the free or the retained balance; `None` where it does not apply.
     fn attempt(
         &self,
-        way: Way,
+        strategy: Strategy,
         frequency_hz: f64,
-        hold: bool,
+        mean: Mean,
         last: Option<&Neighbour>,
         work: &mut Work,
-    ) -> Option<Solved<'_>> {
-        match way {
-            Way::FromNeighbour(method) => {
-                let balance = self.balance(frequency_hz, hold)?;
+    ) -> Option<Solution<'_>> {
+        match strategy {
+            Strategy::FromNeighbour(method) => {
+                let balance = self.balance(frequency_hz, mean)?;
                 let mut starts = last?.starts(frequency_hz, self.unknowns());
                 if starts.len() > 1 {
                     // Across a resonance the line through the neighbours leads astray.
@@ -400,9 +406,9 @@ impl<'a> Frequencies<'a> {
                         starts.swap(0, 1);
                     }
                 }
-                let mut best: Option<Solved<'_>> = None;
+                let mut best: Option<Solution<'_>> = None;
                 for u in starts {
-                    let balance = self.balance(frequency_hz, hold)?;
+                    let balance = self.balance(frequency_hz, mean)?;
                     let solved = self.iterate(balance, u, method, self.newton, work);
                     if solved.is_converged() {
                         return Some(solved);
@@ -416,29 +422,29 @@ impl<'a> Frequencies<'a> {
                 }
                 best
             }
-            Way::FromRest(method) => {
-                let balance = self.balance(frequency_hz, hold)?;
-                Some(self.iterate(balance, self.cold(), method, self.newton, work))
+            Strategy::FromRest(method) => {
+                let balance = self.balance(frequency_hz, mean)?;
+                Some(self.iterate(balance, self.static_start(), method, self.newton, work))
             }
-            Way::InFrequency(steps) => {
+            Strategy::InFrequency(steps) => {
                 let last = last?;
                 let from_hz = last.frequency_hz;
                 let at = |fraction: f64| {
-                    self.balance(from_hz + (frequency_hz - from_hz) * fraction, hold)
+                    self.balance(from_hz + (frequency_hz - from_hz) * fraction, mean)
                 };
-                self.walk(resized(&last.u, self.unknowns()), steps, &at, work)
+                self.continue_in_steps(resized(&last.u, self.unknowns()), steps, &at, work)
             }
-            Way::InForce(steps) => {
+            Strategy::InForce(steps) => {
                 let at = |fraction: f64| {
-                    let mut balance = self.balance(frequency_hz, hold)?;
+                    let mut balance = self.balance(frequency_hz, mean)?;
                     let n = balance.unknowns_per_block();
                     balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
                     Some(balance)
                 };
-                self.walk(self.cold(), steps, &at, work)
+                self.continue_in_steps(self.static_start(), steps, &at, work)
             }
-            Way::InFriction { from, growth } => {
-                self.with_growing_friction((from, growth), frequency_hz, hold, work)
+            Strategy::InFriction { from, growth } => {
+                self.with_growing_friction((from, growth), frequency_hz, mean, work)
             }
         }
     }
@@ -448,19 +454,19 @@ impl<'a> Frequencies<'a> {
         &self,
         (from, growth): (f64, f64),
         frequency_hz: f64,
-        hold: bool,
+        mean: Mean,
         work: &mut Work,
-    ) -> Option<Solved<'_>> {
+    ) -> Option<Solution<'_>> {
         let pairs = self.setting.system.model.pairs.iter();
         let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));
         let mut most = from;
         if highest <= most {
             return None;
         }
-        let mut u = self.cold();
+        let mut u = self.static_start();
         let mut earlier: Option<(f64, Vec<f64>)> = None;
         loop {
-            let mut balance = self.balance(frequency_hz, hold)?;
+            let mut balance = self.balance(frequency_hz, mean)?;
             balance.most_friction = most;
             let solved = self.iterate(balance, u, self.stepping(), self.newton, work);
             if !solved.is_converged() {
@@ -486,17 +492,17 @@ impl<'a> Frequencies<'a> {
 
     /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where one of
     /// them fails.
-    fn walk<'b>(
+    fn continue_in_steps<'b>(
         &'b self,
         mut u: Vec<f64>,
         steps: u32,
         at: &dyn Fn(f64) -> Option<Balance<'b>>,
         work: &mut Work,
-    ) -> Option<Solved<'b>> {
+    ) -> Option<Solution<'b>> {
         let method = self.stepping();
         let mut solved = None;
         for step in 1..=steps {
-            if self.is_tired(work) {
+            if self.budget_exhausted(work) {
                 return None;
             }
             let balance = at(f64::from(step) / f64::from(steps))?;
@@ -519,34 +525,34 @@ impl<'a> Frequencies<'a> {
         }
     }
 
-    /// The free motion beside a held one; `None` where friction does not hold the blade there. The spring is let go at
+    /// The free motion beside a retained one; `None` where friction does not hold the blade there. The spring is let go at
     /// once; where that fails, and the pairs that stick hold the blade, it is softened in steps as long as they do.
-    fn released(
+    fn with_mean_released(
         &self,
         frequency_hz: f64,
-        held: &Solved<'_>,
+        retained: &Solution<'_>,
         work: &mut Work,
-    ) -> Option<Solved<'_>> {
-        let mut u = held.u.clone();
+    ) -> Option<Solution<'_>> {
+        let mut u = retained.u.clone();
         let first_step = NewtonOptions {
             max_iterations: 1,
             ..self.newton
         };
         for options in [first_step, self.newton] {
-            let balance = self.balance(frequency_hz, false)?;
+            let balance = self.balance(frequency_hz, Mean::Free)?;
             let free = self.iterate(balance, u, self.stepping(), options, work);
-            if self.has_left(&free.u) {
+            if self.walked_off(&free.u) {
                 break;
             }
             if free.is_converged() {
-                return self.is_held_by_friction(&free).then_some(free);
+                return self.is_blocked_by_friction(&free).then_some(free);
             }
             u = free.u;
         }
-        if !self.is_held_by_friction(held) {
+        if !self.is_blocked_by_friction(retained) {
             return None;
         }
-        let mut u = held.u.clone();
+        let mut u = retained.u.clone();
         let small_step = NewtonOptions {
             max_iterations: RELEASE_ITERATIONS.min(self.newton.max_iterations),
             ..self.newton
@@ -554,10 +560,10 @@ impl<'a> Frequencies<'a> {
         for fraction in RELEASE.into_iter().chain([0.0]) {
             let mut balance = Balance::new(&self.setting, TAU * frequency_hz);
             if fraction > 0.0 {
-                balance = balance.held_by(Cow::Owned(self.retention()?.softened(fraction)));
+                balance = balance.retained_by(Cow::Owned(self.retention()?.softened(fraction)));
             }
             let solved = self.iterate(balance, u, self.stepping(), small_step, work);
-            if !solved.is_converged() || !self.is_held_by_friction(&solved) {
+            if !solved.is_converged() || !self.is_blocked_by_friction(&solved) {
                 return None;
             }
             if fraction == 0.0 {
@@ -568,19 +574,27 @@ impl<'a> Frequencies<'a> {
         None
     }
 
-    /// The held motion beside a free one that friction does not hold; `None` where none is found.
-    fn caught(&self, frequency_hz: f64, free: &Solved<'_>, work: &mut Work) -> Option<Solved<'_>> {
-        let balance = self.balance(frequency_hz, true)?;
+    /// The retained motion beside a free one that friction does not hold; `None` where none is found.
+    fn with_mean_retained(
+        &self,
+        frequency_hz: f64,
+        free: &Solution<'_>,
+        work: &mut Work,
+    ) -> Option<Solution<'_>> {
+        let balance = self.balance(frequency_hz, Mean::Retained)?;
         let u = free.u.clone();
-        let held = self.iterate(balance, u, self.stepping(), self.newton, work);
-        if !held.is_converged() {
+        let retained = self.iterate(balance, u, self.stepping(), self.newton, work);
+        if !retained.is_converged() {
             return None;
         }
-        Some(self.released(frequency_hz, &held, work).unwrap_or(held))
+        Some(
+            self.with_mean_released(frequency_hz, &retained, work)
+                .unwrap_or(retained),
+        )
     }
 
     /// Whether the pairs that stick throughout hold the blade along its slot, if anything must.
-    fn is_held_by_friction(&self, solved: &Solved<'_>) -> bool {
+    fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
         let Some(retention) = self.retention() else {
             return true;
         };
@@ -596,16 +610,16 @@ impl<'a> Frequencies<'a> {
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
-    ) -> Solved<'b> {
+    ) -> Solution<'b> {
         let (end, evaluation) = match method {
             Method::Krylov(tolerance) => {
-                let has_left = |u: &[f64]| !balance.is_held() && self.has_left(u);
+                let walked_off = |u: &[f64]| balance.mean() == Mean::Free && self.walked_off(u);
                 let mut system = KrylovSystem::new(
                     &balance,
                     &mut work.preconditioner,
                     tolerance,
                     options.tolerance,
-                    &has_left,
+                    &walked_off,
                 );
                 let end = newton(&mut system, &mut u, options);
                 work.krylov_iterations += system.krylov_iterations;
@@ -625,7 +639,7 @@ impl<'a> Frequencies<'a> {
             Method::Dogleg => powell(&balance, &mut u, options),
         };
         work.newton_iterations += end.iterations;
-        Solved {
+        Solution {
             balance,
             u,
             evaluation,
@@ -633,13 +647,12 @@ impl<'a> Frequencies<'a> {
         }
     }
 
-    /// The free balance or the held one; `None` where there is nothing to hold.
-    fn balance(&self, frequency_hz: f64, hold: bool) -> Option<Balance<'_>> {
-        let retention = if hold { Some(self.retention()?) } else { None };
+    /// The balance with this mean; `None` where there is nothing to retain.
+    fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance<'_>> {
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
-        Some(match retention {
-            Some(retention) => balance.held_by(Cow::Borrowed(retention)),
-            None => balance,
+        Some(match mean {
+            Mean::Free => balance,
+            Mean::Retained => balance.retained_by(Cow::Borrowed(self.retention()?)),
         })
     }
 
@@ -649,7 +662,7 @@ impl<'a> Frequencies<'a> {
     }
 
     /// The static state, no vibration.
-    fn cold(&self) -> Vec<f64> {
+    fn static_start(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
         let mut u = vec![0.0; self.unknowns()];
         u[..n].copy_from_slice(self.setting.x_static);
@@ -657,12 +670,12 @@ impl<'a> Frequencies<'a> {
     }
 
     /// Friction does not even hold the static state.
-    fn must_hold(&self) -> bool {
-        self.setting.held_statically && self.retention().is_some()
+    fn must_be_retained(&self) -> bool {
+        self.setting.static_mean == Mean::Retained && self.retention().is_some()
     }
 
     /// The motions only friction holds; `None` when there are none, or when fixed periods are asked
-    /// for, as older programs march, which knew no retention.
+    /// for, which is how programs without a retention evaluate the law.
     fn retention(&self) -> Option<&Retention> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
@@ -670,18 +683,18 @@ impl<'a> Frequencies<'a> {
         let model = self.setting.system.model;
         let found = self
             .retention
-            .get_or_init(|| Retention::new(&model.stiffness, &model.own_stiffness()));
+            .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
         found.is_needed().then_some(found)
     }
 
-    /// Whether the mean of U has left the static state along a motion that only friction holds.
-    fn has_left(&self, u: &[f64]) -> bool {
+    /// Whether the mean of U has walked off the static state along a motion that only friction holds.
+    fn walked_off(&self, u: &[f64]) -> bool {
         let (mean, rest) = u.split_at(self.setting.system.unknowns());
         let (anchor, vibration) = (self.setting.x_static, norm(rest));
-        may_have_left(mean, anchor, vibration)
+        may_have_walked_off(mean, anchor, vibration)
             && self
                 .retention()
-                .is_some_and(|r| r.has_left(mean, anchor, vibration))
+                .is_some_and(|r| r.walked_off(mean, anchor, vibration))
     }
 }
 
@@ -703,7 +716,7 @@ mod tests {
                     let retention = OnceLock::new();
                     let setting = *balance.setting;
                     let solver = Solver::NewtonKrylov;
-                    let frequencies = Frequencies::new(setting, newton, solver, &retention);
+                    let frequencies = FrequencySolver::new(setting, newton, solver, &retention);
                     let mut work = Work::default();
                     // Pressed together, and shaken little: there is a motion to be found.
                     let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);

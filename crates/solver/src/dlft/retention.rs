@@ -4,14 +4,14 @@
 //! slot at an angle to the engine axis even drives it on). Friction holds it as long as some pairs stick; once all
 //! slip in every period they no longer do, and the balance either has a whole line of means or, with
 //! the weak force of rotation, one very far away: the blade walks. The vibration is then asked for with the
-//! mean held where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
+//! mean retained where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
 //! alone; the force in it is reported.
 //!
 //! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
 use dovetail_numerics::dense;
-use dovetail_numerics::gmres::{axpy, dot, norm};
+use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::Mat;
 
 /// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
@@ -21,11 +21,18 @@ const SHIFT: f64 = 1e-3;
 /// At most this many tangential rigid motions: two translations and a turn, on one flat flank.
 const MOST_FREE: usize = 3;
 const INVERSE_ITERATIONS: usize = 12;
-/// The mean has left when it lies this many times farther from the static state than the static state
+/// The mean has walked off when it lies this many times farther from the static state than the static state
 /// from rest and the vibration from the mean.
 const FAR: f64 = 2.0;
 /// Stuck pairs block the motions where each of them, of length 1 on all pairs, has this square of it on those pairs.
 const BLOCKED: f64 = 1e-9;
+
+/// Whether the mean along the motions that only friction holds is free, or retained by the spring on them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mean {
+    Free,
+    Retained,
+}
 
 /// The motions of the pairs that nothing but friction holds, and the spring that can.
 #[derive(Debug, Clone)]
@@ -152,30 +159,30 @@ impl Retention {
     /// Force the spring carries at `x`, anchored at `anchor`, N: the resultant over the pairs.
     pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
         let mut forces = vec![0.0; x.len()];
-        let apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
-        self.add_to(&apart, &mut forces);
+        let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+        self.add_to(&difference, &mut forces);
         forces.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum()
     }
 
-    /// Whether the mean `x` lies far from `anchor` along these motions and along nothing else; `vibration` is the
+    /// Whether the mean has walked off: `x` lies far from `anchor` along these motions and along nothing else; `vibration` is the
     /// length of the rest of the motion, m.
-    pub fn has_left(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
-        let mut apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
-        let whole = norm(&apart);
+    pub fn walked_off(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+        let mut difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+        let whole = norm(&difference);
         for motion in &self.motions {
-            let along = dot(motion, &apart);
-            axpy(-along, motion, &mut apart);
+            let along = dot(motion, &difference);
+            axpy(-along, motion, &mut difference);
         }
-        let rest = norm(&apart);
+        let rest = norm(&difference);
         let along = (whole * whole - rest * rest).max(0.0).sqrt();
         along > FAR * (rest + norm(anchor) + vibration)
     }
 }
 
-/// Whether the mean is so far that [`Retention::has_left`] is worth asking.
-pub fn may_have_left(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
-    let apart: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
-    norm(&apart) > FAR * (norm(anchor) + vibration)
+/// Whether the mean is so far that [`Retention::walked_off`] is worth asking.
+pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
+    let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+    norm(&difference) > FAR * (norm(anchor) + vibration)
 }
 
 fn orthonormalise(block: &mut Mat<f64>) {
@@ -264,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn a_held_motion_needs_no_retention() {
+    fn a_motion_with_stiffness_needs_no_retention() {
         let retention = Retention::new(&chain(4, 1.0), &[1.0; 12]);
         assert_eq!(retention.motions.len(), 1);
         let slide: Vec<f64> = (0..12).map(|i| f64::from(i % 3 == 1)).collect();
@@ -272,14 +279,14 @@ mod tests {
     }
 
     #[test]
-    fn only_a_slide_far_beyond_the_vibration_has_left() {
+    fn only_a_slide_far_beyond_the_vibration_has_walked_off() {
         let retention = Retention::new(&chain(4, 0.0), &[1.0; 12]);
         let slide: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 1)).collect();
         let anchor = [0.0; 12];
-        assert!(retention.has_left(&slide, &anchor, 1.0));
-        assert!(!retention.has_left(&slide, &anchor, 10.0));
+        assert!(retention.walked_off(&slide, &anchor, 1.0));
+        assert!(!retention.walked_off(&slide, &anchor, 10.0));
         let press: Vec<f64> = (0..12).map(|i| 5.0 * f64::from(i % 3 == 0)).collect();
-        assert!(!retention.has_left(&press, &anchor, 1.0));
+        assert!(!retention.walked_off(&press, &anchor, 1.0));
     }
 
     #[test]
@@ -292,11 +299,11 @@ mod tests {
         x[3] += 3.0;
         (0..4).for_each(|p| x[3 * p + 1] += 5.0);
         // 10 > 2 (3 + 1 + vibration)
-        assert!(retention.has_left(&x, &anchor, 0.99));
-        assert!(!retention.has_left(&x, &anchor, 1.01));
+        assert!(retention.walked_off(&x, &anchor, 0.99));
+        assert!(!retention.walked_off(&x, &anchor, 1.01));
         // sqrt(109) > 2 (1 + vibration)
-        assert!(may_have_left(&x, &anchor, 4.21));
-        assert!(!may_have_left(&x, &anchor, 4.23));
+        assert!(may_have_walked_off(&x, &anchor, 4.21));
+        assert!(!may_have_walked_off(&x, &anchor, 4.23));
         assert_eq!(retention.force_n(&anchor, &anchor), 0.0);
         let soft = Retention::new(&chain(4, 0.0), &[8.0; 12]).softened(0.25);
         assert_eq!(soft.stiffness_n_m(), 2.0);

@@ -10,7 +10,7 @@ pub enum Resolution {
 }
 
 impl Resolution {
-    /// Most harmonics kept for an accuracy: with more, what the march of a pair leaves open (its parameter eps, the
+    /// Most harmonics kept for an accuracy: with more, what the time evaluation of a pair leaves open (its parameter eps, the
     /// way to the periodic state) weighs more than what the harmonics add.
     pub const MOST_ADAPTED: usize = 31;
 

@@ -2,7 +2,7 @@
 //! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
 //!
 //! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
-//! to be found, or one far away: the blade is then held at rest there, as in the dynamic solve ([`super::retention`]).
+//! to be found, or one far away: the blade is then retained at rest there, as in the dynamic solve ([`super::retention`]).
 
 use super::balance::apply_real;
 use super::coarse::Coarse;
@@ -13,37 +13,37 @@ use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
 use crate::reduction::{PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
-use dovetail_numerics::gmres::norm;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
-use dovetail_numerics::wear::Wear;
+use dovetail_numerics::refresh::RefreshPolicy;
+use dovetail_numerics::vector::norm;
 use faer::Mat;
 use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state; held along the slot where friction alone does not hold it. eps is the stiffness of each
+/// stuck, unloaded state; retained along the slot where friction alone does not hold it. eps is the stiffness of each
 /// pair: the state does not depend on it, only the way there does.
 pub fn static_state(
     model: &RelativeModel,
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
-    let eps = &model.own_stiffness();
+    let eps = &model.diagonal_stiffness();
     let all: Vec<usize> = (0..model.pairs.len()).collect();
     let inexact = InexactModel::new(model).taking_part(&all, None);
-    let load_up = |retention: Option<&Retention>, closed: bool| {
-        load_up(model, &inexact, eps, load_steps, options, retention, closed)
+    let load_up = |retention: Option<&Retention>, start: Start| {
+        StaticSystem::new(model, &inexact, eps, retention).load_up(start, load_steps, options)
     };
-    let mut free = load_up(None, false);
+    let mut free = load_up(None, Start::Unloaded);
     let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
-    let mut closed = false;
+    let mut start = Start::Unloaded;
     let is_lost = |state: &StaticState| is_open(state) || !state.outcome.is_converged();
     if is_lost(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
         // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
         // any stiffness: start with the flanks together.
-        let other = load_up(None, true);
+        let other = load_up(None, Start::ClearancesClosed);
         if !is_lost(&other) || is_open(&free) && !is_open(&other) {
-            (free, closed) = (other, true);
+            (free, start) = (other, Start::ClearancesClosed);
         }
     }
     let converged = free.outcome.is_converged();
@@ -53,13 +53,13 @@ pub fn static_state(
     }
     let retention = Retention::new(&model.stiffness, eps);
     let at_rest = vec![0.0; free.x.len()];
-    if !retention.is_needed() || (converged && !retention.has_left(&free.x, &at_rest, 0.0)) {
+    if !retention.is_needed() || (converged && !retention.walked_off(&free.x, &at_rest, 0.0)) {
         return free;
     }
-    let mut held = load_up(Some(&retention), closed);
-    held.newton_iterations += free.newton_iterations;
-    if converged || held.outcome.is_converged() {
-        held
+    let mut retained = load_up(Some(&retention), start);
+    retained.newton_iterations += free.newton_iterations;
+    if converged || retained.outcome.is_converged() {
+        retained
     } else {
         free
     }
@@ -79,85 +79,12 @@ const FIRST_FRICTION: f64 = 0.5;
 /// ... by the first of these factors; where that fails, by the next.
 const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
-/// The load in steps, the blade free along its slot or held there, from the unloaded place or with all clearances closed.
-fn load_up(
-    model: &RelativeModel,
-    inexact: &Arc<Inexact>,
-    eps: &[f64],
-    load_steps: usize,
-    options: NewtonOptions,
-    retention: Option<&Retention>,
-    closed: bool,
-) -> StaticState {
-    let n = model.stiffness.nrows();
-    let mut stiffness = Cow::Borrowed(&model.stiffness);
-    if let Some(retention) = retention {
-        retention.add_to_matrix(stiffness.to_mut());
-    }
-    let mut system = StaticSystem {
-        model,
-        stiffness,
-        eps,
-        load: vec![0.0; n],
-        slid_force: vec![[0.0; 2]; n / 3],
-        friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
-        scale: norm(&model.static_load.on_x),
-        linear: LinearSystem {
-            inexact: Arc::clone(inexact),
-            harmonics: vec![],
-            derivatives: vec![0.0; 3 * n],
-            retention: retention.cloned(),
-            eps: eps.iter().map(|v| *v as f32).collect(),
-        },
-        coarse: None,
-        wear: Wear::default(),
-    };
-    let mut x = if closed {
-        with_clearances_closed(model, eps)
-    } else {
-        vec![0.0; n]
-    };
-    let mut state = StaticState {
-        outcome: Outcome::Converged,
-        x: vec![],
-        lambda: vec![0.0; n],
-        status: vec![],
-        newton_iterations: 0,
-        residual: 0.0,
-        retention_n: None,
-    };
-    if system.scale > 0.0 {
-        for step in 1..=load_steps {
-            let fraction = step as f64 / load_steps as f64;
-            for (f, full) in system.load.iter_mut().zip(&model.static_load.on_x) {
-                *f = fraction * full;
-            }
-            for (pair, s) in system.slid_force.iter_mut().enumerate() {
-                let t = 3 * pair + 1;
-                *s = [eps[t] * x[t], eps[t + 1] * x[t + 1]];
-            }
-            let end = step_up(&mut system, &mut x, options);
-            state.newton_iterations += end.iterations;
-            state.residual = end.measure;
-            state.outcome = Outcome::from(end.status);
-            if !state.outcome.is_converged() {
-                break;
-            }
-        }
-    }
-    let predicted = system.predicted(&x);
-    for (pair, predicted) in predicted.iter().enumerate() {
-        let (contact, force) = unilateral_coulomb(*predicted, system.friction[pair]);
-        state.lambda[3 * pair..3 * pair + 3].copy_from_slice(&force);
-        state.status.push(match contact {
-            Contact::Stick => PairStatus::Stuck,
-            Contact::Slip => PairStatus::Slipping,
-            Contact::Open => PairStatus::Open,
-        });
-    }
-    state.retention_n = retention.map(|r| r.force_n(&x, &vec![0.0; n]));
-    state.x = x;
-    state
+/// Where the load is applied from.
+#[derive(Debug, Clone, Copy)]
+enum Start {
+    /// All relative displacements zero.
+    Unloaded,
+    ClearancesClosed,
 }
 
 /// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
@@ -184,7 +111,7 @@ fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
 
 /// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
 /// method may end between two of them: then the coefficient grows, each solution the start of the next.
-fn step_up(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
+fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let start = x.to_vec();
     let mut end = newton(system, x, options);
     let full = system.friction.clone();
@@ -250,10 +177,105 @@ struct StaticSystem<'a> {
     linear: LinearSystem,
     /// Of J at some earlier x.
     coarse: Option<Coarse>,
-    wear: Wear,
+    refresh: RefreshPolicy,
 }
 
-impl StaticSystem<'_> {
+impl<'a> StaticSystem<'a> {
+    /// Without load and without slip; with a retention the blade is retained along its slot.
+    fn new(
+        model: &'a RelativeModel,
+        inexact: &Arc<Inexact>,
+        eps: &'a [f64],
+        retention: Option<&Retention>,
+    ) -> Self {
+        let n = model.stiffness.nrows();
+        let mut stiffness = Cow::Borrowed(&model.stiffness);
+        if let Some(retention) = retention {
+            retention.add_to_matrix(stiffness.to_mut());
+        }
+        Self {
+            model,
+            stiffness,
+            eps,
+            load: vec![0.0; n],
+            slid_force: vec![[0.0; 2]; n / 3],
+            friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
+            scale: norm(&model.static_load.on_x),
+            linear: LinearSystem {
+                inexact: Arc::clone(inexact),
+                harmonics: vec![],
+                derivatives: vec![0.0; 3 * n],
+                retention: retention.cloned(),
+                eps: eps.iter().map(|v| *v as f32).collect(),
+            },
+            coarse: None,
+            refresh: RefreshPolicy::default(),
+        }
+    }
+
+    /// Applies the load in equal steps.
+    fn load_up(mut self, start: Start, load_steps: usize, options: NewtonOptions) -> StaticState {
+        let n = self.eps.len();
+        let mut x = match start {
+            Start::Unloaded => vec![0.0; n],
+            Start::ClearancesClosed => with_clearances_closed(self.model, self.eps),
+        };
+        let mut end = NewtonEnd {
+            status: NewtonStatus::Converged,
+            iterations: 0,
+            measure: 0.0,
+        };
+        if self.scale > 0.0 {
+            for step in 1..=load_steps {
+                self.set_load(step as f64 / load_steps as f64, &x);
+                let last = load_step(&mut self, &mut x, options);
+                end = NewtonEnd {
+                    iterations: end.iterations + last.iterations,
+                    ..last
+                };
+                if end.status != NewtonStatus::Converged {
+                    break;
+                }
+            }
+        }
+        self.state(x, end)
+    }
+
+    /// The load step that ends at this fraction of the load, and begins at `x`.
+    fn set_load(&mut self, fraction: f64, x: &[f64]) {
+        for (f, full) in self.load.iter_mut().zip(&self.model.static_load.on_x) {
+            *f = fraction * full;
+        }
+        for (pair, s) in self.slid_force.iter_mut().enumerate() {
+            let t = 3 * pair + 1;
+            *s = [self.eps[t] * x[t], self.eps[t + 1] * x[t + 1]];
+        }
+    }
+
+    /// Contact forces and status of all pairs at `x`, where the last load step ended.
+    fn state(&self, x: Vec<f64>, end: NewtonEnd) -> StaticState {
+        let (mut lambda, mut status) = (vec![], vec![]);
+        for (predicted, friction) in self.predicted(&x).into_iter().zip(&self.friction) {
+            let (contact, force) = unilateral_coulomb(predicted, *friction);
+            lambda.extend(force);
+            status.push(match contact {
+                Contact::Stick => PairStatus::Stuck,
+                Contact::Slip => PairStatus::Slipping,
+                Contact::Open => PairStatus::Open,
+            });
+        }
+        let retention = self.linear.retention.as_ref();
+        StaticState {
+            outcome: Outcome::from(end.status),
+            retention_n: retention.map(|r| r.force_n(&x, &vec![0.0; x.len()])),
+            x,
+            lambda,
+            status,
+            newton_iterations: end.iterations,
+            residual: end.measure,
+        }
+    }
+
     /// lambda_u shifted by the clearance and the slid force, per pair.
     fn predicted(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let lambda_u = self.lambda_u(x);
@@ -305,12 +327,12 @@ impl StaticSystem<'_> {
             let column = jacobian.col_as_slice_mut(j);
             let derivatives = self.linear.derivatives.chunks_exact(9);
             for (pair, (column, d)) in column.chunks_exact_mut(3).zip(derivatives).enumerate() {
-                let mut apart = [column[0], column[1], column[2]];
+                let mut difference = [column[0], column[1], column[2]];
                 if j / 3 == pair {
-                    apart[j % 3] -= eps;
+                    difference[j % 3] -= eps;
                 }
                 for (r, c) in column.iter_mut().enumerate() {
-                    let moved = (0..3).map(|c| f64::from(d[3 * c + r]) * apart[c]);
+                    let moved = (0..3).map(|c| f64::from(d[3 * c + r]) * difference[c]);
                     *c -= moved.sum::<f64>();
                 }
             }
@@ -362,9 +384,9 @@ impl NonlinearSystem for StaticSystem<'_> {
                 *out = derivative[i % 3][i / 3] as f32;
             }
         }
-        if self.coarse.is_none() || self.wear.is_worn() {
+        if self.coarse.is_none() || self.refresh.is_due() {
             self.coarse = Coarse::new(&self.linear);
-            self.wear = Wear::default();
+            self.refresh = RefreshPolicy::default();
         }
     }
 
@@ -382,7 +404,7 @@ impl NonlinearSystem for StaticSystem<'_> {
                 MOST_KRYLOV_ITERATIONS,
             );
             dx.copy_from_slice(&solution);
-            self.wear.serve(end.iterations);
+            self.refresh.record(end.iterations);
             solved = end.converged || !is_small;
         }
         if !solved {
@@ -402,6 +424,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{mixed, model};
+    use crate::dlft::retention::Mean;
     use dovetail_testkit::differences::{assert_close, central};
 
     /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
@@ -419,13 +442,13 @@ mod tests {
     ];
 
     /// A system and a point x at which its pairs have those predicted forces.
-    fn with_system(is_held: bool, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
+    fn with_system(mean: Mean, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
         let model = model(PREDICTED.len());
         let n = model.stiffness.nrows();
-        let eps: Vec<f64> = model.own_stiffness().iter().map(|v| 1.3 * v).collect();
+        let eps: Vec<f64> = model.diagonal_stiffness().iter().map(|v| 1.3 * v).collect();
         let all: Vec<usize> = (0..PREDICTED.len()).collect();
         let inexact = InexactModel::new(&model).taking_part(&all, None);
-        let retention = is_held.then(|| Retention::new(&model.stiffness, &eps));
+        let retention = (mean == Mean::Retained).then(|| Retention::new(&model.stiffness, &eps));
         let mut stiffness = Cow::Borrowed(&model.stiffness);
         if let Some(retention) = &retention {
             assert!(retention.is_needed());
@@ -447,7 +470,7 @@ mod tests {
                 eps: eps.iter().map(|v| *v as f32).collect(),
             },
             coarse: None,
-            wear: Wear::default(),
+            refresh: RefreshPolicy::default(),
         };
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
         let without_load = system.predicted(&x).into_iter().flatten();
@@ -489,8 +512,8 @@ mod tests {
 
     #[test]
     fn the_dense_jacobian_is_that_by_differences() {
-        for is_held in [false, true] {
-            with_system(is_held, |system, x| {
+        for mean in [Mean::Free, Mean::Retained] {
+            with_system(mean, |system, x| {
                 let of_contact = |(p, mu): (&[f64; 3], &f64)| unilateral_coulomb(*p, *mu).0;
                 let found: Vec<Contact> = system
                     .predicted(x)
@@ -503,7 +526,7 @@ mod tests {
                 let by_differences = differences(system, x);
                 system.linearise(x);
                 // The derivatives of the law are in single precision.
-                let what = format!("held {is_held}");
+                let what = format!("mean {mean:?}");
                 assert_close(&system.jacobian(), &by_differences, 2e-6, &what);
             });
         }
@@ -511,8 +534,8 @@ mod tests {
 
     #[test]
     fn corrections_solve_with_the_jacobian_by_differences() {
-        for is_held in [false, true] {
-            with_system(is_held, |system, x| {
+        for mean in [Mean::Free, Mean::Retained] {
+            with_system(mean, |system, x| {
                 let by_differences = differences(system, x);
                 system.linearise(x);
                 let size = x.len();
@@ -524,7 +547,7 @@ mod tests {
                 }
                 let product = by_differences * corrections;
                 let unit = Mat::identity(size, size);
-                assert_close(&unit, &product, 5e-4, &format!("held {is_held}"));
+                assert_close(&unit, &product, 5e-4, &format!("mean {mean:?}"));
             });
         }
     }

@@ -3,12 +3,13 @@
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
 //! two cores share the work, and the answer does not depend on how many there are.
 
-use super::accuracy::{Ladder, Resolved, levels};
+use super::accuracy::{Refinement, Resolved, levels};
+use super::aft::Periods;
 use super::balance::Setting;
-use super::march::Periods;
 use super::orbit::{orbit, stuck_point};
 use super::penalty::Penalty;
-use super::point::{Neighbour, Solved, Work};
+use super::point::{Neighbour, Solution, Work};
+use super::retention::Mean;
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
@@ -67,13 +68,16 @@ pub fn sweep(
         fourier: &levels[0].fourier,
         eps: &levels[0].eps,
         x_static: &static_state.x,
-        held_statically: static_state.retention_n.is_some(),
+        static_mean: match static_state.retention_n {
+            None => Mean::Free,
+            Some(_) => Mean::Retained,
+        },
         pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
         periods: settings.periods,
         slip_threshold_m,
     };
     let run = Run {
-        ladder: Ladder::new(
+        refinement: Refinement::new(
             setting,
             &levels,
             settings.resolution,
@@ -108,15 +112,15 @@ fn middle(frequencies_hz: &[f64]) -> f64 {
     ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
 }
 
-/// Where the sweep stands: the last converged frequency, and the rung to begin the next on.
+/// Where the sweep stands: the last converged frequency, and the level to begin the next on.
 #[derive(Default)]
 struct Last {
     neighbour: Option<Neighbour>,
-    rung: usize,
+    level: usize,
 }
 
 struct Run<'a> {
-    ladder: Ladder<'a>,
+    refinement: Refinement<'a>,
 }
 
 impl Run<'_> {
@@ -139,19 +143,19 @@ impl Run<'_> {
     fn point(&self, frequency_hz: f64, last: &mut Last, work: &mut Work) -> Orbit {
         work.start_counting();
         let resolved = self
-            .ladder
-            .resolve(frequency_hz, last.rung, work, |rung, work| {
-                rung.solve(frequency_hz, last.neighbour.as_ref(), work)
+            .refinement
+            .resolve(frequency_hz, last.level, work, |level, work| {
+                level.solve(frequency_hz, last.neighbour.as_ref(), work)
             });
-        let held = resolved.solved.balance.is_held();
+        let mean = resolved.solved.balance.mean();
         let u = resolved.solved.u.clone();
-        let rung = resolved.next_rung;
+        let level = resolved.next_level;
         let orbit = self.orbit_of(resolved, frequency_hz, work);
         if orbit.outcome.is_converged() {
-            let neighbour = Neighbour::after(last.neighbour.as_ref(), frequency_hz, u, held);
+            let neighbour = Neighbour::after(last.neighbour.as_ref(), frequency_hz, u, mean);
             *last = Last {
                 neighbour: Some(neighbour),
-                rung,
+                level,
             };
         }
         orbit
@@ -172,15 +176,19 @@ impl Run<'_> {
             if !failed || !neighbour.outcome.is_converged() {
                 continue;
             }
-            let held = neighbour.retention_n > 0.0;
+            let mean = if neighbour.retention_n > 0.0 {
+                Mean::Retained
+            } else {
+                Mean::Free
+            };
             let u = neighbour.x.clone();
-            let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, held);
+            let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, mean);
             let frequency_hz = orbits[i].frequency_hz;
             work.start_counting();
             let resolved = self
-                .ladder
-                .resolve(frequency_hz, 0, &mut work, |rung, work| {
-                    rung.solve_from(frequency_hz, &neighbour, work)
+                .refinement
+                .resolve(frequency_hz, 0, &mut work, |level, work| {
+                    level.solve_from(frequency_hz, &neighbour, work)
                 });
             let mut again = self.orbit_of(resolved, frequency_hz, &work);
             again.newton_iterations += orbits[i].newton_iterations;
@@ -195,7 +203,7 @@ impl Run<'_> {
     }
 
     fn orbit_of(&self, resolved: Resolved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
-        let Solved {
+        let Solution {
             balance,
             u,
             evaluation,
@@ -204,7 +212,7 @@ impl Run<'_> {
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
-        } else if !outcome.is_converged() && self.ladder.lowest().is_overpowered() {
+        } else if !outcome.is_converged() && self.refinement.lowest().excitation_exceeds_preload() {
             outcome = Outcome::LeavesSlot;
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;

@@ -33,7 +33,7 @@ pub struct Comparison {
     pub steady: bool,
     /// What is left of the transient: see [`Settled::left`].
     pub left: f64,
-    /// Steady force that held the mean along the slot in both, N: see [`Orbit::retention_n`].
+    /// Steady force that retained the mean along the slot in both, N: see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
 
@@ -75,8 +75,8 @@ pub enum Start<'a> {
     Rest(&'a StaticState),
 }
 
-/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance held
-/// the mean along the slot, its steady force acts here, too ([`holding`]).
+/// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance retained
+/// the mean along the slot, its steady force acts here, too ([`with_retention_force`]).
 ///
 /// # Errors
 /// See [`IntegrationError`].
@@ -89,8 +89,8 @@ pub fn compare(
     until: Until,
     slip_threshold_m: f64,
 ) -> Result<Comparison, IntegrationError> {
-    let held = (orbit.retention_n > 0.0).then(|| holding(model, orbit));
-    let model = held.as_ref().unwrap_or(model);
+    let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(model, orbit));
+    let model = retained.as_ref().unwrap_or(model);
     let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
         Start::Orbit => on_orbit(orbit),
@@ -111,15 +111,15 @@ pub fn compare(
 
 /// The model with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 + lambda_0 - F_0,
 /// in which no parameter of the balance enters.
-fn holding(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
-    let mut held = model.clone();
-    let n = held.static_load.on_x.len();
+fn with_retention_force(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
+    let mut retained = model.clone();
+    let n = retained.static_load.on_x.len();
     let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
-    for (i, load) in held.static_load.on_x.iter_mut().enumerate() {
+    for (i, load) in retained.static_load.on_x.iter_mut().enumerate() {
         let elastic: f64 = (0..n).map(|j| model.stiffness[(i, j)] * x[j]).sum();
         *load = elastic + lambda[i];
     }
-    held
+    retained
 }
 
 /// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
@@ -187,7 +187,7 @@ fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::march::Periods;
+    use crate::dlft::aft::Periods;
     use crate::dlft::penalty::Penalty;
     use crate::dlft::settings::{EpsChoice, Resolution, Solver};
     use crate::dlft::static_state::static_state;
@@ -230,9 +230,13 @@ mod tests {
         let orbit = &response.orbits[0];
         assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
 
-        let held = holding(&model, orbit);
-        let loads = held.static_load.on_x.iter().zip(&model.static_load.on_x);
-        let added_n: Vec<f64> = loads.map(|(held, free)| held - free).collect();
+        let retained = with_retention_force(&model, orbit);
+        let loads = retained
+            .static_load
+            .on_x
+            .iter()
+            .zip(&model.static_load.on_x);
+        let added_n: Vec<f64> = loads.map(|(retained, free)| retained - free).collect();
         let along_n: f64 = added_n.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
         assert!(
             (along_n / orbit.retention_n - 1.0).abs() < 1e-5,
@@ -244,6 +248,6 @@ mod tests {
         let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
         let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
         assert!(work_j < 0.0, "{work_j}");
-        assert_eq!(held.static_load.on_modes, model.static_load.on_modes);
+        assert_eq!(retained.static_load.on_modes, model.static_load.on_modes);
     }
 }

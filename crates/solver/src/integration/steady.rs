@@ -161,8 +161,8 @@ fn one_period(
     let mut open = vec![0_usize; pairs];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     for step in 0..steps {
-        for (signal, probe) in signals.iter_mut().zip(&model.observations) {
-            signal.push(dot(&probe.on_x, &state.x) + dot(&probe.on_modes, &state.q));
+        for (signal, point) in signals.iter_mut().zip(&model.observations) {
+            signal.push(dot(&point.on_x, &state.x) + dot(&point.on_modes, &state.q));
         }
         let before = state.x.clone();
         let done = stepper.advance(state, step).map_err(|residual| {

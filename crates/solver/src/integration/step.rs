@@ -27,7 +27,7 @@
 //! step, however light its damping.
 
 use super::IntegrationError;
-use super::impulse::{ContactProblem, Solved};
+use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
@@ -208,8 +208,8 @@ impl<'a> Stepper<'a> {
             sine,
         } in &self.model.excitations
         {
-            let turn = (harmonic * step) % self.steps;
-            let (s, c) = (TAU * turn as f64 / self.steps as f64).sin_cos();
+            let phase = (harmonic * step) % self.steps;
+            let (s, c) = (TAU * phase as f64 / self.steps as f64).sin_cos();
             let mut add = |part: &Load, factor: f64| {
                 for (sum, f) in load.on_x.iter_mut().zip(&part.on_x) {
                     *sum += factor * f;
@@ -229,24 +229,69 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// The residual of the contact forces, where they were not found.
     pub fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
-        let model = self.model;
-        let (h, s) = (self.h, 2.0 / self.h);
-        let (a, b) = (self.damping.stiffness_s, self.damping.mass_per_s);
-        let c = s + b;
-        let n = state.x.len();
-        let (before, after) = (self.vibrating_load(step), self.vibrating_load(step + 1));
-        let mean = |x: &[f64], y: &[f64]| -> Vec<f64> {
-            x.iter().zip(y).map(|(x, y)| 0.5 * (x + y)).collect()
-        };
-        let force = mean(&before.on_x, &after.on_x);
-        let modal_force = mean(&before.on_modes, &after.on_modes);
+        let (model, h) = (self.model, self.h);
+        let load = self.mean_load(step);
+        let known = self.known_on_modes(state, &load.on_modes);
+        let free = self.velocity_without_contact(state, &load.on_x, &known);
+        let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
+        for (pair, law) in model.pairs.iter().enumerate() {
+            offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
+        }
+        let mut v = vec![0.0; state.v.len()];
+        match self
+            .contact
+            .solve(&free, &offset, &mut state.lambda, &mut v)
+        {
+            ContactEnd::Solved => {}
+            ContactEnd::NotSolved { residual } => return Err(residual),
+        }
+        let mut pv = vec![0.0; self.modal.len()];
+        apply(&self.coupling_t, &v, &mut pv);
+        let rates = self.mean_rates(&state.v, &v, &pv, &known);
+        for (x, v) in state.x.iter_mut().zip(&rates.v) {
+            *x += h * v;
+        }
+        for (pair, law) in model.pairs.iter().enumerate() {
+            state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
+        }
+        state.v = v;
+        for ((q, rate), mean) in state.q.iter_mut().zip(&mut state.q_rate).zip(&rates.q) {
+            *q += h * mean;
+            *rate = 2.0 * mean - *rate;
+        }
+        self.pv = pv;
+        let before = [self.kx.clone(), self.mv.clone()];
+        apply(&model.stiffness, &state.x, &mut self.kx);
+        apply(&model.mass, &state.v, &mut self.mv);
+        Ok(self.work(&load, &state.lambda, &rates, &before))
+    }
 
-        let known: Vec<f64> = (0..self.modal.len())
+    /// Mean of the vibrating load over a step.
+    fn mean_load(&self, step: usize) -> Load {
+        let (before, after) = (self.vibrating_load(step), self.vibrating_load(step + 1));
+        Load {
+            on_x: mean(&before.on_x, &after.on_x),
+            on_modes: mean(&before.on_modes, &after.on_modes),
+        }
+    }
+
+    /// fm + s (q' + p^T V) - w^2 q.
+    fn known_on_modes(&self, state: &State, modal_force: &[f64]) -> Vec<f64> {
+        let (model, s) = (self.model, 2.0 / self.h);
+        (0..self.modal.len())
             .map(|m| {
                 model.static_load.on_modes[m] + modal_force[m] + s * (state.q_rate[m] + self.pv[m])
                     - model.omega2[m] * state.q[m]
             })
-            .collect();
+            .collect()
+    }
+
+    /// V+ with lambda = 0.
+    fn velocity_without_contact(&self, state: &State, force: &[f64], known: &[f64]) -> Vec<f64> {
+        let model = self.model;
+        let s = 2.0 / self.h;
+        let c = s + self.damping.mass_per_s;
+        let n = state.x.len();
         let on_modes: Vec<f64> = (0..self.modal.len())
             .map(|m| s * state.q_rate[m] - c * known[m] / self.modal[m])
             .collect();
@@ -259,65 +304,63 @@ impl<'a> Stepper<'a> {
         for (f, v) in free.iter_mut().zip(&state.v) {
             *f = 2.0 * *f - v;
         }
-        let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
-        for (pair, law) in model.pairs.iter().enumerate() {
-            offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
-        }
-        let mut v = vec![0.0; n];
-        match self
-            .contact
-            .solve(&free, &offset, &mut state.lambda, &mut v)
-        {
-            Solved::Yes => {}
-            Solved::No { residual } => return Err(residual),
-        }
-        let v_mean = mean(&state.v, &v);
-        let mut pv = vec![0.0; self.modal.len()];
-        apply(&self.coupling_t, &v, &mut pv);
-        let pv_mean = mean(&self.pv, &pv);
-        let rate_mean: Vec<f64> = (0..self.modal.len())
-            .map(|m| (known[m] - c * pv_mean[m]) / self.modal[m])
-            .collect();
+        free
+    }
 
-        let old_kx = self.kx.clone();
-        let old_mv = self.mv.clone();
-        for (x, v) in state.x.iter_mut().zip(&v_mean) {
-            *x += h * v;
+    /// Vm and q'm, from the velocities at both ends of the step.
+    fn mean_rates(&self, v_start: &[f64], v_end: &[f64], pv_end: &[f64], known: &[f64]) -> Rates {
+        let c = 2.0 / self.h + self.damping.mass_per_s;
+        let pv = mean(&self.pv, pv_end);
+        Rates {
+            v: mean(v_start, v_end),
+            q: (0..self.modal.len())
+                .map(|m| (known[m] - c * pv[m]) / self.modal[m])
+                .collect(),
+            pv,
         }
-        for (pair, law) in model.pairs.iter().enumerate() {
-            state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
-        }
-        state.v = v;
-        for ((q, rate), mean) in state.q.iter_mut().zip(&mut state.q_rate).zip(&rate_mean) {
-            *q += h * mean;
-            *rate = 2.0 * mean - *rate;
-        }
-        self.pv = pv;
-        apply(&model.stiffness, &state.x, &mut self.kx);
-        apply(&model.mass, &state.v, &mut self.mv);
+    }
 
+    /// Work of a step that has been taken; `before` are K X and M V at its start.
+    fn work(&self, load: &Load, lambda: &[f64], rates: &Rates, before: &[Vec<f64>; 2]) -> Work {
+        let h = self.h;
+        let (a, b) = (self.damping.stiffness_s, self.damping.mass_per_s);
+        let [old_kx, old_mv] = before;
         let mut work = Work::default();
-        for i in 0..n {
-            let moved = h * v_mean[i];
-            work.input_j += force[i] * moved;
-            let spent = state.lambda[i] * moved;
+        for i in 0..lambda.len() {
+            let moved = h * rates.v[i];
+            work.input_j += load.on_x[i] * moved;
+            let spent = lambda[i] * moved;
             if i % 3 == 0 {
                 work.impact_j += spent;
             } else {
                 work.friction_j += spent;
             }
-            work.viscous_j += a * (self.kx[i] - old_kx[i]) * v_mean[i]
+            work.viscous_j += a * (self.kx[i] - old_kx[i]) * rates.v[i]
                 + b * 0.5 * (self.mv[i] + old_mv[i]) * moved;
         }
         for m in 0..self.modal.len() {
-            let moved = h * rate_mean[m];
-            work.input_j += modal_force[m] * moved;
-            work.viscous_j += (a * model.omega2[m] * rate_mean[m]
-                + b * (rate_mean[m] + 2.0 * pv_mean[m]))
+            let moved = h * rates.q[m];
+            work.input_j += load.on_modes[m] * moved;
+            work.viscous_j += (a * self.model.omega2[m] * rates.q[m]
+                + b * (rates.q[m] + 2.0 * rates.pv[m]))
                 * moved;
         }
-        Ok(work)
+        work
     }
+}
+
+/// Means over a step.
+struct Rates {
+    /// Vm, m/s.
+    v: Vec<f64>,
+    /// q'm.
+    q: Vec<f64>,
+    /// p^T Vm.
+    pv: Vec<f64>,
+}
+
+fn mean(x: &[f64], y: &[f64]) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| 0.5 * (x + y)).collect()
 }
 
 /// y = A x.

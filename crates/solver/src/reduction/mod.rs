@@ -161,7 +161,7 @@ pub struct RelativeModel {
 
 impl RelativeModel {
     /// Own static stiffness of each relative displacement, N/m: K_NN of a pair, and the mean of its two tangential diagonals for both.
-    pub fn own_stiffness(&self) -> Vec<f64> {
+    pub fn diagonal_stiffness(&self) -> Vec<f64> {
         let own = |i: usize| self.stiffness[(i, i)];
         (0..self.pairs.len())
             .flat_map(|p| {

@@ -357,7 +357,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
 /// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind it.
 fn first_yielding(relative: &RelativeModel) -> f64 {
     let (n, m) = (relative.stiffness.nrows(), relative.omega2.len());
-    let own = relative.own_stiffness();
+    let own = relative.diagonal_stiffness();
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) if i == j => relative.stiffness[(i, j)] + own[i],
         (true, true) => relative.stiffness[(i, j)],

@@ -44,7 +44,7 @@ pub(super) struct Left {
 
 /// How the flanks give way under the first stuck modes, of unit modal mass: n x modes.
 pub(super) fn yielding(relative: &RelativeModel) -> Mat<f64> {
-    let own = relative.own_stiffness();
+    let own = relative.diagonal_stiffness();
     let n = own.len();
     let stiffness = relative.stiffness.as_ref();
     let apply = |v: &[f64], w: &mut [f64]| {

@@ -1,5 +1,6 @@
-//! One pair marched through its period: from the predicted to the contact forces, with the exact
-//! derivative including the history of slip.
+//! Alternating frequency-time evaluation (AFT) of the contact law of one pair: the predicted force lambda_u is
+//! synthesised at the samples of a period, the law is evaluated there sample after sample, and the contact force is
+//! analysed into harmonics; with the exact derivative including the history of slip.
 
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use dovetail_numerics::fourier::Fourier;
@@ -7,7 +8,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Periods marched one after the other before the periodic state is solved for.
+/// Periods evaluated one after the other before the periodic state is solved for.
 pub const PLAIN_PERIODS: usize = 6;
 /// Periods after which a force that is still not periodic is given up.
 pub const MOST_PERIODS: usize = 40;
@@ -17,7 +18,7 @@ const PERIODICITY: f64 = 1e-12;
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
 
-/// How long a pair is marched.
+/// How many periods of a pair are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Periods {
     /// Until the end of a period equals its start.
@@ -26,7 +27,7 @@ pub enum Periods {
     Exactly(usize),
 }
 
-/// What the march of one pair starts from.
+/// What the time evaluation of one pair starts from.
 #[derive(Debug, Clone, Copy)]
 pub struct PairInput<'a> {
     pub periods: Periods,
@@ -39,7 +40,7 @@ pub struct PairInput<'a> {
     pub start: [f64; 2],
 }
 
-/// How the march of one pair ended.
+/// How the time evaluation of one pair ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairEnd {
     pub periodic: bool,
@@ -51,7 +52,7 @@ pub struct PairEnd {
     history: History,
 }
 
-/// Which marched periods the derivative has to go through.
+/// Which of the periods evaluated the derivative has to go through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum History {
     /// This many, from the start.
@@ -65,7 +66,7 @@ enum History {
     },
 }
 
-/// Signals of the last marched period, component-major, 3 x N; reused from pair to pair.
+/// Signals of the last period, component-major, 3 x N; reused from pair to pair.
 pub struct Signals {
     pub lambda_u: Vec<f64>,
     pub lambda: Vec<f64>,
@@ -80,32 +81,32 @@ impl Signals {
     }
 }
 
-/// Marches one pair to its periodic contact force and writes the coefficients of that force into
+/// Evaluates one pair until its contact force is periodic and writes the coefficients of that force into
 /// `lambda` (component-major, 3 x (2H+1)).
-pub fn march(
+pub fn contact_forces(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &mut Signals,
     lambda: &mut [f64],
 ) -> PairEnd {
-    Arch::new().dispatch(March(fourier, input, signals, lambda))
+    Arch::new().dispatch(Evaluate(fourier, input, signals, lambda))
 }
 
 /// With the widest vectors the processor has; the same arithmetic. (A closure would be compiled for the least
 /// processor, and called.)
-struct March<'a>(&'a Fourier, PairInput<'a>, &'a mut Signals, &'a mut [f64]);
+struct Evaluate<'a>(&'a Fourier, PairInput<'a>, &'a mut Signals, &'a mut [f64]);
 
-impl WithSimd for March<'_> {
+impl WithSimd for Evaluate<'_> {
     type Output = PairEnd;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> PairEnd {
-        march_pair(self.0, self.1, self.2, self.3)
+        evaluate_pair(self.0, self.1, self.2, self.3)
     }
 }
 
 #[inline(always)]
-fn march_pair(
+fn evaluate_pair(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &mut Signals,
@@ -171,7 +172,7 @@ fn march_pair(
     end
 }
 
-/// Marches one period from `state`; says whether any sample was off sticking.
+/// Evaluates one period from `state`; says whether any sample was off sticking.
 #[inline(always)]
 fn one_period(
     samples: usize,
@@ -241,9 +242,9 @@ impl Memory {
                 last,
                 first,
             } => {
-                let turn = across[0] * last[0] + across[1] * last[1];
+                let cosine = across[0] * last[0] + across[1] * last[1];
                 Self::RankOne {
-                    factor: factor * tangent.kappa * turn,
+                    factor: factor * tangent.kappa * cosine,
                     last: across,
                     first,
                 }
@@ -286,9 +287,9 @@ fn prediction(
     ]
 }
 
-/// Derivative of the marched force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
-/// row-major, both indices component-major. `signals` and `end` are those of [`march`].
-pub fn march_derivative(
+/// Derivative of the contact force by the coefficients of lambda_u: `derivative` is 3(2H+1) square,
+/// row-major, both indices component-major. `signals` and `end` are those of [`contact_forces`].
+pub fn contact_force_derivative(
     fourier: &Fourier,
     input: PairInput<'_>,
     signals: &Signals,
@@ -298,7 +299,7 @@ pub fn march_derivative(
     Arch::new().dispatch(Differentiate(fourier, input, signals, end, derivative));
 }
 
-/// As [`March`].
+/// As [`Evaluate`].
 struct Differentiate<'a>(
     &'a Fourier,
     PairInput<'a>,
@@ -509,10 +510,10 @@ mod tests {
     fn check_derivative(fourier: &Fourier, input: PairInput<'_>, h: f64, what: &str) -> PairEnd {
         let (samples, full) = (fourier.samples(), 3 * fourier.width());
         let mut signals = Signals::new(samples);
-        let end = march(fourier, input, &mut signals, &mut vec![0.0; full]);
+        let end = contact_forces(fourier, input, &mut signals, &mut vec![0.0; full]);
         assert!(end.periodic);
         let mut d = vec![0.0; full * full];
-        march_derivative(fourier, input, &signals, &end, &mut d);
+        contact_force_derivative(fourier, input, &signals, &end, &mut d);
         for column in 0..full {
             let sides = [h, -h].map(|step| {
                 let mut force = input.force.to_vec();
@@ -522,7 +523,7 @@ mod tests {
                     force: &force,
                     ..input
                 };
-                march(fourier, moved, &mut Signals::new(samples), &mut lambda);
+                contact_forces(fourier, moved, &mut Signals::new(samples), &mut lambda);
                 lambda
             });
             for row in 0..full {
@@ -596,10 +597,10 @@ mod tests {
         };
         let mut signals = Signals::new(32);
         let mut lambda = vec![0.0; full];
-        let end = march(&fourier, input, &mut signals, &mut lambda);
+        let end = contact_forces(&fourier, input, &mut signals, &mut lambda);
         assert!(end.always_stuck && end.periodic && end.history == History::FromStart(1));
         let mut d = vec![0.0; full * full];
-        march_derivative(&fourier, input, &signals, &end, &mut d);
+        contact_force_derivative(&fourier, input, &signals, &end, &mut d);
         for i in 0..full {
             assert!((lambda[i] - f[i]).abs() < 1e-14);
             for j in 0..full {

@@ -1,4 +1,4 @@
-//! That computed modes are modes, and that none is missing: residuals, and a Sturm count (the inertia of
+//! The Sturm check: that computed modes are modes, by their residuals, and that none is missing, by a Sturm count (the inertia of
 //! K - sigma M just above the last one, Parlett, The Symmetric Eigenvalue Problem, 3.3).
 
 use nalgebra_sparse::CscMatrix;
@@ -18,8 +18,37 @@ const RAYLEIGH: f64 = 1e-5;
 /// Two eigenvalues closer than this, relatively, have no room for a shift between them.
 const GAP: f64 = 1e-6;
 
+/// Tries of a Lanczos method, each with other start vectors and more room.
+pub(super) const TRIES: usize = 3;
+
+/// The `count` lowest modes of `lanczos(wanted, attempt)`, tried until the Sturm check accepts them.
+pub(super) fn certified_of_tries(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+    lanczos: impl Fn(usize, usize) -> Result<Modes, EigenError>,
+) -> Result<Modes, EigenError> {
+    let attempted = |attempt: usize| {
+        lanczos(count + (SPARE << attempt), attempt)
+            .and_then(|modes| certified(stiffness, mass, count, modes, factor))
+    };
+    for attempt in 0..TRIES - 1 {
+        match attempted(attempt) {
+            Err(
+                EigenError::Arpack { .. }
+                | EigenError::Basis { .. }
+                | EigenError::Residual { .. }
+                | EigenError::Missing { .. },
+            ) => {}
+            outcome => return outcome,
+        }
+    }
+    attempted(TRIES - 1)
+}
+
 /// Checks residuals and that no mode is missing, and cuts the spare modes off.
-pub(super) fn complete(
+pub(super) fn certified(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
     count: usize,

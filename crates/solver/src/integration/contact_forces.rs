@@ -1,4 +1,4 @@
-//! Contact forces of one time step: for every pair, with u the relative velocity at the end of the
+//! The complementarity problem of one time step: its mean contact forces (forces, not impulses). For every pair, with u the relative velocity at the end of the
 //! step and `offset` what is added to it before the law is asked (N: the speed at which the gap may still
 //! close; T: the share of the velocity at the start of the step),
 //!
@@ -42,9 +42,9 @@ pub struct ContactProblem {
 
 /// How a step ended: solved, or the residual that was left (relative to the largest force).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Solved {
-    Yes,
-    No { residual: f64 },
+pub enum ContactEnd {
+    Solved,
+    NotSolved { residual: f64 },
 }
 
 impl ContactProblem {
@@ -72,7 +72,7 @@ impl ContactProblem {
         offset: &[f64],
         lambda: &mut [f64],
         u: &mut [f64],
-    ) -> Solved {
+    ) -> ContactEnd {
         let n = lambda.len();
         let (mut argument, mut correction) = (vec![0.0; n], vec![0.0; n]);
         let (mut trial, mut rest) = (vec![0.0; n], vec![0.0; n]);
@@ -81,7 +81,7 @@ impl ContactProblem {
         let mut fresh = false;
         for _ in 0..CORRECTIONS {
             if size <= TOLERANCE {
-                return Solved::Yes;
+                return ContactEnd::Solved;
             }
             if self.jacobian.is_none() {
                 self.jacobian = Some(Lu::new(self.derivative(&argument)));
@@ -120,7 +120,7 @@ impl ContactProblem {
             self.jacobian = None;
             fresh = false;
         }
-        Solved::No { residual: size }
+        ContactEnd::NotSolved { residual: size }
     }
 
     /// u = free - D lambda.
@@ -266,7 +266,7 @@ mod tests {
         ContactProblem::new(d, vec![mu; pairs])
     }
 
-    fn hold(problem: &ContactProblem, offset: &[f64], lambda: &[f64], u: &[f64]) {
+    fn assert_law(problem: &ContactProblem, offset: &[f64], lambda: &[f64], u: &[f64]) {
         let largest = lambda.iter().fold(0.0_f64, |m, l| m.max(l.abs()));
         for (pair, (l, u)) in lambda.chunks(3).zip(u.chunks(3)).enumerate() {
             let u = [0, 1, 2].map(|c| u[c] + offset[3 * pair + c]);
@@ -293,13 +293,16 @@ mod tests {
                 .collect();
             let offset: Vec<f64> = (0..n).map(|i| 0.2 * (i % 4) as f64).collect();
             let (mut a, mut u) = (vec![0.0; n], vec![0.0; n]);
-            assert_eq!(problem.solve(&free, &offset, &mut a, &mut u), Solved::Yes);
-            hold(&problem, &offset, &a, &u);
+            assert_eq!(
+                problem.solve(&free, &offset, &mut a, &mut u),
+                ContactEnd::Solved
+            );
+            assert_law(&problem, &offset, &a, &u);
             let (mut b, mut u) = (vec![0.0; n], free.clone());
             for _ in 0..200 {
                 problem.sweep(&offset, &mut b, &mut u);
             }
-            hold(&problem, &offset, &b, &u);
+            assert_law(&problem, &offset, &b, &u);
             for (a, b) in a.iter().zip(&b) {
                 assert!((a - b).abs() < 1e-6, "{a} {b}");
             }

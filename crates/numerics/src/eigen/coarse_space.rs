@@ -1,5 +1,5 @@
-//! The softest motions of a dense symmetric matrix beside its own diagonal: a space for a coarse problem, so that a few
-//! rounds of inverse iteration are enough.
+//! Coarse space of a two-level solver: the softest motions of a dense symmetric matrix beside its own diagonal, to the
+//! accuracy of a few rounds of inverse iteration.
 
 use faer::diag::DiagRef;
 use faer::linalg::matmul::matmul;
@@ -12,8 +12,8 @@ use crate::dense;
 use crate::fronts::in_rows;
 use crate::sparse::product;
 
-/// Of the diagonal, added to it: the matrix may have motions that cost nothing, or a little less (spin softening). The first with
-/// which it is definite serves.
+/// Relative diagonal shifts, tried in turn until the matrix is positive definite: it may be singular or slightly
+/// indefinite (rigid motion, spin softening).
 const SHIFTS: [f64; 3] = [1e-5, 1e-3, 1e-1];
 const ROUNDS: usize = 4;
 /// Columns eliminated together.
@@ -22,7 +22,7 @@ const BLOCK: usize = 256;
 /// `count` motions w (n x count, fewer where n is less) that about span the eigenvectors `A w = theta diag(weights) w` of the
 /// smallest theta, ascending in theta, with `w^T diag(weights) w = 1`. None where A (both triangles stored) is far
 /// from positive semi-definite, or a weight is not positive.
-pub fn softest(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
+pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Mat<f64> {
     let n = matrix.nrows();
     let count = count.min(n);
     let nothing = || Mat::zeros(n, 0);
@@ -131,7 +131,7 @@ mod tests {
         let (k, _) = lattice.cantilever();
         let k = dense(&k);
         let weights: Vec<f64> = (0..k.nrows()).map(|i| k[(i, i)]).collect();
-        let motions = softest(k.as_ref(), &weights, 40);
+        let motions = coarse_space(k.as_ref(), &weights, 40);
         let mass = Mat::from_fn(
             k.nrows(),
             k.nrows(),
@@ -160,10 +160,13 @@ mod tests {
             1 => -1.0,
             _ => 0.0,
         });
-        let motions = softest(k.as_ref(), &vec![2.0; n], 10);
+        let motions = coarse_space(k.as_ref(), &vec![2.0; n], 10);
         let even = 1.0 / (2.0 * n as f64).sqrt();
         assert!((0..n).all(|i| (motions[(i, 0)].abs() - even).abs() < 1e-6 * even));
-        assert_eq!(softest(Mat::zeros(3, 3).as_ref(), &[0.0; 3], 2).ncols(), 0);
-        assert_eq!(softest((-k).as_ref(), &vec![2.0; n], 2).ncols(), 0);
+        assert_eq!(
+            coarse_space(Mat::zeros(3, 3).as_ref(), &[0.0; 3], 2).ncols(),
+            0
+        );
+        assert_eq!(coarse_space((-k).as_ref(), &vec![2.0; n], 2).ncols(), 0);
     }
 }
