@@ -22,8 +22,7 @@ use dovetail_solver::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preco
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::fem::statics::SolveFailure;
-use dovetail_solver::fem::{self, Structure};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
@@ -31,7 +30,6 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     Highest, PairLaw, RelativeModel, StuckModes, reduce, superelement,
 };
-use nalgebra_sparse::CscMatrix;
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
@@ -66,16 +64,6 @@ fn bound(more: &[&str]) -> Model {
     model::bind(assembly, &mesh).unwrap()
 }
 
-fn assembled(model: &Model) -> Structure {
-    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
-        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
-    };
-    fem::assemble(model, &solve).unwrap()
-}
-
 /// From the bound mesh to the matrices that the contact solver sees.
 fn structure(c: &mut Criterion) {
     let mut group = c.benchmark_group("structure");
@@ -86,13 +74,15 @@ fn structure(c: &mut Criterion) {
         .measurement_time(Duration::from_secs(1));
 
     let plain = bound(&["rotation.prestress=none"]);
-    group.bench_function("assembly", |b| b.iter(|| assembled(black_box(&plain))));
+    group.bench_function("assembly", |b| {
+        b.iter(|| assemble(black_box(&plain)).unwrap())
+    });
     let model = bound(&[]);
     group.bench_function("assembly_with_prestress", |b| {
-        b.iter(|| assembled(black_box(&model)))
+        b.iter(|| assemble(black_box(&model)).unwrap())
     });
 
-    let structure = assembled(&model);
+    let structure = assemble(&model).unwrap();
     let (blade, matrices) = (&model.bodies[0], &structure.bodies[0]);
     let interior: Vec<usize> = (0..3 * blade.dofs.interior_nodes).collect();
     let stiffness = submatrix(&matrices.stiffness, &interior, &interior);

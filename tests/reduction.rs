@@ -3,10 +3,8 @@
 
 mod shared_scenes;
 
-use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
-use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{BodyNode, Model, bind};
@@ -35,13 +33,7 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
         rotation.point_m = [0.0, 0.3e-3, -1e-3];
     }
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
-    let structure = assemble(&model, &|k, f| {
-        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
-    })
-    .unwrap();
+    let structure = assemble(&model).unwrap();
     (model, structure)
 }
 

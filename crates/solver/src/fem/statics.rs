@@ -4,6 +4,7 @@ use nalgebra_sparse::CscMatrix;
 
 use super::FemError;
 use crate::model::{Body, DofMap};
+use dovetail_numerics::factor::{Cholesky, FactorError};
 use dovetail_numerics::sparse::submatrix;
 
 /// Why a symmetric positive definite system could not be solved.
@@ -18,6 +19,22 @@ pub enum SolveFailure {
 /// Solves A x = b for a symmetric positive definite A given whole.
 pub type SolveSpd<'a> =
     dyn Fn(&CscMatrix<f64>, &[f64]) -> Result<Vec<f64>, SolveFailure> + Sync + 'a;
+
+/// Solves by the Cholesky factorisation of [`dovetail_numerics`].
+///
+/// # Errors
+/// [`SolveFailure::NotPositiveDefinite`], also where a pivot is no more than rounding.
+pub fn solve_by_cholesky(matrix: &CscMatrix<f64>, rhs: &[f64]) -> Result<Vec<f64>, SolveFailure> {
+    let factor = Cholesky::factor(matrix).map_err(|error| match error {
+        FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
+            SolveFailure::NotPositiveDefinite { dof }
+        }
+        other => SolveFailure::Factorisation(Box::new(other)),
+    })?;
+    let mut x = rhs.to_vec();
+    factor.solve_vector(&mut x);
+    Ok(x)
+}
 
 /// Static displacement (m) of every node of the body under `load_n` (free dofs), with its contact
 /// nodes held besides the fixed ones.
