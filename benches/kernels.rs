@@ -75,11 +75,11 @@ fn structure(c: &mut Criterion) {
 
     let plain = bound(&["rotation.prestress=none"]);
     group.bench_function("assembly", |b| {
-        b.iter(|| assemble(black_box(&plain)).unwrap())
+        b.iter(|| assemble(black_box(&plain)).unwrap());
     });
     let model = bound(&[]);
     group.bench_function("assembly_with_prestress", |b| {
-        b.iter(|| assemble(black_box(&model)).unwrap())
+        b.iter(|| assemble(black_box(&model)).unwrap());
     });
 
     let structure = assemble(&model).unwrap();
@@ -88,14 +88,14 @@ fn structure(c: &mut Criterion) {
     let stiffness = submatrix(&matrices.stiffness, &interior, &interior);
     let mass = submatrix(&matrices.mass, &interior, &interior);
     group.bench_function("cholesky_blade_interior", |b| {
-        b.iter(|| Cholesky::factor(black_box(&stiffness)).unwrap())
+        b.iter(|| Cholesky::factor(black_box(&stiffness)).unwrap());
     });
     let factor = Cholesky::factor(&stiffness).unwrap();
     group.bench_function("six_modes_blade_interior", |b| {
-        b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap())
+        b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap());
     });
     group.bench_function("reduction", |b| {
-        b.iter(|| reduce(black_box(&model), &structure, WANTED).unwrap())
+        b.iter(|| reduce(black_box(&model), &structure, WANTED).unwrap());
     });
     group.finish();
 }
@@ -146,7 +146,7 @@ fn dlft(c: &mut Criterion) {
 
     let model = reduced_dovetail();
     group.bench_function("static_state", |b| {
-        b.iter(|| static_state(black_box(&model), 10, STATIC_NEWTON))
+        b.iter(|| static_state(black_box(&model), 10, STATIC_NEWTON));
     });
 
     let statics = static_state(&model, 10, STATIC_NEWTON);
@@ -173,7 +173,7 @@ fn dlft(c: &mut Criterion) {
         slip_threshold_m: 0.0,
     };
     group.bench_function("condense_one_frequency", |b| {
-        b.iter(|| Balance::new(&setting, black_box(omega)))
+        b.iter(|| Balance::new(&setting, black_box(omega)));
     });
 
     let balance = Balance::new(&setting, omega);
@@ -199,17 +199,17 @@ fn dlft(c: &mut Criterion) {
     );
 
     group.bench_function("evaluation", |b| {
-        b.iter(|| balance.evaluate(black_box(&motion)))
+        b.iter(|| balance.evaluate(black_box(&motion)));
     });
     group.bench_function("linearisation", |b| {
-        b.iter(|| balance.linearise(black_box(&lambda_u)))
+        b.iter(|| balance.linearise(black_box(&lambda_u)));
     });
     group.sampling_mode(SamplingMode::Flat);
     group.bench_function("one_frequency_newton_krylov", |b| {
-        b.iter(|| newton_krylov(&balance, black_box(&still)))
+        b.iter(|| newton_krylov(&balance, black_box(&still)));
     });
     group.bench_function("one_frequency_powell", |b| {
-        b.iter(|| dogleg(&balance, black_box(&still)))
+        b.iter(|| dogleg(&balance, black_box(&still)));
     });
     group.finish();
 }

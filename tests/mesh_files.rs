@@ -206,7 +206,7 @@ fn wrong_files_are_named_for_what_they_are() {
         l.extend([
             "$PartitionedEntities".into(),
             "$EndPartitionedEntities".into(),
-        ])
+        ]);
     });
     assert!(matches!(error, E::Partitioned), "{error}");
 }
@@ -443,9 +443,9 @@ fn damaged_files_never_panic() {
                 }
             }
             if survives(damaged) {
-                read += 1
+                read += 1;
             } else {
-                refused += 1
+                refused += 1;
             }
         }
     }

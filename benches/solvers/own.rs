@@ -116,7 +116,7 @@ fn solve(file: &str, threads: usize) {
         let b = Mat::from_fn(k.ncols(), columns, |i, j| ((i + 7 * j) as f64).sin());
         let mut x = b.clone();
         timed(&format!("solve {columns}"), || {
-            factor.solve_in_place(x.as_mut())
+            factor.solve_in_place(x.as_mut());
         });
         let error = (times(&k, x.as_ref()) - &b).norm_l2() / b.norm_l2();
         assert!(error < 1e-6, "residual {error}");

@@ -316,7 +316,7 @@ fn targets(reader: &mut Reader, top: &Section) -> Option<Vec<Target>> {
         };
         match (quantity, accuracy, &mut found) {
             (Some(quantity), Some(accuracy), Some(found)) => {
-                found.push(Target { quantity, accuracy })
+                found.push(Target { quantity, accuracy });
             }
             _ => found = None,
         }

@@ -55,7 +55,7 @@ impl Reader<'_> {
         called: &'static str,
         valid: &'static [&'static str],
     ) {
-        for (key, _) in section.table.iter() {
+        for (key, _) in section.table {
             let word = key.get_ref().as_ref();
             if !valid.contains(&word) {
                 let fault = StudyFault::UnknownKey {

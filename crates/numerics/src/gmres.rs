@@ -7,9 +7,11 @@ use pulp::Arch;
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GmresEnd {
+    /// Products with the matrix, at most as many as were allowed.
     pub iterations: usize,
     /// |b - A x| / |b|.
     pub relative_residual: f64,
+    /// Whether the residual fell below the tolerance.
     pub converged: bool,
 }
 
@@ -102,6 +104,7 @@ pub fn norm(x: &[f64]) -> f64 {
     dot(x, x).sqrt()
 }
 
+/// The scalar product of two vectors.
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     Arch::new().dispatch(|| eight_sums(x, y))
 }

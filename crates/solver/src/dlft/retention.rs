@@ -98,6 +98,7 @@ impl Retention {
         }
     }
 
+    /// Stiffness of what holds, N/m.
     pub fn stiffness_n_m(&self) -> f64 {
         self.stiffness_n_m
     }

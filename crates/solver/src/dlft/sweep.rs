@@ -25,11 +25,17 @@ const SLIP_THRESHOLD: f64 = 1e-5;
 /// How the response is computed.
 #[derive(Debug, Clone)]
 pub struct SweepSettings {
+    /// Where the response is computed, rising.
     pub frequencies_hz: Vec<f64>,
+    /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
+    /// The parameter eps of DLFT.
     pub eps: Penalty,
+    /// When the iterations of a frequency end.
     pub newton: NewtonOptions,
+    /// How long pairs are marched.
     pub periods: Periods,
+    /// What solves the balance of a frequency.
     pub solver: Solver,
     /// m; `None`: 1e-5 of the largest static slip.
     pub slip_threshold_m: Option<f64>,

@@ -9,6 +9,7 @@ use dovetail_numerics::sparse::submatrix;
 
 /// Why a symmetric positive definite system could not be solved.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SolveFailure {
     #[error("the matrix is not positive definite at unknown {dof}")]
     NotPositiveDefinite { dof: usize },
@@ -56,7 +57,7 @@ pub fn held_displacement(
         let inner = submatrix(stiffness, &moving, &moving);
         solve(&inner, &load_n[..moving.len()]).map_err(|failure| match failure {
             SolveFailure::NotPositiveDefinite { dof } => FemError::loosely_held(body, dof / 3),
-            failure => FemError::Statics {
+            failure @ SolveFailure::Factorisation(_) => FemError::Statics {
                 body: body.name.clone(),
                 source: failure,
             },
