@@ -77,7 +77,7 @@ mutants: setup vtk
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
 	    dlft::balance dlft::dense dlft::march dlft::orbit dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
-	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
+	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
 
 setup:
 	@tools/setup.sh

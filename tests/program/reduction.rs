@@ -1,8 +1,7 @@
 //! The reduced model against the full finite elements it stands for: two cubes on each other, ten-node
 //! tetrahedra with tied mid-edge nodes, one of them spinning, solved densely by faer.
 
-mod shared_scenes;
-
+use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
@@ -13,7 +12,6 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
-use shared_scenes::{blocks_assembly, ready};
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 2e-9,

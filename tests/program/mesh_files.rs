@@ -1,12 +1,10 @@
 //! Real mesh files through the reader: what they say, and what is said of broken ones.
 
-mod shared_scenes;
-
 use std::collections::BTreeSet;
 
+use crate::shared_scenes::*;
 use dovetail_solver::mesh::{self, ElementOrder, FACET_EDGES, MeshError, TET_EDGES, quality};
 use dovetail_solver::model::bind;
-use shared_scenes::*;
 
 // ------------------------------------------------------------------------- what the files say
 
