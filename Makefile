@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint bench peers extremes study mutants setup vtk clean
+.PHONY: run test verify calculix lint deny bench peers extremes study mutants setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -37,6 +37,12 @@ calculix:
 lint:
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
+
+# Licences, origin and unwanted ones of all dependencies, as deny.toml has them.
+deny:
+	@cargo deny --version >/dev/null 2>&1 || cargo install --locked cargo-deny
+	cargo deny --all-features check bans licenses sources
 
 # Seconds and ratios; see docs/performance.md.
 bench: setup
@@ -71,7 +77,7 @@ mutants: setup vtk
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
 	    dlft::balance dlft::dense dlft::aft dlft::orbit dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
-	    -C=--test=export_files -f src/export/flank.rs -- -- --skip notices
+	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
 
 setup:
 	@tools/setup.sh

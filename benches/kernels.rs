@@ -23,8 +23,7 @@ use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::fem::statics::SolveFailure;
-use dovetail_solver::fem::{self, Structure};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
@@ -32,7 +31,6 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     Highest, PairLaw, RelativeModel, StuckModes, reduce, superelement,
 };
-use nalgebra_sparse::CscMatrix;
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
@@ -67,16 +65,6 @@ fn bound(more: &[&str]) -> Model {
     model::bind(assembly, &mesh).unwrap()
 }
 
-fn assembled(model: &Model) -> Structure {
-    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
-        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
-    };
-    fem::assemble(model, &solve).unwrap()
-}
-
 /// From the bound mesh to the matrices that the contact solver sees.
 fn structure(c: &mut Criterion) {
     let mut group = c.benchmark_group("structure");
@@ -87,26 +75,28 @@ fn structure(c: &mut Criterion) {
         .measurement_time(Duration::from_secs(1));
 
     let plain = bound(&["rotation.prestress=none"]);
-    group.bench_function("assembly", |b| b.iter(|| assembled(black_box(&plain))));
+    group.bench_function("assembly", |b| {
+        b.iter(|| assemble(black_box(&plain)).unwrap());
+    });
     let model = bound(&[]);
     group.bench_function("assembly_with_prestress", |b| {
-        b.iter(|| assembled(black_box(&model)))
+        b.iter(|| assemble(black_box(&model)).unwrap());
     });
 
-    let structure = assembled(&model);
+    let structure = assemble(&model).unwrap();
     let (blade, matrices) = (&model.bodies[0], &structure.bodies[0]);
     let interior: Vec<usize> = (0..3 * blade.dofs.interior_nodes).collect();
     let stiffness = submatrix(&matrices.stiffness, &interior, &interior);
     let mass = submatrix(&matrices.mass, &interior, &interior);
     group.bench_function("cholesky_blade_interior", |b| {
-        b.iter(|| Cholesky::factor(black_box(&stiffness)).unwrap())
+        b.iter(|| Cholesky::factor(black_box(&stiffness)).unwrap());
     });
     let factor = Cholesky::factor(&stiffness).unwrap();
     group.bench_function("six_modes_blade_interior", |b| {
-        b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap())
+        b.iter(|| lowest_modes(black_box(&stiffness), &mass, 6, &factor).unwrap());
     });
     group.bench_function("reduction", |b| {
-        b.iter(|| reduce(black_box(&model), &structure, WANTED).unwrap())
+        b.iter(|| reduce(black_box(&model), &structure, WANTED).unwrap());
     });
     group.finish();
 }
@@ -157,7 +147,7 @@ fn dlft(c: &mut Criterion) {
 
     let model = reduced_dovetail();
     group.bench_function("static_state", |b| {
-        b.iter(|| static_state(black_box(&model), 10, STATIC_NEWTON))
+        b.iter(|| static_state(black_box(&model), 10, STATIC_NEWTON));
     });
 
     let statics = static_state(&model, 10, STATIC_NEWTON);
@@ -184,7 +174,7 @@ fn dlft(c: &mut Criterion) {
         slip_threshold_m: 0.0,
     };
     group.bench_function("condense_one_frequency", |b| {
-        b.iter(|| Balance::new(&setting, black_box(omega)))
+        b.iter(|| Balance::new(&setting, black_box(omega)));
     });
 
     let balance = Balance::new(&setting, omega);
@@ -210,17 +200,17 @@ fn dlft(c: &mut Criterion) {
     );
 
     group.bench_function("evaluation", |b| {
-        b.iter(|| balance.evaluate(black_box(&motion)))
+        b.iter(|| balance.evaluate(black_box(&motion)));
     });
     group.bench_function("linearisation", |b| {
-        b.iter(|| balance.linearise(black_box(&lambda_u)))
+        b.iter(|| balance.linearise(black_box(&lambda_u)));
     });
     group.sampling_mode(SamplingMode::Flat);
     group.bench_function("one_frequency_newton_krylov", |b| {
-        b.iter(|| newton_krylov(&balance, black_box(&still)))
+        b.iter(|| newton_krylov(&balance, black_box(&still)));
     });
     group.bench_function("one_frequency_powell", |b| {
-        b.iter(|| dogleg(&balance, black_box(&still)))
+        b.iter(|| dogleg(&balance, black_box(&still)));
     });
     group.finish();
 }

@@ -14,10 +14,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use dovetail::scene;
-use dovetail_numerics::factor::{Cholesky, Symbolic};
+use dovetail_numerics::factor::Symbolic;
 use dovetail_numerics::sparse::{submatrix, times};
-use dovetail_solver::fem::statics::SolveFailure;
-use dovetail_solver::fem::{self, Structure};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
@@ -57,7 +56,7 @@ fn timed<T>(what: &str, run: impl FnOnce() -> T) -> T {
 
 fn stages(mesh: &str, count: Option<usize>) {
     let model = timed("mesh, pairs", || bound(mesh));
-    let structure = timed("finite elements, rotation", || assembled(&model));
+    let structure = timed("finite elements, rotation", || assemble(&model).unwrap());
     let reduced = timed("reduction", || {
         let highest = Highest::OfFirstStuckMode(1.05);
         reduce(&model, &structure, StuckModes { count, highest }).unwrap()
@@ -74,7 +73,7 @@ fn stages(mesh: &str, count: Option<usize>) {
 
 fn write_matrix(mesh: &str, file: &str) {
     let model = bound(mesh);
-    let structure = assembled(&model);
+    let structure = assemble(&model).unwrap();
     let (dofs, matrices) = (&model.bodies[0].dofs, &structure.bodies[0]);
     let moving: Vec<usize> = (0..3 * dofs.interior_nodes).collect();
     let k = submatrix(&matrices.stiffness, &moving, &moving);
@@ -117,7 +116,7 @@ fn solve(file: &str, threads: usize) {
         let b = Mat::from_fn(k.ncols(), columns, |i, j| ((i + 7 * j) as f64).sin());
         let mut x = b.clone();
         timed(&format!("solve {columns}"), || {
-            factor.solve_in_place(x.as_mut())
+            factor.solve_in_place(x.as_mut());
         });
         let error = (times(&k, x.as_ref()) - &b).norm_l2() / b.norm_l2();
         assert!(error < 1e-6, "residual {error}");
@@ -133,16 +132,6 @@ fn bound(mesh: &str) -> Model {
     let assembly = scene.assembly().unwrap();
     let mesh = mesh::read(&file, assembly.mesh.metres_per_unit).unwrap();
     model::bind(assembly, &mesh).unwrap()
-}
-
-fn assembled(model: &Model) -> Structure {
-    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
-        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
-    };
-    fem::assemble(model, &solve).unwrap()
 }
 
 /// Of the process so far; 0 where the system does not say.

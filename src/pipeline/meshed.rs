@@ -13,8 +13,7 @@ use crate::error::Error;
 use crate::export::manifest;
 use crate::progress::Progress;
 use crate::stage::Stage;
-use dovetail_numerics::factor::{Cholesky, FactorError};
-use dovetail_solver::fem::statics::SolveFailure;
+use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure};
 use dovetail_solver::mesh::Mesh;
 use dovetail_solver::model::Assembly;
@@ -182,17 +181,9 @@ pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, 
     let stage = progress.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         stage.solves(k.ncols());
-        let factor = Cholesky::factor(k).map_err(|error| match error {
-            FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
-                SolveFailure::NotPositiveDefinite { dof }
-            }
-            other => SolveFailure::Factorisation(Box::new(other)),
-        })?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
+        solve_by_cholesky(k, f)
     };
-    fem::assemble(model, &solve)
+    fem::assemble_with(model, &solve)
 }
 
 /// The reduced model of an earlier run, with the laws and the excitation of this one, and the modes of the bodies; else

@@ -175,7 +175,7 @@ fn search_table(
     way: &mut Vec<Step>,
     best: &mut (usize, Vec<Step>),
 ) {
-    for (key, value) in table.iter() {
+    for (key, value) in table {
         way.push(Step::Key(key.get_ref().to_string()));
         // A key counts only when it is meant exactly: an error about a value never has its span.
         if key.span() == *span {

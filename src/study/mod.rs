@@ -56,7 +56,7 @@ pub enum Action {
 #[derive(Debug, Clone)]
 pub struct StudyOptions {
     pub action: Action,
-    /// `None`: output/<name of the study>.
+    /// `None`: `output/<name of the study>`.
     pub out: Option<PathBuf>,
     /// Cases side by side.
     pub jobs: usize,

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! with T lower triangular. No constraint mode is ever formed. The boundary takes part as rows below the
-//! interior ones of each front ([`super::fronts`]), so the factor of K_ii is the one an ordinary factorisation gives.
+//! interior ones of each front (`fronts.rs`), so the factor of K_ii is the one an ordinary factorisation gives.
 
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
@@ -29,6 +29,7 @@ use super::factor::{Cholesky, FactorError, Symbolic, zeros};
 /// K_ii = L L^T, and what is left on the boundary.
 #[derive(Debug)]
 pub struct Condensed {
+    /// The factor of the block that was eliminated.
     pub factor: Cholesky,
     /// Boundary x boundary, symmetric to the last bit.
     pub stiffness: Mat<f64>,

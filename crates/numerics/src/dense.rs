@@ -75,8 +75,11 @@ impl Lu {
     }
 }
 
-/// Lower Cholesky factor of a symmetric matrix (lower triangle read); else the first pivot that is
-/// not positive. The strict upper triangle of the result is not zero.
+/// Lower Cholesky factor of a symmetric matrix (lower triangle read). The strict upper triangle of the
+/// result is not zero.
+///
+/// # Errors
+/// The first pivot that is not positive.
 pub fn cholesky(mut a: Mat<f64>) -> Result<Mat<f64>, usize> {
     let params = Spec::default();
     let scratch = llt::factor::cholesky_in_place_scratch::<f64>(a.nrows(), Par::Seq, params);

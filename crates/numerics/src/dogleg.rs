@@ -7,9 +7,11 @@ use faer::Mat;
 
 /// A square system with a dense Jacobian.
 pub trait DoglegSystem {
+    /// The residual at `x`.
     fn residual(&mut self, x: &[f64]) -> Vec<f64>;
     /// Relative size of a residual; convergence is `measure(f) <= tolerance`.
     fn measure(&self, f: &[f64]) -> f64;
+    /// The derivative of the residual at `x`.
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64>;
     /// The trust region is a ball in `scaling(i) x_i`.
     fn scaling(&self, i: usize) -> f64;

@@ -1,7 +1,7 @@
 //! Sparse factorisations of symmetric matrices: Cholesky for definite ones, LDL^T with inertia for
 //! indefinite ones. Analysed by faer, ordered by [`super::order`].
 //!
-//! The Cholesky factor is computed by [`super::elimination`] and used by [`super::solve`], both on all threads.
+//! The Cholesky factor is computed by `elimination.rs` and used by `solve.rs`, both on all threads.
 
 use std::sync::Arc;
 
@@ -29,7 +29,9 @@ use super::stored::CompactPattern;
 /// nothing holds leaves about 1e-15, the softest blade far more than 1e-8.
 const SINGULAR_PIVOT: f64 = 1e-12;
 
+/// Why a matrix was not factored.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum FactorError {
     #[error("the matrix is {rows} x {columns}: only square matrices can be factored")]
     NotSquare { rows: usize, columns: usize },
@@ -294,6 +296,7 @@ impl Cholesky {
         Symbolic::analyse(matrix)?.cholesky(matrix)
     }
 
+    /// The analysis that the factor was made by.
     pub fn symbolic(&self) -> &Symbolic {
         &self.symbolic
     }

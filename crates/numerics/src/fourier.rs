@@ -11,6 +11,7 @@ use std::sync::Arc;
 /// Above this many harmonics the fast transform is used.
 const TABLE_HARMONICS: usize = 15;
 
+/// The transforms between so many harmonics and so many samples.
 pub struct Fourier {
     harmonics: usize,
     samples: usize,
@@ -58,9 +59,11 @@ impl Fourier {
         }
     }
 
+    /// Harmonics besides the mean.
     pub fn harmonics(&self) -> usize {
         self.harmonics
     }
+    /// Samples of a period.
     #[inline]
     pub fn samples(&self) -> usize {
         self.samples

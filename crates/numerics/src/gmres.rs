@@ -12,9 +12,11 @@ const INVARIANT: f64 = 1e-15;
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GmresEnd {
+    /// Products with the matrix, at most as many as were allowed.
     pub iterations: usize,
     /// |b - A x| / |b|.
     pub relative_residual: f64,
+    /// Whether the residual fell below the tolerance.
     pub converged: bool,
 }
 

@@ -1,5 +1,7 @@
 //! Numerics that know no physics: sparse factorisation, eigenvalues, Krylov and Newton methods, Fourier.
 
+#![warn(missing_docs, clippy::missing_errors_doc)]
+
 pub mod condense;
 pub mod dense;
 pub mod dogleg;

@@ -8,7 +8,7 @@
 pub enum Damping {
     /// Natural monotonicity; the iteration ends as stagnated where no step is accepted.
     Natural,
-    /// A step is halved until the residual decreases, and after [`MOST_HALVINGS`] taken all the same: for systems
+    /// A step is halved until the residual decreases, and after `MOST_HALVINGS` taken all the same: for systems
     /// whose corrections are exact and cheap. Where many kinks lie side by side (rigid friction in many harmonics), no
     /// monotone way may lead to the solution. The iteration ends with the best point it came by.
     Persistent,
@@ -16,6 +16,7 @@ pub enum Damping {
 
 /// A system f(x) = 0 that can linearise itself.
 pub trait NonlinearSystem {
+    /// How steps are shortened.
     const DAMPING: Damping = Damping::Natural;
 
     /// Writes f(x).
@@ -38,25 +39,36 @@ pub trait NonlinearSystem {
     }
 }
 
+/// When an iteration ends.
 #[derive(Debug, Clone, Copy)]
 pub struct NewtonOptions {
+    /// The measure of the residual below which it has converged.
     pub tolerance: f64,
+    /// Most iterations.
     pub max_iterations: usize,
 }
 
 /// Why an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NewtonStatus {
+    /// The measure fell below the tolerance.
     Converged,
+    /// No step, however small, made progress.
     Stagnated,
+    /// The allowed iterations were used up.
     IterationLimit,
+    /// A number that is not finite came up.
     NotFinite,
 }
 
+/// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewtonEnd {
+    /// Why it ended.
     pub status: NewtonStatus,
+    /// Iterations taken.
     pub iterations: usize,
+    /// The measure of the last residual.
     pub measure: f64,
 }
 

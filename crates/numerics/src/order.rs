@@ -4,7 +4,7 @@
 //! (a ninth of the entries in 3-D) and each node is expanded into its unknowns. The postorder is that
 //! of the unknowns, which do not always couple as their nodes do: supports may hold single components.
 //! It costs nothing in fill, and the supernodes below another one then follow each other, as
-//! [`super::solve`] takes them (Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
+//! `solve.rs` takes them (Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134-172).
 
 use feral_metis::{CscPattern, OrderingError, metis_order};
 use nalgebra_sparse::pattern::SparsityPattern;
@@ -46,7 +46,9 @@ impl Order {
     }
 }
 
+/// Why no order was found.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum OrderError {
     #[error("a pattern of {rows} rows and {columns} columns cannot be ordered: it must be square")]
     NotSquare { rows: usize, columns: usize },

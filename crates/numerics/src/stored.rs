@@ -49,6 +49,10 @@ impl<'de, T: bytemuck::AnyBitPattern> Deserialize<'de> for Owned<T> {
 pub mod numbers {
     use super::*;
 
+    /// Writes the numbers as they stand in memory.
+    ///
+    /// # Errors
+    /// Those of the serializer.
     pub fn serialize<T: bytemuck::NoUninit, S: Serializer>(
         values: &[T],
         serializer: S,
@@ -56,6 +60,10 @@ pub mod numbers {
         Bytes(values).serialize(serializer)
     }
 
+    /// Reads what [`serialize`] wrote.
+    ///
+    /// # Errors
+    /// Those of the deserializer, and numbers that do not fit together.
     pub fn deserialize<'de, T: bytemuck::AnyBitPattern, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vec<T>, D::Error> {
@@ -67,12 +75,20 @@ pub mod numbers {
 pub mod matrix {
     use super::*;
 
+    /// Writes shape and entries.
+    ///
+    /// # Errors
+    /// Those of the serializer.
     pub fn serialize<S: Serializer>(a: &Mat<f64>, serializer: S) -> Result<S::Ok, S::Error> {
         let columns = (0..a.ncols()).flat_map(|j| a.col_as_slice(j));
         let values: Vec<f64> = columns.copied().collect();
         (a.nrows() as u64, a.ncols() as u64, Bytes(&values)).serialize(serializer)
     }
 
+    /// Reads what [`serialize`] wrote.
+    ///
+    /// # Errors
+    /// Those of the deserializer, and numbers that do not fit together.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Mat<f64>, D::Error> {
         let (rows, columns, values): (u64, u64, Owned<f64>) =
             Deserialize::deserialize(deserializer)?;
@@ -88,10 +104,18 @@ pub mod matrix {
 pub mod sparse_matrix {
     use super::*;
 
+    /// Writes pattern and values.
+    ///
+    /// # Errors
+    /// Those of the serializer.
     pub fn serialize<S: Serializer>(a: &CscMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
         (CompactPattern::of(a.pattern()), Bytes(a.values())).serialize(serializer)
     }
 
+    /// Reads what [`serialize`] wrote.
+    ///
+    /// # Errors
+    /// Those of the deserializer, and numbers that do not fit together.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<CscMatrix<f64>, D::Error> {

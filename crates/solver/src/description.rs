@@ -11,9 +11,13 @@ use crate::reduction::damping::DampingSpec;
 pub struct Scene {
     /// Name of the run: the default output folder is `output/<name>`.
     pub name: String,
+    /// What vibrates.
     pub subject: Subject,
+    /// How it is damped.
     pub damping: DampingSpec,
+    /// How the state under steady load is found.
     pub static_state: StaticSpec,
+    /// Which response is asked for.
     pub response: ResponseSpec,
 }
 
@@ -39,6 +43,7 @@ pub enum Subject {
 /// A reduced model read from a folder (its files: `reduction::superelement`).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedModelSpec {
+    /// Where its files are.
     pub folder: PathBuf,
     /// Coulomb coefficient of every pair.
     pub friction: f64,
@@ -55,21 +60,27 @@ pub struct StaticSpec {
     pub load_steps: usize,
 }
 
+/// A response over a range of frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseSpec {
+    /// First and last frequency.
     pub range: FrequencyRange,
     /// Number of frequencies, evenly spaced.
     pub points: usize,
+    /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// A second response with this many harmonics, drawn beside the first.
     pub compare_harmonics: Option<usize>,
+    /// The choice of the parameter eps of DLFT.
     pub eps: EpsChoice,
     /// eps is multiplied by this (1 = the choice itself).
     pub eps_scale: f64,
     /// Converged when the relative residual is below this: the larger of |f_0| / |F| and
     /// |f_1..H| / |F_1..H|.
     pub tolerance: f64,
+    /// Most Newton iterations of one attempt at a frequency.
     pub max_newton_iterations: usize,
+    /// What solves the balance of a frequency.
     pub solver: Solver,
     /// Stuck modes kept; `None` keeps all of them (the paper's exact condensation).
     pub stuck_modes: Option<usize>,
@@ -78,15 +89,21 @@ pub struct ResponseSpec {
     pub slip_threshold_m: Option<f64>,
 }
 
+/// First and last frequency of a response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrequencyRange {
+    /// In hertz.
     Hz {
+        /// First.
         from_hz: f64,
+        /// Last.
         to_hz: f64,
     },
     /// Multiples of the first stuck frequency.
     OfFirstStuckMode {
+        /// First.
         from: f64,
+        /// Last.
         to: f64,
     },
 }

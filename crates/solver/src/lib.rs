@@ -8,6 +8,7 @@
 //! it; [`results`] physical fields. [`description`] is a whole run as a value.
 
 #![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::missing_errors_doc)]
 
 pub mod contact;
 pub mod description;

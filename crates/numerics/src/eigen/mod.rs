@@ -26,6 +26,7 @@ pub struct Modes {
 }
 
 impl Modes {
+    /// Number of modes.
     pub fn count(&self) -> usize {
         self.omega2.len()
     }
@@ -39,7 +40,9 @@ impl Modes {
     }
 }
 
+/// Why modes were not found.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum EigenError {
     #[error(
         "the stiffness and the mass are {stiffness} x {stiffness} and {mass} x {mass}: they must be of one size"

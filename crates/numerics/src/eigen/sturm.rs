@@ -106,6 +106,8 @@ fn gap(omega2: &[f64], count: usize) -> (usize, f64) {
     (count..omega2.len())
         .filter(|&i| ratio(i) > 1.0 + GAP)
         .max_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))
-        .map(|i| (i, (omega2[i] * omega2[i - 1]).sqrt()))
-        .unwrap_or((omega2.len(), omega2[omega2.len() - 1] * (1.0 + GAP)))
+        .map_or(
+            (omega2.len(), omega2[omega2.len() - 1] * (1.0 + GAP)),
+            |i| (i, (omega2[i] * omega2[i - 1]).sqrt()),
+        )
 }

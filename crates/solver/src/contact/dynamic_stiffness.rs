@@ -5,7 +5,7 @@
 //! `F(w) = F_X + sum_m (z / d_m) p_m fm_m`, `q_m = (fm_m + z p_m . X) / d_m`.
 //! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine.
 //!
-//! Lambda is not formed: K, M and P = [p_m] are the same at every frequency and harmonic, so that they are
+//! Lambda is not formed: K, M and `P = [p_m]` are the same at every frequency and harmonic, so that they are
 //! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
 //! would be 2H matrices of the size of K.
 
@@ -17,7 +17,9 @@ use std::ops::Range;
 
 /// The reduced model with its damping.
 pub struct ContactSystem<'a> {
+    /// K, M, stuck modes and loads.
     pub model: &'a RelativeModel,
+    /// a and b.
     pub damping: Rayleigh,
 }
 
@@ -32,12 +34,16 @@ pub struct HarmonicStiffness<'a> {
 /// Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
 #[derive(Debug, Clone)]
 pub struct Coefficients {
+    /// `1 + i w a`.
     pub s: c64,
+    /// `w^2 - i w b`.
     pub z: c64,
+    /// The factor of `p_m p_m^T`, per stuck mode.
     pub modes: Vec<c64>,
 }
 
 impl<'a> ContactSystem<'a> {
+    /// The model with this damping.
     pub fn new(model: &'a RelativeModel, damping: Rayleigh) -> Self {
         Self { model, damping }
     }
@@ -128,6 +134,7 @@ fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out
 }
 
 impl HarmonicStiffness<'_> {
+    /// Harmonics besides the mean.
     pub fn harmonics(&self) -> usize {
         self.harmonics.len()
     }

@@ -156,6 +156,7 @@ impl<'a> InexactModel<'a> {
 }
 
 impl Inexact {
+    /// Unknowns of one block.
     pub fn unknowns(&self) -> usize {
         3 * self.pairs.len()
     }

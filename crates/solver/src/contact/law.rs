@@ -4,8 +4,11 @@
 /// What a pair does at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
+    /// The contact force is the predicted one.
     Stick,
+    /// The tangential force is at its limit.
     Slip,
+    /// No force.
     Open,
 }
 
@@ -47,6 +50,7 @@ pub struct SlipTangent {
     pub kappa: f64,
 }
 
+/// The derivative of [`unilateral_coulomb`] where the pair slips.
 #[inline(always)]
 pub fn slip_tangent(predicted: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = predicted;

@@ -42,6 +42,7 @@ pub struct Refinement<'a> {
 
 /// A frequency solved with the harmonics it needs.
 pub struct Resolved<'b> {
+    /// The solution that was accepted.
     pub solved: Solution<'b>,
     /// Of the observed amplitudes, relative.
     pub estimated_error: Option<f64>,
@@ -53,6 +54,7 @@ pub struct Resolved<'b> {
 
 /// What a balance of so many harmonics is made with.
 pub struct Level {
+    /// Harmonics and samples.
     pub fourier: Fourier,
     /// As in [`Setting`].
     pub eps: Vec<f64>,

@@ -30,11 +30,13 @@ pub enum Periods {
 /// What the time evaluation of one pair starts from.
 #[derive(Debug, Clone, Copy)]
 pub struct PairInput<'a> {
+    /// How long the pair is marched.
     pub periods: Periods,
     /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
     pub force: &'a [f64],
     /// eps_N times the initial clearance, N.
     pub shift_n: f64,
+    /// Coulomb coefficient.
     pub friction: f64,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
@@ -43,9 +45,11 @@ pub struct PairInput<'a> {
 /// How the time evaluation of one pair ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairEnd {
+    /// Whether the end of the last period equals its start.
     pub periodic: bool,
     /// The pair sticks at every sample since the start: its contact force is its prediction.
     pub always_stuck: bool,
+    /// Samples of the last period without contact.
     pub open_samples: usize,
     /// Length of the path of lambda_x over the last period, N (distance slid = this / eps_T).
     pub slid_n: f64,
@@ -68,11 +72,14 @@ enum History {
 
 /// Signals of the last period, component-major, 3 x N; reused from pair to pair.
 pub struct Signals {
+    /// The predicted forces, N.
     pub lambda_u: Vec<f64>,
+    /// The contact forces, N.
     pub lambda: Vec<f64>,
 }
 
 impl Signals {
+    /// Memory for a period of so many samples.
     pub fn new(samples: usize) -> Self {
         Self {
             lambda_u: vec![0.0; 3 * samples],

@@ -18,9 +18,11 @@ use std::borrow::Cow;
 /// Everything that is the same at all frequencies of a sweep.
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
+    /// The reduced model with its damping.
     pub system: &'a ContactSystem<'a>,
     /// For the inner linear solves.
     pub inexact: &'a InexactModel<'a>,
+    /// Harmonics and samples.
     pub fourier: &'a Fourier,
     /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
     pub eps: &'a [f64],
@@ -30,6 +32,7 @@ pub struct Setting<'a> {
     pub static_mean: Mean,
     /// Sum of the pairs' compression in the static state, N.
     pub pressing_n: f64,
+    /// How long a pair is marched.
     pub periods: Periods,
     /// A pair that slides less than this in a period sticks, m.
     pub slip_threshold_m: f64,
@@ -37,6 +40,7 @@ pub struct Setting<'a> {
 
 /// One frequency.
 pub struct Balance<'a> {
+    /// What all frequencies share.
     pub setting: &'a Setting<'a>,
     /// The mean and the harmonics 1..H.
     pub stiffness: HarmonicStiffness<'a>,
@@ -56,16 +60,19 @@ pub struct Evaluation {
     pub lambda_u: Vec<f64>,
     /// lambda(U), (2H+1) n.
     pub lambda: Vec<f64>,
+    /// How the march of each pair ended.
     pub ends: Vec<PairEnd>,
 }
 
 /// A balance that keeps what it gave last: asked again at the same U, it is not evaluated again.
 pub struct Evaluator<'a, 'b> {
+    /// What is evaluated.
     pub balance: &'b Balance<'a>,
     last: Option<(Vec<f64>, Evaluation)>,
 }
 
 impl<'a, 'b> Evaluator<'a, 'b> {
+    /// With memory for all pairs.
     pub fn new(balance: &'b Balance<'a>) -> Self {
         Self {
             balance,
@@ -148,6 +155,7 @@ impl<'a> Balance<'a> {
         self.retention.as_deref()
     }
 
+    /// Whether the mean is retained along the slot.
     pub fn mean(&self) -> Mean {
         match self.retention {
             None => Mean::Free,
@@ -168,6 +176,7 @@ impl<'a> Balance<'a> {
             .map_or(0.0, |r| r.force_n(&u[..n], anchor))
     }
 
+    /// Unknowns of one block, 3 per pair.
     pub fn unknowns_per_block(&self) -> usize {
         self.setting.system.unknowns()
     }

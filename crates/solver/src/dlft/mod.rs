@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
+    /// The balance holds, to the accuracy asked for.
     Converged,
     /// No step, however small, made progress.
     Stagnated,
@@ -47,12 +48,15 @@ impl Outcome {
 /// Static state of the pairs.
 #[derive(Debug, Clone)]
 pub struct StaticState {
+    /// How the solution ended.
     pub outcome: Outcome,
     /// Relative displacement, m, n.
     pub x: Vec<f64>,
     /// Contact force, N, n (lambda_N < 0 is compression).
     pub lambda: Vec<f64>,
+    /// What each pair does.
     pub status: Vec<PairStatus>,
+    /// Newton iterations of all load steps.
     pub newton_iterations: usize,
     /// |f| / |F|.
     pub residual: f64,
@@ -64,16 +68,22 @@ pub struct StaticState {
 /// State of a pair in the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairStatus {
+    /// Neither slides nor opens.
     Stuck,
+    /// Friction is at its limit.
     Slipping,
+    /// No force.
     Open,
 }
 
 /// The periodic motion at one frequency.
 #[derive(Debug, Clone)]
 pub struct Orbit {
+    /// Frequency of the first harmonic.
     pub frequency_hz: f64,
+    /// How the solution ended.
     pub outcome: Outcome,
+    /// Harmonics of the motion, H.
     pub harmonics: usize,
     /// Relative displacement, m: (2H+1) n, harmonic-major.
     pub x: Vec<f64>,
@@ -87,10 +97,15 @@ pub struct Orbit {
     pub observed: Vec<Vec<f64>>,
     /// Largest departure from the mean over the period of each observed displacement, m.
     pub observed_amplitude_m: Vec<f64>,
+    /// Friction power of all pairs, mean over a period.
     pub friction_power_w: f64,
+    /// Power of the damping, mean over a period.
     pub viscous_power_w: f64,
+    /// Power of the excitation, mean over a period.
     pub input_power_w: f64,
+    /// Newton iterations of all attempts.
     pub newton_iterations: usize,
+    /// Iterations of the linear solves of all attempts.
     pub krylov_iterations: usize,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
@@ -116,7 +131,9 @@ pub struct PairCycle {
     pub open_fraction: f64,
     /// Mean, smallest and largest compression -lambda_N over the period, N.
     pub compression_mean_n: f64,
+    /// Smallest.
     pub compression_min_n: f64,
+    /// Largest.
     pub compression_max_n: f64,
     /// Friction power, W, from the harmonics.
     pub friction_power_w: f64,
@@ -125,6 +142,7 @@ pub struct PairCycle {
 /// Answer of the fully stuck assembly at one frequency.
 #[derive(Debug, Clone)]
 pub struct StuckPoint {
+    /// Frequency of the first harmonic.
     pub frequency_hz: f64,
     /// Largest departure from the mean of each observed displacement, m.
     pub observed_amplitude_m: Vec<f64>,
@@ -133,7 +151,9 @@ pub struct StuckPoint {
 /// A frequency response.
 #[derive(Debug, Clone)]
 pub struct Response {
+    /// The stuck assembly, at the frequencies of `orbits`.
     pub stuck: Vec<StuckPoint>,
+    /// The motion at each frequency, in the order asked for.
     pub orbits: Vec<Orbit>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,

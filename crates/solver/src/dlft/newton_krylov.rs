@@ -1,4 +1,4 @@
-//! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part ([`super::linear`]).
+//! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part (`dlft/linear.rs`).
 
 use std::sync::Arc;
 
@@ -33,6 +33,7 @@ pub struct Preconditioner {
 
 /// One frequency as a nonlinear system.
 pub struct KrylovSystem<'a, 'b> {
+    /// Residual and Jacobian.
     pub evaluator: Evaluator<'a, 'b>,
     preconditioner: &'b mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
@@ -41,10 +42,12 @@ pub struct KrylovSystem<'a, 'b> {
     krylov_tolerance: f64,
     /// Whether the mean of U lies where it is not looked for.
     walked_off: &'b dyn Fn(&[f64]) -> bool,
+    /// Iterations of all linear solves.
     pub krylov_iterations: usize,
 }
 
 impl<'a, 'b> KrylovSystem<'a, 'b> {
+    /// The system of one balance.
     pub fn new(
         balance: &'b Balance<'a>,
         preconditioner: &'b mut Preconditioner,

@@ -16,6 +16,7 @@ const FEWEST_HARMONICS: usize = 3;
 /// eps as it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Penalty {
+    /// What eps is.
     pub choice: EpsChoice,
     /// The choice is multiplied by this.
     pub scale: f64,

@@ -30,7 +30,9 @@ const BLOCKED: f64 = 1e-9;
 /// Whether the mean along the motions that only friction holds is free, or retained by the spring on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mean {
+    /// Friction holds it, or nothing moves it.
     Free,
+    /// By a spring, as a lock plate does.
     Retained,
 }
 
@@ -105,6 +107,7 @@ impl Retention {
         }
     }
 
+    /// Stiffness of what holds, N/m.
     pub fn stiffness_n_m(&self) -> f64 {
         self.stiffness_n_m
     }

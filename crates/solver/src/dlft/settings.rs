@@ -4,7 +4,12 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Resolution {
     /// Harmonics of the motion, and samples of a period in the alternating frequency-time step.
-    Fixed { harmonics: usize, samples: usize },
+    Fixed {
+        /// Harmonics besides the mean.
+        harmonics: usize,
+        /// Samples of a period.
+        samples: usize,
+    },
     /// As few as keep the estimated error of the observed amplitudes below this fraction of them.
     Accuracy(f64),
 }
@@ -41,8 +46,10 @@ pub enum EpsChoice {
     SpectralRadius,
 }
 
+/// What solves the balance of a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solver {
+    /// Newton's method with GMRES for its linear systems.
     NewtonKrylov,
     /// Powell's hybrid method (dogleg), the paper's solver.
     Powell,

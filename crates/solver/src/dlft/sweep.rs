@@ -13,7 +13,7 @@ use super::retention::Mean;
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
-use crate::dlft::settings::{Resolution, Solver};
+use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::newton::NewtonOptions;
@@ -26,14 +26,39 @@ const SLIP_THRESHOLD: f64 = 1e-5;
 /// How the response is computed.
 #[derive(Debug, Clone)]
 pub struct SweepSettings {
+    /// Where the response is computed, rising.
     pub frequencies_hz: Vec<f64>,
+    /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
+    /// The parameter eps of DLFT.
     pub eps: Penalty,
+    /// When the iterations of a frequency end.
     pub newton: NewtonOptions,
+    /// How long pairs are marched.
     pub periods: Periods,
+    /// What solves the balance of a frequency.
     pub solver: Solver,
     /// m; `None`: 1e-5 of the largest static slip.
     pub slip_threshold_m: Option<f64>,
+}
+
+impl SweepSettings {
+    /// With what a scene has where it says nothing: the parameter eps of the dynamic stiffness, Newton-Krylov to a
+    /// relative residual of 1e-8, pairs marched until they are periodic.
+    pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
+        Self {
+            frequencies_hz,
+            resolution,
+            eps: Penalty::new(EpsChoice::Dynamic),
+            newton: NewtonOptions {
+                tolerance: 1e-8,
+                max_iterations: 60,
+            },
+            periods: Periods::UntilPeriodic,
+            solver: Solver::NewtonKrylov,
+            slip_threshold_m: None,
+        }
+    }
 }
 
 /// Response at every frequency. `progress` is called once per finished point, from any thread.

@@ -28,6 +28,7 @@ pub struct NodePattern {
 pub type LowerBlocks<const W: usize> = Vec<[f64; W]>;
 
 impl NodePattern {
+    /// The pattern of the body's free nodes.
     pub fn new(body: &Body) -> Self {
         let nodes = body.dofs.free_nodes();
         let (first, elements) = elements_of_nodes(body, nodes);
@@ -83,6 +84,7 @@ impl NodePattern {
         pattern
     }
 
+    /// Free nodes.
     pub fn nodes(&self) -> usize {
         self.offsets.len() - 1
     }

@@ -15,7 +15,9 @@ use crate::model::Material;
 /// Lame's constants, Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lame {
+    /// First Lame parameter.
     pub lambda_pa: f64,
+    /// Shear modulus.
     pub mu_pa: f64,
 }
 

@@ -9,6 +9,7 @@ use crate::model::Body;
 
 /// Elements of a body whose maps are one to one at every quadrature point.
 pub struct Elements<'a, const N: usize> {
+    /// Shape functions at the points of quadrature.
     pub tables: &'a Tables<N>,
     body: &'a Body,
     straight: Vec<bool>,
@@ -69,10 +70,12 @@ impl<'a, const N: usize> Elements<'a, N> {
         })
     }
 
+    /// Volume of the body.
     pub fn volume_m3(&self) -> f64 {
         self.volume_m3
     }
 
+    /// Positions of the nodes of tetrahedron `e`.
     pub fn coords_m(&self, e: usize) -> [[f64; 3]; N] {
         self.values(e, &self.body.nodes_m)
     }

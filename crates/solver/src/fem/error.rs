@@ -6,7 +6,9 @@ use super::statics::SolveFailure;
 use crate::model::Prestress;
 use crate::model::{Body, NodeMotion, Rotation};
 
+/// Why the finite elements of a body were not assembled.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum FemError {
     #[error(
         "body \"{body}\": {} turned inside out (Jacobian not positive): {tags}; \

@@ -48,12 +48,20 @@ pub struct BodyMatrices {
     pub total_mass_kg: f64,
 }
 
-/// All bodies, side by side. `solve` is used for the static displacement behind the prestress, and
-/// never called when the model asks for none.
+/// All bodies, side by side.
 ///
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
-pub fn assemble(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
+pub fn assemble(model: &Model) -> Result<Structure, FemError> {
+    assemble_with(model, &statics::solve_by_cholesky)
+}
+
+/// As [`assemble`], with a linear solver of the caller's. `solve` is used for the static displacement
+/// behind the prestress, and never called when the model asks for none.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> {
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter();
     let bodies = bodies.map(|body| assemble_body(body, rotation, solve));
@@ -62,7 +70,8 @@ pub fn assemble(model: &Model, solve: &SolveSpd) -> Result<Structure, FemError> 
     })
 }
 
-/// One body; `rotation` counts only if the body rotates.
+/// One body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is the one of
+/// [`assemble`]); `rotation` counts only if the body rotates.
 ///
 /// # Errors
 /// As [`assemble`].

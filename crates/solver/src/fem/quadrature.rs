@@ -7,7 +7,9 @@
 /// Points and weights of a rule.
 #[derive(Debug, Clone)]
 pub struct Rule {
+    /// Coordinates in the reference tetrahedron.
     pub points: Vec<[f64; 3]>,
+    /// Weights; they sum to its volume.
     pub weights: Vec<f64>,
 }
 
@@ -125,12 +127,16 @@ fn pairs() -> impl Iterator<Item = (usize, usize)> {
 /// Shape functions and their reference derivatives at the points of a rule.
 #[derive(Debug, Clone)]
 pub struct Table<const N: usize> {
+    /// Weight of each point.
     pub weights: Vec<f64>,
+    /// Shape functions at each point.
     pub shapes: Vec<[f64; N]>,
+    /// Their gradients at each point, in the reference tetrahedron.
     pub gradients: Vec<[[f64; 3]; N]>,
 }
 
 impl<const N: usize> Table<N> {
+    /// Of shape functions and gradients at the points of a rule.
     pub fn new(
         rule: &Rule,
         shape: impl Fn([f64; 3]) -> [f64; N],
@@ -147,6 +153,7 @@ impl<const N: usize> Table<N> {
 /// What one element type needs: tables of its shape functions.
 #[derive(Debug, Clone)]
 pub struct Tables<const N: usize> {
+    /// At the centroid.
     pub centroid: Table<N>,
     /// At the element's own nodes (weights are zero).
     pub nodes: Table<N>,

@@ -4,10 +4,12 @@ use nalgebra_sparse::CscMatrix;
 
 use super::FemError;
 use crate::model::{Body, DofMap};
+use dovetail_numerics::factor::{Cholesky, FactorError};
 use dovetail_numerics::sparse::submatrix;
 
 /// Why a symmetric positive definite system could not be solved.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SolveFailure {
     #[error("the matrix is not positive definite at unknown {dof}")]
     NotPositiveDefinite { dof: usize },
@@ -18,6 +20,22 @@ pub enum SolveFailure {
 /// Solves A x = b for a symmetric positive definite A given whole.
 pub type SolveSpd<'a> =
     dyn Fn(&CscMatrix<f64>, &[f64]) -> Result<Vec<f64>, SolveFailure> + Sync + 'a;
+
+/// Solves by the Cholesky factorisation of [`dovetail_numerics`].
+///
+/// # Errors
+/// [`SolveFailure::NotPositiveDefinite`], also where a pivot is no more than rounding.
+pub fn solve_by_cholesky(matrix: &CscMatrix<f64>, rhs: &[f64]) -> Result<Vec<f64>, SolveFailure> {
+    let factor = Cholesky::factor(matrix).map_err(|error| match error {
+        FactorError::NotPositiveDefinite { dof } | FactorError::Singular { dof, .. } => {
+            SolveFailure::NotPositiveDefinite { dof }
+        }
+        other => SolveFailure::Factorisation(Box::new(other)),
+    })?;
+    let mut x = rhs.to_vec();
+    factor.solve_vector(&mut x);
+    Ok(x)
+}
 
 /// Static displacement (m) of every node of the body under `load_n` (free dofs), with its contact
 /// nodes held besides the fixed ones.
@@ -39,7 +57,7 @@ pub fn held_displacement(
         let inner = submatrix(stiffness, &moving, &moving);
         solve(&inner, &load_n[..moving.len()]).map_err(|failure| match failure {
             SolveFailure::NotPositiveDefinite { dof } => FemError::loosely_held(body, dof / 3),
-            failure => FemError::Statics {
+            failure @ SolveFailure::Factorisation(_) => FemError::Statics {
                 body: body.name.clone(),
                 source: failure,
             },

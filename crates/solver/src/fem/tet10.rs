@@ -1,6 +1,6 @@
 //! Ten-node tetrahedron, quadratic shape functions; edges and faces may be curved (isoparametric).
 //!
-//! Corners as [`tet4`](super::tet4), then the middles of edges 01, 12, 02, 03, 23, 13, as in Gmsh
+//! Corners as [`super::tet4`], then the middles of edges 01, 12, 02, 03, 23, 13, as in Gmsh
 //! (VTK and Abaqus swap the last two). With barycentric coordinates L: corner `a` has
 //! L_a (2 L_a - 1), the middle of edge `ab` has 4 L_a L_b.
 

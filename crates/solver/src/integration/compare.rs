@@ -13,23 +13,34 @@ pub struct Figures {
     /// Largest departure of the observed point from its mean, and the amplitude of harmonic 1, m;
     /// `None` where nothing is observed.
     pub amplitude_m: Option<f64>,
+    /// Amplitude of harmonic 1.
     pub first_harmonic_m: Option<f64>,
     /// Work spent by the contact forces (friction, and impacts), J per period.
     pub contact_work_j: f64,
+    /// Work spent by the damping, J per period.
     pub viscous_work_j: f64,
+    /// Work of the excitation, J per period.
     pub input_work_j: f64,
+    /// Pairs that slide farther than the threshold.
     pub slipping_pairs: usize,
+    /// Pairs that open.
     pub opening_pairs: usize,
 }
 
 /// One frequency by both methods.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
+    /// Frequency of the excitation's harmonic 1.
     pub frequency_hz: f64,
+    /// Harmonics of the balance.
     pub harmonics: usize,
+    /// By harmonic balance.
     pub balance: Figures,
+    /// By integration in time.
     pub integration: Figures,
+    /// Periods integrated.
     pub periods: usize,
+    /// Whether what is left of the transient is small enough.
     pub steady: bool,
     /// What is left of the transient: see [`Settled::left`].
     pub left: f64,

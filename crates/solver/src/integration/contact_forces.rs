@@ -43,11 +43,17 @@ pub struct ContactProblem {
 /// How a step ended: solved, or the residual that was left (relative to the largest force).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactEnd {
+    /// To the tolerance.
     Solved,
-    NotSolved { residual: f64 },
+    /// Not to the tolerance.
+    NotSolved {
+        /// What is left, relative to the largest force.
+        residual: f64,
+    },
 }
 
 impl ContactProblem {
+    /// With the Delassus matrix of the pairs (n x n, 1/kg) and their coefficients of friction.
     pub fn new(delassus: Mat<f64>, friction: Vec<f64>) -> Self {
         let d = |i: usize| delassus[(i, i)];
         let scale = (0..friction.len())

@@ -22,6 +22,7 @@ pub mod step;
 
 /// Why a motion could not be integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum IntegrationError {
     #[error("{frequency_hz} Hz: a frequency must be above 0 and finite to be integrated in time")]
     Frequency { frequency_hz: f64 },

@@ -18,6 +18,7 @@ const WINDOW: usize = 8;
 /// An observed displacement over one period, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObservedCycle {
+    /// Mean over the period.
     pub mean_m: f64,
     /// Largest departure from the mean.
     pub amplitude_m: f64,
@@ -28,7 +29,9 @@ pub struct ObservedCycle {
 /// One period of the motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cycle {
+    /// The motion of each observed point.
     pub observed: Vec<ObservedCycle>,
+    /// Work over the period.
     pub work: Work,
     /// Distance slid in the period, per pair, m.
     pub slid_m: Vec<f64>,
@@ -39,6 +42,7 @@ pub struct Cycle {
 /// Where to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Until {
+    /// Where to stop at the latest.
     pub most_periods: usize,
     /// Stop before, where what is left of the transient of every observed point is estimated at less
     /// than this fraction of its amplitude. 0: all periods.
@@ -48,7 +52,9 @@ pub struct Until {
 /// The last period integrated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settled {
+    /// What was measured over it.
     pub cycle: Cycle,
+    /// How many were integrated.
     pub periods: usize,
     /// Estimate of what is left of the transient, relative to the amplitude; infinite where there is no
     /// estimate (less than three periods, or a transient that grows).

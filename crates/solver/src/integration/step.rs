@@ -52,6 +52,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Amplitudes of the stuck modes.
     pub q: Vec<f64>,
+    /// Rates of the modal amplitudes.
     pub q_rate: Vec<f64>,
     /// Mean contact force of the step that led here, N.
     pub lambda: Vec<f64>,
@@ -70,6 +71,7 @@ impl State {
         }
     }
 
+    /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         [&self.x, &self.v, &self.q, &self.q_rate]
             .iter()
@@ -177,14 +179,17 @@ impl<'a> Stepper<'a> {
         })
     }
 
+    /// What is integrated.
     pub fn model(&self) -> &'a RelativeModel {
         self.model
     }
 
+    /// Steps in a period.
     pub fn steps(&self) -> usize {
         self.steps
     }
 
+    /// Frequency of the excitation's harmonic 1.
     pub fn frequency_hz(&self) -> f64 {
         self.omega_rad_s / TAU
     }

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 /// Why a mesh file cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum MeshError {
     #[error("cannot read the mesh {}: {source}", path.display())]
     Io {

@@ -21,11 +21,13 @@ pub struct GmshRun {
     pub version: String,
     /// The messages gmsh marks as warnings; the first ones of many.
     pub warnings: Vec<String>,
+    /// How long gmsh took.
     pub seconds: f64,
 }
 
 /// Why there is no mesh. Messages are gmsh's own, the first and the last ones of a long run.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum GmshError {
     #[error(
         "the program `{program}` is not installed (Debian, Ubuntu: `apt install gmsh`; or `pip install gmsh`)"
@@ -70,7 +72,7 @@ pub enum GmshError {
         "gmsh was stopped after {limit_s} s: raise the time limit, or look for a mesh size field that refers to itself\n{messages}"
     )]
     TimeLimit { limit_s: f64, messages: String },
-    #[error("gmsh failed ({status}){}\n{messages}", crash_remedy(status))]
+    #[error("gmsh failed ({status}){}\n{messages}", crash_remedy(*status))]
     Failed {
         status: ExitStatus,
         messages: String,
@@ -93,7 +95,7 @@ fn known(parameters: &[String]) -> String {
     }
 }
 
-fn crash_remedy(status: &ExitStatus) -> &'static str {
+fn crash_remedy(status: ExitStatus) -> &'static str {
     match status.code() {
         Some(_) => "",
         None => ": it crashed; try another Mesh.Algorithm3D (1 is the most robust)",
@@ -107,6 +109,10 @@ fn crash_remedy(status: &ExitStatus) -> &'static str {
 /// one thread: the mesh then depends on the script, the parameters and gmsh's version alone. After
 /// `time_limit_s` it is killed, and with this program it ends, too. A file that stood at `out` is
 /// gone whatever happens.
+///
+/// # Errors
+/// A script or parameters that gmsh cannot mesh, a gmsh that is missing, fails or takes too long: see
+/// [`GmshError`].
 pub fn generate(
     script: &Path,
     parameters: &[(String, f64)],
@@ -117,6 +123,9 @@ pub fn generate(
 }
 
 /// Version of the installed gmsh, such as `4.8.4`.
+///
+/// # Errors
+/// A gmsh that is missing or does not answer.
 pub fn version() -> Result<String, GmshError> {
     version_of(OsStr::new("gmsh"), SHORT_LIMIT_S)
 }

@@ -32,12 +32,14 @@ pub enum ElementOrder {
 }
 
 impl ElementOrder {
+    /// Nodes of a tetrahedron.
     pub fn nodes_per_tet(self) -> usize {
         match self {
             Self::Linear => 4,
             Self::Quadratic => 10,
         }
     }
+    /// Nodes of a facet.
     pub fn nodes_per_facet(self) -> usize {
         match self {
             Self::Linear => 3,
@@ -69,20 +71,26 @@ pub const FACET_EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [0, 2]];
 /// `nodes_m`; the tags of the file are kept for messages only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
+    /// Of all elements.
     pub order: ElementOrder,
     /// Node positions, m.
     pub nodes_m: Vec<[f64; 3]>,
+    /// Tag of each node in the file.
     pub node_tags: Vec<u64>,
     /// `order.nodes_per_tet()` node indices per tetrahedron.
     pub tets: Vec<u32>,
+    /// Tag of each tetrahedron in the file.
     pub tet_tags: Vec<u64>,
     /// `order.nodes_per_facet()` node indices per facet.
     pub facets: Vec<u32>,
+    /// Tag of each facet in the file.
     pub facet_tags: Vec<u64>,
+    /// By name.
     pub groups: BTreeMap<String, Group>,
 }
 
 impl Mesh {
+    /// Number of tetrahedra.
     pub fn tet_count(&self) -> usize {
         self.tet_tags.len()
     }

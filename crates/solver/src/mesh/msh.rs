@@ -22,6 +22,9 @@ use super::{ElementOrder, Group, Mesh, MeshError};
 use crate::input;
 
 /// Reads a mesh file. Lengths are multiplied by `metres_per_unit`.
+///
+/// # Errors
+/// A file that cannot be read, or as [`parse`].
 pub fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, MeshError> {
     let bytes = input::bytes(path).map_err(|source| MeshError::Io {
         path: path.to_path_buf(),
@@ -34,6 +37,9 @@ pub fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, MeshError> {
 }
 
 /// Parses the bytes of a mesh file. Lengths are multiplied by `metres_per_unit`.
+///
+/// # Errors
+/// Bytes that are no whole mesh of tetrahedra in MSH 4.1: see [`MeshError`].
 pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, MeshError> {
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         return Err(MeshError::Unit(metres_per_unit));

@@ -26,6 +26,7 @@ pub struct Quality {
 
 /// Elements that must not be used. Lists hold the first few tags, with the number of all.
 #[derive(Debug, Error, PartialEq)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum QualityError {
     #[error(
         "all {count} tetrahedra are inside out: the geometry is mirrored, or the nodes of the elements are in another program's order; in Gmsh, turn them with `ReverseMesh Volume {{:}};`"
@@ -68,6 +69,9 @@ fn first_few(tags: &[u64]) -> (usize, Vec<u64>) {
 }
 
 /// Checks every tetrahedron and node.
+///
+/// # Errors
+/// Elements that must not be used: see [`QualityError`].
 pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
     let mut quality = Quality {
         worst_shape: f64::INFINITY,

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 /// (the parser has already joined them to the folder of the scene file).
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSource {
+    /// A file, or a script.
     pub kind: MeshKind,
     /// Length of one mesh unit in metres (Gmsh files carry no unit).
     pub metres_per_unit: f64,
@@ -13,12 +14,17 @@ pub struct MeshSource {
     pub pairing_tolerance: f64,
 }
 
+/// A mesh that is there, or one that is to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshKind {
     /// A ready `.msh` file (MSH 4.1, ASCII or binary).
-    File { path: PathBuf },
+    File {
+        /// The file.
+        path: PathBuf,
+    },
     /// A Gmsh script meshed by the `gmsh` program.
     Geometry {
+        /// The script's file.
         script: PathBuf,
         /// `-setnumber name value`, in the order of the scene file.
         parameters: Vec<(String, f64)>,

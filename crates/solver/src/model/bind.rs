@@ -17,6 +17,10 @@ const NONE: u32 = u32::MAX;
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
+///
+/// # Errors
+/// A name that the mesh does not have, or a group that is not what it is used for: see
+/// [`ModelError`].
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     if assembly.bodies.is_empty() {
         return Err(ModelError::NoBody);

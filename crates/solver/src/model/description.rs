@@ -8,24 +8,31 @@ use crate::mesh::source::MeshSource;
 /// Bodies of a mesh, how they are held, driven and watched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
+    /// Where the mesh is from.
     pub mesh: MeshSource,
     /// First the body that vibrates (blade), then the one that holds it (jaw); without the second the contacts are
     /// with rigid ground.
     pub bodies: Vec<BodySpec>,
     /// `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
+    /// Where bodies touch each other, or the ground.
     pub contacts: Vec<ContactSpec>,
     /// Steady loads besides the rotation's.
     pub loads: Vec<LoadSpec>,
+    /// Harmonic forces.
     pub excitations: Vec<ExcitationSpec>,
+    /// Displacements that are watched.
     pub observations: Vec<ObservationSpec>,
 }
 
+/// One body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodySpec {
+    /// The name by which messages and other items call it.
     pub name: String,
     /// Name of the volume group.
     pub volume: String,
+    /// What it is made of.
     pub material: Material,
     /// Groups (of any dimension) whose nodes do not move.
     pub fixed: Vec<String>,
@@ -38,11 +45,15 @@ pub struct BodySpec {
 /// Isotropic linear elasticity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Material {
+    /// Young's modulus.
     pub young_pa: f64,
+    /// Poisson's ratio.
     pub poisson: f64,
+    /// Density.
     pub density_kg_m3: f64,
 }
 
+/// Rotation at constant speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationSpec {
     /// A point of the axis, m.
@@ -53,6 +64,7 @@ pub struct RotationSpec {
     pub speed_rad_s: f64,
     /// Names of the bodies that carry the centrifugal load.
     pub bodies: Vec<String>,
+    /// What it adds to the stiffness.
     pub prestress: Prestress,
 }
 
@@ -66,13 +78,16 @@ pub enum Prestress {
     HeldFlanks,
 }
 
+/// Two surfaces that touch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSpec {
+    /// The name by which messages and results call it.
     pub name: String,
     /// Surface group of the first body.
     pub first: String,
     /// Surface group of the second body; `None` where there is no second body.
     pub second: Option<String>,
+    /// What joins the two sides.
     pub law: ContactLaw,
     /// Coulomb coefficient.
     pub friction: f64,
@@ -108,17 +123,26 @@ pub struct CrownSpec {
 pub struct LoadSpec {
     /// Point group (shared equally by its nodes) or surface group (spread uniformly over its area).
     pub on: String,
+    /// How large it is.
     pub load: LoadKind,
 }
 
+/// A force, or a pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LoadKind {
     /// The whole force, N.
-    Force { vector_n: [f64; 3] },
+    Force {
+        /// Along x, y, z.
+        vector_n: [f64; 3],
+    },
     /// Along the inward normal of a surface, Pa.
-    Pressure { pressure_pa: f64 },
+    Pressure {
+        /// Positive where it presses.
+        pressure_pa: f64,
+    },
 }
 
+/// A harmonic force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationSpec {
     /// Point group (or any group: the force is shared equally by its nodes).
@@ -127,12 +151,16 @@ pub struct ExcitationSpec {
     pub direction: [f64; 3],
     /// Amplitude of `force_n cos(harmonic omega t - phase_rad)`.
     pub force_n: f64,
+    /// Multiple of the frequency of the response.
     pub harmonic: usize,
+    /// Lag behind the cosine.
     pub phase_rad: f64,
 }
 
+/// A displacement that is watched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationSpec {
+    /// The name by which results call it.
     pub name: String,
     /// Point group; the displacement observed is the mean over its nodes.
     pub points: String,

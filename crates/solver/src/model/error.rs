@@ -7,6 +7,7 @@ use crate::text::list;
 /// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
 /// the first few, with the number of all.
 #[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ModelError {
     #[error("the scene has no body: name the one that vibrates, and what it is in contact with")]
     NoBody,
@@ -194,7 +195,9 @@ pub enum ModelError {
 /// A flank node without a partner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unmatched {
+    /// Its tag in the mesh.
     pub tag: u64,
+    /// Where it is.
     pub position_m: [f64; 3],
     /// To the nearest node of the other flank (infinite where it has none).
     pub distance_m: f64,

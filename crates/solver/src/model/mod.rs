@@ -31,7 +31,9 @@ pub use error::{ModelError, Unmatched};
 pub struct Model {
     /// In the order of the scene.
     pub bodies: Vec<Body>,
+    /// `None` where nothing rotates.
     pub rotation: Option<Rotation>,
+    /// Pairs of nodes that may slide and open.
     pub pairs: Vec<ContactPair>,
     /// Nodes that move as one (bonded contacts).
     pub bonded: Vec<[BodyNode; 2]>,
@@ -39,7 +41,9 @@ pub struct Model {
     pub flank_triangles: Vec<[u32; 3]>,
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
+    /// Harmonic forces.
     pub excitations: Vec<Excitation>,
+    /// Displacements that are watched.
     pub observations: Vec<Observation>,
     /// Largest distance between the two nodes of a pair, m.
     pub largest_mismatch_m: f64,
@@ -48,21 +52,27 @@ pub struct Model {
 /// One body: its own node numbering, elements, and degrees of freedom.
 #[derive(Debug, Clone, Serialize)]
 pub struct Body {
+    /// Of the description.
     pub name: String,
+    /// What it is made of.
     pub material: Material,
     /// Whether it carries the rotation's load and prestress.
     pub rotates: bool,
     /// Modes that a Craig-Bampton reduction of this body keeps; none where it is not reduced by itself.
     pub fixed_interface_modes: Option<usize>,
+    /// Of its tetrahedra.
     pub order: ElementOrder,
     /// Node positions, m, in the body's own numbering.
     pub nodes_m: Vec<[f64; 3]>,
     /// The mesh's index and Gmsh tag of each node.
     pub mesh_nodes: Vec<u32>,
+    /// Gmsh tag of each node.
     pub node_tags: Vec<u64>,
     /// `order.nodes_per_tet()` local node indices per tetrahedron (Gmsh's order).
     pub tets: Vec<u32>,
+    /// Gmsh tag of each tetrahedron.
     pub tet_tags: Vec<u64>,
+    /// How its nodes move.
     pub dofs: DofMap,
     /// Free degrees of freedom that do not move, ascending: nodes on planes of symmetry. They keep their
     /// numbers and are uncoupled in the matrices.
@@ -75,15 +85,22 @@ pub struct Body {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StaticLoad {
     /// On one (local) node.
-    Point { node: u32, vector_n: [f64; 3] },
+    Point {
+        /// In the body's own numbering.
+        node: u32,
+        /// Along x, y, z.
+        vector_n: [f64; 3],
+    },
     /// Spread uniformly over part of the surface.
     Surface {
         /// `order.nodes_per_facet()` local nodes per facet, counter-clockwise seen from outside.
         facets: Vec<u32>,
+        /// What acts on them.
         traction: Traction,
     },
 }
 
+/// A load on part of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Traction {
     /// The same vector everywhere; its integral, N.
@@ -93,9 +110,11 @@ pub enum Traction {
 }
 
 impl Body {
+    /// Number of tetrahedra.
     pub fn tet_count(&self) -> usize {
         self.tet_tags.len()
     }
+    /// Local node indices of tetrahedron `e`.
     pub fn tet(&self, e: usize) -> &[u32] {
         let n = self.order.nodes_per_tet();
         &self.tets[e * n..(e + 1) * n]
@@ -107,6 +126,7 @@ impl Body {
 /// 3 i + 2` (x, y, z).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DofMap {
+    /// Of each node of the body.
     pub nodes: Vec<NodeMotion>,
     /// Free nodes that no contact has.
     pub interior_nodes: usize,
@@ -114,8 +134,10 @@ pub struct DofMap {
     pub contact_nodes: usize,
 }
 
+/// How one node moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum NodeMotion {
+    /// Not at all.
     Fixed,
     /// Free node number.
     Free(u32),
@@ -125,6 +147,7 @@ pub enum NodeMotion {
 }
 
 impl DofMap {
+    /// Number of free nodes.
     pub fn free_nodes(&self) -> usize {
         self.interior_nodes + self.contact_nodes
     }
@@ -146,17 +169,23 @@ impl DofMap {
     }
 }
 
+/// Rotation at constant speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rotation {
+    /// A point of the axis.
     pub point_m: [f64; 3],
+    /// Direction of the axis, unit length.
     pub axis: [f64; 3],
+    /// Angular speed.
     pub speed_rad_s: f64,
+    /// What it adds to the stiffness.
     pub prestress: Prestress,
 }
 
 /// A node of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct BodyNode {
+    /// Index in [`Model::bodies`].
     pub body: usize,
     /// In the body's own numbering.
     pub node: u32,
@@ -171,6 +200,7 @@ pub struct ContactPair {
     pub first: BodyNode,
     /// Of the second flank; `None` where that is rigid ground.
     pub second: Option<BodyNode>,
+    /// Where the two nodes are.
     pub position_m: [f64; 3],
     /// Rows n, t1, t2: unit normal from the second body into the first, and two tangents, t1 in the
     /// direction in which most of the length of the flank's edge runs (along the slot).
@@ -179,6 +209,7 @@ pub struct ContactPair {
     pub area_m2: f64,
     /// Initial clearance, m, that of a crowned flank included.
     pub gap_m: f64,
+    /// Coulomb coefficient.
     pub friction: f64,
 }
 
@@ -187,14 +218,18 @@ pub struct ContactPair {
 pub struct Excitation {
     /// Node, and direction scaled by the node's share.
     pub terms: Vec<(BodyNode, [f64; 3])>,
+    /// Amplitude.
     pub force_n: f64,
+    /// Multiple of the frequency of the response.
     pub harmonic: usize,
+    /// Lag behind the cosine.
     pub phase_rad: f64,
 }
 
 /// A displacement watched: sum over `terms` of `direction . u(node)`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
+    /// The name by which results call it.
     pub name: String,
     /// Node, and direction scaled by the node's share.
     pub terms: Vec<(BodyNode, [f64; 3])>,

@@ -7,7 +7,9 @@ use std::collections::HashMap;
 pub struct Pairing {
     /// (first, second, distance), in the order of the first set.
     pub pairs: Vec<(usize, usize, f64)>,
+    /// Indices of the first side's nodes that have none.
     pub unmatched_first: Vec<usize>,
+    /// Indices of the second side's nodes that have none.
     pub unmatched_second: Vec<usize>,
     /// Two of the first set that are both nearest to one of the second, and that one.
     pub conflict: Option<([usize; 2], usize)>,

@@ -1,7 +1,7 @@
 //! Craig-Bampton reduction of one body (Craig, Bampton, AIAA J. 6 (1968) 1313-1319).
 //!
 //! Interior dofs i, dofs of contact nodes b, fixed-interface modes Phi of (K_ii, M_ii), and the static
-//! answers of the interior to its loads that the modes do not give, [`residual_vectors`], together V:
+//! answers of the interior to its loads that the modes do not give, the residual vectors of `residual.rs`, together V:
 //!
 //! ```text
 //! u_i = Psi u_b + V q,   Psi = -K_ii^-1 K_ib
@@ -36,6 +36,7 @@ pub struct ReducedBody {
     pub mass: CscMatrix<f64>,
     /// Fixed-interface modes, squared angular frequencies.
     pub omega2: Vec<f64>,
+    /// The way back to the body.
     pub interior: Interior,
 }
 
@@ -174,7 +175,7 @@ fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64>
 /// on the free dofs of its interior.
 ///
 /// # Errors
-/// As [`condense`].
+/// As [`condense()`].
 pub fn held_modes(
     body: &Body,
     matrices: &BodyMatrices,

@@ -3,13 +3,18 @@
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DampingSpec {
+    /// Both coefficients as they are.
     Rayleigh {
+        /// a, s.
         stiffness_s: f64,
+        /// b, 1/s.
         mass_per_s: f64,
     },
     /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
     Ratio {
+        /// Of critical.
         ratio: f64,
+        /// Counted from 1.
         stuck_mode: usize,
     },
 }
@@ -17,11 +22,15 @@ pub enum DampingSpec {
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rayleigh {
+    /// a, s.
     pub stiffness_s: f64,
+    /// b, 1/s.
     pub mass_per_s: f64,
 }
 
+/// Why there are no coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum DampingError {
     #[error(
         "damping.stuck_mode = {asked}, but the stuck assembly has {available} modes: choose 1 to {available}, or keep more stuck modes"

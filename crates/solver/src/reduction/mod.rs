@@ -45,6 +45,7 @@ pub struct StuckModes {
 /// The highest frequency of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Highest {
+    /// In rad/s.
     RadS(f64),
     /// As a multiple of the first stuck frequency.
     OfFirstStuckMode(f64),
@@ -75,18 +76,23 @@ impl Highest {
 /// The assembly as the contact solver sees it, and the way back to the bodies.
 #[derive(Debug, Clone)]
 pub struct ReducedModel {
+    /// What the contact solver sees.
     pub relative: RelativeModel,
     /// One newton of each excitation of the model.
     pub unit_loads: Vec<Load>,
     /// Modes that `relative` begins with; residual vectors follow.
     pub stuck_modes: usize,
+    /// What the modes left out may cost.
     pub truncation: Truncation,
     /// Of each body; none where it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
+    /// The way back to the bodies.
     pub recovery: Recovery,
 }
 
+/// Why an assembly was not reduced.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ReductionError {
     #[error(
         "body `{body}`: its matrices have {found} rows, its mesh {expected} free degrees of freedom"
@@ -153,6 +159,7 @@ pub struct RelativeModel {
     /// Harmonic loads, by harmonic; several of one harmonic are already added.
     #[serde(skip)]
     pub excitations: Vec<HarmonicLoad>,
+    /// Observed displacements.
     pub observations: Vec<Probe>,
     /// One entry per pair.
     #[serde(skip)]
@@ -240,29 +247,38 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
 /// A load on X (n) and on the stuck modes (m).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Load {
+    /// N, n.
     pub on_x: Vec<f64>,
+    /// N per root of the modal mass, m.
     pub on_modes: Vec<f64>,
 }
 
 /// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicLoad {
+    /// Multiple k of the frequency of the response.
     pub harmonic: usize,
+    /// In phase with the cosine.
     pub cosine: Load,
+    /// In phase with the sine.
     pub sine: Load,
 }
 
 /// An observed displacement `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probe {
+    /// The name by which results call it.
     pub name: String,
+    /// Weights of the relative displacements, n.
     pub on_x: Vec<f64>,
+    /// Weights of the modal amplitudes, m.
     pub on_modes: Vec<f64>,
 }
 
 /// What the contact law needs of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairLaw {
+    /// Coulomb coefficient.
     pub friction: f64,
     /// Initial clearance, m.
     pub gap_m: f64,

@@ -30,6 +30,7 @@ use dovetail_numerics::eigen::dense;
 /// What the folder holds.
 #[derive(Debug, Clone)]
 pub struct Superelement {
+    /// What the contact solver sees.
     pub relative: RelativeModel,
     /// Positions of the pairs, m.
     pub positions_m: Vec<[f64; 3]>,
@@ -37,7 +38,9 @@ pub struct Superelement {
     pub areas_m2: Option<Vec<f64>>,
 }
 
+/// Why a folder was not read or written.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SuperelementError {
     #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
     Read { path: PathBuf, message: String },

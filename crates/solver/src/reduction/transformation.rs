@@ -252,7 +252,9 @@ impl Transformation {
 /// What [`Transformation::congruent`] does with entries that are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeros {
+    /// They stay, so that the pattern does not depend on the values.
     Kept,
+    /// They are no entries.
     LeftOut,
 }
 

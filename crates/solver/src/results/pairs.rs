@@ -10,6 +10,7 @@ pub struct PairTable {
     pub contacts: Vec<String>,
     /// Heading and one entry per pair: the nodes of a mesh that make the pairs.
     pub nodes: Vec<(String, Vec<Option<u64>>)>,
+    /// One per pair, in the order of the model.
     pub rows: Vec<PairRow>,
 }
 
@@ -18,6 +19,7 @@ pub struct PairTable {
 pub struct PairRow {
     /// Which contact it belongs to.
     pub contact: usize,
+    /// Where the pair is.
     pub position_m: [f64; 3],
     /// Directions n, t1, t2 in space, where known.
     pub frame: Option<[[f64; 3]; 3]>,
@@ -54,6 +56,7 @@ impl PairPlace for PairRow {
 }
 
 impl PairTable {
+    /// Of a meshed assembly.
     pub fn of_model(model: &Model) -> Self {
         let bodies = model.bodies.iter().enumerate();
         let nodes = bodies.map(|(b, body)| {

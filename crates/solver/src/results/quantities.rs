@@ -54,7 +54,9 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
 /// State of a pair over one period, with the code written to VTK files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CycleStatus {
+    /// Neither slides nor opens.
     Stuck = 0,
+    /// Slides farther than the threshold, and stays closed.
     Slipping = 1,
     /// Separates at some sample, whether it slips besides or not.
     Opening = 2,
@@ -74,10 +76,13 @@ impl CycleStatus {
 /// Fields on the flanks over one period, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleFields {
+    /// What each pair does in a period.
     pub status: Vec<CycleStatus>,
     /// Mean, smallest and largest pressure of the period, Pa: compression over tributary area.
     pub pressure_mean_pa: Vec<f64>,
+    /// Smallest over the period.
     pub pressure_min_pa: Vec<f64>,
+    /// Largest over the period.
     pub pressure_max_pa: Vec<f64>,
     /// Distance slid in a period, m.
     pub slid_m: Vec<f64>,
@@ -119,6 +124,7 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
 /// Fields on the flanks in the static state, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticFields {
+    /// What each pair does.
     pub status: Vec<PairStatus>,
     /// Compression -lambda_N, N.
     pub normal_force_n: Vec<f64>,
@@ -200,7 +206,9 @@ pub fn converged(response: &Response) -> impl Iterator<Item = &Orbit> {
 pub struct Peak {
     /// Position in the curve (for a response: in `orbits`, unconverged ones counted).
     pub index: usize,
+    /// Where the amplitude is largest.
     pub frequency_hz: f64,
+    /// Largest departure from the mean.
     pub amplitude_m: f64,
 }
 

@@ -5,8 +5,8 @@ use std::process::Command;
 
 use dovetail_solver::mesh::Mesh;
 
-use crate::NEWTON;
-use crate::meshes::write;
+use super::NEWTON;
+use super::meshes::write;
 
 #[derive(Clone)]
 pub struct Joint {

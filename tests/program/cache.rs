@@ -1,13 +1,11 @@
 //! What an earlier run left is taken where nothing it depends on has changed, and the results are the same to the
 //! last bit.
 
-mod shared_program;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use shared_program::{ended, said};
+use crate::shared_program::{ended, said};
 
 const SCENE: &str = "scenes/verification/patch.toml";
 const ENTRIES: &str = "dovetail-cache-1";

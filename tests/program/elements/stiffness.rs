@@ -8,8 +8,8 @@ use dovetail_solver::model::Prestress;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use crate::algebra::*;
-use crate::bodies::*;
+use super::algebra::*;
+use super::bodies::*;
 
 #[test]
 fn a_body_has_exactly_six_rigid_motions() {

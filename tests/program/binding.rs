@@ -1,13 +1,11 @@
 //! Real meshes bound to scenes: pairs, frames, areas, degrees of freedom, and what is said when they do not fit.
 
-mod shared_scenes;
-
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::shared_scenes::*;
 use dovetail_solver::mesh::{self, ElementOrder, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
-use shared_scenes::*;
 
 // --------------------------------------------------------------------------- binding a scene
 

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-const PAPER: &str = include_str!("../scenes/paper.toml");
-const PATCH: &str = include_str!("../scenes/verification/patch.toml");
+const PAPER: &str = include_str!("../../scenes/paper.toml");
+const PATCH: &str = include_str!("../../scenes/verification/patch.toml");
 const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50 }";
 const HARMONICS: &str = "response.harmonics=3";
 

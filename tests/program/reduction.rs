@@ -1,12 +1,9 @@
 //! The reduced model against the full finite elements it stands for: two cubes on each other, ten-node
 //! tetrahedra with tied mid-edge nodes, one of them spinning, solved densely by faer.
 
-mod shared_scenes;
-
-use dovetail_numerics::factor::Cholesky;
+use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
-use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{BodyNode, Model, bind};
@@ -15,7 +12,6 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
-use shared_scenes::{blocks_assembly, ready};
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 2e-9,
@@ -35,13 +31,7 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
         rotation.point_m = [0.0, 0.3e-3, -1e-3];
     }
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
-    let structure = assemble(&model, &|k, f| {
-        let factor = Cholesky::factor(k).map_err(|e| SolveFailure::Factorisation(Box::new(e)))?;
-        let mut x = f.to_vec();
-        factor.solve_vector(&mut x);
-        Ok(x)
-    })
-    .unwrap();
+    let structure = assemble(&model).unwrap();
     (model, structure)
 }
 

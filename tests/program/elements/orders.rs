@@ -13,8 +13,8 @@ use dovetail_solver::mesh::block::{FACES, block, distort, map_nodes};
 use dovetail_solver::mesh::{ElementOrder, Mesh};
 use dovetail_solver::model::Material;
 
-use crate::algebra::*;
-use crate::bodies::*;
+use super::algebra::*;
+use super::bodies::*;
 
 /// Of [`SIZE`]: cells are cubes.
 const CELLS: [usize; 3] = [6, 4, 3];

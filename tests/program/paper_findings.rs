@@ -6,7 +6,6 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use dovetail::scene;
-use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::aft::Periods;
@@ -15,7 +14,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
-use dovetail_solver::fem::{assemble, statics::SolveFailure};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh::msh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, bind};
@@ -57,14 +56,7 @@ fn joint() -> &'static Joint {
         };
         let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
         let model = bind(assembly, &mesh).unwrap();
-        let structure = assemble(&model, &|k, f| {
-            let factor = Cholesky::factor(k)
-                .map_err(|error| SolveFailure::Factorisation(Box::new(error)))?;
-            let mut x = f.to_vec();
-            factor.solve_vector(&mut x);
-            Ok(x)
-        })
-        .unwrap();
+        let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];
         for (i, f) in structure.bodies[0].load_n.iter().enumerate() {
             blade_load_n[i % 3] += f;

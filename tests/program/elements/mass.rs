@@ -6,8 +6,8 @@ use dovetail_solver::mesh::block::block;
 use dovetail_solver::model::NodeMotion;
 use dovetail_solver::model::Prestress;
 
-use crate::algebra::*;
-use crate::bodies::*;
+use super::algebra::*;
+use super::bodies::*;
 
 #[test]
 fn single_element_mass_is_the_tabulated_one() {

@@ -223,9 +223,9 @@ fn a_pair_lifts_off_flies_and_lands() {
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if place(middle) > 0.0 {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     let flight = low - leaves;

@@ -9,7 +9,7 @@ use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
-const PAPER: &str = include_str!("../scenes/paper.toml");
+const PAPER: &str = include_str!("../../scenes/paper.toml");
 
 fn parse(overrides: &[&str]) -> Result<Scene, SceneError> {
     let overrides: Vec<String> = overrides.iter().map(|o| (*o).to_owned()).collect();

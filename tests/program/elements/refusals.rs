@@ -7,9 +7,9 @@ use dovetail_solver::model::Prestress;
 use dovetail_solver::model::{Body, NodeMotion};
 use nalgebra_sparse::CscMatrix;
 
-use crate::algebra::*;
-use crate::bodies::*;
-use crate::rotation::about_z;
+use super::algebra::*;
+use super::bodies::*;
+use super::rotation::about_z;
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {

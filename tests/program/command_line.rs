@@ -1,11 +1,9 @@
 //! The program itself, from a scene and a mesh file to exit codes and files.
 
-mod shared_program;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use shared_program::{ended, said};
+use crate::shared_program::{ended, said};
 
 /// Small and fast: linear elements (too stiff an airfoil, but every stage at work).
 const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
@@ -36,7 +34,10 @@ struct Folder(PathBuf);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("dovetail-{name}-{}", std::process::id()));
+        let path = std::env::temp_dir().join(format!(
+            "dovetail-command-line-{name}-{}",
+            std::process::id()
+        ));
         let _ = std::fs::remove_dir_all(&path);
         Self(path)
     }

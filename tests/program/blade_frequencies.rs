@@ -5,8 +5,7 @@
 use std::path::Path;
 
 use dovetail::scene;
-use dovetail_numerics::factor::Cholesky;
-use dovetail_solver::fem::{assemble_body, statics::SolveFailure};
+use dovetail_solver::fem::{assemble_body, statics::solve_by_cholesky};
 use dovetail_solver::mesh::msh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::bind;
@@ -42,14 +41,7 @@ fn first_blade_frequencies_are_those_of_other_programs() {
         let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
         let model = bind(assembly, &mesh).unwrap();
         let blade = &model.bodies[0];
-        let matrices = assemble_body(blade, model.rotation.as_ref(), &|k, f| {
-            let factor = Cholesky::factor(k)
-                .map_err(|error| SolveFailure::Factorisation(Box::new(error)))?;
-            let mut x = f.to_vec();
-            factor.solve_vector(&mut x);
-            Ok(x)
-        })
-        .unwrap();
+        let matrices = assemble_body(blade, model.rotation.as_ref(), &solve_by_cholesky).unwrap();
         let omega2 = held_modes(blade, &matrices, 4).unwrap().omega2;
         let found: Vec<f64> = omega2
             .iter()

@@ -1,12 +1,10 @@
 //! Real mesh files through the reader: what they say, and what is said of broken ones.
 
-mod shared_scenes;
-
 use std::collections::BTreeSet;
 
+use crate::shared_scenes::*;
 use dovetail_solver::mesh::{self, ElementOrder, FACET_EDGES, MeshError, TET_EDGES, quality};
 use dovetail_solver::model::bind;
-use shared_scenes::*;
 
 // ------------------------------------------------------------------------- what the files say
 
@@ -206,7 +204,7 @@ fn wrong_files_are_named_for_what_they_are() {
         l.extend([
             "$PartitionedEntities".into(),
             "$EndPartitionedEntities".into(),
-        ])
+        ]);
     });
     assert!(matches!(error, E::Partitioned), "{error}");
 }
@@ -443,9 +441,9 @@ fn damaged_files_never_panic() {
                 }
             }
             if survives(damaged) {
-                read += 1
+                read += 1;
             } else {
-                refused += 1
+                refused += 1;
             }
         }
     }

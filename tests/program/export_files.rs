@@ -3,7 +3,6 @@
 //! the one of `tools/setup.sh vtk`, or another one named by `DOVETAIL_PYTHON`; without one these
 //! tests fail.
 
-#[path = "export_files/made_up_run.rs"]
 mod made_up_run;
 
 use std::collections::BTreeMap;

@@ -1,13 +1,11 @@
 //! gmsh as a program beside this one: it ends with it, and what is told of scripts and their
 //! parameters.
 
-mod shared_program;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use shared_program::{ended, said};
+use crate::shared_program::{ended, said};
 
 /// A folder with a program that stands in for gmsh.
 struct Bench(PathBuf);

@@ -1,5 +1,4 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
-#![allow(dead_code)] // each test program uses its own part
 
 use std::path::{Path, PathBuf};
 

@@ -10,8 +10,8 @@ use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::model::{Body, Rotation};
 use dovetail_solver::model::{Material, Prestress};
 
-use crate::algebra::*;
-use crate::bodies::*;
+use super::algebra::*;
+use super::bodies::*;
 
 /// A bar along x from radius `near_m`, spinning about z, its near end a flank.
 fn bar(near_m: f64, length_m: f64, thickness_m: f64, cells: usize) -> Body {

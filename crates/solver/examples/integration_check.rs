@@ -1,0 +1,76 @@
+//! Harmonic balance against integration in time, which knows no Fourier series and no parameter of
+//! the balance: a reduced dovetail of 72 pairs, read from a folder of matrices.
+//!
+//!     cargo run --release --package dovetail-solver --example integration_check
+
+use std::error::Error;
+use std::path::Path;
+
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::integration::compare::{Comparison, Start, compare};
+use dovetail_solver::integration::steady::Until;
+use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
+use dovetail_solver::reduction::{PairLaw, superelement};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let comparison = comparison()?;
+    let (balance, integration) = (&comparison.balance, &comparison.integration);
+    println!(
+        "amplitude {:?} m by {} harmonics, {:?} m by integration over {} periods",
+        balance.amplitude_m, comparison.harmonics, integration.amplitude_m, comparison.periods
+    );
+    println!(
+        "work of friction {:e} J and {:e} J in a period",
+        balance.contact_work_j, integration.contact_work_j
+    );
+    println!(
+        "the worst of their relative differences is {:.1e}",
+        comparison.worst()
+    );
+    Ok(())
+}
+
+/// A frequency near the peak, where pairs slip and some open.
+pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
+    let law = PairLaw {
+        friction: 0.3,
+        gap_m: 0.0,
+    };
+    let force_n = 1.0;
+    let model = superelement::read(&folder, law, force_n)?.relative;
+    let ratio = DampingSpec::Ratio {
+        ratio: 0.001,
+        stuck_mode: 1,
+    };
+    let damping = rayleigh(&ratio, &model.omega2)?;
+    let newton = NewtonOptions {
+        tolerance: 1e-10,
+        max_iterations: 60,
+    };
+    let state = static_state(&model, 10, newton);
+    let resolution = Resolution::Fixed {
+        harmonics: 7,
+        samples: 256,
+    };
+    let settings = SweepSettings::new(vec![699.5], resolution);
+    let response = sweep(&model, damping, &state, &settings, &|_| ());
+    // Six periods from the motion of harmonic balance: a motion that is right stays where it is.
+    let steps_per_period = 300;
+    let until = Until {
+        most_periods: 6,
+        tolerance: 0.0,
+    };
+    Ok(compare(
+        &model,
+        damping,
+        &response.orbits[0],
+        Start::Orbit,
+        steps_per_period,
+        until,
+        response.slip_threshold_m,
+    )?)
+}

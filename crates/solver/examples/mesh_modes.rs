@@ -1,0 +1,93 @@
+//! Modes of a meshed blade in its dovetail at 5000 rpm: of the blade with its flanks held, and of the
+//! assembly with all contacts stuck.
+//!
+//!     cargo run --release --package dovetail-solver --example mesh_modes
+
+use std::error::Error;
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use dovetail_solver::fem::assemble;
+use dovetail_solver::mesh;
+use dovetail_solver::mesh::source::{MeshKind, MeshSource};
+use dovetail_solver::model::{
+    Assembly, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
+};
+use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::stuck_modes;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let modes = modes_hz(4)?;
+    println!("flanks held:    {:.4?} Hz", modes.held);
+    println!("contacts stuck: {:.4?} Hz", modes.stuck);
+    Ok(())
+}
+
+/// Frequencies, ascending, Hz.
+pub struct ModesHz {
+    /// Of the blade alone.
+    pub held: Vec<f64>,
+    /// Of blade and jaw.
+    pub stuck: Vec<f64>,
+}
+
+/// The lowest modes of each kind.
+pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
+    // The mesh is in millimetres.
+    let mesh = mesh::read(&file, 1e-3)?;
+    let model = bind(&assembly(), &mesh)?;
+    let structure = assemble(&model)?;
+    let held = held_modes(&model.bodies[0], &structure.bodies[0], count)?;
+    let hertz = |omega2: Vec<f64>| omega2.iter().map(|w2| w2.sqrt() / TAU).collect();
+    Ok(ModesHz {
+        held: hertz(held.omega2),
+        stuck: hertz(stuck_modes(&model, &structure, count)?),
+    })
+}
+
+/// What the groups of the mesh are.
+fn assembly() -> Assembly {
+    let body = |name: &str, fixed: &[&str]| BodySpec {
+        name: name.into(),
+        volume: name.into(),
+        material: Material {
+            young_pa: 113.8e9,
+            poisson: 0.34,
+            density_kg_m3: 4430.0,
+        },
+        fixed: fixed.iter().map(ToString::to_string).collect(),
+        fixed_along: Default::default(),
+        fixed_interface_modes: None,
+    };
+    let contact = |side: &str| ContactSpec {
+        name: side.into(),
+        first: format!("blade_flank_{side}"),
+        second: Some(format!("jaw_flank_{side}")),
+        law: ContactLaw::UnilateralCoulomb,
+        friction: 0.3,
+        gap_m: 0.0,
+        crown: None,
+    };
+    Assembly {
+        mesh: MeshSource {
+            kind: MeshKind::File {
+                path: "meshes/dovetail.msh".into(),
+            },
+            metres_per_unit: 1e-3,
+            pairing_tolerance: 1e-6,
+        },
+        bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
+        rotation: Some(RotationSpec {
+            point_m: [0.0; 3],
+            axis: [1.0, 0.0, 0.0],
+            speed_rad_s: 5000.0 * PI / 30.0,
+            bodies: vec!["blade".into(), "jaw".into()],
+            prestress: Prestress::HeldFlanks,
+        }),
+        contacts: vec![contact("left"), contact("right")],
+        loads: Vec::new(),
+        excitations: Vec::new(),
+        observations: Vec::new(),
+    }
+}

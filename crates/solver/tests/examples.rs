@@ -1,0 +1,86 @@
+//! Every example of the library, and a number that it prints.
+#![allow(dead_code)] // their `main`
+
+#[path = "../examples/coulomb_mass.rs"]
+mod coulomb_mass;
+#[path = "../examples/integration_check.rs"]
+mod integration_check;
+#[path = "../examples/mesh_modes.rs"]
+mod mesh_modes;
+#[path = "../examples/paper_without_toml.rs"]
+mod paper_without_toml;
+#[path = "../examples/reduced_from_matrices.rs"]
+mod reduced_from_matrices;
+
+use dovetail_solver::dlft::PairStatus;
+
+fn assert_close(found: f64, expected: f64, tolerance: f64) {
+    let off = found / expected - 1.0;
+    assert!(
+        off.abs() < tolerance,
+        "{found} is {off:+.1e} off {expected}"
+    );
+}
+
+/// Bodies reduced to a few fixed-interface modes can only be stiffer: they have 450.777 Hz
+/// (docs/extremes.md).
+fn assert_first_stuck_mode(found_hz: f64) {
+    let above = 450.777 / found_hz - 1.0;
+    assert!((0.0..1e-4).contains(&above), "{found_hz} Hz");
+}
+
+/// The error falls with the first power of the harmonics (tests/program/closed_forms.rs of the program).
+#[test]
+fn a_mass_on_friction_approaches_den_hartogs_amplitude() {
+    let exact = coulomb_mass::closed_form_m();
+    assert_close(exact, 1.927775, 1e-6);
+    let [few, many] = [9, 31].map(|harmonics| coulomb_mass::amplitude_m(harmonics) / exact - 1.0);
+    println!("9 harmonics {few:+.1e}, 31 {many:+.1e}");
+    assert!(many.abs() < 0.4 * few.abs() && many.abs() < 0.01);
+}
+
+/// At 5000 rpm: the same matrices by scipy (tests/program/blade_frequencies.rs of the program).
+#[test]
+fn modes_of_a_mesh_are_those_of_other_programs() {
+    let modes = mesh_modes::modes_hz(4).unwrap();
+    for (held, scipy) in modes
+        .held
+        .iter()
+        .zip([452.689657, 1570.338375, 1808.392273, 3161.740053])
+    {
+        assert_close(*held, scipy, 1e-6);
+    }
+    assert_first_stuck_mode(modes.stuck[0]);
+    assert_eq!([modes.held.len(), modes.stuck.len()], [4, 4]);
+}
+
+/// One harmonic has a closed form (tests/program/closed_forms.rs of the program), and so have all of them
+/// (tests/program/time_integration.rs).
+#[test]
+fn a_jenkins_oscillator_from_its_matrices_has_the_known_amplitude() {
+    let amplitude_m = |harmonics| reduced_from_matrices::amplitude_m(harmonics).unwrap();
+    assert_close(amplitude_m(1), 1.95379955, 1e-6);
+    assert_close(amplitude_m(15), 1.946123, 1e-4);
+}
+
+/// The README's table.
+#[test]
+fn the_paper_without_toml_is_the_paper_with_it() {
+    let answer = paper_without_toml::solve().unwrap();
+    assert_first_stuck_mode(answer.first_stuck_hz);
+    assert!(answer.state.outcome.is_converged());
+    assert_eq!(answer.state.status, [PairStatus::Slipping; 72]);
+    let peak = &answer.response.orbits[1];
+    assert!(peak.outcome.is_converged());
+    assert_close(peak.observed_amplitude_m[0], 6.50e-3, 1e-3);
+    assert_close(peak.friction_power_w, 12.4, 5e-3);
+}
+
+#[test]
+fn integration_in_time_keeps_the_motion_of_harmonic_balance() {
+    let comparison = integration_check::comparison().unwrap();
+    let differences = comparison.differences();
+    for (difference, most) in differences.into_iter().zip([1e-4, 3e-4, 5e-3, 1e-3]) {
+        assert!(difference.unwrap().abs() < most, "{differences:?}");
+    }
+}

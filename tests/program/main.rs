@@ -1,0 +1,37 @@
+//! The tests of the program and of the way through all packages, one module a subject. They are one
+//! binary, which links the program once: no test may change what the process has only one of (its
+//! environment, its folder, its number of threads), and names of temporary files begin with the
+//! module's.
+
+mod shared_program;
+mod shared_scenes;
+
+mod accuracy;
+mod bad_input;
+mod binding;
+mod blade_frequencies;
+mod cache;
+mod clearance;
+mod closed_forms;
+mod command_line;
+mod elements;
+mod export_files;
+mod extremes;
+mod mesh_files;
+mod meshed_contact;
+mod meshing;
+mod metamorphic;
+mod only_what_is_asked;
+mod paper_findings;
+mod reduced_scenes;
+mod reduction;
+mod reference_dovetail72;
+mod rubbing_beam;
+mod run_as_value;
+mod scene_any_text;
+mod scene_errors;
+mod scene_set;
+mod study;
+mod tidy;
+mod time_integration;
+mod transitions;
