@@ -1,5 +1,5 @@
 //! Shift-invert Lanczos about zero with ARPACK (Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998:
-//! dsaupd in mode 3, generalised problem); [`sturm`](super::sturm) checks what comes out.
+//! dsaupd in mode 3, generalised problem); `sturm.rs` checks what comes out.
 //!
 //! ARPACK keeps its state in static variables: two runs at once corrupt the heap. A lock of the whole
 //! process is held over a run; inside it nothing may wait for the thread pool, because the pool could

@@ -5,7 +5,7 @@
 //! With A = K^-1 M and V orthonormal in the product of M, A V = V T + V' R E^T, T block tridiagonal.
 //! T s = theta s gives the mode V s with omega^2 = 1 / theta, its residual |R E^T s|. The basis is kept
 //! orthonormal in full. A multiple mode is found as often as the block is wide; what no block met is
-//! found missing by the Sturm count of [`sturm`](super::sturm).
+//! found missing by the Sturm count of `sturm.rs`.
 
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;

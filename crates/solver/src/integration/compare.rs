@@ -87,7 +87,7 @@ pub enum Start<'a> {
 }
 
 /// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance retained
-/// the mean along the slot, its steady force acts here, too ([`with_retention_force`]).
+/// the mean along the slot, its steady force acts here, too.
 ///
 /// # Errors
 /// See [`IntegrationError`].
