@@ -53,8 +53,8 @@ pub fn reduce(
     stuck_modes: StuckModes,
 ) -> Result<ReducedModel, ReductionError> {
     let loads = Loads::of(model, structure);
-    let joined = Joined::new(model, structure, &loads)?;
-    let (on_g, on_x) = joined.gathered(&loads);
+    let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
+    let gathered = joined.gathered(&loads);
     let mut count = stuck_modes.count.unwrap_or(LEAST_MODES);
     loop {
         let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
@@ -63,11 +63,12 @@ pub fn reduce(
         let reach = REACH * stuck_modes.highest.rad_s(&modes.omega2);
         let reached = modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach);
         if reached || last_try {
-            let (relative, amplitude) =
-                joined.on_modes(model, &loads, &on_g, &on_x, modes, stuck_modes);
+            let (on_modes, amplitude) =
+                joined.on_modes(model, condensed, &gathered, modes, stuck_modes);
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
-                return Ok(joined.finish(model, structure, relative, amplitude));
+                return Ok(joined.finish(model, structure, on_modes, amplitude));
             }
+            condensed = [on_modes.relative.stiffness, on_modes.relative.mass];
         }
         count *= 2;
     }
@@ -228,7 +229,7 @@ fn not_held(
     }
 }
 
-/// The assembly on (g, X), and what is left of it on X.
+/// The assembly on (g, X).
 struct Joined<'a> {
     bodies: Vec<Coordinates<'a>>,
     transformation: Transformation,
@@ -238,8 +239,16 @@ struct Joined<'a> {
     k_gx: CscMatrix<f64>,
     k_xg: CscMatrix<f64>,
     m_xg: CscMatrix<f64>,
-    stiffness: Mat<f64>,
-    mass: Mat<f64>,
+}
+
+/// Loads of the assembly: the steady one, the excitations, the observed points.
+struct Gathered {
+    /// On g, side by side.
+    on_g: Mat<f64>,
+    /// K_gg^-1 on them.
+    answers: Mat<f64>,
+    /// On X, with what g hands on.
+    on_x: Vec<Vec<f64>>,
 }
 
 /// A model on its modes, of which the first `stuck_modes` are modes and the others residual vectors.
@@ -252,7 +261,12 @@ struct OnModes {
 }
 
 impl<'a> Joined<'a> {
-    fn new(model: &Model, structure: &'a Structure, loads: &Loads) -> Result<Self, ReductionError> {
+    /// The assembly, and its stiffness and mass condensed on X.
+    fn new(
+        model: &Model,
+        structure: &'a Structure,
+        loads: &Loads,
+    ) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
         let bodies = coordinates(model, structure, loads)?;
         let transformation = transformation(model, &bodies)?;
         let stiffness =
@@ -281,7 +295,7 @@ impl<'a> Joined<'a> {
             || submatrix(&mass, &inner, &inner),
             || submatrix(&mass, &outer, &inner),
         );
-        Ok(Self {
+        let joined = Self {
             bodies,
             transformation,
             factor: condensed.factor,
@@ -290,17 +304,15 @@ impl<'a> Joined<'a> {
             k_gx,
             k_xg,
             m_xg,
-            stiffness: condensed.stiffness,
-            mass: condensed.mass,
-        })
+        };
+        Ok((joined, [condensed.stiffness, condensed.mass]))
     }
 
     fn inner(&self) -> usize {
         self.transformation.inner()
     }
 
-    /// All loads on g, side by side, and on X: those that act there, and what g hands on.
-    fn gathered(&self, loads: &Loads) -> (Mat<f64>, Vec<Vec<f64>>) {
+    fn gathered(&self, loads: &Loads) -> Gathered {
         let parts = loads.all().map(|load| {
             let on_bodies: Vec<Vec<f64>> = self
                 .bodies
@@ -315,29 +327,36 @@ impl<'a> Joined<'a> {
         });
         let (on_g, mut on_x): (Vec<_>, Vec<_>) = parts.unzip();
         let on_g = Mat::from_fn(self.inner(), on_g.len(), |i, j| on_g[j][i]);
-        let mut followed = on_g.clone();
-        self.factor.solve_in_place(followed.as_mut());
-        let carried = times(&self.k_xg, followed.as_ref());
+        let mut answers = on_g.clone();
+        self.factor.solve_in_place(answers.as_mut());
+        let carried = times(&self.k_xg, answers.as_ref());
         for (j, on_x) in on_x.iter_mut().enumerate() {
             for (f, c) in on_x.iter_mut().zip(carried.col_as_slice(j)) {
                 *f -= c;
             }
         }
-        (on_g, on_x)
+        Gathered {
+            on_g,
+            answers,
+            on_x,
+        }
     }
 
     /// The model on these stuck modes, with the estimated error of its amplitudes.
     fn on_modes(
         &self,
         model: &Model,
-        loads: &Loads,
-        on_g: &Mat<f64>,
-        on_x: &[Vec<f64>],
+        [stiffness, mass]: [Mat<f64>; 2],
+        Gathered {
+            on_g,
+            answers,
+            on_x,
+        }: &Gathered,
         modes: Modes,
         wanted: StuckModes,
     ) -> (OnModes, Option<f64>) {
         let Residual { vectors, left } =
-            residual_vectors(on_g.as_ref(), &self.factor, &modes, &self.m_gg);
+            residual_vectors(on_g.as_ref(), answers.as_ref(), &modes, &self.m_gg);
         let stuck_modes = modes.count();
         let Modes { omega2, vectors } = side_by_side(&modes, &vectors);
         // p = (M_xg + Psi^T M_gg) Phi with Psi^T = -K_xg K_gg^-1.
@@ -349,7 +368,7 @@ impl<'a> Joined<'a> {
             on_x: on_x[j].clone(),
             on_modes: on_modes.col_as_slice(j).to_vec(),
         };
-        let first_observed = 1 + loads.excitations.len();
+        let first_observed = 1 + model.excitations.len();
         let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
         let observations = model
             .observations
@@ -364,8 +383,8 @@ impl<'a> Joined<'a> {
                 }
             });
         let relative = RelativeModel {
-            stiffness: self.stiffness.clone(),
-            mass: self.mass.clone(),
+            stiffness,
+            mass,
             coupling,
             omega2,
             static_load: load(0),

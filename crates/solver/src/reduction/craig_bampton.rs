@@ -117,7 +117,9 @@ pub fn condense(
     let fixed = lowest_modes(&k_ii, &m_ii, count, &factor).map_err(eigen)?;
     drop(k_ii);
     let loads = loads.subrows(0, split);
-    let residual = residual_vectors(loads, &factor, &fixed, &m_ii).vectors;
+    let mut answers = loads.to_owned();
+    factor.solve_in_place(answers.as_mut());
+    let residual = residual_vectors(loads, answers.as_ref(), &fixed, &m_ii).vectors;
     let modes = side_by_side(&fixed, &residual);
     // (M_bi + Psi^T M_ii) V with Psi^T = -K_bi K_ii^-1.
     let mut followed = times(&m_ii, modes.vectors.as_ref());

@@ -12,7 +12,6 @@ use nalgebra_sparse::CscMatrix;
 
 use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::eigen::Modes;
-use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::sparse::{product, symmetric_product};
 
 /// Share of a load's static energy below which its residual counts as rounding.
@@ -28,19 +27,18 @@ pub(super) struct Residual {
     pub left: Vec<f64>,
 }
 
-/// Vectors R f of the `loads` (unknowns x loads), of unit modal mass and orthogonal to each other and to
+/// Vectors R f of the `loads` (unknowns x loads) with their static `answers` K^-1 f, of unit modal mass and orthogonal to each other and to
 /// the modes. Loads that depend on each other, or that the modes answer in full, give fewer vectors than there
 /// are loads.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
-    factor: &Cholesky,
+    answers: MatRef<'_, f64>,
     modes: &Modes,
     mass: &CscMatrix<f64>,
 ) -> Residual {
     let n = loads.nrows();
-    let mut residual = loads.to_owned();
-    factor.solve_in_place(residual.as_mut());
-    let whole: Vec<f64> = energies(loads, residual.as_ref());
+    let mut residual = answers.to_owned();
+    let whole: Vec<f64> = energies(loads, answers);
     // Twice, for the rounding of the first time.
     for _ in 0..2 {
         let weighted = symmetric_product(mass, residual.as_ref());
