@@ -71,6 +71,7 @@ MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
     $(if $(SHARD),--shard $(SHARD))
 mutants: setup vtk
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
+	mkdir -p output
 	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
 	    -f crates/solver/src/contact/law.rs -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
