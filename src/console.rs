@@ -8,8 +8,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::observer::Observer;
+use crate::pipeline::Reduced;
+use crate::pipeline::observer::Observer;
 use crate::stage::{Stage, StageRecord};
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::{Orbit, Outcome, Response};
+use dovetail_solver::results::quantities::{pair_counts, peak};
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
@@ -76,6 +80,54 @@ impl Console {
         self.lines.suspend(|| {
             let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
         });
+    }
+}
+
+impl Console {
+    /// The figures of a response that a reader asks for first, and what to mind about it.
+    pub fn figures(&mut self, reduced: &Reduced, response: &Response) {
+        let names = reduced.observations();
+        let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
+        let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
+        if !held.is_empty() {
+            let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
+            self.warning(&format!(
+                "at {} of {} frequencies friction does not hold the blade along its slot: its mean position was held there, \
+                 as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
+                held.len(),
+                response.orbits.len(),
+            ));
+        }
+        let leaves = |o: &&Orbit| o.outcome == Outcome::LeavesSlot;
+        let leaving = response.orbits.iter().filter(leaves).count();
+        if leaving > 0 {
+            self.warning(&format!(
+                "at {leaving} of {} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
+                 flanks than the steady load presses them together; excite it less (force_n), or press it harder \
+                 (rotation.speed_rpm, [[load]])",
+                response.orbits.len(),
+            ));
+        }
+        let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
+        let inaccurate = response.orbits.iter().filter(inaccurate).count();
+        if inaccurate > 0 {
+            self.warning(&format!(
+                "at {inaccurate} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
+                 motion was found or the estimate did not fall (outcome accuracy_not_reached and column estimated_error of response.csv)",
+                response.orbits.len(),
+                Resolution::MOST_ADAPTED,
+            ));
+        }
+        for (i, name) in names.iter().enumerate() {
+            let Some(peak) = peak(response, i) else {
+                continue;
+            };
+            let counts = pair_counts(&response.orbits[peak.index]);
+            self.note(&format!(
+                "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
+                peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
+            ));
+        }
     }
 }
 

@@ -8,12 +8,10 @@
 
 pub mod cli;
 pub mod console;
-pub mod error;
+pub mod exit;
 pub mod export;
 pub mod metrics;
-pub mod observer;
 pub mod pipeline;
-pub mod progress;
 pub mod scene;
 pub mod stage;
 pub mod study;

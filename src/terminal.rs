@@ -1,16 +1,14 @@
-//! The report of an error, and results on standard output: the places, beside [`crate::progress`],
+//! The report of an error, and results on standard output: the places, beside [`crate::pipeline::progress`],
 //! that print. What they print passes [`text::plain`].
 
 use std::fmt;
-use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::PathBuf;
+use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use miette::{
     Diagnostic, LabeledSpan, MietteError, MietteHandlerOpts, MietteSpanContents, ReportHandler,
     Severity, SourceCode, SourceSpan, SpanContents,
 };
 
-use crate::error::Error;
 use dovetail_solver::text;
 
 /// Most related errors of a report.
@@ -27,17 +25,13 @@ const WINDOW: [usize; 3] = [40, 60, 40];
 /// wants no more of them, which is no error.
 ///
 /// # Errors
-/// [`Error::Io`] where the output cannot be written for another reason.
-pub fn print(results: &str) -> Result<(), Error> {
+/// The output cannot be written for another reason.
+pub fn print(results: &str) -> io::Result<()> {
     let mut stdout = std::io::stdout().lock();
     let printed = write!(stdout, "{}", text::visible(results)).and_then(|()| stdout.flush());
     match printed {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::Io {
-            action: "writing to",
-            path: PathBuf::from("the standard output"),
-            source: error,
-        }),
-        _ => Ok(()),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        printed => printed,
     }
 }
 

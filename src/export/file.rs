@@ -8,7 +8,9 @@ use super::ExportError;
 /// Writes a whole file or nothing: the bytes go to a neighbour with the ending `.part`, which then
 /// takes the name. Missing folders are created.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
-    create_folder_of(path)?;
+    if let Some(folder) = path.parent() {
+        create_folder(folder)?;
+    }
     let mut part = path.as_os_str().to_owned();
     part.push(".part");
     let part = Path::new(&part);
@@ -46,14 +48,14 @@ pub(super) fn remove_old_series(folder: &Path, stem: &str) -> Result<(), ExportE
     Ok(())
 }
 
-fn create_folder_of(path: &Path) -> Result<(), ExportError> {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => {
-            fs::create_dir_all(folder).map_err(|source| ExportError::CreateFolder {
-                path: folder.to_path_buf(),
-                source,
-            })
-        }
-        _ => Ok(()),
+/// Creates a folder with those it lies in, where they are missing.
+pub fn create_folder(folder: &Path) -> Result<(), ExportError> {
+    // The folder of a bare name is the working directory.
+    if folder.as_os_str().is_empty() {
+        return Ok(());
     }
+    fs::create_dir_all(folder).map_err(|source| ExportError::CreateFolder {
+        path: folder.to_path_buf(),
+        source,
+    })
 }

@@ -19,7 +19,7 @@ use dovetail_solver::results::quantities::{
 };
 
 /// The whole of summary.json.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Of the program.
     pub version: String,
@@ -53,7 +53,7 @@ pub struct Summary {
     pub observations: Vec<ObservationSummary>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneSummary {
     pub name: String,
     pub file: String,
@@ -142,7 +142,7 @@ pub struct ContactSummary {
     pub mean_pressure_pa: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
     pub points: usize,
     pub converged_points: usize,

@@ -1,12 +1,12 @@
 //! Frequencies over the speed: the table and the diagram of `dovetail modes --rpm`.
 
+use super::error::RunError;
 use super::meshed::{Bound, assemble};
-use super::{Options, files, hertz};
-use crate::error::Error;
+use super::progress::Progress;
+use super::{Context, hertz, summary};
 use crate::export::csv::{self, CampbellRow};
 use crate::export::manifest::{self, Summary};
 use crate::export::plots::{CampbellFamily, write_campbell};
-use crate::progress::Progress;
 use crate::stage::Stage;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
@@ -88,22 +88,22 @@ impl SpeedRange {
 /// A speed that the structure does not stand has no frequencies, and a warning says why.
 ///
 /// # Errors
-/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
+/// [`RunError::NoMesh`], [`RunError::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
 pub fn campbell(
     scene: &Scene,
     speeds: SpeedRange,
-    options: &Options,
+    context: &Context,
     progress: &Progress,
-) -> Result<(String, Summary), Error> {
+) -> Result<(String, Summary), RunError> {
     let Subject::Assembly(assembly) = &scene.subject else {
-        return Err(Error::NoMesh {
+        return Err(RunError::NoMesh {
             scene: scene.name.clone(),
         });
     };
     let mut fastest = assembly.clone();
-    let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
+    let rotation = fastest.rotation.as_mut().ok_or(RunError::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
-    let bound = Bound::of(&fastest, options, progress)?;
+    let bound = Bound::of(&fastest, context, progress)?;
     let model = &bound.model;
     let spun = Spun::of(model, progress)?;
     let mut all = Vec::new();
@@ -133,18 +133,18 @@ pub fn campbell(
     }
     let families = families(&model.bodies[0], &all);
     let rows: Vec<CampbellRow> = families.iter().flat_map(Family::rows).collect();
-    csv::write_campbell(&options.out.join("modes_campbell.csv"), &rows)?;
+    csv::write_campbell(&context.out.join("modes_campbell.csv"), &rows)?;
     let curves: Vec<CampbellFamily> = families.iter().map(Family::curves).collect();
     write_campbell(
-        &options.out.join("plots/campbell.svg"),
+        &context.out.join("plots/campbell.svg"),
         &scene.name,
         &curves,
     )?;
-    let mut summary = files::empty_summary(scene, options);
+    let mut summary = summary::empty(scene, context);
     summary.pairs = model.pairs.len();
     summary.observations = manifest::observation_summaries(model);
     summary.mesh = Some(bound.summary());
-    files::take_down(progress, &mut summary);
+    summary::take_down(progress, &mut summary);
     Ok((families.iter().map(Family::table).collect(), summary))
 }
 
@@ -158,7 +158,7 @@ struct Spun {
 }
 
 impl Spun {
-    fn of(model: &Model, progress: &Progress) -> Result<Self, Error> {
+    fn of(model: &Model, progress: &Progress) -> Result<Self, RunError> {
         let at_rest = Model {
             rotation: None,
             ..model.clone()

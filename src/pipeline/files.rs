@@ -4,28 +4,26 @@ use std::path::{Path, PathBuf};
 
 use faer::Mat;
 
+use super::error::RunError;
 use super::meshed::Meshed;
-use super::meshing::create_folder;
+use super::observer::{Compared, Observer};
+use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Options, hertz};
-use crate::error::Error;
+use super::{Context, hertz};
 use crate::export::manifest::{self, Summary};
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
     write_separation_map, write_static_pressure_map,
 };
-use crate::export::{csv, flank, vtu};
-use crate::observer::{Compared, Observer};
-use crate::progress::Progress;
+use crate::export::{create_folder, csv, flank, vtu};
 use crate::stage::Stage;
-use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{PairLaw, Recovery};
-use dovetail_solver::results::quantities::{pair_counts, peak};
+use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 
 /// Frames of the animation of the peak.
@@ -42,11 +40,11 @@ pub struct Files {
 }
 
 impl Files {
-    pub fn new(scene: &Scene, options: &Options) -> Self {
+    pub fn new(scene: &Scene, context: &Context) -> Self {
         Self {
-            out: options.out.clone(),
+            out: context.out.clone(),
             title: scene.name.clone(),
-            fields: options.fields,
+            fields: context.fields,
         }
     }
 
@@ -55,11 +53,19 @@ impl Files {
         reduced.meshed().filter(|_| self.fields)?.recovery()
     }
 
+    /// modes.csv.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn modes(&self, rows: &[csv::ModeRow]) -> Result<(), RunError> {
+        Ok(csv::write_modes(&self.out.join("modes.csv"), rows)?)
+    }
+
     /// summary.json.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(&self, summary: &Summary) -> Result<(), Error> {
+    pub fn finish(&self, summary: &Summary) -> Result<(), RunError> {
         Ok(manifest::write_summary(
             &self.out.join("summary.json"),
             summary,
@@ -69,11 +75,11 @@ impl Files {
 
 impl Observer for Files {
     /// modes.csv.
-    fn reduced(&mut self, reduced: &Reduced) -> Result<(), Error> {
+    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.held_modes(reduced, &[])
     }
 
-    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), Error> {
+    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         let recovery = self.recovery(reduced);
         let recovery = recovery.filter(|_| state.outcome.is_converged());
         write_static_state(&self.out, reduced, recovery, state)
@@ -84,7 +90,7 @@ impl Observer for Files {
         reduced: &Reduced,
         response: &Response,
         compared: Option<&Compared>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), RunError> {
         let (out, names) = (&self.out, reduced.observations());
         csv::write_response(&out.join("response.csv"), &names, response)?;
         if let Some(Compared {
@@ -104,9 +110,8 @@ impl Observer for Files {
     }
 
     /// modes.csv once more, with the modes of the bodies.
-    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), Error> {
-        let rows = mode_rows(reduced, omega2);
-        Ok(csv::write_modes(&self.out.join("modes.csv"), &rows)?)
+    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
+        self.modes(&mode_rows(reduced, omega2))
     }
 }
 
@@ -141,7 +146,7 @@ fn write_static_state(
     reduced: &Reduced,
     recovery: Option<&Recovery>,
     state: &StaticState,
-) -> Result<(), Error> {
+) -> Result<(), RunError> {
     csv::write_static(&out.join("static.csv"), &reduced.pairs, state)?;
     let Some(Meshed { model, .. }) = reduced.meshed() else {
         return Ok(());
@@ -189,7 +194,7 @@ fn write_response_on_mesh(
     model: &Model,
     recovery: Option<&Recovery>,
     response: &Response,
-) -> Result<(), Error> {
+) -> Result<(), RunError> {
     if !model.pairs.is_empty() {
         write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
         write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
@@ -214,7 +219,7 @@ fn write_curves(
     names: &[&str],
     response: &Response,
     compared: Option<&Compared>,
-) -> Result<(), Error> {
+) -> Result<(), RunError> {
     let label = |h: usize| format!("H = {h}");
     for (i, name) in names.iter().enumerate() {
         let quantity = format!("amplitude of {name}");
@@ -255,7 +260,7 @@ fn write_peak_motion(
     model: &Model,
     recovery: &Recovery,
     orbit: &Orbit,
-) -> Result<(), Error> {
+) -> Result<(), RunError> {
     let blocks = 2 * orbit.harmonics + 1;
     let columns = |v: &[f64]| {
         let rows = v.len() / blocks;
@@ -282,138 +287,19 @@ fn write_peak_motion(
 
 /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
 pub(super) fn write_reduced_model(
-    options: &Options,
+    context: &Context,
     reduced: &Reduced,
     progress: &Progress,
-) -> Result<Option<PairLaw>, Error> {
+) -> Result<Option<PairLaw>, RunError> {
     let _stage = progress.stage(Stage::ReducedModelFiles);
-    create_folder(&options.out)?;
+    create_folder(&context.out)?;
     let (relative, rows) = (reduced.relative(), &reduced.pairs.rows);
     let element = Superelement {
         relative: relative.clone(),
         positions_m: rows.iter().map(|p| p.position_m).collect(),
         areas_m2: rows.iter().map(|p| p.area_m2).collect(),
     };
-    superelement::write(&options.out, &element)?;
+    superelement::write(&context.out, &element)?;
     let first = relative.pairs.first().copied();
     Ok(first.filter(|law| relative.pairs.iter().all(|p| p == law)))
-}
-
-/// What is known before anything is computed.
-pub(super) fn empty_summary(scene: &Scene, options: &Options) -> manifest::Summary {
-    manifest::Summary {
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        scene: manifest::SceneSummary {
-            name: scene.name.clone(),
-            file: options.scene_file.display().to_string(),
-        },
-        mesh: None,
-        reduced_model: match &scene.subject {
-            Subject::Assembly(_) => None,
-            Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
-        },
-        stuck_modes: None,
-        truncation: None,
-        pairs: 0,
-        stuck_frequency_hz: None,
-        blade_frequency_hz: None,
-        seconds: 0.0,
-        processor_seconds: None,
-        bonded_pairs: 0,
-        stages: Vec::new(),
-        static_state: None,
-        response: None,
-        verification: None,
-        observations: Vec::new(),
-    }
-}
-
-/// What is known after the reduction.
-pub(super) fn summarise(scene: &Scene, options: &Options, reduced: &Reduced) -> manifest::Summary {
-    manifest::Summary {
-        mesh: reduced.meshed().map(Meshed::summary),
-        stuck_modes: Some(reduced.stuck_omega2().len()),
-        truncation: reduced.truncation(),
-        pairs: reduced.pairs.rows.len(),
-        stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
-        bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded.len()),
-        observations: match reduced.meshed() {
-            Some(meshed) => manifest::observation_summaries(&meshed.model),
-            None => manifest::probe_summaries(&reduced.observations()),
-        },
-        ..empty_summary(scene, options)
-    }
-}
-
-/// Takes down in the summary what the run has taken so far, stage by stage.
-pub(super) fn take_down(progress: &Progress, summary: &mut Summary) {
-    let stages = progress.records().into_iter();
-    summary.stages = stages
-        .map(|record| manifest::StageSummary {
-            id: record.stage,
-            name: record.name,
-            seconds: record.seconds,
-            processor_seconds: record.processor_seconds,
-            peak_memory_mib: record.peak_rss_mib,
-            from_cache: record.from_cache,
-            unknowns: record.unknowns,
-        })
-        .collect();
-    summary.seconds = progress.seconds();
-    summary.processor_seconds = progress.processor_seconds();
-}
-
-/// Where there are pairs.
-pub(super) fn static_summary(
-    reduced: &Reduced,
-    state: &StaticState,
-) -> Option<manifest::StaticSummary> {
-    let pairs = &reduced.pairs;
-    (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state))
-}
-
-/// The figures a reader asks for first, on the terminal.
-pub fn report(reduced: &Reduced, response: &Response, progress: &mut dyn Observer) {
-    let names = reduced.observations();
-    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
-    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
-    if !held.is_empty() {
-        let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
-        progress.warning(&format!(
-            "at {} of {} frequencies friction does not hold the blade along its slot: its mean position was held there, \
-             as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
-            held.len(),
-            response.orbits.len(),
-        ));
-    }
-    let leaves = |o: &&Orbit| o.outcome == Outcome::LeavesSlot;
-    let leaving = response.orbits.iter().filter(leaves).count();
-    if leaving > 0 {
-        progress.warning(&format!(
-            "at {leaving} of {} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
-             flanks than the steady load presses them together; excite it less (force_n), or press it harder \
-             (rotation.speed_rpm, [[load]])",
-            response.orbits.len(),
-        ));
-    }
-    let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
-    let inaccurate = response.orbits.iter().filter(inaccurate).count();
-    if inaccurate > 0 {
-        progress.warning(&format!(
-            "at {inaccurate} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
-             motion was found or the estimate did not fall (outcome accuracy_not_reached and column estimated_error of response.csv)",
-            response.orbits.len(),
-            Resolution::MOST_ADAPTED,
-        ));
-    }
-    for (i, name) in names.iter().enumerate() {
-        let Some(peak) = peak(response, i) else {
-            continue;
-        };
-        let counts = pair_counts(&response.orbits[peak.index]);
-        progress.note(&format!(
-            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
-            peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
-        ));
-    }
 }

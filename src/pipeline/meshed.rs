@@ -6,12 +6,12 @@ use std::time::{Duration, Instant};
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::Options;
+use super::Context;
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
+use super::error::RunError;
 use super::meshing::{Origin, make_mesh};
-use crate::error::Error;
+use super::progress::Progress;
 use crate::export::manifest;
-use crate::progress::Progress;
 use crate::stage::Stage;
 use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure};
@@ -57,10 +57,10 @@ pub(super) struct Meshed {
 impl Bound {
     pub(super) fn of(
         assembly: &Assembly,
-        options: &Options,
+        context: &Context,
         progress: &Progress,
-    ) -> Result<Self, Error> {
-        let (mesh, origin) = make_mesh(&assembly.mesh, options, progress)?;
+    ) -> Result<Self, RunError> {
+        let (mesh, origin) = make_mesh(&assembly.mesh, context, progress)?;
         let model = bind(assembly, &mesh, progress)?;
         Ok(Self { model, origin })
     }
@@ -74,11 +74,11 @@ impl Meshed {
     pub(super) fn of(
         assembly: &Assembly,
         wanted: StuckModes,
-        options: &Options,
+        context: &Context,
         progress: &Progress,
-    ) -> Result<Self, Error> {
-        let Bound { model, origin } = Bound::of(assembly, options, progress)?;
-        let cache = Cache::new(options.cache.as_ref());
+    ) -> Result<Self, RunError> {
+        let Bound { model, origin } = Bound::of(assembly, context, progress)?;
+        let cache = Cache::new(context.cache.as_ref());
         let [key, recovery_key] = {
             let inputs = reduction_inputs(&model, wanted);
             [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs))
@@ -123,7 +123,7 @@ impl Meshed {
     }
 
     /// Makes the way back from the reduced model to the bodies.
-    pub(super) fn recover(&self, progress: &Progress) -> Result<(), Error> {
+    pub(super) fn recover(&self, progress: &Progress) -> Result<(), RunError> {
         if self.recovery.get().is_some() {
             return Ok(());
         }
@@ -150,7 +150,7 @@ impl Meshed {
     }
 
     /// Squared angular frequencies of each body alone, its flanks held (full model).
-    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, Error> {
+    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, RunError> {
         let structure = structure_of(&self.structure, &self.model, progress)?;
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
@@ -160,7 +160,7 @@ impl Meshed {
     }
 }
 
-fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, Error> {
+fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
     let _stage = progress.stage(Stage::Model);
     let model = model::bind(assembly, mesh)?;
     let tets: usize = model.bodies.iter().map(|b| b.tet_count()).sum();
@@ -221,7 +221,7 @@ fn reduce(
     structure: &Structure,
     wanted: StuckModes,
     progress: &Progress,
-) -> Result<ReducedModel, Error> {
+) -> Result<ReducedModel, RunError> {
     let stage = progress.stage(Stage::Reduction);
     // A body that is reduced by itself, and then the assembly of what is left.
     let mut assembly = 0;

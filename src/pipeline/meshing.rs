@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Options;
+use super::Context;
 use super::cache::{Cache, Key, Kind};
-use crate::error::Error;
-use crate::export::{manifest, write_file};
-use crate::progress::Progress;
+use super::error::RunError;
+use super::progress::Progress;
+use crate::export::{create_folder, manifest, write_file};
 use crate::stage::Stage;
 use dovetail_numerics::stored;
 use dovetail_solver::input;
@@ -38,7 +38,7 @@ impl Origin {
 }
 
 /// That what the scene names as its mesh is there. What runs with it is told.
-pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), Error> {
+pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), RunError> {
     match &mesh.kind {
         MeshKind::File { path } => {
             input::check(path).map_err(|source| MeshError::Io {
@@ -60,19 +60,11 @@ pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), Error>
     Ok(())
 }
 
-pub(super) fn create_folder(path: &Path) -> Result<(), Error> {
-    std::fs::create_dir_all(path).map_err(|source| Error::Io {
-        action: "creating the folder",
-        path: path.to_path_buf(),
-        source,
-    })
-}
-
 pub(super) fn make_mesh(
     source: &MeshSource,
-    options: &Options,
+    context: &Context,
     progress: &Progress,
-) -> Result<(Mesh, Origin), Error> {
+) -> Result<(Mesh, Origin), RunError> {
     let stage = progress.stage(Stage::Mesh);
     let metres_per_unit = source.metres_per_unit;
     let (script, parameters, time_limit_s) = match &source.kind {
@@ -91,9 +83,9 @@ pub(super) fn make_mesh(
             ..
         } => (script, parameters, *time_limit_s),
     };
-    create_folder(&options.out)?;
-    let out = options.out.join(MESH_FILE);
-    let cache = Cache::new(options.cache.as_ref());
+    create_folder(&context.out)?;
+    let out = context.out.join(MESH_FILE);
+    let cache = Cache::new(context.cache.as_ref());
     let key = mesh_key(&cache, script, parameters);
     // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of
     // the run.
@@ -127,7 +119,7 @@ pub(super) fn make_mesh(
 }
 
 /// Reads a mesh and checks its elements.
-fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, Error> {
+fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, RunError> {
     let mesh = msh::read(path, metres_per_unit)?;
     quality::check(&mesh)?;
     Ok(mesh)
@@ -135,9 +127,9 @@ fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, Error> {
 
 /// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells
 /// nobody.
-fn of_writing(error: Error, out: &Path) -> Error {
+fn of_writing(error: RunError, out: &Path) -> RunError {
     match error {
-        Error::Mesh(source) if source.is_damage() => {
+        RunError::Mesh(source) if source.is_damage() => {
             let _ = std::fs::remove_file(out); // made a moment ago, and no mesh
             let folder = out.parent().unwrap_or(out).to_path_buf();
             GmshError::NotWhole { folder, source }.into()
@@ -162,7 +154,7 @@ fn ready(
     fallback: Option<&Path>,
     missing: GmshError,
     progress: &Progress,
-) -> Result<Origin, Error> {
+) -> Result<Origin, RunError> {
     let Some(ready) = fallback else {
         return Err(missing.into());
     };

@@ -2,34 +2,38 @@
 
 mod cache;
 mod campbell;
+mod error;
 mod files;
 mod meshed;
 mod meshing;
+pub mod observer;
+pub mod progress;
 mod reduced;
 mod solve;
+mod summary;
 pub mod verify;
 
 use std::path::PathBuf;
 
 pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
-pub use self::files::{Files, report};
+pub use self::error::RunError;
+pub use self::files::Files;
 use self::meshed::Bound;
+use self::observer::{Compared, Observer};
+use self::progress::Progress;
 pub use self::reduced::Reduced;
-use crate::error::Error;
 use crate::export::csv::ModeRow;
 use crate::export::manifest::{self, Summary};
-use crate::observer::{Compared, Observer};
-use crate::progress::Progress;
 use crate::stage::Stage;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::reduction::damping::rayleigh;
 
-/// Where a run writes, and what it was asked by.
+/// What a run finds about it: where it writes, what it was asked by, what earlier runs left.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct Context {
     pub out: PathBuf,
     pub scene_file: PathBuf,
     /// [`solve`], [`static_state`]: make the way back to the bodies, for fields.
@@ -56,8 +60,8 @@ impl Run {
     /// Whether the run came to its full result.
     ///
     /// # Errors
-    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::NotConverged`] where some frequencies failed.
-    pub fn verdict(&self) -> Result<(), Error> {
+    /// [`RunError::NothingHolds`], [`RunError::StaticState`], [`RunError::NotConverged`] where some frequencies failed.
+    pub fn verdict(&self) -> Result<(), RunError> {
         if self.response.is_none() {
             solve::usable(&self.static_state)?;
         }
@@ -71,17 +75,21 @@ impl Run {
 ///
 /// # Errors
 /// The stage's own error, or the observer's.
-pub fn solve(scene: &Scene, options: &Options, observer: &mut dyn Observer) -> Result<Run, Error> {
+pub fn solve(
+    scene: &Scene,
+    context: &Context,
+    observer: &mut dyn Observer,
+) -> Result<Run, RunError> {
     let progress = &Progress::new(observer);
-    let reduced = Reduced::of(scene, options, progress)?;
+    let reduced = Reduced::of(scene, context, progress)?;
     let relative = reduced.relative();
     let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
     let most_harmonics = scene.response.resolution.most_harmonics();
     solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
-    let (static_state, mut summary) = solve_static(scene, options, &reduced, progress)?;
+    let (static_state, mut summary) = solve_static(scene, context, &reduced, progress)?;
     if solve::usable(&static_state).is_err() {
-        files::take_down(progress, &mut summary);
+        summary::take_down(progress, &mut summary);
         return Ok(Run {
             reduced,
             static_state,
@@ -118,12 +126,12 @@ pub fn solve(scene: &Scene, options: &Options, observer: &mut dyn Observer) -> R
     }
     let first = reduced.observations().first().copied();
     summary.response = Some(manifest::response_summary(&reduced.pairs, first, &response));
-    if let (Some(meshed), true) = (reduced.meshed(), options.held_modes) {
+    if let (Some(meshed), true) = (reduced.meshed(), context.held_modes) {
         let held = meshed.held_modes(progress)?;
         progress.tell(|o| o.held_modes(&reduced, &held))?;
         summary.blade_frequency_hz = first_hz(&held);
     }
-    files::take_down(progress, &mut summary);
+    summary::take_down(progress, &mut summary);
     Ok(Run {
         reduced,
         static_state,
@@ -136,15 +144,15 @@ pub fn solve(scene: &Scene, options: &Options, observer: &mut dyn Observer) -> R
 /// The static state, told, and the summary so far.
 fn solve_static(
     scene: &Scene,
-    options: &Options,
+    context: &Context,
     reduced: &Reduced,
     progress: &Progress,
-) -> Result<(StaticState, Summary), Error> {
+) -> Result<(StaticState, Summary), RunError> {
     progress.tell(|o| o.reduced(reduced))?;
     let state = solve::statics(scene, reduced.relative(), progress);
-    let mut summary = files::summarise(scene, options, reduced);
-    summary.static_state = files::static_summary(reduced, &state);
-    if let Some(meshed) = reduced.meshed().filter(|_| options.fields) {
+    let mut summary = summary::of_reduced(scene, context, reduced);
+    summary.static_state = summary::static_summary(reduced, &state);
+    if let Some(meshed) = reduced.meshed().filter(|_| context.fields) {
         meshed.recover(progress)?;
     }
     {
@@ -163,16 +171,16 @@ fn first_hz(held_omega2: &[Vec<f64>]) -> Option<f64> {
 ///
 /// # Errors
 /// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
-pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<Summary, Error> {
+pub fn mesh(scene: &Scene, context: &Context, progress: &Progress) -> Result<Summary, RunError> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(no_mesh(scene));
     };
-    let bound = Bound::of(assembly, options, progress)?;
-    let mut summary = files::empty_summary(scene, options);
+    let bound = Bound::of(assembly, context, progress)?;
+    let mut summary = summary::empty(scene, context);
     summary.pairs = bound.model.pairs.len();
     summary.observations = manifest::observation_summaries(&bound.model);
     summary.mesh = Some(bound.summary());
-    files::take_down(progress, &mut summary);
+    summary::take_down(progress, &mut summary);
     Ok(summary)
 }
 
@@ -182,18 +190,18 @@ pub fn mesh(scene: &Scene, options: &Options, progress: &Progress) -> Result<Sum
 /// Those of [`mesh`], of the finite elements and of the reduction; an unreadable reduced model.
 pub fn modes(
     scene: &Scene,
-    options: &Options,
+    context: &Context,
     progress: &Progress,
-) -> Result<(Vec<ModeRow>, Summary), Error> {
-    let reduced = Reduced::of(scene, options, progress)?;
+) -> Result<(Vec<ModeRow>, Summary), RunError> {
+    let reduced = Reduced::of(scene, context, progress)?;
     let held = match reduced.meshed() {
         Some(meshed) => meshed.held_modes(progress)?,
         None => Vec::new(),
     };
     let rows = files::mode_rows(&reduced, &held);
-    let mut summary = files::summarise(scene, options, &reduced);
+    let mut summary = summary::of_reduced(scene, context, &reduced);
     summary.blade_frequency_hz = first_hz(&held);
-    files::take_down(progress, &mut summary);
+    summary::take_down(progress, &mut summary);
     Ok((rows, summary))
 }
 
@@ -203,24 +211,24 @@ pub fn modes(
 ///
 /// # Errors
 /// Those of [`modes`]; a scene about a reduced model already, or one the folder cannot hold.
-pub fn reduce(scene: &Scene, options: &Options, progress: &Progress) -> Result<(), Error> {
+pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(), RunError> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(no_mesh(scene));
     };
     let (of_one_newton, force_n) = of_one_newton(assembly);
     let mut excited = scene.clone();
     excited.subject = Subject::Assembly(Box::new(of_one_newton));
-    let reduced = Reduced::of(&excited, options, progress)?;
+    let reduced = Reduced::of(&excited, context, progress)?;
     if reduced.pairs.rows.is_empty() {
         let why = "a reduced model is about the pairs of its contacts";
-        return Err(Error::AllBonded { why });
+        return Err(RunError::AllBonded { why });
     }
-    let law = files::write_reduced_model(options, &reduced, progress)?;
-    progress.note(&format!("reduced model in {}", options.out.display()));
+    let law = files::write_reduced_model(context, &reduced, progress)?;
+    progress.note(&format!("reduced model in {}", context.out.display()));
     match law {
         Some(law) => {
             // A scene counts paths from its own folder, wherever that will be.
-            let folder = std::path::absolute(&options.out).unwrap_or_else(|_| options.out.clone());
+            let folder = std::path::absolute(&context.out).unwrap_or_else(|_| context.out.clone());
             progress.note(&format!(
                 "[reduced_model]\nfolder = {}\nfriction = {:?}\ngap_m = {:?}\nforce_n = {force_n:?}",
                 toml::Value::String(folder.display().to_string()),
@@ -254,16 +262,16 @@ fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
 /// Up to the static state under rotation; the summary, and whether there is such a state.
 ///
 /// # Errors
-/// Those of [`modes`], or the observer's; the second one [`Error::StaticState`] or [`Error::NothingHolds`].
+/// Those of [`modes`], or the observer's; the second one [`RunError::StaticState`] or [`RunError::NothingHolds`].
 pub fn static_state(
     scene: &Scene,
-    options: &Options,
+    context: &Context,
     observer: &mut dyn Observer,
-) -> Result<(Summary, Result<(), Error>), Error> {
+) -> Result<(Summary, Result<(), RunError>), RunError> {
     let progress = &Progress::new(observer);
-    let reduced = Reduced::of(scene, options, progress)?;
-    let (state, mut summary) = solve_static(scene, options, &reduced, progress)?;
-    files::take_down(progress, &mut summary);
+    let reduced = Reduced::of(scene, context, progress)?;
+    let (state, mut summary) = solve_static(scene, context, &reduced, progress)?;
+    summary::take_down(progress, &mut summary);
     Ok((summary, solve::usable(&state)))
 }
 
@@ -271,7 +279,7 @@ pub fn static_state(
 ///
 /// # Errors
 /// A mesh or script that does not exist, a reduced model that cannot be read.
-pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Error> {
+pub fn check(scene: &Scene, progress: &Progress) -> Result<(), RunError> {
     match &scene.subject {
         Subject::Assembly(assembly) => meshing::check(&assembly.mesh, progress)?,
         Subject::ReducedModel(spec) => reduced::check(spec)?,
@@ -280,13 +288,13 @@ pub fn check(scene: &Scene, _: &Options, progress: &Progress) -> Result<(), Erro
     Ok(())
 }
 
-fn no_mesh(scene: &Scene) -> Error {
-    Error::NoMesh {
+fn no_mesh(scene: &Scene) -> RunError {
+    RunError::NoMesh {
         scene: scene.name.clone(),
     }
 }
 
-fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
+fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), RunError> {
     let (mut points, mut unconverged) = (0, 0);
     for orbit in responses.flat_map(|r| &r.orbits) {
         points += 1;
@@ -294,7 +302,7 @@ fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<()
     }
     match unconverged {
         0 => Ok(()),
-        _ => Err(Error::NotConverged {
+        _ => Err(RunError::NotConverged {
             unconverged,
             points,
         }),

@@ -1,10 +1,10 @@
 //! What the commands have in common once a scene is reduced, whether it began with a mesh or with a folder.
 
+use super::error::RunError;
 use super::meshed::Meshed;
-use super::{Options, hertz};
-use crate::error::Error;
+use super::progress::Progress;
+use super::{Context, hertz};
 use crate::export::manifest::TruncationSummary;
-use crate::progress::Progress;
 use crate::stage::Stage;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::reduction::superelement;
@@ -26,10 +26,14 @@ enum Origin {
 
 impl Reduced {
     /// Meshes, binds, assembles and reduces, or reads the folder.
-    pub(super) fn of(scene: &Scene, options: &Options, progress: &Progress) -> Result<Self, Error> {
+    pub(super) fn of(
+        scene: &Scene,
+        context: &Context,
+        progress: &Progress,
+    ) -> Result<Self, RunError> {
         let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
-                let meshed = Meshed::of(assembly, stuck_modes(scene), options, progress)?;
+                let meshed = Meshed::of(assembly, stuck_modes(scene), context, progress)?;
                 Self {
                     pairs: PairTable::of_model(&meshed.model),
                     origin: Origin::Mesh(Box::new(meshed)),
@@ -104,7 +108,8 @@ impl Reduced {
         }
     }
 
-    pub(super) fn observations(&self) -> Vec<&str> {
+    /// Names of the observed displacements.
+    pub fn observations(&self) -> Vec<&str> {
         let probes = self.relative().observations.iter();
         probes.map(|probe| probe.name.as_str()).collect()
     }
@@ -140,7 +145,7 @@ fn truncation_note(modes: usize, truncation: &TruncationSummary) -> String {
     format!("{modes} stuck modes: {amplitude}{frequencies}")
 }
 
-fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, Error> {
+fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, RunError> {
     let law = PairLaw {
         friction: spec.friction,
         gap_m: spec.gap_m,
@@ -149,6 +154,6 @@ fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, Error> {
 }
 
 /// That the folder can be read.
-pub(super) fn check(spec: &ReducedModelSpec) -> Result<(), Error> {
+pub(super) fn check(spec: &ReducedModelSpec) -> Result<(), RunError> {
     read(spec).map(|_| ())
 }

@@ -1,8 +1,8 @@
 //! From a reduced model to its static state and its response.
 
+use super::error::RunError;
 use super::hertz;
-use crate::error::Error;
-use crate::progress::Progress;
+use super::progress::Progress;
 use crate::stage::Stage;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
@@ -35,11 +35,11 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
     }
     let stage = progress.stage(Stage::StaticState);
     stage.solves(relative.stiffness.nrows());
-    let options = NewtonOptions {
+    let newton = NewtonOptions {
         tolerance: scene.response.tolerance.min(1e-10),
         max_iterations: STATIC_ITERATIONS,
     };
-    let state = solve_static(relative, scene.static_state.load_steps, options);
+    let state = solve_static(relative, scene.static_state.load_steps, newton);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
         progress.warning(&format!(
             "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
@@ -50,13 +50,13 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
 }
 
 /// Whether there is a static state to vibrate about.
-pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
+pub(super) fn usable(state: &StaticState) -> Result<(), RunError> {
     let open = |s: &PairStatus| *s == PairStatus::Open;
     if !state.status.is_empty() && state.status.iter().all(open) {
-        return Err(Error::NothingHolds);
+        return Err(RunError::NothingHolds);
     }
     if !state.outcome.is_converged() {
-        return Err(Error::StaticState {
+        return Err(RunError::StaticState {
             outcome: state.outcome,
             iterations: state.newton_iterations,
             residual: state.residual,
@@ -68,15 +68,15 @@ pub(super) fn usable(state: &StaticState) -> Result<(), Error> {
 /// The frequencies of the response, rising.
 ///
 /// # Errors
-/// [`Error::NoStuckMode`] where they are counted from a stuck mode of a model that has none.
+/// [`RunError::NoStuckMode`] where they are counted from a stuck mode of a model that has none.
 pub(super) fn frequencies_hz(
     response: &ResponseSpec,
     relative: &RelativeModel,
-) -> Result<Vec<f64>, Error> {
+) -> Result<Vec<f64>, RunError> {
     let (from, to) = match response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
         FrequencyRange::OfFirstStuckMode { from, to } => {
-            let first = hertz(*relative.omega2.first().ok_or(Error::NoStuckMode)?);
+            let first = hertz(*relative.omega2.first().ok_or(RunError::NoStuckMode)?);
             (from * first, to * first)
         }
     };
@@ -93,13 +93,13 @@ const ON_A_MODE: f64 = 1e-9;
 /// Without damping the stuck answer is infinite at the frequency of a stuck mode.
 ///
 /// # Errors
-/// [`Error::UndampedMode`] where a harmonic of some frequency lies there.
+/// [`RunError::UndampedMode`] where a harmonic of some frequency lies there.
 pub(super) fn off_undamped_modes(
     relative: &RelativeModel,
     damping: Rayleigh,
     frequencies_hz: &[f64],
     harmonics: usize,
-) -> Result<(), Error> {
+) -> Result<(), RunError> {
     if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
         return Ok(());
     }
@@ -111,7 +111,7 @@ pub(super) fn off_undamped_modes(
             let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
             let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
             if modes_hz.get(mode).is_some_and(on_it) {
-                return Err(Error::UndampedMode {
+                return Err(RunError::UndampedMode {
                     frequency_hz,
                     harmonic,
                     mode: mode + 1,

@@ -1,11 +1,11 @@
 //! `dovetail verify`: harmonic balance against time integration at a few frequencies.
 
+use super::error::RunError;
+use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Options, files, solve};
-use crate::error::Error;
+use super::{Context, solve, summary};
 use crate::export::csv;
 use crate::export::manifest::{self, Summary};
-use crate::progress::Progress;
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
@@ -50,35 +50,35 @@ pub struct Verified {
     /// For a reader.
     pub table: String,
     pub summary: Summary,
-    /// [`Error::NotSteady`] or [`Error::Disagreement`], where they are not alike.
-    pub verdict: Result<(), Error>,
+    /// [`RunError::NotSteady`] or [`RunError::Disagreement`], where they are not alike.
+    pub verdict: Result<(), RunError>,
 }
 
 /// Integrates the reduced model in time at each frequency and compares.
 ///
 /// # Errors
-/// [`Error::TooManySteps`]; those of the static state and the reduction; [`Error::NotConverged`]
+/// [`RunError::TooManySteps`]; those of the static state and the reduction; [`RunError::NotConverged`]
 /// where harmonic balance has no
 /// motion to compare.
 pub fn verify(
     scene: &Scene,
-    options: &Options,
+    context: &Context,
     asked: &Verification,
     progress: &Progress,
-) -> Result<Verified, Error> {
+) -> Result<Verified, RunError> {
     let (periods, steps) = (asked.most_periods_asked(), asked.steps_per_period);
     if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
-        return Err(Error::TooManySteps {
+        return Err(RunError::TooManySteps {
             periods,
             steps,
             most: MOST_STEPS_IN_ALL,
         });
     }
-    let reduced = Reduced::of(scene, options, progress)?;
+    let reduced = Reduced::of(scene, context, progress)?;
     let relative = reduced.relative();
     if relative.pairs.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";
-        return Err(Error::AllBonded { why });
+        return Err(RunError::AllBonded { why });
     }
     let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let state = solve::statics(scene, relative, progress);
@@ -88,7 +88,7 @@ pub fn verify(
         .iter()
         .filter(|i| !response.orbits[**i].outcome.is_converged());
     if let (unconverged @ 1.., points) = (failed.count(), chosen.len()) {
-        return Err(Error::NotConverged {
+        return Err(RunError::NotConverged {
             unconverged,
             points,
         });
@@ -127,15 +127,15 @@ pub fn verify(
             .map(one)
             .collect::<Result<Vec<Comparison>, _>>()?
     };
-    csv::write_verification(&options.out.join("verify.csv"), &comparisons)?;
-    let mut summary = files::summarise(scene, options, &reduced);
+    csv::write_verification(&context.out.join("verify.csv"), &comparisons)?;
+    let mut summary = summary::of_reduced(scene, context, &reduced);
     summary.static_state = Some(manifest::static_summary(&reduced.pairs, &state));
     summary.verification = Some(manifest::verification_summary(
         &comparisons,
         asked.steps_per_period,
         asked.tolerance,
     ));
-    files::take_down(progress, &mut summary);
+    summary::take_down(progress, &mut summary);
     Ok(Verified {
         verdict: judge(&comparisons, asked),
         table: comparisons.iter().map(table).collect(),
@@ -151,7 +151,7 @@ fn orbits(
     state: &StaticState,
     asked: &Verification,
     progress: &Progress,
-) -> Result<(Response, Vec<usize>), Error> {
+) -> Result<(Response, Vec<usize>), RunError> {
     let mut frequencies_hz = asked.frequencies_hz.clone();
     frequencies_hz.sort_by(f64::total_cmp);
     frequencies_hz.dedup();
@@ -243,11 +243,11 @@ fn table(comparison: &Comparison) -> String {
     lines.join("\n") + "\n"
 }
 
-fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> {
+fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), RunError> {
     if asked.periods.is_none()
         && let Some(moving) = comparisons.iter().find(|c| !c.steady)
     {
-        return Err(Error::NotSteady {
+        return Err(RunError::NotSteady {
             frequency_hz: moving.frequency_hz,
             periods: moving.periods,
             left: moving.left,
@@ -257,7 +257,7 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
         .iter()
         .max_by(|a, b| a.worst().total_cmp(&b.worst()));
     match worst {
-        Some(worst) if worst.worst() > asked.tolerance => Err(Error::Disagreement {
+        Some(worst) if worst.worst() > asked.tolerance => Err(RunError::Disagreement {
             frequency_hz: worst.frequency_hz,
             percent: 100.0 * worst.worst(),
             tolerance_percent: 100.0 * asked.tolerance,

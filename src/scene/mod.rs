@@ -6,6 +6,7 @@ pub(crate) mod document;
 pub(crate) mod error;
 pub(crate) mod keys;
 mod overrides;
+mod place;
 pub(crate) mod raw;
 pub(crate) mod source;
 

@@ -9,9 +9,9 @@ use std::ops::Range;
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::document::element_name;
 use super::error::{Fault, Problem};
 use super::keys;
+use super::place::element_name;
 use super::source::Source;
 
 /// Keys of a section of which only one group may be given.

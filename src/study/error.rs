@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::exit::ExitStatus;
+use crate::export::ExportError;
+use crate::pipeline::RunError;
 use crate::scene::SceneError;
 
 /// A case that fails is no error: it is reported in the tables.
@@ -16,17 +19,61 @@ pub enum StudyError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// Problems of the study file, in the order of the text.
+    /// Problems of the study file or of its scene, in the order of the text.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Invalid(SceneError),
+    Invalid(#[from] SceneError),
     #[error("the study has no case \"{name}\"")]
     #[diagnostic(help("its cases are: {}", dovetail_solver::text::list(cases)))]
     NoSuchCase { name: String, cases: Vec<String> },
+    /// What the scene names, such as a mesh, that no case could be run with.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Run(#[from] RunError),
     #[error("{} is not what a case writes: {message}", path.display())]
     #[diagnostic(help(
         "remove the folder of the case ({}) and run the study again: only that case is computed",
         path.parent().unwrap_or(path).display()
     ))]
     Malformed { path: PathBuf, message: String },
+    #[error("{action} {} failed", path.display())]
+    #[diagnostic(help(
+        "check that the path exists, that you may write there, and that the disk is not full"
+    ))]
+    Io {
+        /// "reading", "starting", ...
+        action: &'static str,
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(transparent)]
+    Export(#[from] ExportError),
+    /// The study is complete, its answers are written, but not every case has all its figures.
+    #[error(
+        "of {cases} cases {without} have no result, and {unconverged} have frequencies that did not converge"
+    )]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "report.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
+             when the study is"
+        )
+    )]
+    CasesFailed {
+        without: usize,
+        unconverged: usize,
+        cases: usize,
+    },
+}
+
+impl StudyError {
+    /// How a command ends with this error.
+    pub fn exit_status(&self) -> ExitStatus {
+        match self {
+            Self::Read { .. } | Self::Invalid(_) | Self::NoSuchCase { .. } => ExitStatus::BadInput,
+            Self::Run(error) => error.exit_status(),
+            Self::Malformed { .. } | Self::Io { .. } | Self::Export(_) => ExitStatus::Failed,
+            Self::CasesFailed { .. } => ExitStatus::NotConverged,
+        }
+    }
 }

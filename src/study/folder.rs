@@ -13,8 +13,8 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::quantity::BLADE_FREQUENCY;
-use super::results::CaseSummary;
-use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
+use crate::exit::ExitStatus;
+use crate::export::manifest::Summary;
 use crate::export::write_file;
 use crate::pipeline;
 use crate::scene;
@@ -81,7 +81,7 @@ impl Settings {
 ///
 /// # Errors
 /// The scene with the overrides of the case, or a file it names that cannot be read.
-pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRecord, Error> {
+pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRecord, StudyError> {
     let set = case.set(study);
     let scene = scene::load(&study.scene, &set)?;
     let held_modes = study.quantities.contains(&BLADE_FREQUENCY) && scene.assembly().is_some();
@@ -127,14 +127,14 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     })
 }
 
-fn program_hash() -> Result<String, Error> {
+fn program_hash() -> Result<String, StudyError> {
     let program = || std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
     let hash = pipeline::executable_hash().map_err(|source| reading(&program(), source))?;
     Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 /// The scene file and the files it names.
-fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, Error> {
+fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
     let mut files = vec![scene_file.to_path_buf()];
     match &scene.subject {
         Subject::ReducedModel(spec) => {
@@ -162,7 +162,7 @@ fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, Error> {
     files.iter().map(|file| input(file)).collect()
 }
 
-fn input(file: &Path) -> Result<Input, Error> {
+fn input(file: &Path) -> Result<Input, StudyError> {
     let bytes = std::fs::read(file).map_err(|source| reading(file, source))?;
     Ok(Input {
         file: file.display().to_string(),
@@ -186,7 +186,7 @@ impl CaseRecord {
 /// What stands in the folder of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
-    Complete(Box<CaseSummary>),
+    Complete(Box<Summary>),
     /// Ended without a result.
     Failed {
         exit_code: Option<i32>,
@@ -200,7 +200,7 @@ pub enum Found {
 ///
 /// # Errors
 /// A file that is there but cannot be read or understood.
-pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, Error> {
+pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     let (Some(earlier), Some(outcome)) = (
         read_json::<Value>(&folder.join("case.json"))?,
         read_json::<OutcomeRecord>(&folder.join("outcome.json"))?,
@@ -211,30 +211,29 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, Error> {
     if !CaseRecord::deserialize(earlier).is_ok_and(|earlier| record.is_answered_by(&earlier)) {
         return Ok(Found::Nothing);
     }
-    let ended_well = [EXIT_OK, EXIT_NOT_CONVERGED].map(|c| Some(i32::from(c)));
-    if !ended_well.contains(&outcome.exit_code) {
+    if !ExitStatus::has_results(outcome.exit_code) {
         let message = logged_error(&folder.join("log.txt"));
         return Ok(Found::Failed {
             exit_code: outcome.exit_code,
             message,
         });
     }
-    let summary = read_json(&folder.join("summary.json"))?;
-    Ok(match summary.and_then(CaseSummary::of) {
-        Some(summary) => Found::Complete(Box::new(summary)),
-        None => Found::Nothing,
+    let summary: Option<Value> = read_json(&folder.join("summary.json"))?;
+    Ok(match summary.and_then(|s| Summary::deserialize(s).ok()) {
+        Some(summary) if summary.response.is_some() => Found::Complete(Box::new(summary)),
+        _ => Found::Nothing,
     })
 }
 
 /// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json
 /// is written.
-pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), Error> {
+pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
     for name in ["outcome.json", "summary.json"] {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
             Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
                 let action = "removing";
-                return Err(Error::Io {
+                return Err(StudyError::Io {
                     action,
                     path,
                     source,
@@ -246,13 +245,13 @@ pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), Error> {
     write_json(&folder.join("case.json"), record)
 }
 
-pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
     let text = serde_json::to_string_pretty(value).map_err(|e| malformed(path, &e))?;
     Ok(write_file(path, (text + "\n").as_bytes())?)
 }
 
 /// `None` where there is no such file.
-fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, Error> {
+fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, StudyError> {
     match std::fs::read(path) {
         Ok(bytes) => match serde_json::from_slice(&bytes) {
             Ok(value) => Ok(Some(value)),
@@ -263,13 +262,13 @@ fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, Err
     }
 }
 
-fn malformed(path: &Path, error: &serde_json::Error) -> Error {
+fn malformed(path: &Path, error: &serde_json::Error) -> StudyError {
     let (path, message) = (path.to_owned(), error.to_string());
-    StudyError::Malformed { path, message }.into()
+    StudyError::Malformed { path, message }
 }
 
-fn reading(path: &Path, source: std::io::Error) -> Error {
-    Error::Io {
+fn reading(path: &Path, source: std::io::Error) -> StudyError {
+    StudyError::Io {
         action: "reading",
         path: path.to_owned(),
         source,

@@ -32,11 +32,9 @@ use self::cases::{Case, cases, combination};
 use self::file::{Study, StudyText};
 use self::folder::{Found, Settings};
 use self::results::{CaseResult, Ended, collect};
-use crate::error::Error;
 use crate::pipeline;
-use crate::progress::Progress;
+use crate::pipeline::progress::Progress;
 use crate::scene::{self, Fault};
-use crate::terminal;
 use dovetail_solver::description::Subject;
 
 /// What to do with a study.
@@ -69,13 +67,29 @@ pub struct StudyOptions {
     pub overrides: Vec<String>,
 }
 
+/// What came of a study.
+#[derive(Debug)]
+pub struct Studied {
+    /// The recommendations, for a reader; empty where the action answers nothing.
+    pub recommendations: String,
+    /// [`StudyError::CasesFailed`], where all is written but some cases have no or no full result.
+    pub verdict: Result<(), StudyError>,
+}
+
 /// A study from its file to its answers.
 ///
 /// # Errors
 /// A study or a case of it that is not possible (told before anything runs), files that cannot be
-/// read or written; [`Error::CasesFailed`] when all is written but some cases have no or no full
-/// result.
-pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result<(), Error> {
+/// read or written.
+pub fn study(
+    file: &Path,
+    options: &StudyOptions,
+    progress: &Progress,
+) -> Result<Studied, StudyError> {
+    let without_answers = |verdict| Studied {
+        recommendations: String::new(),
+        verdict,
+    };
     let text = StudyText::read(file)?;
     let study = text.parse(&options.overrides)?;
     let mut all = cases(&study);
@@ -94,7 +108,7 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
             workflow::write(folder, file, &all, &options.overrides, &settings)?;
             let place = folder.join("Snakefile");
             progress.note(&format!("{} cases in {}", all.len(), place.display()));
-            return Ok(());
+            return Ok(without_answers(Ok(())));
         }
         Action::Case(name) => {
             let case = all.iter().find(|c| c.slug == *name).cloned();
@@ -104,7 +118,8 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
             })?;
             let one = [case];
             runner::run(&study, &one, &settings, 1, progress)?;
-            return all_complete(&collect(&study, &one, &settings)?);
+            let results = collect(&study, &one, &settings)?;
+            return Ok(without_answers(all_complete(&results)));
         }
         Action::Run | Action::Collect => {}
     }
@@ -131,11 +146,22 @@ pub fn study(file: &Path, options: &StudyOptions, progress: &Progress) -> Result
         analysis = analyse(&study, &results);
     }
     write(&study, &settings, &results, &analysis)?;
-    print(&study, &settings, &results, &analysis, progress)?;
-    all_complete(&results)
+    for result in &results {
+        if let Ended::Failed { message, .. } = &result.ended {
+            progress.warning(&format!("{} failed: {message}", result.case.slug));
+        }
+    }
+    let report = settings.out.join("report.md");
+    progress.note(&format!("answers in {}", report.display()));
+    let lines = analysis.recommendations.iter();
+    let lines = lines.map(|r| report::recommended(&study, &results, &analysis, r) + "\n");
+    Ok(Studied {
+        recommendations: lines.collect(),
+        verdict: all_complete(&results),
+    })
 }
 
-fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, Error> {
+fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, StudyError> {
     let record = folder::record(study, case, settings)?;
     let found = folder::find(&record, &settings.folder(case))?;
     Ok(matches!(found, Found::Complete(_)))
@@ -143,7 +169,7 @@ fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, 
 
 /// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told
 /// before the first is run.
-fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
+fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyError> {
     // Where neither the scene alone nor the first case is possible, nothing is wrong with that case
     // in particular.
     if let (Err(error), Some(Err(_))) = (
@@ -158,19 +184,12 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
     let mut faults: Vec<(std::ops::Range<usize>, Fault)> = Vec::new();
     for case in cases {
         let checked = scene::load(&study.scene, &case.set(study))
-            .map_err(Error::from)
+            .map_err(StudyError::from)
             .and_then(|scene| {
                 if subjects.contains(&scene.subject) {
                     return Ok(());
                 }
-                let options = pipeline::Options {
-                    out: PathBuf::new(),
-                    scene_file: study.scene.clone(),
-                    fields: false,
-                    held_modes: false,
-                    cache: None,
-                };
-                pipeline::check(&scene, &options, &Progress::new(&mut ()))?;
+                pipeline::check(&scene, &Progress::new(&mut ()))?;
                 subjects.push(scene.subject);
                 Ok(())
             });
@@ -198,7 +217,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), Error> {
     }
     match faults.is_empty() {
         true => Ok(()),
-        false => Err(text.invalid(faults).into()),
+        false => Err(text.invalid(faults)),
     }
 }
 
@@ -218,7 +237,7 @@ fn write(
     settings: &Settings,
     results: &[CaseResult],
     analysis: &Analysis,
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     let out = &settings.out;
     let pictures = pictures::write(&out.join("plots"), study, results, analysis)?;
     report::write_report(&out.join("report.md"), study, results, analysis, &pictures)?;
@@ -226,35 +245,14 @@ fn write(
     report::write_table(&out.join("table.csv"), study, results, analysis)
 }
 
-/// The recommendations on the terminal, and where the rest is.
-fn print(
-    study: &Study,
-    settings: &Settings,
-    results: &[CaseResult],
-    analysis: &Analysis,
-    progress: &Progress,
-) -> Result<(), Error> {
-    for result in results {
-        if let Ended::Failed { message, .. } = &result.ended {
-            progress.warning(&format!("{} failed: {message}", result.case.slug));
-        }
-    }
-    let lines = analysis.recommendations.iter();
-    let lines = lines.map(|r| report::recommended(study, results, analysis, r) + "\n");
-    terminal::print(&lines.collect::<String>())?;
-    let report = settings.out.join("report.md");
-    progress.note(&format!("answers in {}", report.display()));
-    Ok(())
-}
-
-fn all_complete(results: &[CaseResult]) -> Result<(), Error> {
+fn all_complete(results: &[CaseResult]) -> Result<(), StudyError> {
     let count =
         |wanted: &dyn Fn(&Ended) -> bool| results.iter().filter(|r| wanted(&r.ended)).count();
     let without = count(&|e| !matches!(e, Ended::WithFigures(_)));
     let unconverged = count(&|e| matches!(e, Ended::WithFigures(f) if f.unconverged > 0));
     match (without, unconverged) {
         (0, 0) => Ok(()),
-        _ => Err(Error::CasesFailed {
+        _ => Err(StudyError::CasesFailed {
             without,
             unconverged,
             cases: results.len(),

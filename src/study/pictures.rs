@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::analysis::{Analysis, CaseErrors, FigureAnswer, KnobAnswer};
 use super::convergence::How;
+use super::error::StudyError;
 use super::file::Study;
 use super::results::CaseResult;
-use crate::error::Error;
 use crate::export::plots::{LogSeries, write_loglog};
 
 /// Figures drawn in one plot, as many as there are colours.
@@ -22,13 +22,13 @@ pub fn write(
     study: &Study,
     results: &[CaseResult],
     analysis: &Analysis,
-) -> Result<Vec<Picture>, Error> {
+) -> Result<Vec<Picture>, StudyError> {
     let mut written = Vec::new();
     let mut draw = |name: String, shows: String, axes: [&str; 2], series: &[LogSeries]| {
         let file = format!("{name}.svg");
         write_loglog(&folder.join(&file), &study.name, axes, series)?;
         written.push((shows, file));
-        Ok::<(), Error>(())
+        Ok::<(), StudyError>(())
     };
     let cost = |case: usize| Some(results[case].figures()?.cost.compared_s());
     for errors in &analysis.errors {

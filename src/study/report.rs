@@ -6,11 +6,11 @@ use serde_json::{Value, json};
 
 use super::analysis::{Analysis, FigureAnswer, KnobAnswer, Recommendation};
 use super::convergence::How;
+use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::write_json;
 use super::pictures::Picture;
 use super::results::{CaseResult, Cost, Ended, Figures};
-use crate::error::Error;
 use crate::export::{csv, write_file};
 
 /// table.csv: one row per case.
@@ -19,7 +19,7 @@ pub fn write_table(
     study: &Study,
     results: &[CaseResult],
     analysis: &Analysis,
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     let headings = &analysis.headings;
     let (header, rows) = table_of_cases(study, results, analysis, headings, &csv::number);
     Ok(csv::write_rows(path, &header, &rows)?)
@@ -60,7 +60,10 @@ fn table_of_cases(
             of_run(&|f| number(f.cost.processor_seconds)),
             of_run(&|f| number(Some(f.cost.seconds))),
             of_run(&|f| number(f.cost.peak_memory_mib)),
-            of_run(&|f| f.cost.from_cache.join(" ")),
+            of_run(&|f| {
+                let stages = f.cost.from_cache.iter().map(|s| s.id());
+                stages.collect::<Vec<_>>().join(" ")
+            }),
             result.outcome().to_owned(),
             of_run(&|f| f.points.to_string()),
             of_run(&|f| f.unconverged.to_string()),
@@ -76,7 +79,7 @@ pub fn write_summary(
     study: &Study,
     results: &[CaseResult],
     analysis: &Analysis,
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     let slug = |case: usize| results[case].case.slug.as_str();
     let failed = results.iter().filter_map(|r| match &r.ended {
         Ended::Failed { exit_code, message } => Some(json!({
@@ -130,7 +133,7 @@ pub fn write_report(
     results: &[CaseResult],
     analysis: &Analysis,
     pictures: &[Picture],
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     let mode = match study.mode {
         Mode::OneAtATime => "one knob at a time around the base",
         Mode::Grid => "every combination",

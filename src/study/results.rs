@@ -1,12 +1,10 @@
 //! What the cases came to: what summary.json of each says of its figures and its cost.
 
-use serde::Deserialize;
-use serde_json::Value;
-
 use super::cases::Case;
+use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, Settings};
-use crate::error::Error;
+use crate::export::manifest::{StageSummary, Summary};
 use crate::stage::Stage;
 
 /// A case and what came of it.
@@ -46,8 +44,8 @@ pub struct Cost {
     pub processor_seconds: Option<f64>,
     /// Largest resident memory.
     pub peak_memory_mib: Option<f64>,
-    /// Ids of the stages that came from the cache: their cost is not in the figures above.
-    pub from_cache: Vec<String>,
+    /// Stages that came from the cache: their cost is not in the figures above.
+    pub from_cache: Vec<Stage>,
 }
 
 impl Cost {
@@ -86,11 +84,13 @@ pub fn collect(
     study: &Study,
     cases: &[Case],
     settings: &Settings,
-) -> Result<Vec<CaseResult>, Error> {
+) -> Result<Vec<CaseResult>, StudyError> {
     let read = |case: &Case| {
         let record = folder::record(study, case, settings)?;
         let ended = match folder::find(&record, &settings.folder(case))? {
-            Found::Complete(summary) => Ended::WithFigures(summary.figures(study)),
+            Found::Complete(summary) => {
+                figures(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
+            }
             Found::Failed { exit_code, message } => Ended::Failed { exit_code, message },
             Found::Nothing => Ended::NotRun,
         };
@@ -114,130 +114,75 @@ pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
     found
 }
 
-/// summary.json of a run with a response, as far as every such run has it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaseSummary {
-    run: Run,
-    /// The whole of it, for the quantities.
-    whole: Value,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct Run {
-    seconds: f64,
-    processor_seconds: Option<f64>,
-    stages: Vec<RunStage>,
-    response: RunResponse,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct RunStage {
-    id: String,
-    seconds: f64,
-    processor_seconds: Option<f64>,
-    peak_memory_mib: Option<f64>,
-    from_cache: bool,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct RunResponse {
-    points: usize,
-    converged_points: usize,
-}
-
-impl CaseSummary {
-    /// `None`: this is no summary of a run with a response.
-    pub fn of(whole: Value) -> Option<Self> {
-        let run = Run::deserialize(&whole).ok()?;
-        let RunResponse {
-            points,
-            converged_points,
-        } = run.response;
-        (points > 0 && converged_points <= points).then_some(Self { run, whole })
-    }
-
-    fn figures(&self, study: &Study) -> Figures {
-        let Run {
-            seconds,
-            processor_seconds,
-            stages,
-            response,
-        } = &self.run;
-        let (held, counted): (Vec<&RunStage>, Vec<&RunStage>) =
-            stages.iter().partition(|s| s.id == Stage::HeldModes.id());
-        let held_s =
-            |of: fn(&RunStage) -> Option<f64>| held.iter().filter_map(|s| of(s)).sum::<f64>();
-        let cached = counted.iter().filter(|s| s.from_cache);
-        let quantities = study.quantities.iter();
-        Figures {
-            values: quantities.flat_map(|q| q.figures(&self.whole)).collect(),
-            cost: Cost {
-                seconds: seconds - held_s(|s| Some(s.seconds)),
-                processor_seconds: processor_seconds.map(|s| s - held_s(|s| s.processor_seconds)),
-                peak_memory_mib: counted
-                    .iter()
-                    .filter_map(|s| s.peak_memory_mib)
-                    .reduce(f64::max),
-                from_cache: cached.map(|s| s.id.clone()).collect(),
-            },
-            points: response.points,
-            unconverged: response.points - response.converged_points,
-        }
-    }
+/// The figures of a run; none where it has no response.
+fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
+    let response = summary.response.as_ref()?;
+    let (held, counted): (Vec<&StageSummary>, Vec<&StageSummary>) = summary
+        .stages
+        .iter()
+        .partition(|s| s.id == Stage::HeldModes);
+    let held_s: f64 = held.iter().map(|s| s.seconds).sum();
+    let held_processor_s: f64 = held.iter().filter_map(|s| s.processor_seconds).sum();
+    let memory = counted.iter().filter_map(|s| s.peak_memory_mib);
+    let cached = counted.iter().filter(|s| s.from_cache);
+    let quantities = study.quantities.iter();
+    Some(Figures {
+        values: quantities.flat_map(|q| q.figures(summary)).collect(),
+        cost: Cost {
+            seconds: summary.seconds - held_s,
+            processor_seconds: summary.processor_seconds.map(|s| s - held_processor_s),
+            peak_memory_mib: memory.reduce(f64::max),
+            from_cache: cached.map(|s| s.id).collect(),
+        },
+        points: response.points,
+        unconverged: response.points.saturating_sub(response.converged_points),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::manifest::ResponseSummary;
     use crate::study::analysis::tests::study;
     use crate::study::file::Mode;
-    use serde_json::json;
-
-    fn summary() -> Value {
-        let stage = |id: &str, seconds: f64, mib: f64, from_cache: bool| {
-            json!({ "id": id, "name": "a title", "seconds": seconds, "processor_seconds": 2.0 * seconds,
-                    "peak_memory_mib": mib, "from_cache": from_cache, "unknowns": [7] })
-        };
-        let stages = [
-            stage("reduction", 0.5, 60.0, true),
-            stage("response", 2.0, 350.0, false),
-            stage("held_modes", 2.5, 900.0, false),
-        ];
-        json!({ "seconds": 6.0, "processor_seconds": 11.0, "stages": stages, "version": "1",
-                "response": { "points": 3, "converged_points": 2, "peak_amplitude_m": 0.25 } })
-    }
-
-    #[test]
-    fn only_the_summary_of_a_run_with_a_response_is_one() {
-        assert!(CaseSummary::of(summary()).is_some());
-        assert_eq!(CaseSummary::of(json!({})), None);
-        assert_eq!(CaseSummary::of(Value::Null), None);
-        for (pointer, value) in [
-            ("/response", Value::Null),
-            ("/response", json!({})),
-            ("/response/points", json!(0)),
-            ("/response/converged_points", json!(4)),
-            ("/seconds", Value::Null),
-            ("/stages", Value::Null),
-            ("/stages/0/seconds", Value::Null),
-        ] {
-            let mut other = summary();
-            *other.pointer_mut(pointer).unwrap() = value;
-            assert_eq!(CaseSummary::of(other), None, "{pointer}");
-        }
-    }
 
     #[test]
     fn the_cost_leaves_out_what_only_the_study_asked_for_and_names_what_was_cached() {
+        let stage = |id: Stage, seconds: f64, mib: f64, from_cache: bool| StageSummary {
+            id,
+            name: "a title".into(),
+            seconds,
+            processor_seconds: Some(2.0 * seconds),
+            peak_memory_mib: Some(mib),
+            from_cache,
+            unknowns: vec![7],
+        };
+        let mut summary = Summary {
+            seconds: 6.0,
+            processor_seconds: Some(11.0),
+            stages: vec![
+                stage(Stage::Reduction, 0.5, 60.0, true),
+                stage(Stage::Response, 2.0, 350.0, false),
+                stage(Stage::HeldModes, 2.5, 900.0, false),
+            ],
+            ..Summary::default()
+        };
         let study = study(Mode::Grid, 0.1);
-        let figures = CaseSummary::of(summary()).unwrap().figures(&study);
+        assert_eq!(figures(&study, &summary), None);
+        summary.response = Some(ResponseSummary {
+            points: 3,
+            converged_points: 2,
+            peak_amplitude_m: Some(0.25),
+            ..ResponseSummary::default()
+        });
+        let figures = figures(&study, &summary).unwrap();
         assert_eq!(figures.values, [("peak_amplitude_m".to_owned(), 0.25)]);
         assert_eq!((figures.points, figures.unconverged), (3, 1));
         let expected = Cost {
             seconds: 3.5,
             processor_seconds: Some(6.0),
             peak_memory_mib: Some(350.0),
-            from_cache: vec!["reduction".to_owned()],
+            from_cache: vec![Stage::Reduction],
         };
         assert_eq!(figures.cost, expected);
     }

@@ -7,10 +7,11 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use super::cases::Case;
+use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, OutcomeRecord, Settings};
-use crate::error::{EXIT_NOT_CONVERGED, EXIT_OK, Error};
-use crate::progress::Progress;
+use crate::exit::ExitStatus;
+use crate::pipeline::progress::Progress;
 
 /// Runs those of the cases that are not complete, `jobs` at a time, in their order.
 ///
@@ -23,7 +24,7 @@ pub fn run(
     settings: &Settings,
     jobs: usize,
     progress: &Progress,
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     let mut pending = Vec::new();
     for case in cases {
         let record = folder::record(study, case, settings)?;
@@ -41,7 +42,7 @@ pub fn run(
     }
     let program = std::env::current_exe().map_err(failed("finding", Path::new("dovetail")))?;
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let failure: Mutex<Option<Error>> = Mutex::new(None);
+    let failure: Mutex<Option<StudyError>> = Mutex::new(None);
     let lock = || failure.lock().unwrap_or_else(PoisonError::into_inner);
     std::thread::scope(|scope| {
         for _ in 0..jobs.min(pending.len()) {
@@ -78,17 +79,21 @@ pub fn run(
 }
 
 fn remark(outcome: &OutcomeRecord) -> String {
-    let is = |code: u8| outcome.exit_code == Some(i32::from(code));
+    let not_converged = i32::from(ExitStatus::NotConverged.code());
     match outcome.exit_code {
-        _ if is(EXIT_OK) => String::new(),
-        _ if is(EXIT_NOT_CONVERGED) => "  some frequencies did not converge".to_owned(),
+        Some(0) => String::new(),
+        Some(code) if code == not_converged => "  some frequencies did not converge".to_owned(),
         Some(code) => format!("  failed with exit code {code}: see its log.txt"),
         None => "  ended by a signal".to_owned(),
     }
 }
 
 /// Runs one case in its folder and records how it ended.
-fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<OutcomeRecord, Error> {
+fn one(
+    program: &Path,
+    record: &folder::CaseRecord,
+    folder: &Path,
+) -> Result<OutcomeRecord, StudyError> {
     folder::prepare(record, folder)?;
     let path = folder.join("log.txt");
     let log = std::fs::File::create(&path).map_err(failed("creating", &path))?;
@@ -115,8 +120,8 @@ fn one(program: &Path, record: &folder::CaseRecord, folder: &Path) -> Result<Out
     Ok(outcome)
 }
 
-fn failed(action: &'static str, path: &Path) -> impl Fn(std::io::Error) -> Error {
-    move |source| Error::Io {
+fn failed(action: &'static str, path: &Path) -> impl Fn(std::io::Error) -> StudyError {
+    move |source| StudyError::Io {
         action,
         path: path.to_owned(),
         source,

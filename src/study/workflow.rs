@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::json;
 
 use super::cases::Case;
+use super::error::StudyError;
 use super::folder::{Settings, write_json};
-use crate::error::Error;
 use crate::export::write_file;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
@@ -21,7 +21,7 @@ pub fn write(
     cases: &[Case],
     overrides: &[String],
     settings: &Settings,
-) -> Result<(), Error> {
+) -> Result<(), StudyError> {
     // Absolute, so that the workflow runs from any folder.
     let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let set = overrides.iter().flat_map(|set| ["--set", set]);

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dovetail::pipeline::{self, Files, Options};
+use dovetail::pipeline::{self, Context, Files};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
@@ -54,14 +54,14 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let folder = Folder::new();
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
     let scene = scene::load(&scene_file, set).unwrap();
-    let options = Options {
+    let context = Context {
         out: folder.0.clone(),
         fields: true,
         held_modes: false,
         scene_file,
         cache: None,
     };
-    pipeline::solve(&scene, &options, &mut Files::new(&scene, &options))
+    pipeline::solve(&scene, &context, &mut Files::new(&scene, &context))
         .and_then(|run| run.verdict())
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
     let table = |file: &str| std::fs::read_to_string(folder.0.join(file)).unwrap();

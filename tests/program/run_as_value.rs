@@ -2,28 +2,27 @@
 
 use std::path::{Path, PathBuf};
 
-use dovetail::error::Error;
 use dovetail::export::manifest::Summary;
-use dovetail::observer::{Both, Compared, Observer};
-use dovetail::pipeline::{Files, Options, Reduced, Run, solve};
+use dovetail::pipeline::observer::{Both, Compared, Observer};
+use dovetail::pipeline::{Context, Files, Reduced, Run, RunError, solve};
 use dovetail::scene;
 use dovetail::stage::{Stage, StageRecord};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
 
-fn jenkins(out: PathBuf) -> (Scene, Options) {
+fn jenkins(out: PathBuf) -> (Scene, Context) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scene_file = root.join("scenes/verification/jenkins.toml");
     let set = ["response.frequency_hz=[0.15, 0.2]", "response.points=5"].map(String::from);
     let scene = scene::load(&scene_file, &set).unwrap();
-    let options = Options {
+    let context = Context {
         out,
         scene_file,
         fields: true,
         held_modes: false,
         cache: None,
     };
-    (scene, options)
+    (scene, context)
 }
 
 /// A folder of this name that does not exist yet.
@@ -51,16 +50,16 @@ impl Observer for Listener {
     fn loop_advances(&mut self, steps: usize) {
         self.steps += steps;
     }
-    fn reduced(&mut self, reduced: &Reduced) -> Result<(), Error> {
+    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         assert_eq!(reduced.relative().pairs.len(), 1);
         self.heard.push("reduced");
         Ok(())
     }
-    fn static_state(&mut self, _: &Reduced, state: &StaticState) -> Result<(), Error> {
+    fn static_state(&mut self, _: &Reduced, state: &StaticState) -> Result<(), RunError> {
         assert_eq!(state.outcome, Outcome::Converged);
         self.heard.push("static state");
         match self.refuses {
-            true => Err(Error::NothingHolds),
+            true => Err(RunError::NothingHolds),
             false => Ok(()),
         }
     }
@@ -72,7 +71,7 @@ impl Observer for Listener {
         _: &Reduced,
         response: &Response,
         _: Option<&Compared>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), RunError> {
         assert_eq!(response.orbits.len(), 5);
         self.heard.push("response");
         Ok(())
@@ -82,9 +81,9 @@ impl Observer for Listener {
 #[test]
 fn a_run_tells_everything_and_writes_nothing() {
     let out = folder("quiet");
-    let (scene, options) = jenkins(out.clone());
+    let (scene, context) = jenkins(out.clone());
     let mut listener = Listener::default();
-    let run: Run = solve(&scene, &options, &mut listener).unwrap();
+    let run: Run = solve(&scene, &context, &mut listener).unwrap();
     assert!(!out.exists());
     run.verdict().unwrap();
     let response = run.response.unwrap();
@@ -102,10 +101,10 @@ fn a_run_tells_everything_and_writes_nothing() {
 #[test]
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let out = folder("files");
-    let (scene, options) = jenkins(out.clone());
-    let mut observers = Both(Listener::default(), Files::new(&scene, &options));
-    let run = solve(&scene, &options, &mut observers).unwrap();
-    observers.1.finish(&run.summary).unwrap();
+    let (scene, context) = jenkins(out.clone());
+    let (mut listener, mut files) = (Listener::default(), Files::new(&scene, &context));
+    let run = solve(&scene, &context, &mut Both(&mut listener, &mut files)).unwrap();
+    files.finish(&run.summary).unwrap();
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let read: Summary = serde_json::from_str(&text).unwrap();
     let (found, own) = (read.response.unwrap(), run.summary.response.unwrap());
@@ -129,13 +128,13 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
 
 #[test]
 fn an_observer_that_fails_ends_the_run() {
-    let (scene, options) = jenkins(folder("refused"));
+    let (scene, context) = jenkins(folder("refused"));
     let mut listener = Listener {
         refuses: true,
         ..Listener::default()
     };
-    let error = solve(&scene, &options, &mut listener).unwrap_err();
-    assert!(matches!(error, Error::NothingHolds), "{error}");
+    let error = solve(&scene, &context, &mut listener).unwrap_err();
+    assert!(matches!(error, RunError::NothingHolds), "{error}");
     assert!(listener.frequencies_hz.is_empty());
     assert_eq!(listener.heard, ["reduced", "static state"]);
 }

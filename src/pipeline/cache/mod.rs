@@ -19,7 +19,7 @@ use self::folder::Folder;
 pub(super) use self::folder::Kind;
 pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
-use crate::progress::Progress;
+use crate::pipeline::progress::Progress;
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::StuckModes;
 

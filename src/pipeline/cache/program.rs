@@ -89,15 +89,15 @@ fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
-    use crate::observer::Observer;
-    use crate::pipeline::{Options, Run, solve};
+    use crate::pipeline::RunError;
+    use crate::pipeline::observer::Observer;
+    use crate::pipeline::{Context, Run, solve};
     use dovetail_solver::description::Scene;
 
     #[test]
     fn the_program_is_known_by_its_libraries_and_its_processor() {
         // Linkers leave out a library that nothing in the binary uses.
-        let whole: fn(&Scene, &Options, &mut dyn Observer) -> Result<Run, Error> = solve;
+        let whole: fn(&Scene, &Context, &mut dyn Observer) -> Result<Run, RunError> = solve;
         std::hint::black_box(whole);
         let found = libraries();
         if cfg!(target_os = "linux") {

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use super::observer::Observer;
 use crate::metrics::{peak_rss_mib, processor_seconds};
-use crate::observer::Observer;
 use crate::stage::{Stage, StageRecord};
 
 /// Where a run reports to.

@@ -1,13 +1,10 @@
-//! The error of a run: the stage's own error, passed through, and the exit code it stands for.
-
-use std::path::PathBuf;
+//! The error of a run: the stage's own error, passed through.
 
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::exit::ExitStatus;
 use crate::export::ExportError;
-use crate::scene::SceneError;
-use crate::study::StudyError;
 use dovetail_solver::dlft::Outcome;
 use dovetail_solver::fem::FemError;
 use dovetail_solver::integration::IntegrationError;
@@ -19,22 +16,9 @@ use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::damping::DampingError;
 use dovetail_solver::reduction::superelement::SuperelementError;
 
-/// Exit code of a run that did what it was asked.
-pub const EXIT_OK: u8 = 0;
-/// Exit code: a computation failed, or a file could not be read or written.
-pub const EXIT_FAILED: u8 = 1;
-/// Exit code: the command line or the scene is wrong.
-pub const EXIT_BAD_INPUT: u8 = 2;
-/// Exit code: everything was computed and written, but some frequencies did not converge.
-pub const EXIT_NOT_CONVERGED: u8 = 3;
-
 /// Why a run ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
-pub enum Error {
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Scene(#[from] SceneError),
-
+pub enum RunError {
     #[error(transparent)]
     Mesh(#[from] MeshError),
 
@@ -135,55 +119,6 @@ pub enum Error {
     ))]
     NoRotation,
 
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Study(#[from] StudyError),
-
-    /// The study is complete, its answers are written, but not every case has all its figures.
-    #[error(
-        "of {cases} cases {without} have no result, and {unconverged} have frequencies that did not converge"
-    )]
-    #[diagnostic(
-        severity(Warning),
-        help(
-            "report.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
-             when the study is"
-        )
-    )]
-    CasesFailed {
-        without: usize,
-        unconverged: usize,
-        cases: usize,
-    },
-
-    /// Reading or writing a file.
-    #[error("{action} {} failed", path.display())]
-    #[diagnostic(help(
-        "check that the path exists, that you may write there, and that the disk is not full"
-    ))]
-    Io {
-        /// "writing", "creating the folder", ...
-        action: &'static str,
-        path: PathBuf,
-        source: std::io::Error,
-    },
-
-    /// A variable of the environment that cannot be understood.
-    #[error("the environment variable {variable}: {problem}")]
-    #[diagnostic(help("correct it, or unset it"))]
-    Environment {
-        variable: &'static str,
-        problem: String,
-    },
-
-    /// The threads of `--threads` could not be started.
-    #[error("{threads} threads could not be started")]
-    #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
-    Threads {
-        threads: usize,
-        source: rayon::ThreadPoolBuildError,
-    },
-
     /// `dovetail verify` with many steps of many periods.
     #[error("{periods} periods of {steps} steps are more than {most} steps")]
     #[diagnostic(help(
@@ -238,9 +173,9 @@ pub enum Error {
     NotConverged { unconverged: usize, points: usize },
 }
 
-impl Error {
-    /// The exit code of the program: see the constants of this module.
-    pub fn exit_code(&self) -> u8 {
+impl RunError {
+    /// How a command ends with this error.
+    pub fn exit_status(&self) -> ExitStatus {
         match self {
             Self::Gmsh(
                 GmshError::Script { .. }
@@ -248,7 +183,6 @@ impl Error {
                 | GmshError::UnknownOption { .. }
                 | GmshError::SetByScript { .. },
             )
-            | Self::Scene(_)
             | Self::Mesh(_)
             | Self::Quality(_)
             | Self::Model(_)
@@ -256,21 +190,13 @@ impl Error {
             | Self::NoStuckMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
-            | Self::Study(
-                StudyError::Read { .. }
-                | StudyError::Invalid { .. }
-                | StudyError::NoSuchCase { .. },
-            )
             | Self::AllBonded { .. }
-            | Self::Environment { .. }
             | Self::TooManySteps { .. }
-            | Self::NoRotation => EXIT_BAD_INPUT,
+            | Self::NoRotation => ExitStatus::BadInput,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
-                EXIT_BAD_INPUT
+                ExitStatus::BadInput
             }
             Self::Superelement(_)
-            | Self::Io { .. }
-            | Self::Threads { .. }
             | Self::Gmsh(_)
             | Self::Fem(_)
             | Self::Reduction(_)
@@ -279,9 +205,8 @@ impl Error {
             | Self::NotSteady { .. }
             | Self::Disagreement { .. }
             | Self::StaticState { .. }
-            | Self::Study(_)
-            | Self::NothingHolds => EXIT_FAILED,
-            Self::NotConverged { .. } | Self::CasesFailed { .. } => EXIT_NOT_CONVERGED,
+            | Self::NothingHolds => ExitStatus::Failed,
+            Self::NotConverged { .. } => ExitStatus::NotConverged,
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 
-use crate::error::Error;
-use crate::pipeline::Reduced;
+use super::Reduced;
+use super::error::RunError;
 use crate::stage::{Stage, StageRecord};
 
 /// Hears of a run. Every method does nothing by itself, so that an observer says only what it cares for.
@@ -30,14 +30,14 @@ pub trait Observer: Send {
     ///
     /// # Errors
     /// The observer's own.
-    fn reduced(&mut self, _reduced: &Reduced) -> Result<(), Error> {
+    fn reduced(&mut self, _reduced: &Reduced) -> Result<(), RunError> {
         Ok(())
     }
     /// The static state is there, converged or not.
     ///
     /// # Errors
     /// The observer's own.
-    fn static_state(&mut self, _reduced: &Reduced, _state: &StaticState) -> Result<(), Error> {
+    fn static_state(&mut self, _reduced: &Reduced, _state: &StaticState) -> Result<(), RunError> {
         Ok(())
     }
     /// One frequency of a response is solved, converged or not.
@@ -51,14 +51,14 @@ pub trait Observer: Send {
         _reduced: &Reduced,
         _response: &Response,
         _compared: Option<&Compared>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), RunError> {
         Ok(())
     }
     /// The modes of each body with its contacts held: squared angular frequencies, rad2/s2.
     ///
     /// # Errors
     /// The observer's own.
-    fn held_modes(&mut self, _reduced: &Reduced, _omega2: &[Vec<f64>]) -> Result<(), Error> {
+    fn held_modes(&mut self, _reduced: &Reduced, _omega2: &[Vec<f64>]) -> Result<(), RunError> {
         Ok(())
     }
 }
@@ -74,10 +74,15 @@ pub struct Compared {
 impl Observer for () {}
 
 /// Two observers; both hear everything, the first one first.
-#[derive(Debug)]
-pub struct Both<A, B>(pub A, pub B);
+pub struct Both<'a>(pub &'a mut dyn Observer, pub &'a mut dyn Observer);
 
-impl<A: Observer, B: Observer> Observer for Both<A, B> {
+impl std::fmt::Debug for Both<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Both").finish_non_exhaustive()
+    }
+}
+
+impl Observer for Both<'_> {
     fn stage_begins(&mut self, stage: Stage, title: &str) {
         self.0.stage_begins(stage, title);
         self.1.stage_begins(stage, title);
@@ -106,11 +111,11 @@ impl<A: Observer, B: Observer> Observer for Both<A, B> {
         self.0.warning(message);
         self.1.warning(message);
     }
-    fn reduced(&mut self, reduced: &Reduced) -> Result<(), Error> {
+    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.0.reduced(reduced)?;
         self.1.reduced(reduced)
     }
-    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), Error> {
+    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         self.0.static_state(reduced, state)?;
         self.1.static_state(reduced, state)
     }
@@ -123,11 +128,11 @@ impl<A: Observer, B: Observer> Observer for Both<A, B> {
         reduced: &Reduced,
         response: &Response,
         compared: Option<&Compared>,
-    ) -> Result<(), Error> {
+    ) -> Result<(), RunError> {
         self.0.response(reduced, response, compared)?;
         self.1.response(reduced, response, compared)
     }
-    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), Error> {
+    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
         self.0.held_modes(reduced, omega2)?;
         self.1.held_modes(reduced, omega2)
     }

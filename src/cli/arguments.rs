@@ -1,26 +1,16 @@
-//! Command line: arguments -> a checked scene and one call of [`crate::pipeline`]; errors -> exit code.
+//! The words of the command line: what they may be, and what they ask for.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::console::{Console, Verbosity};
-use crate::error::{EXIT_FAILED, EXIT_OK, Error};
-use crate::export::csv;
-use crate::export::manifest::Summary;
-use crate::observer::{Both, Observer};
-use crate::pipeline::verify::{Verification, verify};
-use crate::pipeline::{self, CacheSettings, Files, Options, SpeedRange};
-use crate::progress::Progress;
-use crate::scene;
-use crate::study::{self, Action, StudyOptions};
-use crate::terminal;
-use dovetail_solver::description::Scene;
+use super::error::Error;
+use crate::pipeline::verify::Verification;
+use crate::pipeline::{CacheSettings, SpeedRange};
+use crate::study::{Action, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
-use dovetail_solver::reduction::LISTED_MODES;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -45,41 +35,41 @@ response.frequency_hz and response.times_first_stuck_mode, the one set replaces 
 #[derive(Debug, Parser)]
 #[command(name = "dovetail", version, after_help = EXIT_CODES)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
-struct Cli {
+pub(super) struct Cli {
     #[command(subcommand)]
-    command: Command,
+    pub(super) command: Command,
 
     /// Folder for the results [default: output/<name of the scene>]
     #[arg(long, value_name = "DIR", global = true)]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
 
     /// Set a key of the scene, e.g. response.points=20 (see dovetail run --help)
     #[arg(long = "set", value_name = "KEY=VALUE", global = true, long_help = SET_HELP)]
-    overrides: Vec<String>,
+    pub(super) overrides: Vec<String>,
 
     /// Number of threads [default: all cores]; the results do not depend on it
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
+    pub(super) threads: Option<u16>,
 
     /// Folder in whose subfolder dovetail-cache-1 meshes and reduced models are kept for later runs [default: $DOVETAIL_CACHE, else output/.cache]
     #[arg(long, value_name = "DIR", global = true)]
-    cache: Option<PathBuf>,
+    pub(super) cache: Option<PathBuf>,
 
     /// Most that is kept there, GiB; 0 keeps nothing [default: $DOVETAIL_CACHE_LIMIT_GIB, else 4]
     #[arg(long, value_name = "GIB", global = true, value_parser = gibibytes)]
-    cache_limit_gib: Option<f64>,
+    pub(super) cache_limit_gib: Option<f64>,
 
     /// Keep nothing for later runs, and take nothing from earlier ones; the results are the same
     #[arg(long, global = true, conflicts_with_all = ["cache", "cache_limit_gib"])]
-    no_cache: bool,
+    pub(super) no_cache: bool,
 
     /// No progress on stderr; warnings and errors only
     #[arg(long, short, global = true)]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+pub(super) enum Command {
     /// The whole chain: mesh, static state, frequency response, fields and plots
     Run(Run),
     /// Only mesh the geometry and pair the flanks
@@ -99,10 +89,10 @@ enum Command {
 }
 
 #[derive(Debug, Args)]
-struct StudyArguments {
+pub(super) struct StudyArguments {
     /// The study: a TOML file that names a scene and its knobs
     #[arg(value_name = "STUDY")]
-    study: PathBuf,
+    pub(super) study: PathBuf,
 
     /// Cases side by side [default: one per core]; each takes --threads [default: 1]
     #[arg(long, value_name = "N", value_parser = at_least_1)]
@@ -122,7 +112,7 @@ struct StudyArguments {
 }
 
 impl StudyArguments {
-    fn options(&self, cli: &Cli) -> StudyOptions {
+    pub(super) fn options(&self, cli: &Cli) -> StudyOptions {
         let action = match (&self.case, &self.export_workflow) {
             (Some(case), _) => Action::Case(case.clone()),
             (None, Some(folder)) => Action::ExportWorkflow(folder.clone()),
@@ -143,7 +133,7 @@ impl StudyArguments {
 
 impl Command {
     /// The file that it is about.
-    fn scene(&self) -> &Path {
+    pub(super) fn scene(&self) -> &Path {
         match self {
             Self::Run(Run { file, .. })
             | Self::Modes(Modes { file, .. })
@@ -158,44 +148,44 @@ impl Command {
 }
 
 #[derive(Debug, Args)]
-struct SceneFile {
+pub(super) struct SceneFile {
     /// The scene: a TOML file that describes one run
     #[arg(value_name = "SCENE")]
-    scene: PathBuf,
+    pub(super) scene: PathBuf,
 }
 
 #[derive(Debug, Args)]
-struct Run {
+pub(super) struct Run {
     #[command(flatten)]
-    file: SceneFile,
+    pub(super) file: SceneFile,
 
     /// Write tables and plots only: no fields for ParaView, no static_observed.csv
     #[arg(long)]
-    no_fields: bool,
+    pub(super) no_fields: bool,
 
     /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
     #[arg(long)]
-    held_modes: bool,
+    pub(super) held_modes: bool,
 
     /// End when standard input ends: so a case of a study ends with the study
     #[arg(long, hide = true)]
-    until_stdin_ends: bool,
+    pub(super) until_stdin_ends: bool,
 }
 
 #[derive(Debug, Args)]
-struct Modes {
+pub(super) struct Modes {
     #[command(flatten)]
-    file: SceneFile,
+    pub(super) file: SceneFile,
 
     /// Frequencies at N speeds in place of the scene's: a table and a Campbell diagram
     #[arg(long, value_name = "FROM:TO:N")]
-    rpm: Option<SpeedRange>,
+    pub(super) rpm: Option<SpeedRange>,
 }
 
 #[derive(Debug, Args)]
-struct VerifyArguments {
+pub(super) struct VerifyArguments {
     #[command(flatten)]
-    file: SceneFile,
+    pub(super) file: SceneFile,
 
     /// Frequencies, Hz; repeated or with commas [default: the peak and its two flanks]
     #[arg(long, value_name = "HZ", value_delimiter = ',', value_parser = positive)]
@@ -260,7 +250,7 @@ fn whole(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
 }
 
 impl VerifyArguments {
-    fn asked(&self) -> Verification {
+    pub(super) fn asked(&self) -> Verification {
         Verification {
             frequencies_hz: self.at.clone(),
             steps_per_period: self.steps,
@@ -287,143 +277,8 @@ fn cache_words(cli: &Cli) -> Vec<String> {
     words
 }
 
-/// Runs the program on the process's arguments. Exit codes: see [`crate::error`].
-pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
-        Err(error) => {
-            // Help and version come this way too, with code 0. Nothing can be done where even they
-            // cannot be printed.
-            let _ = error.print();
-            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(1));
-        }
-    };
-    match run(&cli) {
-        Ok(()) => ExitCode::from(EXIT_OK),
-        Err(error) => {
-            let code = error.exit_code();
-            terminal::report(&error);
-            ExitCode::from(code)
-        }
-    }
-}
-
-fn run(cli: &Cli) -> Result<(), Error> {
-    let mut console = Console::new(match cli.quiet {
-        true => Verbosity::Quiet,
-        false => Verbosity::Normal,
-    });
-    if let Command::Study(arguments) = &cli.command {
-        let progress = Progress::new(&mut console);
-        return study::study(&arguments.study, &arguments.options(cli), &progress);
-    }
-    // Dense factorisations split among threads round differently: each runs on one, and the work is shared
-    // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
-    faer::set_global_parallelism(faer::Par::Seq);
-    let file = cli.command.scene();
-    let scene = scene::load(file, &cli.overrides)?;
-    if let Some(threads) = cli.threads.map(usize::from) {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .map_err(|source| Error::Threads { threads, source })?;
-    }
-    let out = cli
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("output").join(&scene.name));
-    let options = Options {
-        out,
-        scene_file: file.to_path_buf(),
-        fields: !matches!(&cli.command, Command::Run(arguments) if arguments.no_fields),
-        held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
-        cache: cache_settings(cli)?,
-    };
-    if matches!(&cli.command, Command::Run(arguments) if arguments.until_stdin_ends) {
-        end_with_stdin();
-    }
-    command(&cli.command, &scene, &options, console)
-}
-
-/// What a command does about a scene: computes, writes, prints.
-fn command(
-    command: &Command,
-    scene: &Scene,
-    options: &Options,
-    mut console: Console,
-) -> Result<(), Error> {
-    let files = Files::new(scene, options);
-    let finish = |console: &mut Console, summary: &Summary| {
-        files.finish(summary)?;
-        console.note(&format!("results in {}", options.out.display()));
-        Ok::<(), Error>(())
-    };
-    match command {
-        Command::Run(_) => {
-            let mut observers = Both(Files::new(scene, options), console);
-            let run = pipeline::solve(scene, options, &mut observers)?;
-            finish(&mut observers.1, &run.summary)?;
-            if let Some(response) = &run.response {
-                pipeline::report(&run.reduced, response, &mut observers.1);
-            }
-            run.verdict()
-        }
-        Command::Static(_) => {
-            let mut observers = Both(Files::new(scene, options), console);
-            let (summary, verdict) = pipeline::static_state(scene, options, &mut observers)?;
-            finish(&mut observers.1, &summary)?;
-            verdict
-        }
-        Command::Mesh(_) => {
-            let summary = pipeline::mesh(scene, options, &Progress::new(&mut console))?;
-            finish(&mut console, &summary)
-        }
-        Command::Modes(Modes { rpm: None, .. }) => {
-            let (rows, summary) = pipeline::modes(scene, options, &Progress::new(&mut console))?;
-            csv::write_modes(&options.out.join("modes.csv"), &rows)?;
-            let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
-            terminal::print(&listed.map(mode_line).collect::<String>())?;
-            finish(&mut console, &summary)
-        }
-        Command::Modes(Modes {
-            rpm: Some(speeds), ..
-        }) => {
-            let progress = Progress::new(&mut console);
-            let (table, summary) = pipeline::campbell(scene, *speeds, options, &progress)?;
-            terminal::print(&table)?;
-            finish(&mut console, &summary)
-        }
-        Command::Verify(arguments) => {
-            let progress = Progress::new(&mut console);
-            let verified = verify(scene, options, &arguments.asked(), &progress)?;
-            finish(&mut console, &verified.summary)?;
-            terminal::print(&verified.table)?;
-            verified.verdict
-        }
-        Command::Reduce(_) => pipeline::reduce(scene, options, &Progress::new(&mut console)),
-        Command::Check(_) => pipeline::check(scene, options, &Progress::new(&mut console)),
-        // Comes with a file of its own.
-        Command::Study(_) => Ok(()),
-    }
-}
-
-fn mode_line(row: &csv::ModeRow) -> String {
-    format!(
-        "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
-        row.kind, row.body, row.mode, row.frequency_hz
-    )
-}
-
-/// Ends the process when standard input does, which the death of whoever holds its other end brings about.
-fn end_with_stdin() {
-    std::thread::spawn(|| {
-        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
-        std::process::exit(i32::from(EXIT_FAILED));
-    });
-}
-
 /// Where entries are kept, by the command line, the environment, or the defaults.
-fn cache_settings(cli: &Cli) -> Result<Option<CacheSettings>, Error> {
+pub(super) fn cache_settings(cli: &Cli) -> Result<Option<CacheSettings>, Error> {
     if cli.no_cache {
         return Ok(None);
     }

@@ -1,0 +1,60 @@
+//! The error of a command: that of the scene, the run or the study it is about, or one of the command line's own.
+
+use miette::Diagnostic;
+use thiserror::Error;
+
+use crate::exit::ExitStatus;
+use crate::pipeline::RunError;
+use crate::scene::SceneError;
+use crate::study::StudyError;
+
+/// Why a command ended without its full result.
+#[derive(Debug, Error, Diagnostic)]
+pub enum Error {
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Run(#[from] RunError),
+
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Study(#[from] StudyError),
+
+    /// A variable of the environment that cannot be understood.
+    #[error("the environment variable {variable}: {problem}")]
+    #[diagnostic(help("correct it, or unset it"))]
+    Environment {
+        variable: &'static str,
+        problem: String,
+    },
+
+    /// The threads of `--threads` could not be started.
+    #[error("{threads} threads could not be started")]
+    #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
+    Threads {
+        threads: usize,
+        source: rayon::ThreadPoolBuildError,
+    },
+
+    /// Results could not be printed.
+    #[error("writing to the standard output failed")]
+    #[diagnostic(help(
+        "check where the output of the command goes; the files of the run hold the same results"
+    ))]
+    Print(#[source] std::io::Error),
+}
+
+impl Error {
+    /// How the command ends.
+    pub fn exit_status(&self) -> ExitStatus {
+        match self {
+            Self::Scene(_) | Self::Environment { .. } => ExitStatus::BadInput,
+            Self::Run(error) => error.exit_status(),
+            Self::Study(error) => error.exit_status(),
+            Self::Threads { .. } | Self::Print(_) => ExitStatus::Failed,
+        }
+    }
+}

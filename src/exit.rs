@@ -1,0 +1,28 @@
+//! How a command ended, as the number that the program leaves to whoever started it.
+
+/// How a command ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExitStatus {
+    /// It did what it was asked.
+    Done = 0,
+    /// A computation failed, or a file could not be read or written.
+    Failed = 1,
+    /// The command line, the scene or the study is wrong.
+    BadInput = 2,
+    /// Everything was computed and written, but some frequencies, or cases of a study, did not converge.
+    NotConverged = 3,
+}
+
+impl ExitStatus {
+    /// The number of the process.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// Whether a process that ended so (`None`: by a signal) has written all its results.
+    pub fn has_results(code: Option<i32>) -> bool {
+        [Self::Done, Self::NotConverged]
+            .map(|status| Some(i32::from(status.code())))
+            .contains(&code)
+    }
+}

@@ -1,0 +1,140 @@
+//! Places inside the table of a file: found by the span of an error, taken out, and named for a reader.
+
+use std::ops::Range;
+
+use serde_spanned::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// One step from a table or list to something in it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    Key(String),
+    Index(usize),
+}
+
+/// The way to the innermost key or value an error span means; empty when there is none.
+pub fn find(root: &DeTable, span: &Range<usize>) -> Vec<Step> {
+    let mut best: (usize, Vec<Step>) = (usize::MAX, Vec::new());
+    let mut way = Vec::new();
+    search_table(root, span, &mut way, &mut best);
+    best.1
+}
+
+fn search_table(
+    table: &DeTable,
+    span: &Range<usize>,
+    way: &mut Vec<Step>,
+    best: &mut (usize, Vec<Step>),
+) {
+    for (key, value) in table {
+        way.push(Step::Key(key.get_ref().to_string()));
+        // A key counts only when it is meant exactly: an error about a value never has its span.
+        if key.span() == *span {
+            offer(way, span.len(), best);
+        }
+        search_value(value, span, way, best);
+        way.pop();
+    }
+}
+
+fn search_value(
+    value: &Spanned<DeValue>,
+    span: &Range<usize>,
+    way: &mut Vec<Step>,
+    best: &mut (usize, Vec<Step>),
+) {
+    let own = value.span();
+    if own.start <= span.start && span.end <= own.end {
+        offer(way, own.len(), best);
+    }
+    match value.get_ref() {
+        DeValue::Table(table) => search_table(table, span, way, best),
+        DeValue::Array(items) => {
+            for (index, item) in items.iter().enumerate() {
+                way.push(Step::Index(index));
+                search_value(item, span, way, best);
+                way.pop();
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Keeps the smaller place; of equal ones the deeper.
+fn offer(way: &[Step], length: usize, best: &mut (usize, Vec<Step>)) {
+    if length < best.0 || (length == best.0 && way.len() > best.1.len()) {
+        *best = (length, way.to_vec());
+    }
+}
+
+/// Takes out the innermost table entry on the way to `place`.
+pub fn remove(root: &mut DeTable, place: &[Step]) -> bool {
+    let Some(last_key) = place.iter().rposition(|s| matches!(s, Step::Key(_))) else {
+        return false;
+    };
+    let Step::Key(key) = &place[last_key] else {
+        return false;
+    };
+    let Some((first, rest)) = place[..last_key].split_first() else {
+        return root.remove(key.as_str()).is_some();
+    };
+    let Step::Key(first) = first else {
+        return false;
+    };
+    let Some(mut value) = root.get_mut(first.as_str()) else {
+        return false;
+    };
+    for step in rest {
+        let next = match (step, value.get_mut()) {
+            (Step::Key(key), DeValue::Table(table)) => table.get_mut(key.as_str()),
+            (Step::Index(index), DeValue::Array(items)) => items.get_mut(*index),
+            _ => None,
+        };
+        match next {
+            Some(next) => value = next,
+            None => return false,
+        }
+    }
+    match value.get_mut() {
+        DeValue::Table(table) => table.remove(key.as_str()).is_some(),
+        _ => false,
+    }
+}
+
+/// `contact.left.friction`: elements of a list by their name where they have one.
+pub fn path_text(root: &DeTable, place: &[Step]) -> String {
+    let mut words = Vec::new();
+    let mut value = None;
+    for step in place {
+        match step {
+            Step::Key(key) => {
+                words.push(key.clone());
+                value = match value.map(|v: &Spanned<DeValue>| v.get_ref()) {
+                    None => root.get(key.as_str()),
+                    Some(DeValue::Table(table)) => table.get(key.as_str()),
+                    Some(_) => None,
+                };
+            }
+            Step::Index(index) => {
+                value = match value.map(|v| v.get_ref()) {
+                    Some(DeValue::Array(items)) => items.get(*index),
+                    _ => None,
+                };
+                words.push(
+                    value
+                        .and_then(element_name)
+                        .unwrap_or_else(|| index.to_string()),
+                );
+            }
+        }
+    }
+    words.join(".")
+}
+
+/// The `name` of a table in a list, if it has one.
+pub fn element_name(element: &Spanned<DeValue>) -> Option<String> {
+    let DeValue::Table(table) = element.get_ref() else {
+        return None;
+    };
+    table.get("name")?.get_ref().as_str().map(str::to_owned)
+}
