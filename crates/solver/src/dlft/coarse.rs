@@ -5,7 +5,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
-use super::linear::LinearSystem;
+use super::linear_system::LinearSystem;
 use crate::contact::inexact::Inexact;
 use dovetail_numerics::dense::Lu;
 

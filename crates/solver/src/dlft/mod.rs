@@ -166,7 +166,7 @@ mod coarse;
 pub mod dense;
 #[cfg(test)]
 pub(crate) mod jacobians;
-mod linear;
+mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
 pub mod penalty;
@@ -175,6 +175,7 @@ pub mod retention;
 pub mod settings;
 pub mod static_state;
 pub mod sweep;
+mod two_level;
 
 use dovetail_numerics::newton::NewtonStatus;
 

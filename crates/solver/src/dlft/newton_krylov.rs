@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
-use super::linear::LinearSystem;
+use super::linear_system::LinearSystem;
+use super::two_level;
 use crate::contact::inexact::Inexact;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_numerics::refresh::RefreshPolicy;
@@ -176,7 +177,8 @@ impl KrylovSystem<'_, '_> {
         for (r, f) in rhs.iter_mut().zip(restrict(f, n, &columns)) {
             *r = -*r - f;
         }
-        let (solution, end) = linear.solve(
+        let (solution, end) = two_level::solve(
+            linear,
             self.preconditioner.coarse.as_ref(),
             &rhs,
             self.scale[0] / self.scale[1],

@@ -6,8 +6,9 @@
 
 use super::balance::apply_real;
 use super::coarse::Coarse;
-use super::linear::LinearSystem;
+use super::linear_system::LinearSystem;
 use super::retention::Retention;
+use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
@@ -396,7 +397,8 @@ impl NonlinearSystem for StaticSystem<'_> {
         let is_small = f.len() <= MOST_DENSE_UNKNOWNS;
         let mut solved = !is_small || derivatives.fold(0.0_f32, |m, d| m.max(d.abs())) <= STEEPEST;
         if solved {
-            let (solution, end) = self.linear.solve(
+            let (solution, end) = two_level::solve(
+                &self.linear,
                 self.coarse.as_ref(),
                 &right,
                 1.0,

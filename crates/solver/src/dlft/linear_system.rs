@@ -1,0 +1,89 @@
+//! The linear systems of Newton's method on the flanks: J = Lambda - D (Lambda - eps) on the pairs that take part, with
+//! K in single precision.
+
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+
+use super::retention::Retention;
+use crate::contact::dynamic_stiffness::Coefficients;
+use crate::contact::inexact::Inexact;
+
+/// J at one point. Vectors are blocks of m: the mean, then cosine and sine of each harmonic.
+pub struct LinearSystem {
+    pub inexact: Arc<Inexact>,
+    pub harmonics: Vec<Coefficients>,
+    /// D of each pair, 3(2H+1) square, component-major indices, one after the other, by columns.
+    pub derivatives: Vec<f32>,
+    /// On the pairs that take part.
+    pub retention: Option<Retention>,
+    /// Of each unknown, N/m.
+    pub eps: Vec<f32>,
+}
+
+impl LinearSystem {
+    /// Blocks of a vector, 2H+1.
+    pub fn width(&self) -> usize {
+        2 * self.harmonics.len() + 1
+    }
+
+    /// J x from x and K x.
+    pub fn apply(&self, x: MatRef<'_, f32>, kx: Mat<f32>) -> Mat<f32> {
+        let m = x.nrows();
+        let mut y = self.inexact.dynamic(&self.harmonics, x, kx);
+        if let Some(retention) = &self.retention {
+            let mean: Vec<f64> = x.col(0).iter().map(|v| f64::from(*v)).collect();
+            let mut pull = vec![0.0; m];
+            retention.add_to(&mean, &mut pull);
+            let column = y.col_as_slice_mut(0).iter_mut();
+            column.zip(&pull).for_each(|(y, p)| *y += *p as f32);
+        }
+        self.subtract_contact_response(&mut y, |y, i, h| y - self.eps[i] * x[(i, h)]);
+        y
+    }
+
+    /// (I - D) v: what of the forces v the contact forces do not take up.
+    pub fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
+        let m = self.inexact.unknowns();
+        let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
+        self.subtract_contact_response(&mut y, |y, _, _| y);
+        let mut out = vec![0.0; v.len()];
+        widen(y.as_ref(), &mut out);
+        out
+    }
+
+    /// y := y - D a, with a from each entry of y, its row and its block.
+    fn subtract_contact_response(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
+        let width = self.width();
+        let full = 3 * width;
+        let (mut difference, mut moved) = (vec![0.0_f32; full], vec![0.0_f32; full]);
+        for (slot, d) in self.derivatives.chunks_exact(full * full).enumerate() {
+            for c in 0..3 {
+                let i = 3 * slot + c;
+                for h in 0..width {
+                    difference[c * width + h] = a(y[(i, h)], i, h);
+                }
+            }
+            moved.fill(0.0);
+            for (column, a) in d.chunks_exact(full).zip(&difference) {
+                moved.iter_mut().zip(column).for_each(|(m, d)| *m += d * a);
+            }
+            for c in 0..3 {
+                for h in 0..width {
+                    y[(3 * slot + c, h)] -= moved[c * width + h];
+                }
+            }
+        }
+    }
+}
+
+/// Block by block.
+pub fn widen(a: MatRef<'_, f32>, out: &mut [f64]) {
+    let m = a.nrows();
+    for (h, out) in out.chunks_exact_mut(m).enumerate() {
+        let column = a.col(h).iter();
+        out.iter_mut()
+            .zip(column)
+            .for_each(|(o, v)| *o = f64::from(*v));
+    }
+}

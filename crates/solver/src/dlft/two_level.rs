@@ -1,0 +1,217 @@
+//! GMRES in two levels for the linear systems of Newton's method on the flanks.
+//!
+//! The softest motions, all harmonics coupled, are solved for directly ([`super::coarse`]). What is left is
+//! stiff and local: dividing by eps serves for it, which is the diagonal of J where eps is that of K. So the
+//! iterations depend little on how fine the flanks are, and each reads K once, in single precision.
+
+use faer::Mat;
+
+use super::coarse::Coarse;
+use super::linear_system::{LinearSystem, widen};
+use dovetail_numerics::gmres::{GmresEnd, gmres};
+
+/// z = soft + local, the two levels of the preconditioner.
+struct Preconditioned {
+    soft: Mat<f32>,
+    /// J soft.
+    soft_image: Mat<f32>,
+    local: Mat<f32>,
+}
+
+/// A x = b to the relative residual `tolerance`, the vibrating part of b and of what is left of it weighed by
+/// `vibration_weight`.
+pub fn solve(
+    system: &LinearSystem,
+    coarse: Option<&Coarse>,
+    b: &[f64],
+    vibration_weight: f64,
+    tolerance: f64,
+    max_iterations: usize,
+) -> (Vec<f64>, GmresEnd) {
+    let m = system.inexact.unknowns();
+    let weigh = |v: &mut [f64], by: f64| v[m..].iter_mut().for_each(|v| *v *= by);
+    let mut right = b.to_vec();
+    weigh(&mut right, vibration_weight);
+    let mut x = vec![0.0; b.len()];
+    let end = gmres(
+        |v, w| {
+            let mut v = v.to_vec();
+            weigh(&mut v, vibration_weight.recip());
+            let image = image(system, preconditioned(system, coarse, &v));
+            widen(image.as_ref(), w);
+            weigh(w, vibration_weight);
+        },
+        |v| {
+            weigh(v, vibration_weight.recip());
+            let Preconditioned { soft, local, .. } = preconditioned(system, coarse, v);
+            widen((soft + local).as_ref(), v);
+        },
+        &right,
+        &mut x,
+        tolerance,
+        max_iterations,
+    );
+    (x, end)
+}
+
+/// z that about solves J z = v.
+fn preconditioned(system: &LinearSystem, coarse: Option<&Coarse>, v: &[f64]) -> Preconditioned {
+    let m = system.inexact.unknowns();
+    let mut local = Mat::from_fn(m, system.width(), |i, h| v[h * m + i] as f32);
+    let mut soft = Mat::zeros(m, system.width());
+    let mut soft_image = Mat::zeros(m, system.width());
+    if let Some(coarse) = coarse {
+        let forces;
+        [soft, forces] = coarse.solve(&system.inexact, local.as_ref());
+        soft_image = system.apply(soft.as_ref(), forces);
+        local -= &soft_image;
+    }
+    for h in 0..system.width() {
+        let column = local.col_as_slice_mut(h).iter_mut();
+        column.zip(&system.eps).for_each(|(l, eps)| *l /= eps);
+    }
+    Preconditioned {
+        soft,
+        soft_image,
+        local,
+    }
+}
+
+/// J z.
+fn image(system: &LinearSystem, z: Preconditioned) -> Mat<f32> {
+    let forces = system.inexact.stiffness_times(z.local.as_ref());
+    z.soft_image + system.apply(z.local.as_ref(), forces)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+    use crate::contact::inexact::InexactModel;
+    use crate::reduction::damping::Rayleigh;
+    use crate::reduction::superelement::read;
+    use crate::reduction::{PairLaw, RelativeModel};
+
+    const HARMONICS: usize = 2;
+    const FULL: usize = 3 * (2 * HARMONICS + 1);
+
+    fn dovetail() -> RelativeModel {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        read(folder.as_ref(), law, 1.0).unwrap().relative
+    }
+
+    /// Near the first stuck mode; pairs that slip at some samples, each with a D of its own.
+    fn system(
+        model: &RelativeModel,
+        pairs: &[usize],
+    ) -> (LinearSystem, HarmonicStiffness<'static>) {
+        let model: &'static RelativeModel = Box::leak(Box::new(model.clone()));
+        let damping = Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 0.0,
+        };
+        let stiffness =
+            ContactSystem::new(model, damping).stiffness(0.99 * model.omega2[0].sqrt(), HARMONICS);
+        let inexact = InexactModel::new(model).taking_part(pairs, None);
+        let m = inexact.unknowns();
+        let derivatives = (0..m / 3 * FULL * FULL).map(|i| {
+            let (row, column) = (i % FULL, i / FULL % FULL);
+            let mixing = 0.02 * (i as f32).sin();
+            if row == column { 0.05 } else { mixing }
+        });
+        let linear = LinearSystem {
+            harmonics: stiffness.coefficients(6.0),
+            derivatives: derivatives.collect(),
+            retention: None,
+            eps: inexact
+                .columns()
+                .iter()
+                .map(|&c| model.stiffness[(c, c)] as f32)
+                .collect(),
+            inexact,
+        };
+        (linear, stiffness)
+    }
+
+    /// J x in double precision, with the mass as it is and all stuck modes.
+    fn exactly(linear: &LinearSystem, stiffness: &HarmonicStiffness<'_>, x: &[f64]) -> Vec<f64> {
+        let (n, width) = (stiffness.unknowns(), linear.width());
+        let columns = linear.inexact.columns();
+        let m = columns.len();
+        let (mut whole, mut forces) = (vec![0.0; n * width], vec![0.0; n * width]);
+        for h in 0..width {
+            (0..m).for_each(|i| whole[h * n + columns[i]] = x[h * m + i]);
+        }
+        stiffness.apply(&whole, &mut forces);
+        let force = |h: usize, i: usize| forces[h * n + columns[i]];
+        let mut y = vec![0.0; m * width];
+        for (slot, d) in linear.derivatives.chunks_exact(FULL * FULL).enumerate() {
+            for row in 0..FULL {
+                let (i, h) = (3 * slot + row / width, row % width);
+                let moved = (0..FULL).map(|column| {
+                    let (j, k) = (3 * slot + column / width, column % width);
+                    let difference = force(k, j) - f64::from(linear.eps[j]) * x[k * m + j];
+                    f64::from(d[column * FULL + row]) * difference
+                });
+                y[h * m + i] = force(h, i) - moved.sum::<f64>();
+            }
+        }
+        y
+    }
+
+    fn norm(v: impl Iterator<Item = f64>) -> f64 {
+        v.map(|v| v * v).sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn what_it_solves_is_solved_exactly_and_the_softest_motions_save_iterations() {
+        let model = dovetail();
+        let every_third: Vec<usize> = (0..10).map(|p| 3 * p).collect();
+        for pairs in [(0..72).collect(), every_third] {
+            let (linear, stiffness) = system(&model, &pairs);
+            let size = linear.inexact.unknowns() * linear.width();
+            let b: Vec<f64> = (0..size).map(|i| (i as f64 * 0.7).sin()).collect();
+            let coarse = Coarse::new(&linear).unwrap();
+            let (x, end) = solve(&linear, Some(&coarse), &b, 1.0, 1e-4, 400);
+            assert!(end.converged);
+            let y = exactly(&linear, &stiffness, &x);
+            let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.into_iter());
+            assert!(left < 5e-4, "{left:e}");
+        }
+        let (linear, _) = system(&model, &(0..72).collect::<Vec<_>>());
+        let size = linear.inexact.unknowns() * linear.width();
+        let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
+        let coarse = Coarse::new(&linear);
+        let [with, without] =
+            [coarse.as_ref(), None].map(|c| solve(&linear, c, &b, 1.0, 1e-2, 400).1.iterations);
+        assert!(2 * with < without, "{with} {without}");
+    }
+
+    #[test]
+    fn nothing_of_the_residual_is_left_on_the_softest_motions() {
+        let model = dovetail();
+        let (linear, stiffness) = system(&model, &(0..72).collect::<Vec<_>>());
+        let (m, width) = (linear.inexact.unknowns(), linear.width());
+        let v = Mat::from_fn(m, width, |i, h| ((i * (h + 2)) as f32 * 0.3).cos());
+        let [z, _] = Coarse::new(&linear)
+            .unwrap()
+            .solve(&linear.inexact, v.as_ref());
+        let mut wide = vec![0.0; m * width];
+        widen(z.as_ref(), &mut wide);
+        let y = exactly(&linear, &stiffness, &wide);
+        let on_motions = |a: &dyn Fn(usize, usize) -> f64| {
+            let motions = &linear.inexact.motions;
+            norm((0..width * motions.nrows()).map(|k| {
+                let (h, j) = (k % width, k / width);
+                (0..m).map(|i| f64::from(motions[(j, i)]) * a(i, h)).sum()
+            }))
+        };
+        let before = on_motions(&|i, h| f64::from(v[(i, h)]));
+        let after = on_motions(&|i, h| f64::from(v[(i, h)]) - y[h * m + i]);
+        assert!(after < 1e-3 * before, "{after:e} of {before:e}");
+    }
+}
