@@ -4,16 +4,17 @@
 /// where the system does not tell. It goes on counting where one program takes the place of another
 /// in the same process.
 pub fn processor_seconds() -> Option<f64> {
-    processor_time_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)
+    let ticks = ticks_of_stat(&std::fs::read_to_string("/proc/self/stat").ok()?)?;
+    Some(ticks / rustix::param::clock_ticks_per_second() as f64)
 }
 
-/// `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), which count hundredths of a second.
-fn processor_time_of_stat(stat: &str) -> Option<f64> {
+/// Sum of `utime`, `stime`, `cutime` and `cstime` of /proc/self/stat (Linux), in ticks of the clock.
+fn ticks_of_stat(stat: &str) -> Option<f64> {
     // The name of the program stands in brackets and may hold blanks.
     let (_, rest) = stat.rsplit_once(')')?;
     let mut ticks = rest.split_whitespace().skip(11);
     let mut next = || ticks.next()?.parse::<f64>().ok();
-    Some((next()? + next()? + next()? + next()?) / 100.0)
+    Some(next()? + next()? + next()? + next()?)
 }
 
 /// `VmHWM` of /proc/self/status (Linux), MiB.
@@ -34,8 +35,8 @@ mod tests {
     #[test]
     fn processor_time_is_read_from_the_status_of_the_process() {
         let stat = "7 (a b) c) R 1 2 3 4 5 6 7 8 9 10 150 30 15 5 20 0 4";
-        assert_eq!(processor_time_of_stat(stat), Some(2.0));
-        assert_eq!(processor_time_of_stat("7 (a) R 1"), None);
+        assert_eq!(ticks_of_stat(stat), Some(200.0));
+        assert_eq!(ticks_of_stat("7 (a) R 1"), None);
         if cfg!(target_os = "linux") {
             assert!(processor_seconds().is_some());
         }

@@ -1,30 +1,45 @@
 //! The one place where bytes reach the disk.
 
 use std::fs;
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::ExportError;
 
-/// Writes a whole file or nothing: the bytes go to a neighbour with the ending `.part`, which then
-/// takes the name. Missing folders are created.
+/// Writes a whole file or nothing; missing folders are created.
+///
+/// # Errors
+/// A folder or a file that cannot be written.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     if let Some(folder) = path.parent() {
         create_folder(folder)?;
     }
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    let part = Path::new(&part);
-    let failed = |source| ExportError::Write {
+    write_whole(path, |file| file.write_all(bytes)).map_err(|source| ExportError::Write {
         path: path.to_path_buf(),
         source,
-    };
-    fs::write(part, bytes)
-        .and_then(|()| fs::rename(part, path))
-        .map_err(|source| {
-            // What is left of the attempt is of no use; the first failure is the one to report.
-            let _ = fs::remove_file(part);
-            failed(source)
-        })
+    })
+}
+
+/// Writes a whole file or nothing: what `write` writes goes to a neighbour `<name>.<six characters>.part`, which
+/// takes the name at the end.
+///
+/// # Errors
+/// Those of the file system; nothing is left then.
+pub fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut fs::File) -> io::Result<()>,
+) -> io::Result<()> {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&name).suffix(".part");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut part = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+    write(part.as_file_mut())?;
+    part.persist(path)?;
+    Ok(())
 }
 
 /// Removes `<folder>/<stem>_<digits>.vtu` of an earlier run, so that a shorter series leaves no

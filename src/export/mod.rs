@@ -12,4 +12,4 @@ pub mod plots;
 pub mod vtu;
 
 pub use error::ExportError;
-pub use file::{create_folder, write_file};
+pub use file::{create_folder, write_file, write_whole};

@@ -1,20 +1,17 @@
 //! Input that no one means: the program ends soon, with a short message, and never with a panic.
 
+use crate::shared_folder;
 use std::os::unix::ffi::OsStrExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A folder for one test, gone at its end.
-struct Folder(PathBuf);
+struct Folder(shared_folder::Folder);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let name = format!("dovetail-bad-input-{name}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(shared_folder::Folder::new(name))
     }
     fn write(&self, file: &str, text: impl AsRef<[u8]>) -> String {
         let path = self.0.join(file);
@@ -26,12 +23,6 @@ impl Folder {
         let made = Command::new("mkfifo").arg(&path).status().unwrap();
         assert!(made.success());
         path.to_str().unwrap().to_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
 use dovetail_solver::mesh::{self, ElementOrder, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
@@ -435,7 +436,8 @@ const WITH_GMSH: &str = "This test runs gmsh: `tools/setup.sh` installs it.";
 
 /// Meshes the script anew.
 fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
-    let out = std::env::temp_dir().join(format!("dovetail-{name}-{}.msh", std::process::id()));
+    let folder = Folder::new(name);
+    let out = folder.join("a.msh");
     let parameters: Vec<_> = parameters
         .iter()
         .map(|(n, v)| (n.to_string(), *v))
@@ -444,7 +446,6 @@ fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
     match mesh::generate(&script, &parameters, 120.0, &out) {
         Ok(run) => {
             let mesh = mesh::read(&out, MM).unwrap();
-            std::fs::remove_file(&out).unwrap();
             println!(
                 "gmsh {}: {:.1} s, {:?}",
                 run.version,
@@ -498,7 +499,8 @@ fn other_flank_meshes_and_gradings_match_too() {
 
 #[test]
 fn impossible_dimensions_are_explained_by_the_script() {
-    let out = std::env::temp_dir().join(format!("dovetail-none-{}.msh", std::process::id()));
+    let folder = Folder::new("none");
+    let out = folder.join("a.msh");
     let script = root().join("geometry/dovetail.geo");
     for (name, value, told) in [
         ("nu", 1.0, "at least 2 x 2"),

@@ -5,21 +5,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said};
 
 const SCENE: &str = "scenes/verification/patch.toml";
 const ENTRIES: &str = "dovetail-cache-1";
 
 /// A cache, results, and a program that stands in for gmsh: it gives out a ready mesh.
-struct Bench(PathBuf);
+struct Bench(Folder);
 
 impl Bench {
     fn new(name: &str) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("dovetail-cache-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        let bench = Self(folder);
+        let bench = Self(Folder::new(name));
         bench.gmsh("4.99");
         bench
     }
@@ -124,12 +121,6 @@ impl Bench {
             name.starts_with(kind)
         };
         self.entries().into_iter().find(is_it).unwrap()
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

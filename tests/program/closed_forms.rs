@@ -1,9 +1,9 @@
 //! Three problems with an answer in closed form, from scene to response.csv: scenes/verification, whose models
 //! scripts/closed_form_models.py writes. Den Hartog (1931), a Jenkins oscillator, a bar on a rough floor.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::path::Path;
 
+use crate::shared_folder::Folder;
 use dovetail::pipeline::{self, Context, Files};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
@@ -29,33 +29,13 @@ impl Answer {
     }
 }
 
-/// A folder of its own, gone at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new() -> Self {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let name = format!("dovetail-closed-forms-{}-{number}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
 /// scenes/verification/NAME.toml, changed as by `--set`, through all of the program but its command line.
 fn solve(name: &str, set: &[String]) -> Answer {
-    let folder = Folder::new();
+    let folder = Folder::new(name);
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
     let scene = scene::load(&scene_file, set).unwrap();
     let context = Context {
-        out: folder.0.clone(),
+        out: folder.to_path_buf(),
         fields: true,
         held_modes: false,
         scene_file,
@@ -64,7 +44,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     pipeline::solve(&scene, &context, &mut Files::new(&scene, &context))
         .and_then(|run| run.verdict())
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
-    let table = |file: &str| std::fs::read_to_string(folder.0.join(file)).unwrap();
+    let table = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
     let [response, contact] = ["response.csv", "contact.csv"].map(table);
     assert_eq!(response.lines().count(), 2, "one frequency was asked for");
     let first_row = |table: &str, column: &str| -> f64 {
@@ -321,10 +301,10 @@ fn the_committed_bar_is_the_bar_of_this_file() {
 }
 
 fn bar_answer(elements: usize, harmonics: usize) -> Answer {
-    let folder = Folder::new();
-    superelement::write(&folder.0, &bar(elements)).unwrap();
+    let folder = Folder::new("bar");
+    superelement::write(&folder, &bar(elements)).unwrap();
     let set = [
-        format!("reduced_model.folder={}", folder.0.display()),
+        format!("reduced_model.folder={}", folder.display()),
         format!("response.harmonics={harmonics}"),
         format!("response.samples={}", 16 * harmonics),
     ];

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::shared_folder;
 use crate::shared_program::{ended, said};
 
 /// Small and fast: linear elements (too stiff an airfoil, but every stage at work).
@@ -30,16 +31,11 @@ const FILES: [&str; 17] = [
 ];
 
 /// A folder for the results of one test, gone at its end.
-struct Folder(PathBuf);
+struct Folder(shared_folder::Folder);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!(
-            "dovetail-command-line-{name}-{}",
-            std::process::id()
-        ));
-        let _ = std::fs::remove_dir_all(&path);
-        Self(path)
+        Self(shared_folder::Folder::new(name))
     }
     fn text(&self, file: &str) -> String {
         let path = self.0.join(file);
@@ -59,12 +55,6 @@ impl Folder {
                 pairs.map(|(h, f)| (h.to_string(), f.to_string())).collect()
             })
             .collect()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -454,7 +444,6 @@ fn every_scene_runs() {
 #[test]
 fn processor_seconds_are_those_of_the_program_alone() {
     let folder = Folder::new("processor");
-    std::fs::create_dir_all(&folder.0).unwrap();
     let burn = "i=0; while [ $i -lt 1000000 ]; do i=$((i+1)); done";
     let script = format!("sh -c '{burn}'; {burn}; cat /proc/$$/stat > \"$0\"; exec \"$@\"");
     let stat = folder.0.join("stat");

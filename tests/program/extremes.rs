@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::shared_folder::Folder;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
@@ -188,8 +189,7 @@ fn very_low_and_very_high_frequencies_converge() {
 /// Exit code and what the program says of the reference model with one key set.
 fn said(sets: &[&str]) -> (Option<i32>, String) {
     let root = env!("CARGO_MANIFEST_DIR");
-    let folder = std::env::temp_dir().join(format!("dovetail-extremes-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = Folder::new("extremes");
     let scene = folder.join("extreme.toml");
     let text = format!(
         "name = \"extreme\"\n[reduced_model]\nfolder = \"{root}/tests/data/dovetail72\"\nfriction = 0.3\nforce_n = 1.0\n\
@@ -206,7 +206,6 @@ fn said(sets: &[&str]) -> (Option<i32>, String) {
         program.args(["--set", set]);
     }
     let output = program.output().unwrap();
-    std::fs::remove_dir_all(&folder).unwrap();
     let words: Vec<String> = String::from_utf8_lossy(&output.stderr)
         .replace('|', " ")
         .split_whitespace()

@@ -3,22 +3,22 @@
 //! Signs and formulas: K. L. Johnson, Contact Mechanics (Cambridge 1985): round flat punch, eq. (3.34), (3.36); Hertz,
 //! ch. 4; Cattaneo and Mindlin, eq. (7.40)-(7.42), with the work per cycle derived here from (7.42).
 
+use crate::shared_folder::Folder;
 use std::collections::HashMap;
 use std::f64::consts::PI;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 const MM: f64 = 1e-3;
 
 /// A run of `dovetail COMMAND scenes/verification/SCENE.toml --set ...`, its files gone at the end.
-struct Run(PathBuf);
+struct Run(Folder);
 
 type Row = HashMap<String, String>;
 
 impl Run {
     fn new(command: &str, scene: &str, name: &str, set: &[String]) -> Self {
-        let out = format!("dovetail-meshed-{name}-{}", std::process::id());
-        let run = Self(std::env::temp_dir().join(out));
+        let run = Self(Folder::new(name));
         let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
         program
             .current_dir(env!("CARGO_MANIFEST_DIR"))
@@ -59,12 +59,6 @@ impl Run {
 
     fn observed_m(&self) -> f64 {
         number(&self.table("static_observed.csv")[0], "displacement_m")
-    }
-}
-
-impl Drop for Run {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -371,9 +365,8 @@ fn cattaneo_mindlin_stick_radius_and_work() {
 // ---------------------------------------------------------------------- what the new keys refuse
 
 /// What `dovetail static scenes/verification/patch.toml` says with these settings, on one line; it must fail.
-fn refusal(index: usize, set: &[&str]) -> String {
-    let out = format!("dovetail-meshed-refusal-{index}-{}", std::process::id());
-    let out = Run(std::env::temp_dir().join(out));
+fn refusal(set: &[&str]) -> String {
+    let out = Folder::new("refusal");
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
     program
         .current_dir(env!("CARGO_MANIFEST_DIR"))
@@ -384,7 +377,7 @@ fn refusal(index: usize, set: &[&str]) -> String {
             "--quiet",
             "--out",
         ])
-        .arg(&out.0)
+        .arg(&out)
         .args(["--set", "mesh.file=../../meshes/verification/patch.msh"]);
     for argument in set {
         program.args(["--set", argument]);
@@ -432,8 +425,8 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
         ),
         (&["load.0.pressure_pa=-50e6"], "nothing holds the blade"),
     ];
-    for (index, (set, expected)) in cases.into_iter().enumerate() {
-        let said = refusal(index, set);
+    for (set, expected) in cases {
+        let said = refusal(set);
         assert!(said.contains(expected), "{set:?}: {said}");
     }
 }

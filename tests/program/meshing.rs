@@ -1,21 +1,19 @@
 //! gmsh as a program beside this one: it ends with it, and what is told of scripts and their
 //! parameters.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said};
 
 /// A folder with a program that stands in for gmsh.
-struct Bench(PathBuf);
+struct Bench(Folder);
 
 impl Bench {
     fn new(name: &str, gmsh: &str) -> Self {
-        let name = format!("dovetail-meshing-{name}-{}", std::process::id());
-        let bench = Self(std::env::temp_dir().join(name));
-        let _ = std::fs::remove_dir_all(&bench.0);
-        std::fs::create_dir_all(&bench.0).unwrap();
+        let bench = Self(Folder::new(name));
         // Written by a shell of its own: starting a file that this process has open for writing may
         // fail.
         let shell = "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$2\" && chmod +x \"$2\"";
@@ -40,12 +38,6 @@ impl Bench {
             program.args(["--set", set]);
         }
         program
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

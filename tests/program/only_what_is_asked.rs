@@ -1,6 +1,7 @@
 //! What a scene leaves out costs nothing: stages and unknowns of runs of one joint, from summary.json; and what is left
 //! gives the results that it must.
 
+use crate::shared_folder::Folder;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -10,7 +11,7 @@ const ROTATION: &str = "rotation={ axis = [0, 0, 1], speed_rpm = 50 }";
 const HARMONICS: &str = "response.harmonics=3";
 
 /// `dovetail run` of the patch scene on its ready mesh, its files gone at the end.
-struct Run(PathBuf);
+struct Run(Folder);
 
 impl Run {
     fn new(name: &str, scene: &str, set: &[&str]) -> Self {
@@ -23,10 +24,7 @@ impl Run {
     }
 
     fn of(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
-        let folder =
-            std::env::temp_dir().join(format!("dovetail-asked-{name}-{}", std::process::id()));
-        let run = Self(folder);
-        std::fs::create_dir_all(&run.0).unwrap();
+        let run = Self(Folder::new(name));
         // Paths count from the folder of the scene.
         let root = env!("CARGO_MANIFEST_DIR");
         let file = run.0.join("scene.toml");
@@ -77,12 +75,6 @@ impl Run {
             .unwrap();
         let number = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap();
         lines.map(number).collect()
-    }
-}
-
-impl Drop for Run {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

@@ -1,18 +1,15 @@
 //! Scenes about a reduced model: the program on them, what it refuses, and the way from a mesh to a folder.
 
+use crate::shared_folder;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A folder for one test, gone at its end.
-struct Folder(PathBuf);
+struct Folder(shared_folder::Folder);
 
 impl Folder {
     fn new(name: &str) -> Self {
-        let name = format!("dovetail-reduced-{name}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
+        Self(shared_folder::Folder::new(name))
     }
     fn path(&self, file: &str) -> PathBuf {
         self.0.join(file)
@@ -26,12 +23,6 @@ impl Folder {
         let path = self.path("scene.toml");
         std::fs::write(&path, text).unwrap();
         path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 

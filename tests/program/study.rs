@@ -1,17 +1,12 @@
 //! `dovetail study`: cases in folders of their own, taken up again after a kill, gathered, exported; what it refuses.
 
+use crate::shared_folder;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
 
 /// A folder for one test with a scene and a study, gone at its end.
-struct Folder(PathBuf);
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+struct Folder(shared_folder::Folder);
 
 struct Ended {
     code: i32,
@@ -65,10 +60,7 @@ accuracy = 1e-12
 
 impl Folder {
     fn new(name: &str, study: &str) -> Self {
-        let name = format!("dovetail-study-{name}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
+        let path = shared_folder::Folder::new(name);
         let scene = SCENE.replace("ROOT", env!("CARGO_MANIFEST_DIR"));
         std::fs::write(path.join("scene.toml"), scene).unwrap();
         std::fs::write(path.join("study.toml"), study).unwrap();

@@ -120,8 +120,8 @@ mod tests {
 
     #[test]
     fn a_diagram_without_modes_is_still_a_picture() {
-        let folder = std::env::temp_dir().join(format!("dovetail-campbell-{}", std::process::id()));
-        let path = folder.join("campbell.svg");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("campbell.svg");
         for modes in [vec![], vec![vec![(0.0, 100.0)]]] {
             let family = CampbellFamily {
                 label: "blade".into(),
@@ -132,6 +132,5 @@ mod tests {
             let text = std::fs::read_to_string(&path).unwrap();
             assert!(text.contains("EO 1") && !text.contains("NaN"));
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -175,8 +175,8 @@ mod tests {
 
     #[test]
     fn what_is_not_above_zero_is_left_out_and_nothing_is_still_a_picture() {
-        let folder = std::env::temp_dir().join(format!("dovetail-loglog-{}", std::process::id()));
-        let path = folder.join("errors.svg");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("errors.svg");
         let series = |points: Vec<(f64, f64)>| LogSeries {
             label: "peak".into(),
             names: points.iter().map(|p| format!("at{}", p.0)).collect(),
@@ -193,6 +193,5 @@ mod tests {
             assert_eq!(text.contains("at7"), shown);
             assert!(!text.contains("at3"));
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::folder::part_of;
+use crate::export::write_whole;
 
 const MARK: &[u8; 16] = b"dovetail entry 1";
 const HASH: usize = 32;
@@ -76,18 +76,12 @@ pub(super) fn size(value: &impl Serialize) -> u64 {
     }
 }
 
-/// Writes under a name of its own, which no other run uses, and takes the entry's name at the end.
+/// Writes a whole entry or nothing.
 pub(super) fn write(path: &Path, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
-    let part = part_of(path);
-    let file = File::options().write(true).create_new(true).open(&part)?;
-    let written = write_part(file, key, value).and_then(|()| fs::rename(&part, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&part); // the first failure is the one to report
-    }
-    written
+    write_whole(path, |file| write_parts(file, key, value))
 }
 
-fn write_part(file: File, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
+fn write_parts(file: &mut File, key: &[u8; HASH], value: &impl Serialize) -> io::Result<()> {
     /// Counts and hashes what passes.
     struct Passing<W> {
         into: W,
@@ -134,7 +128,7 @@ mod tests {
 
     #[test]
     fn any_changed_byte_and_any_cut_is_noticed() {
-        let bench = Bench::new("damage");
+        let bench = Bench::new();
         let path = bench.path("a");
         let value: Vec<u32> = (0..40).collect();
         assert!(matches!(read::<Vec<u32>>(&path, &KEY), Ok(None)));
@@ -159,7 +153,7 @@ mod tests {
 
     #[test]
     fn two_that_write_one_entry_at_once_leave_a_whole_one() {
-        let bench = Bench::new("race");
+        let bench = Bench::new();
         let path = bench.path("a");
         let value: Vec<u64> = (0..100_000).collect();
         std::thread::scope(|scope| {
@@ -177,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_write_that_fails_leaves_nothing() {
-        let bench = Bench::new("failed");
+        let bench = Bench::new();
         let taken = bench.path("taken");
         fs::create_dir_all(taken.join("not empty")).unwrap();
         assert!(write(&taken, &KEY, &1u8).is_err());

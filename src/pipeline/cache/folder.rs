@@ -5,7 +5,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, UNIX_EPOCH};
 
 /// Of the folder named by `--cache`; the number is that of the layout.
 const SUBFOLDER: &str = "dovetail-cache-1";
@@ -65,28 +65,15 @@ fn role(name: &str) -> Option<Role> {
         None => Some(Role::Entry),
         Some("lock") => Some(Role::Lock),
         Some(ending) => {
-            let (process, time) = ending.strip_suffix(".part")?.split_once('-')?;
-            let is_number =
-                |text: &str| !text.is_empty() && text.bytes().all(|c| c.is_ascii_digit());
-            (is_number(process) && is_number(time)).then_some(Role::Part)
+            let random = ending.strip_suffix(".part")?;
+            let is_own = random.len() == 6 && random.bytes().all(|c| c.is_ascii_alphanumeric());
+            is_own.then_some(Role::Part)
         }
     }
 }
 
-/// A name for the entry while it is written, which no other run uses.
-pub(super) fn part_of(entry: &Path) -> PathBuf {
-    entry.with_extension(format!("{}.part", unique()))
-}
-
 pub(super) fn lock_of(entry: &Path) -> PathBuf {
     entry.with_extension("lock")
-}
-
-/// The number of the process, and the time.
-fn unique() -> String {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let nanoseconds = now.map_or(0, |t| t.as_nanos());
-    format!("{}-{nanoseconds}", std::process::id())
 }
 
 /// The subfolder.
@@ -120,13 +107,13 @@ impl Folder {
         }
         // Made beside it with its mark, the folder takes its name at once: runs that start together
         // never see it without the mark. The name of a folder that has files cannot be taken.
-        let made = self.0.with_extension(unique());
-        fs::create_dir(&made)?;
-        let placed = fs::write(made.join(TAG), TAG_TEXT).and_then(|()| fs::rename(&made, &self.0));
-        if placed.is_err() {
-            let _ = fs::remove_file(made.join(TAG)); // the first failure is the one to report
-            let _ = fs::remove_dir(&made);
-        }
+        let beside = self.0.parent().unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let made = builder.prefix(SUBFOLDER).tempdir_in(beside)?;
+        let placed = fs::write(made.path().join(TAG), TAG_TEXT)
+            .and_then(|()| fs::rename(made.path(), &self.0));
         match (self.is_marked(), placed) {
             (true, _) => Ok(()),
             (false, Err(error)) if error.kind() != io::ErrorKind::DirectoryNotEmpty => Err(error),
@@ -200,19 +187,19 @@ impl Folder {
 pub(super) mod tests {
     use super::*;
     use std::fs::File;
+    use std::time::SystemTime;
+    use tempfile::TempDir;
 
     /// A prepared cache folder in one of its own, gone at the end.
     pub struct Bench {
-        parent: PathBuf,
+        parent: TempDir,
         pub folder: Folder,
     }
 
     impl Bench {
-        pub fn new(name: &str) -> Self {
-            let name = format!("dovetail-cache-folder-{name}-{}", std::process::id());
-            let parent = std::env::temp_dir().join(name);
-            let _ = fs::remove_dir_all(&parent);
-            let folder = Folder::under(&parent);
+        pub fn new() -> Self {
+            let parent = tempfile::tempdir().unwrap();
+            let folder = Folder::under(parent.path());
             folder.prepare().unwrap();
             Self { parent, folder }
         }
@@ -238,12 +225,6 @@ pub(super) mod tests {
         }
     }
 
-    impl Drop for Bench {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.parent);
-        }
-    }
-
     fn entry(digit: char) -> String {
         format!("mesh-{}", String::from(digit).repeat(64))
     }
@@ -256,7 +237,8 @@ pub(super) mod tests {
             let path = bench.entry(kind, [0xa5; 32]);
             let of = |path: &Path| role(path.file_name().unwrap().to_str().unwrap());
             assert_eq!(of(&path), Some(Role::Entry));
-            assert_eq!(of(&part_of(&path)), Some(Role::Part));
+            let part = path.with_extension("aB3dE6.part");
+            assert_eq!(of(&part), Some(Role::Part));
             assert_eq!(of(&lock_of(&path)), Some(Role::Lock));
         }
         for other in [
@@ -271,8 +253,8 @@ pub(super) mod tests {
             format!("mesh-{hash}.msh"),
             format!("mesh-{hash}.lock.lock"),
             format!("mesh-{hash}.part"),
-            format!("mesh-{hash}.1-.part"),
-            format!("mesh-{hash}.1-x.part"),
+            format!("mesh-{hash}.1-2.part"),
+            format!("mesh-{hash}.abcdefg.part"),
             format!(" mesh-{hash}"),
         ] {
             assert_eq!(role(&other), None, "{other}");
@@ -281,9 +263,9 @@ pub(super) mod tests {
 
     #[test]
     fn those_used_longest_ago_leave_first() {
-        let bench = Bench::new("room");
+        let bench = Bench::new();
         let [a, b, c, e] = ['a', 'b', 'c', 'e'].map(entry);
-        let part = format!("{}.1-2.part", entry('d'));
+        let part = format!("{}.1a2B3c.part", entry('d'));
         for (name, age_s) in [(&b, 50), (&a, 300), (&c, 400), (&part, 500)] {
             bench.file(name, age_s);
         }
@@ -301,7 +283,7 @@ pub(super) mod tests {
 
     #[test]
     fn what_the_cache_did_not_make_stays() {
-        let bench = Bench::new("others");
+        let bench = Bench::new();
         let old = 100_000;
         for name in ["a.lock", "b.part", "data.csv", "mesh-1.lock"] {
             bench.file(name, old);
@@ -320,14 +302,14 @@ pub(super) mod tests {
             assert!(bench.folder.remove(&bench.path(name)).is_err(), "{name}");
         }
         // Nothing outside, whatever its name.
-        let outside = bench.parent.join(entry('a'));
+        let outside = bench.parent.path().join(entry('a'));
         fs::write(&outside, "a").unwrap();
         assert!(bench.folder.remove(&outside).is_err() && outside.exists());
     }
 
     #[test]
     fn without_its_mark_a_folder_is_left_alone() {
-        let bench = Bench::new("unmarked");
+        let bench = Bench::new();
         let (name, lock) = (entry('a'), format!("{}.lock", entry('b')));
         for file in [&name, &lock] {
             bench.file(file, 100_000);
@@ -350,7 +332,7 @@ pub(super) mod tests {
 
     #[test]
     fn runs_that_start_together_make_one_marked_folder() {
-        let bench = Bench::new("together");
+        let bench = Bench::new();
         for _ in 0..20 {
             fs::remove_dir_all(&bench.folder.0).unwrap();
             std::thread::scope(|scope| {

@@ -3,8 +3,6 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use fs4::FileExt;
-
 use super::folder::lock_of;
 
 /// Held by the run that makes an entry; the system takes it back when a run ends in whatever way.
@@ -20,9 +18,9 @@ impl Turn {
     pub(super) fn wait(entry: &Path, waiting: impl FnOnce()) -> Option<Self> {
         let path = lock_of(entry);
         let file = File::options().create(true).append(true).open(&path).ok()?;
-        if <File as FileExt>::try_lock(&file).is_err() {
+        if file.try_lock().is_err() {
             waiting();
-            <File as FileExt>::lock(&file).ok()?;
+            file.lock().ok()?;
         }
         Some(Self {
             path,

@@ -1,12 +1,13 @@
 //! A blade in its jaw as a scene, run by the program itself.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use dovetail_solver::mesh::Mesh;
 
 use super::NEWTON;
 use super::meshes::write;
+use crate::shared_folder::Folder;
 
 #[derive(Clone)]
 pub struct Joint {
@@ -107,22 +108,22 @@ impl Joint {
     /// `name`: of a folder of its own, gone at the end.
     pub fn run(&self, name: &str) -> Run {
         let folder = Folder::new(name);
-        std::fs::write(folder.0.join("joint.msh"), write(&self.mesh)).unwrap();
-        let scene = folder.0.join("joint.toml");
+        std::fs::write(folder.join("joint.msh"), write(&self.mesh)).unwrap();
+        let scene = folder.join("joint.toml");
         std::fs::write(&scene, self.scene()).unwrap();
         let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
         program
             .arg("run")
             .arg(&scene)
             .args(["--no-cache", "--quiet", "--out"])
-            .arg(&folder.0);
+            .arg(&folder);
         if let Some(threads) = self.threads {
             program.args(["--threads", threads]);
         }
         let output = program.output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(0), "{said}");
-        read(&folder.0)
+        read(&folder)
     }
 }
 
@@ -161,23 +162,5 @@ fn read(folder: &Path) -> Run {
             .collect(),
         largest_slip_m: state["largest_slip_m"].as_f64().unwrap(),
         response_csv,
-    }
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let name = format!("dovetail-law-{name}-{}", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let _ = std::fs::remove_dir_all(&path);
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }

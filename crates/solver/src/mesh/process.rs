@@ -259,12 +259,9 @@ fn next_line(pipe: &mut impl BufRead) -> Option<String> {
 fn kill(child: &mut Child) {
     #[cfg(unix)]
     {
-        // The child leads a process group; the shell's own `kill` reaches all of it.
-        let group = format!("kill -s KILL -- -{}", child.id());
-        let _ = Command::new("sh")
-            .args(["-c", &group])
-            .stderr(Stdio::null())
-            .status();
+        // The child leads a process group.
+        use rustix::process::{Pid, Signal, kill_process_group};
+        let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
     }
     let _ = child.kill(); // it may have ended by itself meanwhile
     let _ = child.wait();
