@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint deny bench peers extremes study mutants setup vtk clean
+.PHONY: run test verify calculix lint deny book bench peers extremes study mutants setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -44,6 +44,11 @@ deny:
 	@cargo deny --version >/dev/null 2>&1 || cargo install --locked cargo-deny
 	cargo deny --all-features check bans licenses sources
 
+# The book of docs, in target/book.
+book:
+	@mdbook --version >/dev/null 2>&1 || cargo install --locked mdbook
+	mdbook build docs
+
 # Seconds and ratios; see docs/performance.md.
 bench: setup
 	cargo bench --locked
@@ -54,13 +59,14 @@ bench: setup
 peers: setup
 	benches/peers/compare.sh
 
-# Every extreme of the input, as the table of docs/verification.md.
+# Every extreme of the input, as the table of docs/extremes.md.
 extremes: setup
 	cargo build --release --locked
 	python3 scripts/extremes.py
 
-# What the settings of the solution cost and buy on the paper's scene; see docs/study.md. The study of the flank mesh takes hours
-# and 3 GB: dovetail study studies/flank_mesh.toml --jobs 1 --threads 2.
+# What the settings of the solution cost and buy on the paper's scene; see docs/study_results.md.
+# The study of the flank mesh takes hours and 3 GB:
+# dovetail study studies/flank_mesh.toml --jobs 1 --threads 2.
 study: setup
 	cargo build --release --locked
 	target/release/dovetail study studies/harmonics.toml

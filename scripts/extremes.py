@@ -1,4 +1,4 @@
-"""Runs the program at the extremes of its input and writes the table of docs/verification.md, section Extremes.
+"""Runs the program at the extremes of its input and writes the table of docs/extremes.md.
 
     make extremes                                     # or, after cargo build --release:
     python3 scripts/extremes.py [--only ROW] [--out output/extremes]

@@ -12,6 +12,7 @@ pub mod exit;
 pub mod export;
 pub mod metrics;
 pub mod pipeline;
+pub mod reference;
 pub mod scene;
 pub mod stage;
 pub mod study;

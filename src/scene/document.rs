@@ -62,23 +62,23 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
 /// Sections must be tables or lists of tables before serde sees them: it would take a list of the
 /// right length for a table.
 fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>) {
-    for &(section, shape) in source.vocabulary.sections {
-        let Some(value) = root.get(section) else {
+    for section in source.vocabulary.sections {
+        let Some(value) = root.get(section.name) else {
             continue;
         };
-        let right = match (shape, value.get_ref()) {
+        let right = match (section.shape, value.get_ref()) {
             (Shape::Table, DeValue::Table(_)) => true,
             (Shape::List, DeValue::Array(items)) => items.iter().all(|i| i.get_ref().is_table()),
             _ => false,
         };
         if !right {
             let fault = Fault::WrongShape {
-                section,
-                list: shape == Shape::List,
-                example: (source.vocabulary.example)("", section),
+                section: section.name,
+                list: section.shape == Shape::List,
+                example: section.example,
             };
             problems.push(source.problem(value.span(), fault));
-            root.remove(section);
+            root.remove(section.name);
         }
     }
 }
@@ -132,10 +132,10 @@ fn fault_of(
     let section = vocabulary
         .sections
         .iter()
-        .map(|(s, _)| *s)
+        .map(|s| s.name)
         .find(|s| *s == section)
         .unwrap_or("");
-    let valid = (vocabulary.of_section)(section);
+    let valid = vocabulary.keys_of(section);
     if valid.contains(&key) {
         Fault::WrongType {
             path: path_text(root, place),
@@ -143,7 +143,7 @@ fn fault_of(
                 .message()
                 .trim_start_matches("invalid type: ")
                 .to_owned(),
-            example: (vocabulary.example)(section, key),
+            example: vocabulary.example(section, key),
         }
     } else {
         Fault::UnknownKey {

@@ -3,6 +3,7 @@
 
 pub(crate) mod check;
 pub(crate) mod document;
+mod entries;
 pub(crate) mod error;
 pub(crate) mod keys;
 mod overrides;

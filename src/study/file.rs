@@ -8,10 +8,10 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use super::error::StudyError;
+use super::keys::STUDY;
 use super::knob::{self, Knob, RawKnob};
 use super::quantity::{self, Quantity};
 use crate::scene::check::fields::{Checker, Limits, Table};
-use crate::scene::keys::{Shape, Vocabulary, fields};
 use crate::scene::raw::{Located, Number};
 use crate::scene::source::Source;
 use crate::scene::{Fault, SceneError, document};
@@ -50,33 +50,9 @@ pub struct Target {
     pub accuracy: f64,
 }
 
-const VOCABULARY: Vocabulary = Vocabulary {
-    sections: &[("knob", Shape::List), ("recommend", Shape::List)],
-    of_section: |section| match section {
-        "" => fields::<RawStudy>(),
-        "knob" => fields::<RawKnob>(),
-        "recommend" => fields::<RawTarget>(),
-        _ => &[],
-    },
-    example: |section, key| match (section, key) {
-        ("", "name") => "name = \"harmonics\"",
-        ("", "scene") => "scene = \"../scenes/paper.toml\"",
-        ("", "set") => "set = [\"response.points=50\", \"response.compare_harmonics=\"]",
-        ("", "mode") => "mode = \"one_at_a_time\"",
-        ("", "quantities") => "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
-        ("", "fields") => "fields = true",
-        ("", "knob") => "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
-        ("", "recommend") => "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
-        ("knob", key) => knob::example(key),
-        ("recommend", "quantity") => "quantity = \"peak_amplitude_m\"",
-        ("recommend", "accuracy") => "accuracy = 0.01",
-        _ => "",
-    },
-};
-
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawStudy {
+pub(super) struct RawStudy {
     name: Located<String>,
     scene: Located<String>,
     #[serde(default)]
@@ -93,7 +69,7 @@ struct RawStudy {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawTarget {
+pub(super) struct RawTarget {
     quantity: Located<String>,
     accuracy: Located<Number>,
 }
@@ -124,7 +100,7 @@ impl StudyText {
             name: &self.name,
             text: Arc::clone(&self.text),
             overrides: &[],
-            vocabulary: &VOCABULARY,
+            vocabulary: &STUDY,
         }
     }
 
@@ -175,7 +151,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
             let fault = Fault::Particular {
                 message: format!("`set`: \"{argument}\" is not KEY=VALUE"),
                 label: "no `=` with a key before it",
-                remedy: format!("write for example {}", (VOCABULARY.example)("", "set")),
+                remedy: format!("write for example {}", STUDY.example("", "set")),
             };
             checker.fault(item.span(), fault);
         }
@@ -190,7 +166,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
             let fault = Fault::WrongType {
                 path: "quantities".to_owned(),
                 message: "at least one quantity is expected".to_owned(),
-                example: (VOCABULARY.example)("", "quantities"),
+                example: STUDY.example("", "quantities"),
             };
             checker.fault(list.span(), fault);
             None

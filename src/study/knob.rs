@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::Value;
 
+use super::keys::STUDY;
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Limits, Table};
 use crate::scene::raw::{Located, Number};
@@ -75,19 +76,6 @@ struct JointValue {
     size: Option<f64>,
 }
 
-/// A line that could stand in the table.
-pub fn example(key: &str) -> &'static str {
-    match key {
-        "name" => "name = \"flanks\"  # or key = \"response.harmonics\"",
-        "key" => "key = \"response.harmonics\"",
-        "values" => "values = [1, 3, 5, 7]",
-        "base" => "base = 3",
-        "size" => "size = \"1/value\"",
-        "order" => "order = 2",
-        _ => "",
-    }
-}
-
 /// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned
 /// around.
 pub fn check(
@@ -115,7 +103,7 @@ pub fn check(
         let fault = Fault::WrongType {
             path: at.key("values"),
             message: "at least one value is expected".to_owned(),
-            example: example("values"),
+            example: STUDY.example("knob", "values"),
         };
         checker.fault(items.span(), fault);
         return None;
@@ -274,7 +262,7 @@ fn sizes(
             let fault = Fault::WrongType {
                 path: at.key("size"),
                 message: format!("a rule, or {} numbers, one a value", values.len()),
-                example: example("size"),
+                example: STUDY.example("knob", "size"),
             };
             checker.fault(span, fault);
             return None;

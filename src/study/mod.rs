@@ -13,6 +13,7 @@ mod convergence;
 mod error;
 mod file;
 mod folder;
+pub(crate) mod keys;
 mod knob;
 mod pictures;
 mod quantity;

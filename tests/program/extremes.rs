@@ -1,5 +1,5 @@
 //! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so, or with a
-//! message that says why not and what to do. The whole table: `make extremes`, docs/verification.md.
+//! message that says why not and what to do. The whole table: `make extremes`, docs/extremes.md.
 
 use std::path::Path;
 use std::process::Command;

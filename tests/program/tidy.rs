@@ -1,5 +1,6 @@
 //! Keeps in order what the compiler does not: imports between the modules of a package point one way,
-//! the paths that ARCHITECTURE.md names exist, and so do the identifiers of the glossary.
+//! the paths and links of ARCHITECTURE.md, the README and the book lead somewhere, the identifiers of
+//! the glossary exist, and prose has lines that fit a screen.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,7 @@ const SOLVER: [&str; 11] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 12] = [
+const PROGRAM: [(&str, &[&str]); 13] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
@@ -34,6 +35,7 @@ const PROGRAM: [(&str, &[&str]); 12] = [
             "exit", "terminal", "scene", "export", "pipeline", "console", "study",
         ],
     ),
+    ("reference", &["scene", "study"]),
     ("lib", &[]),
     ("main", &[]),
 ];
@@ -215,4 +217,184 @@ fn every_identifier_of_the_glossary_stands_in_its_file() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(checked > 60, "only {checked} identifiers found");
+}
+
+/// The pages of the book, relative to the root.
+fn pages() -> Vec<String> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join("docs")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "md") {
+                let page = path.strip_prefix(root()).unwrap();
+                found.push(page.to_string_lossy().replace('\\', "/"));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The pages of the book and those at the root that people read.
+fn prose() -> Vec<String> {
+    let own = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(str::to_owned);
+    own.into_iter().chain(pages()).collect()
+}
+
+fn text_of(page: &str) -> String {
+    std::fs::read_to_string(root().join(page)).unwrap()
+}
+
+/// The lines that are no code, by fences or by an indent of four after an empty line.
+fn without_code(text: &str) -> String {
+    let (mut fenced, mut code, mut empty) = (false, false, true);
+    let mut out = String::new();
+    for line in text.lines() {
+        fenced ^= line.trim_start().starts_with("```");
+        let indented = line.starts_with("    ");
+        code = indented && (code || empty) && !line.trim_start().starts_with(['-', '|']);
+        empty = line.trim().is_empty() || (empty && indented && code);
+        if !fenced && !code {
+            out.push_str(line);
+            out.push('\n');
+        }
+    }
+    out
+}
+
+/// The targets of `[text](target)`, code spans taken out.
+fn links(text: &str) -> Vec<String> {
+    let plain: String = without_code(text).split('`').step_by(2).collect();
+    let after = plain.split("](").skip(1);
+    after
+        .filter_map(|rest| Some(rest.split_once(')')?.0.to_owned()))
+        .collect()
+}
+
+/// What a heading is called in a link: small letters, digits, `-` and `_`, blanks as `-`.
+fn anchors(text: &str) -> Vec<String> {
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    let letters = headings.map(|line| {
+        let kept = line.trim_start_matches('#').trim().chars();
+        let kept = kept.filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        kept.collect::<String>().to_lowercase().replace(' ', "-")
+    });
+    letters.collect()
+}
+
+#[test]
+fn every_link_of_the_prose_leads_somewhere() {
+    let (mut checked, mut wrong) = (0, Vec::new());
+    for page in prose().into_iter().chain(["CHANGELOG.md".to_owned()]) {
+        let text = text_of(&page);
+        for link in links(&text).iter().filter(|l| !l.starts_with("http")) {
+            checked += 1;
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            let folder = root().join(&page).parent().unwrap().to_owned();
+            let target = match file {
+                "" => root().join(&page),
+                file => folder.join(file),
+            };
+            let Ok(target) = target.canonicalize() else {
+                wrong.push(format!("{page}: no file {link}"));
+                continue;
+            };
+            // The book holds what is below docs.
+            let docs = root().join("docs").canonicalize().unwrap();
+            if page.starts_with("docs/") && !target.starts_with(&docs) {
+                wrong.push(format!(
+                    "{page}: {link} leaves the book, name the file by its path"
+                ));
+            }
+            if !anchor.is_empty() {
+                let there = std::fs::read_to_string(&target).unwrap();
+                if !anchors(&there).iter().any(|a| a == anchor) {
+                    wrong.push(format!("{page}: no heading {link}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 60, "only {checked} links found");
+}
+
+#[test]
+fn every_page_is_in_the_summary_of_the_book() {
+    let summary = links(&text_of("docs/SUMMARY.md"));
+    let mut listed: Vec<String> = summary.iter().map(|l| format!("docs/{l}")).collect();
+    listed.push("docs/SUMMARY.md".to_owned());
+    listed.sort();
+    assert_eq!(listed, pages());
+}
+
+#[test]
+fn paths_that_the_book_names_exist() {
+    let folders = [
+        "benches/",
+        "crates/",
+        "docs/",
+        "geometry/",
+        "meshes/",
+        "scenes/",
+        "scripts/",
+        "src/",
+        "studies/",
+        "tests/",
+        "tools/",
+        "workflow/",
+    ];
+    let (mut checked, mut wrong) = (0, Vec::new());
+    for page in prose() {
+        let text = without_code(&text_of(&page));
+        for quoted in text.split('`').skip(1).step_by(2) {
+            // What the guides let the reader write, and commands.
+            let is_path = folders.iter().any(|f| quoted.starts_with(f))
+                && !quoted.contains([' ', '\n', '<', '*', '{'])
+                && quoted != "studies/mesh.toml";
+            if is_path {
+                checked += 1;
+                if !root().join(quoted).exists() {
+                    wrong.push(format!("{page} names `{quoted}`"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 80, "only {checked} paths found");
+}
+
+/// Rows of tables and lines that are one link may be longer.
+#[test]
+fn lines_of_prose_have_at_most_100_letters() {
+    let mut wrong = Vec::new();
+    for page in prose() {
+        for (number, line) in text_of(&page).lines().enumerate() {
+            let start = line.trim_start();
+            let one_link = start.trim_start_matches(['-', ' ', '!']).starts_with('[');
+            let exempt = start.starts_with('|') || (one_link && line.ends_with(')'));
+            if line.chars().count() > 100 && !exempt {
+                wrong.push(format!("{page}:{}", number + 1));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// How busy a machine was is no unit: a figure says on how many cores it was measured.
+#[test]
+fn no_figure_is_given_by_the_load_of_a_machine() {
+    let mut wrong = Vec::new();
+    for page in prose() {
+        let text = text_of(&page).replace('\n', " ");
+        for (at, _) in text.match_indices("load ") {
+            if text[at + "load ".len()..].starts_with(|c: char| c.is_ascii_digit()) {
+                let rest: String = text[at..].chars().take(40).collect();
+                wrong.push(format!("{page}: {rest}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

@@ -57,7 +57,7 @@ impl Checker<'_> {
     }
 
     pub fn missing(&mut self, table: &Table, key: &'static str) {
-        let example = (self.source.vocabulary.example)(table.section, key);
+        let example = self.source.vocabulary.example(table.section, key);
         self.fault(
             table.span.clone(),
             Fault::MissingKey {

@@ -131,8 +131,8 @@ fn assembly(
 /// Sections without which there is nothing to compute. Bodies have a message of their own.
 fn missing_sections(checker: &mut Checker, raw: &RawScene) {
     let meshed = raw.reduced_model.is_none();
-    for (section, shape) in keys::SECTIONS {
-        let absent = match section {
+    for section in keys::SCENE.sections {
+        let absent = match section.name {
             "mesh" => meshed && raw.mesh.is_none(),
             "contact" => meshed && raw.contact.is_empty(),
             "damping" => raw.damping.is_none(),
@@ -143,13 +143,13 @@ fn missing_sections(checker: &mut Checker, raw: &RawScene) {
         };
         if absent {
             let end = checker.source.text.len();
-            let list = shape == Shape::List;
+            let list = section.shape == Shape::List;
             checker.fault(
                 end..end,
                 Fault::MissingSection {
-                    section,
+                    section: section.name,
                     list,
-                    example: keys::example("", section),
+                    example: section.example,
                 },
             );
         }

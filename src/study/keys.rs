@@ -1,0 +1,152 @@
+//! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
+//! tables from here.
+
+use super::file::{RawStudy, RawTarget};
+use super::knob::RawKnob;
+use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
+
+/// What a study may say.
+pub const STUDY: Vocabulary = Vocabulary {
+    sections: &[
+        Section {
+            name: "",
+            shape: Shape::Table,
+            needed: "",
+            what: "",
+            example: "",
+            fields: fields::<RawStudy>,
+            keys: &TOP,
+        },
+        Section {
+            name: "knob",
+            shape: Shape::List,
+            needed: "one or more",
+            what: "a key, or several together, and its values",
+            example: "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
+            fields: fields::<RawKnob>,
+            keys: &KNOB,
+        },
+        Section {
+            name: "recommend",
+            shape: Shape::List,
+            needed: "none or more",
+            what: "a quantity, and how accurate it shall be",
+            example: "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
+            fields: fields::<RawTarget>,
+            keys: &RECOMMEND,
+        },
+    ],
+};
+
+const TOP: [Key; 6] = [
+    key(
+        "name",
+        "text",
+        "-",
+        "a name; the answers go to `output/<name>`",
+        "name = \"harmonics\"",
+    ),
+    key(
+        "scene",
+        "path of a scene file",
+        "-",
+        "the path counts from the folder of the study",
+        "scene = \"../scenes/paper.toml\"",
+    ),
+    key(
+        "set",
+        "list of texts",
+        "`[]`",
+        "`KEY=VALUE` for all cases, as [`--set`](scene.md#--set); `--set` on the command line \
+         comes after these",
+        "set = [\"response.points=50\", \"response.compare_harmonics=\"]",
+    ),
+    key(
+        "mode",
+        "text",
+        "`\"one_at_a_time\"`",
+        "`\"one_at_a_time\"`: each knob goes through its values while the others stand at their \
+         base; `\"grid\"`: every combination, up to 10,000",
+        "mode = \"one_at_a_time\"",
+    ),
+    key(
+        "quantities",
+        "list of texts",
+        "all of them",
+        "the figures that are followed: at least one of the table below",
+        "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
+    ),
+    key(
+        "fields",
+        "true or false",
+        "`false`",
+        "whether the cases write their VTK files too (60 MB each for the paper's scene)",
+        "fields = true",
+    ),
+];
+
+const KNOB: [Key; 6] = [
+    key(
+        "name",
+        "text",
+        "the last word of `key`",
+        "a name; it heads a column and names folders",
+        "name = \"flanks\"  # or key = \"response.harmonics\"",
+    ),
+    key(
+        "key",
+        "text",
+        "none",
+        "a path as for `--set`: `\"response.harmonics\"`, `\"body.*.fixed_interface_modes\"`",
+        "key = \"response.harmonics\"",
+    ),
+    key(
+        "values",
+        "list",
+        "-",
+        "at least one, from coarse to fine; `\"\"` leaves the key as the scene has it. Without \
+         `key` each value is a table that sets several keys together: `{ label = \"4 x 9\", set = \
+         { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 }, size = 1.0 }`",
+        "values = [1, 3, 5, 7]",
+    ),
+    key(
+        "base",
+        "a value, or its label",
+        "the first",
+        "one of the values; it stands while other knobs are turned. With several knobs one at a \
+         time it must be given",
+        "base = 3",
+    ),
+    key(
+        "size",
+        "text, or list of numbers",
+        "none",
+        "the size h that errors are compared with: `\"value\"`, `\"1/value\"`, `\"1/(value-1)\"` \
+         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value",
+        "size = \"1/value\"",
+    ),
+    key(
+        "order",
+        "number",
+        "2",
+        "more than 0; the order that is expected of errors in the size",
+        "order = 2",
+    ),
+];
+
+const RECOMMEND: [Key; 2] = [
+    key(
+        "quantity",
+        "text",
+        "-",
+        "one of the quantities below",
+        "quantity = \"peak_amplitude_m\"",
+    ),
+    key(
+        "accuracy",
+        "number",
+        "-",
+        "more than 0, less than 1; the largest relative error, 0.01 for one per cent",
+        "accuracy = 0.01",
+    ),
+];
