@@ -1,5 +1,5 @@
-//! TOML text and `--set` arguments -> the mirror of the file (of a scene: `RawScene`), with every
-//! unknown key and wrong type reported.
+//! Reads TOML text and `--set` arguments into the mirror of the file (of a scene: `RawScene`), and
+//! reports every unknown key and wrong type.
 
 use std::ops::Range;
 
@@ -38,7 +38,7 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
     }
 }
 
-/// The first syntax error of each line: what follows on it is mostly a consequence.
+/// Finds the first syntax error of each line. What follows on the same line is mostly a consequence.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
     let line = |at: usize| source.text.bytes().take(at).filter(|b| *b == b'\n').count();
     let mut lines = Vec::new();

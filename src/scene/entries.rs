@@ -1,5 +1,6 @@
-//! The keys of a scene file: what each means, its unit, its default and what is valid, with a line
-//! that could stand in the file. Messages take their examples from here, and docs/scene.md its tables.
+//! The keys of a scene file. Each entry says what the key means, its unit, its default and what is
+//! valid, with a line that could stand in the file. Messages take their examples from here, and
+//! docs/scene.md its tables.
 
 use super::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use super::raw;
@@ -135,8 +136,7 @@ const REDUCED_MODEL: [Key; 4] = [
         "folder",
         "path of a folder",
         "-",
-        "holds the files that `dovetail reduce` writes; `crates/solver/src/reduction/superelement.rs` \
-         lists them",
+        "holds [the files](how-to/reduced_model.md#the-folder) that `dovetail reduce` writes",
         "folder = \"den_hartog\"  # K.mtx, M.mtx and the others",
     ),
     key(

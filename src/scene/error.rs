@@ -1,4 +1,4 @@
-//! What can be wrong with a scene, where it stands in the text, and what to do about it.
+//! The faults of a scene: what is wrong, where it stands in the text, and what to do about it.
 
 use std::fmt;
 use std::ops::Range;

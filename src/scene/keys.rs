@@ -1,4 +1,5 @@
-//! The keys of a scene file: which exist, what an example of each looks like.
+//! The keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
+//! listed in [`super::entries`].
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 

@@ -1,5 +1,6 @@
-//! TOML -> [`Scene`]: everything one run depends on, checked (positive moduli, known options, ordered
-//! ranges), in SI units. Names of mesh groups are checked later, by [`dovetail_solver::model`], when the mesh is known.
+//! Reads a scene from TOML. A [`Scene`] has everything that one run depends on, checked (positive
+//! moduli, known options, ordered ranges) and in SI units. [`dovetail_solver::model`] checks the names of
+//! mesh groups later, when the mesh is known.
 
 pub(crate) mod check;
 pub(crate) mod document;

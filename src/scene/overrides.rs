@@ -1,8 +1,8 @@
-//! `--set KEY=VALUE`: one argument put into the table of a scene, before it is checked.
+//! `--set KEY=VALUE` puts one value into the table of a scene before it is checked.
 //!
-//! KEY is a dotted path; elements of a list are meant by number, by name, or all of them by `*`.
-//! VALUE is TOML, or else taken as a text; no VALUE removes the key. Of keys that exclude each other the one
-//! set displaces those of the file.
+//! KEY is a dotted path. An element of a list is named by its number or by its name; `*` means all
+//! elements. VALUE is TOML, or else is taken as a text; without VALUE the key is removed. Of keys that
+//! exclude each other, the one that is set displaces those of the file.
 
 use std::ops::Range;
 
@@ -43,8 +43,8 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 4] = [
     ),
 ];
 
-/// Steps of a path; a scene has no more than four (`body.jaw.fixed.0`), and tables within tables without
-/// end would not fit the stack.
+/// The most steps of a path. A scene has no more than four (`body.jaw.fixed.0`), and tables nested
+/// without end would not fit the stack.
 const MOST_STEPS: usize = 8;
 
 /// A word of the path and its place.
@@ -110,7 +110,8 @@ fn segments(key: &str, start: usize) -> Vec<Segment<'_>> {
     path
 }
 
-/// The text as TOML, or as a string when it is none. Everything in it gets the span of the whole.
+/// Reads the text as TOML, or takes it as a string when it is none. Everything in it gets the span of
+/// the whole.
 fn value_of<'i>(text: &'i str, span: Range<usize>) -> Spanned<DeValue<'i>> {
     match DeValue::parse(text) {
         Ok(value) => relocated(value.into_inner(), &span),
@@ -243,7 +244,7 @@ fn put<'i>(
     }
 }
 
-/// Indices meant by `*`, by a name or by a number.
+/// Finds the indices that `*`, a name or a number means.
 fn elements(items: &[Spanned<DeValue>], word: &str) -> Vec<usize> {
     if word == "*" {
         return (0..items.len()).collect();
@@ -276,7 +277,7 @@ fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Bo
     Box::new(source.problem(segment.span.clone(), fault))
 }
 
-/// Takes out what `section.key` excludes, where the file (not another argument) has set it.
+/// Removes what `section.key` excludes, where the file (not another argument) has set it.
 fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key: &str) {
     let Some(DeValue::Table(table)) = root.get_mut(section).map(|v| v.get_mut()) else {
         return;

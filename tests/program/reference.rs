@@ -49,3 +49,81 @@ fn the_page_of_scenes_has_the_tables_of_the_program() {
 fn the_page_of_studies_has_the_tables_of_the_program() {
     holds_its_tables("docs/study.md", &study_tables());
 }
+
+/// The commands in the code of the README and of the book, `\` at the end of a line taken out.
+fn commands() -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut pages = vec![root.join("README.md")];
+    for folder in ["docs", "docs/how-to"] {
+        let entries = std::fs::read_dir(root.join(folder)).unwrap();
+        let files = entries.map(|entry| entry.unwrap().path());
+        pages.extend(files.filter(|f| f.extension().is_some_and(|e| e == "md")));
+    }
+    let mut found = Vec::new();
+    for page in pages {
+        let text = std::fs::read_to_string(page).unwrap().replace("\\\n", " ");
+        for line in text.lines() {
+            let line = line.trim_start().trim_start_matches("target/release/");
+            let words = line.strip_prefix("dovetail ");
+            let is_code = words.is_some_and(|w| w.contains("SCENE") || w.contains(".toml"));
+            if is_code {
+                found.push(line.split(" #").next().unwrap().to_owned());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn commands_of_the_book_have_options_that_exist() {
+    let (mut checked, mut wrong) = (0, Vec::new());
+    let mut help = std::collections::HashMap::new();
+    for command in commands() {
+        let mut words = command.split_whitespace().skip(1);
+        let name = words.next().unwrap().to_owned();
+        let help = help.entry(name.clone()).or_insert_with(|| {
+            let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_dovetail"));
+            let output = program.args([&name, "--help"]).output().unwrap();
+            assert!(output.status.success(), "no command {name}: {command}");
+            String::from_utf8(output.stdout).unwrap()
+        });
+        for option in words.filter(|w| w.starts_with("--")) {
+            checked += 1;
+            let option = option.split('=').next().unwrap();
+            if !help.contains(&format!("{option} ")) && !help.contains(&format!("{option}\n")) {
+                wrong.push(format!("{option}: {command}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 40, "only {checked} options found");
+}
+
+#[test]
+fn keys_that_commands_of_the_book_set_exist() {
+    let tables = scene_tables();
+    let keys = |section: &str| {
+        tables
+            .iter()
+            .find(|(name, _)| *name == section)
+            .map(|(_, t)| t)
+    };
+    let (mut checked, mut wrong) = (0, Vec::new());
+    for command in commands() {
+        for setting in command.split("--set ").skip(1) {
+            let path = setting.trim_start_matches('\'').split('=').next().unwrap();
+            let (section, rest) = path.split_once('.').unwrap_or((path, ""));
+            checked += 1;
+            let known = keys(section).is_some_and(|table| {
+                let named = |word: &str| table.contains(&format!("| `{word}` |"));
+                rest.is_empty() || rest.split('.').any(named)
+            });
+            // `KEY=VALUE` stands for any.
+            if !known && path != "KEY" {
+                wrong.push(format!("{path}: {command}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 30, "only {checked} keys found");
+}

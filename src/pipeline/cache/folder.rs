@@ -137,8 +137,8 @@ impl Folder {
         }
     }
 
-    /// Removes the entries used longest ago until all together are within the limit; `newest`
-    /// stays. Parts and locks that nobody has written to for `abandoned` go, too.
+    /// Evicts the least recently used entries until all together are within the limit; `newest` stays.
+    /// Parts and locks that nobody has written to for `abandoned` are removed, too.
     pub(super) fn make_room(&self, limit_bytes: u64, newest: &Path, abandoned: Duration) {
         if !self.is_marked() {
             return;

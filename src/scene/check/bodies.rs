@@ -1,4 +1,4 @@
-//! `[[body]]` and `[rotation]`.
+//! Checks `[[body]]` and `[rotation]`.
 
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-//! `[[contact]]` and `[damping]`: where energy goes.
+//! Checks `[[contact]]` and `[damping]`, where energy is dissipated.
 
 use serde_spanned::Spanned;
 

@@ -1,4 +1,4 @@
-//! Checks of single values: a located raw value becomes a plain one, or a problem is noted.
+//! Checks of single values. A located raw value becomes a plain one, or a problem is noted.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -9,13 +9,13 @@ use crate::scene::keys;
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
 
-/// A table of the scene and what to call it.
+/// A table of the scene, and how messages name it.
 #[derive(Debug, Clone)]
 pub struct Table {
     pub section: &'static str,
-    /// As in `--set`: `response`, `contact.left`; empty for the top of the file.
+    /// The path as in `--set`: `response`, `contact.left`; empty for the top of the file.
     pub path: String,
-    /// Of its heading.
+    /// Where its heading stands.
     pub span: Range<usize>,
 }
 
@@ -67,7 +67,8 @@ impl Checker<'_> {
         );
     }
 
-    /// A number within limits; `default` stands for an absent key, without one it is a fault.
+    /// Gives a number within limits. `default` stands for an absent key; without a default an absent
+    /// key is a fault.
     pub fn number(
         &mut self,
         table: &Table,
@@ -96,7 +97,7 @@ impl Checker<'_> {
         None
     }
 
-    /// A whole number in `range`; `default` stands for an absent key.
+    /// Gives a whole number in `range`. `default` stands for an absent key.
     pub fn count(
         &mut self,
         table: &Table,
@@ -122,7 +123,7 @@ impl Checker<'_> {
         None
     }
 
-    /// A text that is not empty.
+    /// Gives a text that is not empty.
     pub fn text(
         &mut self,
         table: &Table,
@@ -145,7 +146,7 @@ impl Checker<'_> {
         Some(value.get_ref().clone())
     }
 
-    /// A name fit for file names, column headings and the paths of `--set`.
+    /// Gives a name that is fit for file names, column headings and the paths of `--set`.
     pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
         let name = value.get_ref();
         let fit = name.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -165,7 +166,7 @@ impl Checker<'_> {
         fit.then(|| name.clone())
     }
 
-    /// One of `choices`; the first is the default.
+    /// Gives one of `choices`; the first is the default.
     pub fn choice<T: Copy>(
         &mut self,
         table: &Table,
@@ -193,7 +194,7 @@ impl Checker<'_> {
         found.copied()
     }
 
-    /// A direction, scaled to unit length.
+    /// Gives a direction, scaled to unit length.
     pub fn direction(
         &mut self,
         table: &Table,
@@ -216,7 +217,7 @@ impl Checker<'_> {
         unit
     }
 
-    /// A key that means nothing without another.
+    /// Notes a fault for a key that means nothing without another.
     pub fn lacks(
         &mut self,
         at: &Table,
@@ -234,7 +235,7 @@ impl Checker<'_> {
             },
         );
     }
-    /// A fault for the first of `others` that is there beside `given`.
+    /// Notes a fault for the first of `others` that is there beside `given`.
     pub fn exclude(
         &mut self,
         at: &Table,
@@ -258,7 +259,7 @@ impl Checker<'_> {
         }
         Some(())
     }
-    /// The `name` every item of a list has to have.
+    /// Gives the `name` that every item of a list must have.
     pub fn required_name(&mut self, at: &Table, name: &Located<String>) -> Option<String> {
         match name {
             Some(name) => self.name(at.key("name"), name),
@@ -268,7 +269,7 @@ impl Checker<'_> {
             }
         }
     }
-    /// Reports every name that stands earlier in the list.
+    /// Notes a fault for every name that also stands earlier in the list.
     pub fn distinct(&mut self, named: &[(String, String, Range<usize>)]) {
         let mut firsts = HashMap::new();
         for (path, name, span) in named {

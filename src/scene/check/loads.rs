@@ -1,4 +1,4 @@
-//! `[[load]]`.
+//! Checks `[[load]]`.
 
 use serde_spanned::Spanned;
 

@@ -1,4 +1,4 @@
-//! `[mesh]`: a ready file, or a script with its parameters.
+//! Checks `[mesh]`: a ready file, or a script with its parameters.
 
 use std::collections::BTreeMap;
 use std::path::Path;

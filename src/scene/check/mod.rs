@@ -1,6 +1,6 @@
-//! [`RawScene`] -> [`Scene`]: what is missing, impossible or contradictory, all of it at once.
+//! Makes a [`Scene`] of a [`RawScene`], or reports all that is missing, impossible or contradictory.
 //!
-//! Each function looks at everything of its section before it gives up (`?` at its end only), so that
+//! Each function looks at everything of its section before it gives up (`?` stands at its end only), so
 //! one run names every problem.
 
 mod bodies;

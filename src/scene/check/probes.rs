@@ -1,4 +1,4 @@
-//! `[[excitation]]` and `[[observe]]`.
+//! Checks `[[excitation]]` and `[[observe]]`.
 
 use serde_spanned::Spanned;
 

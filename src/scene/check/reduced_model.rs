@@ -1,4 +1,4 @@
-//! `[reduced_model]`: a folder instead of a mesh and all that refers to one.
+//! Checks `[reduced_model]`: a folder that stands in place of a mesh and of all that refers to one.
 
 use std::ops::Range;
 use std::path::Path;

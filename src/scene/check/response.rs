@@ -1,4 +1,4 @@
-//! `[response]`.
+//! Checks `[response]`.
 
 use serde_spanned::Spanned;
 
