@@ -150,3 +150,16 @@ const RECOMMEND: [Key; 2] = [
         "accuracy = 0.01",
     ),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::super::quantity;
+
+    #[test]
+    fn the_page_of_studies_has_every_quantity() {
+        let page = include_str!("../../docs/study.md");
+        for word in quantity::WORDS {
+            assert!(page.contains(&format!("`{word}`")), "{word}");
+        }
+    }
+}
