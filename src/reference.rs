@@ -3,8 +3,8 @@
 use crate::scene::keys::{SCENE, Section, Shape, Vocabulary};
 use crate::study::keys::STUDY;
 
-/// The tables of scene files: the name of each section (`top` for the top of the file, `sections` for
-/// the list of them) and its table.
+/// The tables of scene files: the name of each section (`top` for the top of the file, `sections`
+/// for the list of them) and its table.
 pub fn scene_tables() -> Vec<(&'static str, String)> {
     tables(&SCENE)
 }

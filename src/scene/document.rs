@@ -16,7 +16,8 @@ use super::source::Source;
 /// No more than this many problems of one kind are looked for.
 const MOST_PROBLEMS: usize = 20;
 
-/// Parses the text, applies the `--set` arguments in their order and reads the result into the mirror.
+/// Parses the text, applies the `--set` arguments in their order and reads the result into the
+/// mirror.
 pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
     let (document, errors) = DeTable::parse_recoverable(&source.text);
     if !errors.is_empty() {
@@ -38,7 +39,8 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
     }
 }
 
-/// Finds the first syntax error of each line. What follows on the same line is mostly a consequence.
+/// Finds the first syntax error of each line. What follows on the same line is mostly a
+/// consequence.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
     let line = |at: usize| source.text.bytes().take(at).filter(|b| *b == b'\n').count();
     let mut lines = Vec::new();
@@ -83,8 +85,8 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
     }
 }
 
-/// Reads the table into the mirror. serde stops at the first error: that key is reported, taken out,
-/// and the rest is read again.
+/// Reads the table into the mirror. serde stops at the first error: that key is reported, taken
+/// out, and the rest is read again.
 fn deserialize<T: DeserializeOwned>(
     source: &Source,
     mut root: DeTable,

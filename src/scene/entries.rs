@@ -99,7 +99,8 @@ const SECTIONS: [Section; 12] = [
         shape: Shape::List,
         needed: "one or more",
         what: "a displacement that is followed",
-        example: "[[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\ndirection = [0, 1, 0]",
+        example: "[[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\n\
+                  direction = [0, 1, 0]",
         fields: fields::<raw::RawObserve>,
         keys: &OBSERVE,
     },
@@ -375,8 +376,8 @@ const CONTACT: [Key; 9] = [
         "friction",
         "number",
         "- (`\"bonded\"`: none)",
-        "0 or more; Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as 1000, \
-         with a warning",
+        "0 or more; Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as \
+         1000, with a warning",
         "friction = 0.3",
     ),
     key(
@@ -569,7 +570,8 @@ const RESPONSE: [Key; 14] = [
         "accuracy",
         "number",
         "none",
-        "more than 1e-4, less than 0.5; largest relative error of the observed amplitudes, see below",
+        "more than 1e-4, less than 0.5; largest relative error of the observed amplitudes, see \
+         below",
         "accuracy = 0.01  # of the amplitude",
     ),
     key(
@@ -583,15 +585,16 @@ const RESPONSE: [Key; 14] = [
         "compare_harmonics",
         "whole number",
         "none",
-        "1 to `harmonics`; a second response with this many, in the plots alone. Its points that do \
-         not converge are crosses there, and count neither in `summary.json` nor in the exit code",
+        "1 to `harmonics`; a second response with this many, in the plots alone. Its points that \
+         do not converge are crosses there, and count neither in `summary.json` nor in the exit code",
         "compare_harmonics = 1",
     ),
     key(
         "samples",
         "whole number",
         "128",
-        "at most 1,048,576; at least 4 `harmonics` + 4; instants of a period at which contact is decided",
+        "at most 1,048,576; at least 4 `harmonics` + 4; instants of a period at which contact is \
+         decided",
         "samples = 128",
     ),
     key(

@@ -10,8 +10,8 @@ use thiserror::Error;
 
 use dovetail_solver::text;
 
-/// Why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] the first problem stands for all,
-/// the others follow as related ones.
+/// Why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] the first
+/// problem stands for all, the others follow as related ones.
 #[derive(Debug, Error)]
 pub enum SceneError {
     #[error("the scene file {} cannot be read", path.display())]

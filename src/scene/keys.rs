@@ -1,5 +1,5 @@
-//! The keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
-//! listed in [`super::entries`].
+//! The keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes
+//! are listed in [`super::entries`].
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 
@@ -92,10 +92,11 @@ pub fn example(section: &str, key: &str) -> &'static str {
     SCENE.example(section, key)
 }
 
-/// The word of `valid` that `word` is most likely meant to be: at most a third of its letters differ
-/// (Damerau-Levenshtein distance), or one is the other with something appended.
+/// The word of `valid` that `word` is most likely meant to be: at most a third of its letters
+/// differ (Damerau-Levenshtein distance), or one is the other with something appended.
 pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
-    // The distance is quadratic in the length: a key of the file can be of any length, a near one cannot.
+    // The distance is quadratic in the length: a key of the file can be of any length, a near one
+    // cannot.
     let start = |word: &str| word.chars().take(64).collect::<String>();
     let lower = word.to_lowercase();
     let appended = |v: &str| {

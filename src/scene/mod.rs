@@ -1,6 +1,6 @@
 //! Reads a scene from TOML. A [`Scene`] has everything that one run depends on, checked (positive
-//! moduli, known options, ordered ranges) and in SI units. [`dovetail_solver::model`] checks the names of
-//! mesh groups later, when the mesh is known.
+//! moduli, known options, ordered ranges) and in SI units. [`dovetail_solver::model`] checks the
+//! names of mesh groups later, when the mesh is known.
 
 pub(crate) mod check;
 pub(crate) mod document;
@@ -20,8 +20,8 @@ use dovetail_solver::input;
 pub use error::{Fault, Problem, SceneError};
 pub use keys::nearest;
 
-/// Reads and checks the scene file `path`. Relative paths in it are joined to its folder; `overrides` are
-/// `KEY=VALUE` texts as for [`parse`].
+/// Reads and checks the scene file `path`. Relative paths in it are joined to its folder;
+/// `overrides` are `KEY=VALUE` texts as for [`parse`].
 ///
 /// # Errors
 /// [`SceneError::Read`] when the file cannot be read, [`SceneError::Invalid`] as for [`parse`].
@@ -34,15 +34,16 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneError> {
     parse(&text, &path.display().to_string(), folder, overrides)
 }
 
-/// Parses and checks the text of a scene. `file_name` is for messages only, relative paths of the scene are
-/// joined to `base_dir`. Each of `overrides` is `KEY=VALUE`, KEY a dotted path (`response.points`,
-/// `contact.left.friction`, `contact.0.friction`, `contact.*.friction`), VALUE a TOML value or else a
-/// text; with nothing after `=` the key is removed. Of keys that exclude each other (a mesh file and a geometry,
-/// the two frequency ranges, the two ways to give damping) the one set replaces the file's.
+/// Parses and checks the text of a scene. `file_name` is for messages only, relative paths of the
+/// scene are joined to `base_dir`. Each of `overrides` is `KEY=VALUE`, KEY a dotted path
+/// (`response.points`, `contact.left.friction`, `contact.0.friction`, `contact.*.friction`), VALUE
+/// a TOML value or else a text; with nothing after `=` the key is removed. Of keys that exclude
+/// each other (a mesh file and a geometry, the two frequency ranges, the two ways to give damping)
+/// the one set replaces the file's.
 ///
 /// # Errors
-/// [`SceneError::Invalid`] with every problem found: first those of syntax alone, then unknown keys and
-/// wrong types, then missing, impossible and contradictory values.
+/// [`SceneError::Invalid`] with every problem found: first those of syntax alone, then unknown keys
+/// and wrong types, then missing, impossible and contradictory values.
 pub fn parse(
     text: &str,
     file_name: &str,

@@ -1,8 +1,8 @@
 //! `--set KEY=VALUE` puts one value into the table of a scene before it is checked.
 //!
 //! KEY is a dotted path. An element of a list is named by its number or by its name; `*` means all
-//! elements. VALUE is TOML, or else is taken as a text; without VALUE the key is removed. Of keys that
-//! exclude each other, the one that is set displaces those of the file.
+//! elements. VALUE is TOML, or else is taken as a text; without VALUE the key is removed. Of keys
+//! that exclude each other, the one that is set displaces those of the file.
 
 use std::ops::Range;
 
@@ -110,8 +110,8 @@ fn segments(key: &str, start: usize) -> Vec<Segment<'_>> {
     path
 }
 
-/// Reads the text as TOML, or takes it as a string when it is none. Everything in it gets the span of
-/// the whole.
+/// Reads the text as TOML, or takes it as a string when it is none. Everything in it gets the span
+/// of the whole.
 fn value_of<'i>(text: &'i str, span: Range<usize>) -> Spanned<DeValue<'i>> {
     match DeValue::parse(text) {
         Ok(value) => relocated(value.into_inner(), &span),

@@ -1,4 +1,5 @@
-//! Places inside the table of a file: found by the span of an error, taken out, and named for a reader.
+//! Places inside the table of a file: found by the span of an error, taken out, and named for a
+//! reader.
 
 use std::ops::Range;
 

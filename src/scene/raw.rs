@@ -1,7 +1,7 @@
 //! The serde mirror of the TOML file. Every key is optional and knows its place in the text.
 //!
-//! [`super::check`] finds what is absent, out of range or contradictory. Here a value only has to be of
-//! the right type, and a key must be one of the fields below.
+//! [`super::check`] finds what is absent, out of range or contradictory. Here a value only has to
+//! be of the right type, and a key must be one of the fields below.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,7 +1,8 @@
 //! The text of a scene and of its `--set` arguments, as one range of byte positions.
 //!
 //! Values that come from `--set` are put into the same table as those of the file. To tell them
-//! apart by their spans, argument `k` is given the positions after the file and the arguments before it.
+//! apart by their spans, argument `k` is given the positions after the file and the arguments
+//! before it.
 
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! The tables of keys in docs/scene.md and docs/study.md are those of the program. After a change of
-//! a key, `UPDATE_DOCS=1 cargo test --test program reference::` writes the tables anew.
+//! The tables of keys in docs/scene.md and docs/study.md are those of the program. After a change
+//! of a key, `UPDATE_DOCS=1 cargo test --test program reference::` writes the tables anew.
 
 use std::path::Path;
 

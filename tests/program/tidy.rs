@@ -1,6 +1,6 @@
-//! Keeps in order what the compiler does not: imports between the modules of a package point one way,
-//! the paths and links of ARCHITECTURE.md, the README and the book lead somewhere, the identifiers of
-//! the glossary exist, and prose has lines that fit a screen.
+//! Keeps in order what the compiler does not: imports between the modules of a package point one
+//! way, the paths and links of ARCHITECTURE.md, the README and the book lead somewhere, the
+//! identifiers of the glossary exist, and prose has lines that fit a screen.
 
 use std::path::{Path, PathBuf};
 
@@ -130,8 +130,8 @@ fn imports_point_one_way() {
     );
 }
 
-/// faer's methods of a matrix that take the number of threads from a setting of the process, and its words for
-/// all threads; what libraries use stands in `dovetail_numerics::dense`.
+/// faer's methods of a matrix that take the number of threads from a setting of the process, and
+/// its words for all threads; what libraries use stands in `dovetail_numerics::dense`.
 #[test]
 fn libraries_do_not_ask_the_process_for_threads() {
     let asking = [
@@ -178,7 +178,8 @@ fn every_path_in_the_architecture_exists() {
     assert!(checked > 20, "only {checked} paths found");
 }
 
-/// Words of the glossary's rows: the identifiers of the second column stand in the code of the file in the fourth.
+/// Words of the glossary's rows: the identifiers of the second column stand in the code of the file
+/// in the fourth.
 #[test]
 fn every_identifier_of_the_glossary_stands_in_its_file() {
     let text = std::fs::read_to_string(root().join("docs/glossary.md")).unwrap();

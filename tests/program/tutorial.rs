@@ -1,6 +1,6 @@
-//! The tutorial is true: its listings are written into an empty folder under the names in their first
-//! lines, its commands are run there one after the other, and what it says they print and leave is
-//! compared with what they do.
+//! The tutorial is true: its listings are written into an empty folder under the names in their
+//! first lines, its commands are run there one after the other, and what it says they print and
+//! leave is compared with what they do.
 
 use std::fs;
 use std::path::{Path, PathBuf};

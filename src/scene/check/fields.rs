@@ -67,8 +67,8 @@ impl Checker<'_> {
         );
     }
 
-    /// Gives a number within limits. `default` stands for an absent key; without a default an absent
-    /// key is a fault.
+    /// Gives a number within limits. `default` stands for an absent key; without a default an
+    /// absent key is a fault.
     pub fn number(
         &mut self,
         table: &Table,

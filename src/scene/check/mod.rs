@@ -1,7 +1,8 @@
-//! Makes a [`Scene`] of a [`RawScene`], or reports all that is missing, impossible or contradictory.
+//! Makes a [`Scene`] of a [`RawScene`], or reports all that is missing, impossible or
+//! contradictory.
 //!
-//! Each function looks at everything of its section before it gives up (`?` stands at its end only), so
-//! one run names every problem.
+//! Each function looks at everything of its section before it gives up (`?` stands at its end
+//! only), so one run names every problem.
 
 mod bodies;
 mod contacts;

@@ -163,7 +163,8 @@ fn adapted(
     Some(Resolution::Accuracy(accuracy))
 }
 
-/// Accuracies that can be asked for: below, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
+/// Accuracies that can be asked for: below, motions that differ by 1e-3 all satisfy the balance
+/// (docs/method.md).
 const ACCURACY: Limits = Limits::between(1e-4, 0.5);
 
 /// Residual that an accuracy needs: what is left of it is far below what is cut off.
