@@ -1,7 +1,8 @@
-//! What a run tells on stderr while it works: stages with time and memory, bars, notes and warnings.
+//! Prints what a run tells while it works to stderr: stages with time and memory, bars, notes and
+//! warnings.
 //!
-//! On a terminal the stage under way turns and bars move; elsewhere plain lines come, a loop's at most every
-//! [`LINE_INTERVAL`].
+//! On a terminal the stage under way turns and bars move. Elsewhere plain lines are printed; a loop
+//! prints one at most every [`LINE_INTERVAL`].
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! How a command ended, as the number that the program leaves to whoever started it.
+//! Says how a command ended, as the exit code of the program.
 
 /// How a command ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

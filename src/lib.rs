@@ -1,8 +1,9 @@
-//! Vibration of turbomachinery blades held by dovetail joints: the flanks stick, slip and lift off.
+//! Computes the vibration of turbomachinery blades held by dovetail joints, whose flanks stick,
+//! slip and lift off.
 //!
-//! This package is the program about the library `dovetail_solver`: [`scene`] reads TOML into a description
-//! of a run; [`pipeline`] alone knows the sequence of the stages; [`export`] writes files; [`study`] runs the
-//! whole of it many times.
+//! This package is the program about the library `dovetail_solver`. [`scene`] reads TOML into a
+//! description of a run. [`pipeline`] alone knows the sequence of the stages. [`export`] writes
+//! files. [`study`] runs the whole of it many times.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! What the process has used so far, as the system tells it.
+//! Reads the time and memory that the process has used so far from the system.
 
 /// Processor time of the process so far, all threads and the programs it waited for, s; `None`
 /// where the system does not tell. It goes on counting where one program takes the place of another

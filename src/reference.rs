@@ -1,4 +1,4 @@
-//! The tables of keys in docs/scene.md and docs/study.md, as Markdown.
+//! Makes the tables of keys in docs/scene.md and docs/study.md, as Markdown.
 
 use crate::scene::keys::{SCENE, Section, Shape, Vocabulary};
 use crate::study::keys::STUDY;

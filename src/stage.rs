@@ -1,4 +1,4 @@
-//! The parts of a run, by names that no program has to guess.
+//! Names the parts of a run, so that no program has to guess them.
 
 use serde::{Deserialize, Serialize};
 

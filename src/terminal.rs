@@ -1,5 +1,5 @@
-//! The report of an error, and results on standard output: the places, beside [`crate::pipeline::progress`],
-//! that print. What they print passes [`text::plain`].
+//! Prints the report of an error, and results on standard output. What it prints passes
+//! [`text::plain`].
 
 use std::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};

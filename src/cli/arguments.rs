@@ -1,4 +1,4 @@
-//! The words of the command line: what they may be, and what they ask for.
+//! Defines the words of the command line, and what each of them asks for.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! The error of a command: that of the scene, the run or the study it is about, or one of the command line's own.
+//! Defines the error of a command. It is that of the scene, the run or the study that the command
+//! is about, or one of the command line itself.
 
 use miette::Diagnostic;
 use thiserror::Error;

@@ -1,5 +1,5 @@
-//! Command line: arguments -> a checked scene and one call of [`crate::pipeline`]; errors -> exit code. Results
-//! are printed here alone.
+//! Turns the arguments of the command line into a checked scene and one call of
+//! [`crate::pipeline`], and errors into an exit code. Results are printed here alone.
 
 mod arguments;
 mod error;

@@ -1,7 +1,8 @@
-//! Tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv, verify.csv.
+//! Writes the tables: response.csv, static.csv, static_observed.csv, contact.csv, modes.csv,
+//! verify.csv.
 //!
-//! Numbers are the shortest text that reads back as the same f64. A cell without a value (a point
-//! that did not converge, a harmonic not computed) is empty.
+//! A number is written as the shortest text that reads back as the same f64. A cell without a value
+//! (a point that did not converge, a harmonic not computed) is empty.
 
 use std::path::Path;
 

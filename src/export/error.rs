@@ -1,4 +1,4 @@
-//! What can go wrong when results are written.
+//! Defines what can go wrong when results are written.
 
 use std::path::PathBuf;
 

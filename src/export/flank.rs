@@ -1,4 +1,4 @@
-//! Fields on the flanks: one point per pair, one triangle per flank facet.
+//! Writes the fields on the flanks. Each pair is a point, and each flank facet a triangle.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! summary.json: what was run, on what, how long it took, and the figures a reader asks for first.
+//! Writes summary.json: what was run, on what, how long it took, and the figures that a reader asks
+//! for first.
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 

@@ -1,7 +1,7 @@
-//! Results -> files: VTU and PVD for ParaView, CSV, SVG, JSON.
+//! Writes results to files: VTU and PVD for ParaView, CSV, SVG, JSON.
 //!
-//! One rule for all of them: a point that did not converge is named as such and has no number, and
-//! a number that is not finite is never written (an error names it, or JSON holds `null`).
+//! One rule holds for all of them. A point that did not converge is named as such and has no
+//! number. A number that is not finite is never written: an error names it, or JSON holds `null`.
 
 pub mod csv;
 mod error;

@@ -1,7 +1,7 @@
-//! Unstructured grids for ParaView: the bodies in the static state and in motion.
+//! Writes unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
-//! Arrays are LZ4-compressed f64. Gmsh's ten-node tetrahedron lists its last two edges the other
-//! way round from VTK's: the export swaps them.
+//! Arrays are LZ4-compressed f64. Gmsh's ten-node tetrahedron lists its last two edges in the order
+//! opposite to VTK's. The export swaps them.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Frequencies over the speed: the table and the diagram of `dovetail modes --rpm`.
+//! Computes frequencies over the speed, for the table and the diagram of `dovetail modes --rpm`.
 
 use super::error::RunError;
 use super::meshed::{Bound, assemble};

@@ -1,4 +1,4 @@
-//! The error of a run: the stage's own error, passed through.
+//! Defines the error of a run, which is the stage's own error, passed through.
 
 use miette::Diagnostic;
 use thiserror::Error;

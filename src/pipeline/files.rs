@@ -1,4 +1,4 @@
-//! What a run writes, and the figures that it tells at its end.
+//! Writes the files of a run, and the figures that it tells at its end.
 
 use std::path::{Path, PathBuf};
 

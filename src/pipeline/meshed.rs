@@ -1,4 +1,4 @@
-//! A scene about a mesh, taken to its reduced model: mesh, model, finite elements, reduction.
+//! Takes a scene about a mesh to its reduced model: mesh, model, finite elements, reduction.
 
 use std::cell::OnceCell;
 use std::time::{Duration, Instant};

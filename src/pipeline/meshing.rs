@@ -1,4 +1,5 @@
-//! The mesh of a scene: a file, or gmsh's of a script, made now or in an earlier run.
+//! Finds the mesh of a scene: a file, or what gmsh makes of a script, in this run or in an earlier
+//! one.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The sequence of stages: what the program does, in the order in which it does it. Read [`solve`] first.
+//! Runs the stages in their order: this is what the program does. Read [`solve`] first.
 
 mod cache;
 mod campbell;

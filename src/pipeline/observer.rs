@@ -1,4 +1,4 @@
-//! Who hears of a run while it goes on, and what.
+//! Defines who hears of a run while it goes on, and what an observer is told.
 
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 

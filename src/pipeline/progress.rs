@@ -1,5 +1,5 @@
-//! The clock of a run: what its stages took, told to an [`Observer`] as they come. It can be used from several
-//! threads at once.
+//! The clock of a run measures its stages, and tells an [`Observer`] of them as they come. Several
+//! threads may use it at once.
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,5 @@
-//! What the commands have in common once a scene is reduced, whether it began with a mesh or with a folder.
+//! Does what the commands have in common once a scene is reduced, whether it began with a mesh or
+//! with a folder.
 
 use super::error::RunError;
 use super::meshed::Meshed;

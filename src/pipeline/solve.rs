@@ -1,4 +1,4 @@
-//! From a reduced model to its static state and its response.
+//! Takes a reduced model to its static state and its response.
 
 use super::error::RunError;
 use super::hertz;

@@ -1,4 +1,4 @@
-//! The figures that a run tells at its end, gathered as it goes on.
+//! Gathers the figures that a run tells at its end, as it goes on.
 
 use super::meshed::Meshed;
 use super::progress::Progress;

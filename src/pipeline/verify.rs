@@ -1,4 +1,4 @@
-//! `dovetail verify`: harmonic balance against time integration at a few frequencies.
+//! Compares harmonic balance with integration in time at a few frequencies: `dovetail verify`.
 
 use super::error::RunError;
 use super::progress::Progress;

@@ -1,4 +1,4 @@
-//! Campbell diagram: natural frequencies and engine orders against the speed.
+//! Draws the Campbell diagram: natural frequencies and engine orders against the speed.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Colours of curves and of fields.
+//! Defines the colours of curves and of fields.
 
 use plotters::style::RGBColor;
 

@@ -1,4 +1,4 @@
-//! Amplitude against frequency.
+//! Draws amplitude against frequency.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The flanks unrolled: each contact a panel with the slot's direction to the right, each pair the
-//! patch of flank that is its tributary area.
+//! Draws the flanks unrolled. Each contact is a panel with the slot's direction to the right. Each
+//! pair is the patch of flank that is its tributary area.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What falls against what it costs: points and lines on two logarithmic axes.
+//! Draws points and lines on two logarithmic axes, such as an error against its cost.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
-//! Figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), the two flanks
-//! unrolled (Figures 5 and 6, static pressure).
+//! Draws figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), and the two
+//! flanks unrolled (Figures 5 and 6, static pressure).
 //!
-//! Colours are Okabe and Ito's set and viridis: both read the same to colour-blind eyes.
+//! The colours are Okabe and Ito's set and viridis, which colour-blind eyes tell apart.
 
 mod campbell;
 mod colour;

@@ -1,7 +1,8 @@
-//! One entry, one file: written whole or not at all, and hashed, so that damage is noticed.
+//! An entry of the cache is one file. It is written whole or not at all, and hashed, so that damage
+//! is noticed.
 //!
-//! The file is a mark, the hash of what the entry depends on, the content, the content's length, and a hash of
-//! all before.
+//! The file holds a mark, the hash of what the entry depends on, the content, the content's length,
+//! and a hash of all of these.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

@@ -1,6 +1,6 @@
-//! The subfolder that holds the entries, marked as a cache. Nothing outside of it is touched, and
-//! inside of it nothing is removed but regular files that bear the name of an entry, of a part of
-//! one, or of a lock.
+//! The subfolder of the cache holds its entries, and is marked as a cache. Nothing outside of it is
+//! touched. Inside of it only regular files are removed that bear the name of an entry, of a part
+//! of one, or of a lock.
 
 use std::fs;
 use std::io;

@@ -1,7 +1,8 @@
-//! Results of stages kept for later runs, each under a hash of all that it depends on: an entry cannot be stale,
-//! it can only be missing.
+//! Keeps results of stages for later runs, each under a hash of all that it depends on. So an entry
+//! cannot be stale, it can only be missing.
 //!
-//! Nothing here ends a run. An entry that cannot be read, or written, is a warning, and the stage is computed.
+//! Nothing here ends a run. Where an entry cannot be read or written, the run warns and computes
+//! the stage.
 
 mod entry;
 mod folder;

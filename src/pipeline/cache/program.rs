@@ -1,4 +1,4 @@
-//! Which program computes.
+//! Finds the fingerprint of the program that computes.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;

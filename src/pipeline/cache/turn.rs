@@ -1,4 +1,4 @@
-//! Runs side by side that miss the same entry: one makes it, the others wait for it.
+//! Runs side by side may miss the same entry. One of them makes it, and the others wait for it.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
