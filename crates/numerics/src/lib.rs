@@ -18,6 +18,7 @@ pub mod packed;
 mod pool;
 pub mod refresh;
 mod solve;
+pub mod space;
 pub mod sparse;
 pub mod stored;
 pub mod vector;

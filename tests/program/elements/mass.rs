@@ -1,8 +1,8 @@
 //! Mass, and the load of rotation.
 
-use dovetail_solver::fem::{assemble_body, tet10};
-use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::fem::assemble_body;
 use dovetail_solver::mesh::block::block;
+use dovetail_solver::mesh::{ElementOrder, TET_EDGES};
 use dovetail_solver::model::NodeMotion;
 use dovetail_solver::model::Prestress;
 
@@ -21,7 +21,7 @@ fn single_element_mass_is_the_tabulated_one() {
     let volume = dot(&cross(edge(1, 0), edge(2, 0)), &edge(3, 0)) / 6.0;
     // Tet4: (1 + delta) / 20. Tet10, over 420: corners 6 and 1, corner to middle -4 if on its edge,
     // else -6, middles 32, 16 if their edges meet, 8 if opposite.
-    let ends = |n: usize| if n < 4 { [n, n] } else { tet10::EDGES[n - 4] };
+    let ends = |n: usize| if n < 4 { [n, n] } else { TET_EDGES[n - 4] };
     let tabulated = |order: ElementOrder, a: usize, b: usize| {
         let meet = ends(a).iter().any(|v| ends(b).contains(v));
         match (order, a < 4, b < 4) {
@@ -43,7 +43,7 @@ fn single_element_mass_is_the_tabulated_one() {
         mesh.tet_tags.truncate(1);
         mesh.nodes_m = corners.to_vec();
         let middle = |e: [usize; 2]| [0, 1, 2].map(|d| 0.5 * (corners[e[0]][d] + corners[e[1]][d]));
-        mesh.nodes_m.extend(tet10::EDGES.map(middle));
+        mesh.nodes_m.extend(TET_EDGES.map(middle));
         mesh.nodes_m.truncate(nodes);
         mesh.node_tags = (1..=nodes as u64).collect();
         let all = matrices(&free_body(&mesh));

@@ -1,8 +1,8 @@
 //! Order of work, and what is refused.
 
-use dovetail_solver::fem::{FemError, assemble_body, tet10};
-use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::fem::{FemError, assemble_body};
 use dovetail_solver::mesh::block::block;
+use dovetail_solver::mesh::{ElementOrder, TET_EDGES};
 use dovetail_solver::model::Prestress;
 use dovetail_solver::model::{Body, NodeMotion};
 use nalgebra_sparse::CscMatrix;
@@ -65,7 +65,7 @@ fn bad_elements_and_nodes_are_named_by_their_tags() {
             .chunks_exact(order.nodes_per_tet())
             .map(|t| t.to_vec())
         {
-            for (edge, ends) in tet10::EDGES.iter().enumerate() {
+            for (edge, ends) in TET_EDGES.iter().enumerate() {
                 if let Some(&middle) = tet.get(4 + edge) {
                     let [a, b] = ends.map(|v| body.nodes_m[tet[v] as usize]);
                     body.nodes_m[middle as usize] = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));

@@ -11,6 +11,7 @@
 
 use super::quadrature::Table;
 use crate::model::Material;
+use dovetail_numerics::space::{cross, dot};
 
 /// Lame's constants, Pa.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,16 +182,4 @@ fn mirror(n: usize, out: &mut [[f64; 1]]) {
             out[b * n + a] = out[a * n + b];
         }
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
 }

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use super::FemError;
 use super::elasticity::{self, Lame};
 use super::quadrature::{Table, Tables};
+use crate::mesh::TET_EDGES;
 use crate::model::Body;
+use dovetail_numerics::space::{distance, middle};
 
 /// Elements of a body whose maps are one to one at every quadrature point.
 pub struct Elements<'a, const N: usize> {
@@ -130,16 +132,13 @@ struct Shape {
 }
 
 fn shape_of<const N: usize>(coords_m: &[[f64; 3]; N], tables: &Tables<N>) -> Shape {
-    let distance =
-        |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
     let (mut longest, mut straight): (f64, bool) = (0.0, true);
-    for (edge, [a, b]) in super::tet10::EDGES.iter().enumerate() {
+    for (edge, [a, b]) in TET_EDGES.iter().enumerate() {
         let (a, b) = (coords_m[*a], coords_m[*b]);
         let length = distance(a, b);
         longest = longest.max(length);
         if N > 4 {
-            let middle = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
-            straight &= distance(coords_m[4 + edge], middle) <= STRAIGHTNESS * length;
+            straight &= distance(coords_m[4 + edge], middle(a, b)) <= STRAIGHTNESS * length;
         }
     }
     let (mut smallest, mut volume_m3) = (f64::INFINITY, 0.0);

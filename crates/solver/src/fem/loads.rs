@@ -8,6 +8,7 @@ use nalgebra_sparse::CscMatrix;
 
 use crate::mesh::{ElementOrder, FACET_EDGES};
 use crate::model::{Body, StaticLoad, Traction};
+use dovetail_numerics::space::{cross, norm};
 
 /// Adds the steady loads of a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
 pub fn add_static_loads(body: &Body, load_n: &mut [f64]) {
@@ -86,11 +87,8 @@ fn nodal_shares(body: &Body, facets: &[u32]) -> Vec<Share> {
                 }
             }
             let [r, s] = tangents;
-            let normal = [1, 2, 0].map(|k| {
-                let (i, j) = (k, (k + 1) % 3);
-                r[i] * s[j] - r[j] * s[i]
-            });
-            let area = normal.iter().map(|c| c * c).sum::<f64>().sqrt();
+            let normal = cross(r, s);
+            let area = norm(normal);
             for (share, n) in shares[first..].iter_mut().zip(n) {
                 share.area_m2 += weight * n * area;
                 for (sum, c) in share.outward_m2.iter_mut().zip(normal) {
@@ -151,6 +149,7 @@ mod tests {
     use crate::mesh::ElementOrder;
     use crate::model::Material;
     use crate::model::{DofMap, NodeMotion};
+    use dovetail_numerics::space::middle;
 
     /// int L_0^i L_1^j L_2^k dA = 2 A i! j! k! / (i + j + k + 2)!
     #[test]
@@ -206,10 +205,6 @@ mod tests {
             [1.0, 3.0, 0.0],
             [1.0 - 2.0 * h, 0.0, 2.0 * h],
         ]
-    }
-
-    fn middle(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
     }
 
     fn load(order: ElementOrder, traction: Traction) -> Vec<f64> {

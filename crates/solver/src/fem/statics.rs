@@ -5,6 +5,7 @@ use nalgebra_sparse::CscMatrix;
 use super::FemError;
 use crate::model::{Body, DofMap};
 use dovetail_numerics::factor::{Cholesky, FactorError};
+use dovetail_numerics::space::norm;
 use dovetail_numerics::sparse::submatrix;
 
 /// Why a symmetric positive definite system could not be solved.
@@ -85,7 +86,7 @@ fn extent_m(body: &Body) -> f64 {
         let values = body.nodes_m.iter().map(|x| x[k]);
         values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
     };
-    (0..3).map(|k| range(k).powi(2)).sum::<f64>().sqrt()
+    norm([0, 1, 2].map(range))
 }
 
 /// Displacement (or any vector field) of every node of a body from its free dofs: fixed nodes get

@@ -1,17 +1,14 @@
 //! Ten-node tetrahedron, quadratic shape functions; edges and faces may be curved (isoparametric).
 //!
-//! Corners as [`super::tet4`], then the middles of edges 01, 12, 02, 03, 23, 13, as in Gmsh
-//! (VTK and Abaqus swap the last two). With barycentric coordinates L: corner `a` has
+//! Corners as [`super::tet4`], then the middles of the edges [`TET_EDGES`]. With barycentric coordinates L: corner `a` has
 //! L_a (2 L_a - 1), the middle of edge `ab` has 4 L_a L_b.
 
 use super::quadrature::{Rule, Table, Tables};
 use super::tet4;
+use crate::mesh::TET_EDGES;
 
 /// Nodes of the element.
 pub const NODES: usize = 10;
-
-/// Corners at the ends of the edges of nodes 4 to 9.
-pub const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]];
 
 /// Reference coordinates of the nodes.
 pub const REFERENCE: [[f64; 3]; NODES] = [
@@ -34,7 +31,7 @@ pub fn shape(xi: [f64; 3]) -> [f64; NODES] {
     for a in 0..4 {
         n[a] = l[a] * (2.0 * l[a] - 1.0);
     }
-    for (edge, [a, b]) in EDGES.iter().enumerate() {
+    for (edge, [a, b]) in TET_EDGES.iter().enumerate() {
         n[4 + edge] = 4.0 * l[*a] * l[*b];
     }
     n
@@ -48,7 +45,7 @@ pub fn gradient(xi: [f64; 3]) -> [[f64; 3]; NODES] {
         for a in 0..4 {
             g[a][k] = (4.0 * l[a] - 1.0) * dl[a][k];
         }
-        for (edge, [a, b]) in EDGES.iter().enumerate() {
+        for (edge, [a, b]) in TET_EDGES.iter().enumerate() {
             g[4 + edge][k] = 4.0 * (l[*a] * dl[*b][k] + l[*b] * dl[*a][k]);
         }
     }

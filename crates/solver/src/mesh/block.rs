@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::{ElementOrder, Group, Mesh};
+use super::{ElementOrder, FACET_EDGES, Group, Mesh, TET_EDGES};
+use dovetail_numerics::space;
 
 /// Group of all tetrahedra.
 pub const VOLUME: &str = "volume";
@@ -16,103 +17,40 @@ pub const FACES: [[&str; 2]; 3] = [["x_min", "x_max"], ["y_min", "y_max"], ["z_m
 /// six [`FACES`], and the corner points `corner_000` ... `corner_111` (x, y, z; 0 low, 1 high).
 /// Tags count from 1 in the order of the nodes, tetrahedra and facets.
 pub fn block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
-    // Nodes live on a grid; quadratic meshes use the grid of half the spacing, where the middle of
-    // any edge of a tetrahedron is a grid point.
-    let step = match order {
-        ElementOrder::Linear => 1,
-        ElementOrder::Quadratic => 2,
-    };
-    let fine = cells.map(|c| c.max(1) * step);
-    let nodes_per_line = fine.map(|c| c + 1);
-    let index =
-        |p: [usize; 3]| (p[0] + nodes_per_line[0] * (p[1] + nodes_per_line[1] * p[2])) as u32;
-    let mut nodes_m = Vec::with_capacity(nodes_per_line.iter().product());
-    for z in 0..nodes_per_line[2] {
-        for y in 0..nodes_per_line[1] {
-            for x in 0..nodes_per_line[0] {
-                let p = [x, y, z];
-                nodes_m.push([0, 1, 2].map(|k| size_m[k] * p[k] as f64 / fine[k] as f64));
-            }
-        }
-    }
-    let middle = |a: [usize; 3], b: [usize; 3]| [0, 1, 2].map(|k| (a[k] + b[k]) / 2);
-
+    let grid = Grid::new(order, cells);
+    let nodes_m = grid.nodes_m(size_m);
     let (mut tets, mut facets) = (Vec::new(), Vec::new());
     let mut face_facets: [[Vec<u32>; 2]; 3] = Default::default();
-    for cz in 0..fine[2] / step {
-        for cy in 0..fine[1] / step {
-            for cx in 0..fine[0] / step {
-                for path in PATHS {
-                    let mut corners = [[cx * step, cy * step, cz * step]; 4];
-                    for (k, direction) in path.iter().enumerate() {
-                        for corner in &mut corners[k + 1..] {
-                            corner[*direction] += step;
-                        }
-                    }
-                    // Odd permutations of the directions turn the tetrahedron inside out.
-                    if is_odd(path) {
-                        corners.swap(1, 2);
-                    }
-                    tets.extend(corners.map(index));
-                    if order == ElementOrder::Quadratic {
-                        tets.extend(TET_EDGES.map(|[a, b]| index(middle(corners[a], corners[b]))));
-                    }
-                    for (direction, sides) in face_facets.iter_mut().enumerate() {
-                        for (side, on_face) in sides.iter_mut().enumerate() {
-                            let level = side * fine[direction];
-                            for face in TET_FACES {
-                                let c = face.map(|v| corners[v]);
-                                if c.iter().all(|p| p[direction] == level) {
-                                    on_face
-                                        .push(facets.len() as u32 / order.nodes_per_facet() as u32);
-                                    facets.extend(c.map(index));
-                                    if order == ElementOrder::Quadratic {
-                                        facets.extend(
-                                            [[0, 1], [1, 2], [0, 2]]
-                                                .map(|[a, b]| index(middle(c[a], c[b]))),
-                                        );
-                                    }
-                                }
-                            }
-                        }
-                    }
+    for corners in grid.tets() {
+        tets.extend(grid.element(&corners, &TET_EDGES));
+        for (direction, sides) in face_facets.iter_mut().enumerate() {
+            for (side, on_face) in sides.iter_mut().enumerate() {
+                let level = side * grid.last[direction];
+                let faces = TET_FACES.map(|face| face.map(|v| corners[v]));
+                for face in faces
+                    .iter()
+                    .filter(|f| f.iter().all(|p| p[direction] == level))
+                {
+                    on_face.push((facets.len() / order.nodes_per_facet()) as u32);
+                    facets.extend(grid.element(face, &FACET_EDGES));
                 }
             }
         }
     }
-
-    let mut groups = BTreeMap::new();
-    let tet_count = tets.len() / order.nodes_per_tet();
-    groups.insert(
-        VOLUME.to_string(),
-        group(
-            3,
-            (0..tet_count as u32).collect(),
-            &tets,
-            order.nodes_per_tet(),
-        ),
+    let (tet_count, facet_count) = (
+        tets.len() / order.nodes_per_tet(),
+        facets.len() / order.nodes_per_facet(),
     );
+    let all = (0..tet_count as u32).collect();
+    let volume = group(3, all, &tets, order.nodes_per_tet());
+    let mut groups = BTreeMap::from([(VOLUME.to_string(), volume)]);
     for (names, sides) in FACES.iter().zip(face_facets) {
         for (name, elements) in names.iter().zip(sides) {
-            groups.insert(
-                name.to_string(),
-                group(2, elements, &facets, order.nodes_per_facet()),
-            );
+            let face = group(2, elements, &facets, order.nodes_per_facet());
+            groups.insert(name.to_string(), face);
         }
     }
-    for corner in 0..8 {
-        let high = [corner >> 2 & 1, corner >> 1 & 1, corner & 1];
-        let node = index([0, 1, 2].map(|k| high[k] * fine[k]));
-        groups.insert(
-            format!("corner_{}{}{}", high[0], high[1], high[2]),
-            Group {
-                dimension: 0,
-                elements: Vec::new(),
-                nodes: vec![node],
-            },
-        );
-    }
-    let facet_count = facets.len() / order.nodes_per_facet();
+    groups.extend((0..8).map(|corner| grid.corner(corner)));
     Mesh {
         order,
         node_tags: (1..=nodes_m.len() as u64).collect(),
@@ -123,6 +61,89 @@ pub fn block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
         facet_tags: (1..=facet_count as u64).collect(),
         groups,
     }
+}
+
+/// The points of a block: its nodes.
+struct Grid {
+    order: ElementOrder,
+    /// Points from one end of a cell to the other: quadratic meshes use the grid of half the spacing,
+    /// where the middle of any edge of a tetrahedron is a point.
+    step: usize,
+    /// Last point in each direction; the first is 0.
+    last: [usize; 3],
+}
+
+impl Grid {
+    fn new(order: ElementOrder, cells: [usize; 3]) -> Self {
+        let step = match order {
+            ElementOrder::Linear => 1,
+            ElementOrder::Quadratic => 2,
+        };
+        Self {
+            order,
+            step,
+            last: cells.map(|c| c.max(1) * step),
+        }
+    }
+
+    fn index(&self, p: [usize; 3]) -> u32 {
+        let [x, y] = [0, 1].map(|k| self.last[k] + 1);
+        (p[0] + x * (p[1] + y * p[2])) as u32
+    }
+
+    fn nodes_m(&self, size_m: [f64; 3]) -> Vec<[f64; 3]> {
+        let point =
+            |p: [usize; 3]| [0, 1, 2].map(|k| size_m[k] * p[k] as f64 / self.last[k] as f64);
+        points(self.last.map(|n| n + 1)).map(point).collect()
+    }
+
+    /// Corners of the tetrahedra, cell by cell.
+    fn tets(&self) -> impl Iterator<Item = [[usize; 3]; 4]> {
+        let step = self.step;
+        points(self.last.map(|n| n / step)).flat_map(move |cell| {
+            PATHS.map(|path| {
+                let mut corners = [cell.map(|c| c * step); 4];
+                for (k, direction) in path.iter().enumerate() {
+                    for corner in &mut corners[k + 1..] {
+                        corner[*direction] += step;
+                    }
+                }
+                // Odd permutations of the directions turn the tetrahedron inside out.
+                if is_odd(path) {
+                    corners.swap(1, 2);
+                }
+                corners
+            })
+        })
+    }
+
+    /// Nodes of an element with these corners, and of its edges where it is quadratic.
+    fn element(&self, corners: &[[usize; 3]], edges: &[[usize; 2]]) -> Vec<u32> {
+        let edges = match self.order {
+            ElementOrder::Linear => &[],
+            ElementOrder::Quadratic => edges,
+        };
+        let middle = |&[a, b]: &[usize; 2]| [0, 1, 2].map(|k| (corners[a][k] + corners[b][k]) / 2);
+        let nodes = corners.iter().copied().chain(edges.iter().map(middle));
+        nodes.map(|p| self.index(p)).collect()
+    }
+
+    /// Corner 0 to 7 of the block, with its name.
+    fn corner(&self, corner: usize) -> (String, Group) {
+        let high = [corner >> 2 & 1, corner >> 1 & 1, corner & 1];
+        let group = Group {
+            dimension: 0,
+            elements: Vec::new(),
+            nodes: vec![self.index([0, 1, 2].map(|k| high[k] * self.last[k]))],
+        };
+        (format!("corner_{}{}{}", high[0], high[1], high[2]), group)
+    }
+}
+
+/// The points below `count` in each direction, the first one fastest.
+fn points(count: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let plane = count[0] * count[1];
+    (0..plane * count[2]).map(move |i| [i % count[0], i / count[0] % count[1], i / plane])
 }
 
 /// Moves the inner nodes of a [`block`] of size `size_m` by a smooth field of at most `amplitude_m` in
@@ -159,7 +180,7 @@ pub fn straighten(mesh: &mut Mesh) {
                 mesh.nodes_m[tet[*a] as usize],
                 mesh.nodes_m[tet[*b] as usize],
             );
-            mesh.nodes_m[tet[4 + edge] as usize] = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+            mesh.nodes_m[tet[4 + edge] as usize] = space::middle(a, b);
         }
     }
 }
@@ -217,8 +238,6 @@ const PATHS: [[usize; 3]; 6] = [
     [1, 0, 2],
     [2, 1, 0],
 ];
-/// Corners at the ends of the mid-edge nodes 4 to 9, in Gmsh's order.
-const TET_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]];
 /// Corners of the faces, normals outwards.
 const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
@@ -245,19 +264,8 @@ fn group(dimension: u8, elements: Vec<u32>, connectivity: &[u32], per_element: u
 mod tests {
     use super::*;
 
-    fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-        [0, 1, 2].map(|k| a[k] - b[k])
-    }
-    fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    }
-    fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-        (0..3).map(|k| a[k] * b[k]).sum()
-    }
+    use dovetail_numerics::space::{cross, distance, dot, norm, sub};
+
     /// Volume of the straight tetrahedron, positive when its corners are in Gmsh's order.
     fn volume(mesh: &Mesh, e: usize) -> f64 {
         let [o, a, b, c] = [0, 1, 2, 3].map(|v| mesh.nodes_m[mesh.tet(e)[v] as usize]);
@@ -288,7 +296,7 @@ mod tests {
         let mut inner = 0;
         for (a, b) in straight.nodes_m.iter().zip(&moved.nodes_m) {
             let at_face = a.iter().any(|&x| x == 0.0 || x == 1.0);
-            let distance = dot(sub(*a, *b), sub(*a, *b)).sqrt();
+            let distance = distance(*a, *b);
             if at_face {
                 assert!(distance < 1e-15);
             } else {
@@ -303,8 +311,8 @@ mod tests {
         let mesh = block(ElementOrder::Quadratic, [2, 1, 2], [1.0, 2.0, 3.0]);
         let at = |n: u32| mesh.nodes_m[n as usize];
         let halfway = |m: u32, a: u32, b: u32| {
-            let mean = [0, 1, 2].map(|k| 0.5 * (at(a)[k] + at(b)[k]));
-            assert!(dot(sub(at(m), mean), sub(at(m), mean)).sqrt() < 1e-15);
+            let mean = space::middle(at(a), at(b));
+            assert!(distance(at(m), mean) < 1e-15);
         };
         for e in 0..mesh.tet_count() {
             let t = mesh.tet(e);
@@ -342,7 +350,7 @@ mod tests {
                         [0, 1, 2].map(|v| mesh.nodes_m[mesh.facet(f as usize)[v] as usize]);
                     let normal = cross(sub(b, a), sub(c, a));
                     assert!(normal[0] > 0.0, "facet normals point outwards");
-                    0.5 * dot(normal, normal).sqrt()
+                    0.5 * norm(normal)
                 })
                 .sum();
             assert!((area - 6.0).abs() < 1e-14);

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use thiserror::Error;
 
 use super::{ElementOrder, Mesh, TET_EDGES};
+use dovetail_numerics::space::{cross, dot, sub};
 
 /// A tetrahedron whose mean ratio is below this is flat for any purpose.
 pub const SLIVER_SHAPE: f64 = 1e-3;
@@ -125,7 +126,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
 
 /// Signed volume and signed mean ratio of the straight-sided tetrahedron.
 fn volume_and_shape(x: &[[f64; 3]]) -> (f64, f64) {
-    let edge = |a: usize, b: usize| [0, 1, 2].map(|k| x[b][k] - x[a][k]);
+    let edge = |a: usize, b: usize| sub(x[b], x[a]);
     let volume = determinant([edge(0, 1), edge(0, 2), edge(0, 3)]) / 6.0;
     let squares: f64 = TET_EDGES
         .iter()
@@ -141,8 +142,7 @@ fn volume_and_shape(x: &[[f64; 3]]) -> (f64, f64) {
 
 /// Rows a, b, c.
 fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
-        + a[2] * (b[0] * c[1] - b[1] * c[0])
+    dot(a, cross(b, c))
 }
 
 /// Least Jacobian determinant of a ten-node tetrahedron at its nodes and at the four points of the
@@ -175,7 +175,7 @@ fn jacobian(x: &[[f64; 3]], l: [f64; 4]) -> f64 {
             d[b][k] += 4.0 * l[a] * x[4 + m][k];
         }
     }
-    determinant([1, 2, 3].map(|i| [0, 1, 2].map(|k| d[i][k] - d[0][k])))
+    determinant([1, 2, 3].map(|i| sub(d[i], d[0])))
 }
 
 fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
@@ -213,6 +213,7 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_numerics::space::middle;
     use std::collections::BTreeMap;
 
     fn mesh(order: ElementOrder, nodes_m: Vec<[f64; 3]>, tets: Vec<u32>) -> Mesh {
@@ -244,7 +245,7 @@ mod tests {
         let mut nodes = two_tets().nodes_m;
         nodes.truncate(4);
         for [a, b] in TET_EDGES {
-            nodes.push([0, 1, 2].map(|k| 0.5 * (nodes[a][k] + nodes[b][k])));
+            nodes.push(middle(nodes[a], nodes[b]));
         }
         mesh(ElementOrder::Quadratic, nodes, (0..10).collect())
     }

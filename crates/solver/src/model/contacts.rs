@@ -2,11 +2,11 @@
 
 use super::flank::{Flank, Side, flank};
 use super::pairing::{nearest_distance, pair};
-use super::vector::{Vector, cross, dot, scaled, sub, unit};
 use super::{BodyNode, ContactPair, ModelError};
 use crate::mesh::{Group, Mesh};
 use crate::model::ContactSpec;
 use crate::model::error::Unmatched;
+use dovetail_numerics::space::{Vector, cross, dot, middle, scaled, sub, unit};
 
 /// Pairs of one contact; node numbers are still the mesh's.
 pub(super) struct Contact {
@@ -191,7 +191,7 @@ fn contact_pair(
         on(parts[1], flanks[1].nodes[j]),
     ];
     let [a, b] = [first, second].map(|n| mesh.nodes_m[n.node as usize]);
-    let position_m = [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]));
+    let position_m = middle(a, b);
     // Out of the jaw is into the blade.
     let (blade, jaw) = (flanks[0].normals[i], flanks[1].normals[j]);
     let cosine = dot(blade, jaw);

@@ -1,8 +1,8 @@
 //! Crowned flanks: a clearance that grows with the square of the distance from a point or a line.
 
 use super::ContactPair;
-use super::vector::{Vector, dot, scaled, sub, unit};
 use crate::model::CrownSpec;
+use dovetail_numerics::space::{Vector, dot, scaled, sub, unit};
 
 /// Adds the crown's clearance d^2 / (2 R) to the pairs of one contact. d is measured in the tangent plane of the
 /// flank (across its mean normal): from the centre or, with an axis, from the line along it.

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::ModelError;
-use super::vector::{cross, dot, norm, scaled, sub, unit};
 use crate::mesh::{ElementOrder, FACET_EDGES, Group, Mesh};
+use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
 /// six-node triangle vanish at its corners, so node-to-node contact on all six has no meaning.
@@ -70,7 +70,7 @@ pub(super) fn flank(
         let normal = cross(sub(x(b), x(a)), sub(x(c), x(a)));
         let (area, height) = (0.5 * norm(normal), dot(normal, sub(x(a), x(opposite))));
         let longest = [(a, b), (b, c), (c, a)]
-            .map(|(p, q)| norm(sub(x(p), x(q))))
+            .map(|(p, q)| distance(x(p), x(q)))
             .into_iter()
             .fold(0.0, f64::max);
         if area <= 1e-9 * longest * longest || height == 0.0 {
@@ -83,7 +83,7 @@ pub(super) fn flank(
             }
             areas_m2[i as usize] += area / 3.0;
             let next = triangle[(k + 1) % 3];
-            let edge = norm(sub(x(nodes[i as usize]), x(nodes[next as usize])));
+            let edge = distance(x(nodes[i as usize]), x(nodes[next as usize]));
             for i in [i, next] {
                 spacing_m[i as usize] = spacing_m[i as usize].min(edge);
             }

@@ -6,6 +6,7 @@ use super::bind::{Draft, find_group, first_tags, kind};
 use super::{ModelError, StaticLoad, Traction};
 use crate::mesh::{ElementOrder, Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
+use dovetail_numerics::space::{cross, dot, sub};
 
 /// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn static_load(
@@ -130,7 +131,6 @@ fn outward_facets(
                 body: body.name().to_string(),
             });
         }
-        use super::vector::{cross, dot, sub};
         let [a, b, c] = [x(nodes[0]), x(nodes[1]), x(nodes[2])];
         let outward = dot(cross(sub(b, a), sub(c, a)), sub(a, x(opposite))) > 0.0;
         let order: &[usize] = match (mesh.order, outward) {

@@ -17,7 +17,6 @@ mod flank;
 mod joints;
 mod loads;
 pub mod pairing;
-mod vector;
 
 pub use bind::bind;
 pub use description::{

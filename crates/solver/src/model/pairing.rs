@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use dovetail_numerics::space::distance;
+
 /// Result of [`pair`]. Indices are positions in its arguments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pairing {
@@ -46,7 +48,7 @@ pub fn pair(first: &[[f64; 3]], reach: &[f64], second: &[[f64; 3]]) -> Pairing {
         let near = around
             .filter_map(|[a, b, c]| cells.get(&[x + a, y + b, z + c]))
             .flatten()
-            .map(|&j| (distance(p, &second[j]), j))
+            .map(|&j| (distance(*p, second[j]), j))
             .filter(|&(d, _)| d <= reach[i])
             .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let Some((d, j)) = near else {
@@ -67,17 +69,14 @@ pub fn pair(first: &[[f64; 3]], reach: &[f64], second: &[[f64; 3]]) -> Pairing {
 pub fn nearest_distance(p: &[f64; 3], points: &[[f64; 3]]) -> f64 {
     points
         .iter()
-        .map(|q| distance(p, q))
+        .map(|q| distance(*p, *q))
         .fold(f64::INFINITY, f64::min)
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_numerics::space::norm;
     use proptest::prelude::*;
 
     fn grid(n: usize) -> Vec<[f64; 3]> {
@@ -98,7 +97,7 @@ mod tests {
             let found = pair(&first, &[1e-2; 49], &second);
             prop_assert_eq!(found.pairs.len(), 49);
             prop_assert!(found.conflict.is_none() && found.unmatched_second.is_empty());
-            let length = shift.iter().map(|s| s * s).sum::<f64>().sqrt();
+            let length = norm(shift);
             for (i, j, d) in found.pairs {
                 prop_assert_eq!(order[j], i);
                 prop_assert!((d - length).abs() < 1e-12);

@@ -1,0 +1,69 @@
+//! Vectors of space: three components.
+
+/// A point, a direction or a force.
+pub type Vector = [f64; 3];
+
+/// a - b.
+pub fn sub(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// Inner product.
+pub fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Vector product.
+pub fn cross(a: Vector, b: Vector) -> Vector {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+/// Euclidean length.
+pub fn norm(a: Vector) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Distance of two points.
+pub fn distance(a: Vector, b: Vector) -> f64 {
+    norm(sub(a, b))
+}
+
+/// The point halfway between two.
+pub fn middle(a: Vector, b: Vector) -> Vector {
+    [0, 1, 2].map(|k| 0.5 * (a[k] + b[k]))
+}
+
+/// s a.
+pub fn scaled(a: Vector, s: f64) -> Vector {
+    a.map(|c| c * s)
+}
+
+/// The direction of a vector; `None` for a zero one.
+pub fn unit(a: Vector) -> Option<Vector> {
+    let length = norm(a);
+    (length > 0.0).then(|| scaled(a, 1.0 / length))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_lengths_and_directions() {
+        let (a, b) = ([1.0, 2.0, 3.0], [-2.0, 0.5, 4.0]);
+        assert_eq!(dot(a, b), 11.0);
+        // Right-handed, and orthogonal to both.
+        assert_eq!(cross([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
+        let normal = cross(a, b);
+        assert_eq!(normal, [6.5, -10.0, 4.5]);
+        assert_eq!([dot(normal, a), dot(normal, b)], [0.0; 2]);
+        assert_eq!(distance([1.0, 2.0, 2.0], [4.0, 6.0, 14.0]), 13.0);
+        assert_eq!(middle(a, b), [-0.5, 1.25, 3.5]);
+        assert_eq!(unit([0.0, -3.0, 4.0]), Some([0.0, -0.6, 0.8]));
+        assert_eq!(unit([0.0; 3]), None);
+    }
+}
