@@ -56,121 +56,171 @@ fn lanczos(
     vectors: usize,
     attempt: usize,
 ) -> Result<Modes, EigenError> {
-    let n = mass.nrows();
-    let too_large = |_| EigenError::TooLarge { unknowns: n };
-    let (order, columns) = (c_int::try_from(n).map_err(too_large)?, wanted as c_int);
-    let (basis_columns, kind, which) = (vectors as c_int, c"G", c"LM");
-    let work = vectors * (vectors + 8);
-    let mut residual: Vec<f64> = (0..n).map(|i| start_entry(i, attempt)).collect();
-    let mut basis = vec![0.0; n * vectors];
-    let mut work_vectors = vec![0.0; 3 * n];
-    let mut work_small = vec![0.0; work];
-    let mut iparam: [c_int; 11] = [0; 11];
-    iparam[0] = 1; // exact shifts
-    iparam[2] = 1000; // restarts at most
-    iparam[3] = 1; // block size, the only one there is
-    iparam[6] = 3; // shift-invert
-    let mut ipntr: [c_int; 11] = [0; 11];
-    let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
-    let mut product = vec![0.0; n];
-
+    let mut run = Run::new(mass.nrows(), wanted, vectors, attempt)?;
     let _alone = ONE_RUN_AT_A_TIME
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
-    loop {
-        // SAFETY: all arrays have the lengths the Users' Guide asks for (resid n, v n x ncv, workd
-        // 3n, workl ncv (ncv + 8), iparam and ipntr 11), live across the loop, and are touched by no
-        // one else; the lock keeps ARPACK's static state to this run; the strings are constants.
-        unsafe {
-            arpack_sys::dsaupd_c(
-                &mut ido,
-                CStr::as_ptr(kind),
-                order,
-                CStr::as_ptr(which),
-                columns,
-                0.0,
-                residual.as_mut_ptr(),
-                basis_columns,
-                basis.as_mut_ptr(),
-                order,
-                iparam.as_mut_ptr(),
-                ipntr.as_mut_ptr(),
-                work_vectors.as_mut_ptr(),
-                work_small.as_mut_ptr(),
-                work as c_int,
-                &mut info,
-            );
-        }
-        // ipntr counts from 1.
-        let at = |i: usize| (ipntr[i] as usize).wrapping_sub(1);
-        match ido {
-            // y = K^-1 M x
-            -1 => {
-                sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product);
-                factor.solve_vector(&mut product);
-            }
-            // y = K^-1 (M x), M x given
-            1 => {
-                product.copy_from_slice(&work_vectors[at(2)..at(2) + n]);
-                factor.solve_vector(&mut product);
-            }
-            // y = M x
-            2 => sparse::symmetric_times(mass, &work_vectors[at(0)..at(0) + n], &mut product),
-            _ => break,
-        }
-        work_vectors[at(1)..at(1) + n].copy_from_slice(&product);
-    }
-    // 1: out of restarts. Fewer modes than wanted converged; the caller tries a larger basis.
-    if info != 0 || (iparam[4] as usize) < wanted {
-        return Err(EigenError::Arpack {
-            routine: "dsaupd",
-            info,
-        });
-    }
-    let select = vec![0 as c_int; vectors];
-    let mut omega2 = vec![0.0; wanted];
-    let mut modes = vec![0.0; n * wanted];
-    // SAFETY: as above; d holds nev numbers, z n x nev, select ncv; the arrays of the finished dsaupd
-    // run are passed on unchanged, as the Users' Guide demands.
-    unsafe {
-        arpack_sys::dseupd_c(
-            1,
-            CStr::as_ptr(c"A"),
-            select.as_ptr(),
-            omega2.as_mut_ptr(),
-            modes.as_mut_ptr(),
-            order,
-            0.0,
-            CStr::as_ptr(kind),
-            order,
-            CStr::as_ptr(which),
-            columns,
-            0.0,
-            residual.as_mut_ptr(),
-            basis_columns,
-            basis.as_mut_ptr(),
-            order,
-            iparam.as_mut_ptr(),
-            ipntr.as_mut_ptr(),
-            work_vectors.as_mut_ptr(),
-            work_small.as_mut_ptr(),
-            work as c_int,
-            &mut info,
-        );
-    }
-    if info != 0 {
-        return Err(EigenError::Arpack {
-            routine: "dseupd",
-            info,
-        });
-    }
-    let modes = MatRef::from_column_major_slice(&modes, n, wanted);
+    run.iterate(mass, factor)?;
+    let (omega2, modes) = run.extract()?;
+    let modes = MatRef::from_column_major_slice(&modes, mass.nrows(), wanted);
     let mut ascending: Vec<usize> = (0..wanted).collect();
     ascending.sort_by(|&a, &b| omega2[a].total_cmp(&omega2[b]));
     Ok(Modes {
         omega2: ascending.iter().map(|&i| omega2[i]).collect(),
-        vectors: Mat::from_fn(n, wanted, |i, j| modes[(i, ascending[j])]),
+        vectors: Mat::from_fn(mass.nrows(), wanted, |i, j| modes[(i, ascending[j])]),
     })
+}
+
+const PROBLEM: &CStr = c"G"; // generalised
+const WHICH: &CStr = c"LM"; // the largest of the inverse
+
+/// The arrays that ARPACK works on, of the lengths that the Users' Guide asks for: resid n, v n x ncv,
+/// workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
+struct Run {
+    n: usize,
+    wanted: usize,
+    vectors: usize,
+    /// n, wanted and vectors as ARPACK counts.
+    counts: [c_int; 3],
+    residual: Vec<f64>,
+    basis: Vec<f64>,
+    work_vectors: Vec<f64>,
+    work_small: Vec<f64>,
+    iparam: [c_int; 11],
+    ipntr: [c_int; 11],
+}
+
+impl Run {
+    fn new(n: usize, wanted: usize, vectors: usize, attempt: usize) -> Result<Self, EigenError> {
+        let too_large = |_| EigenError::TooLarge { unknowns: n };
+        let mut iparam: [c_int; 11] = [0; 11];
+        iparam[0] = 1; // exact shifts
+        iparam[2] = 1000; // restarts at most
+        iparam[3] = 1; // block size, the only one there is
+        iparam[6] = 3; // shift-invert
+        Ok(Self {
+            n,
+            wanted,
+            vectors,
+            counts: [
+                c_int::try_from(n).map_err(too_large)?,
+                wanted as c_int,
+                vectors as c_int,
+            ],
+            residual: (0..n).map(|i| start_entry(i, attempt)).collect(),
+            basis: vec![0.0; n * vectors],
+            work_vectors: vec![0.0; 3 * n],
+            work_small: vec![0.0; vectors * (vectors + 8)],
+            iparam,
+            ipntr: [0; 11],
+        })
+    }
+
+    /// dsaupd until it has converged. The lock is held.
+    fn iterate(&mut self, mass: &CscMatrix<f64>, factor: &Cholesky) -> Result<(), EigenError> {
+        let n = self.n;
+        let [order, columns, basis_columns] = self.counts;
+        let mut product = vec![0.0; n];
+        let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
+        loop {
+            // SAFETY: all arrays have the lengths that the Users' Guide asks for (see `Run`), live across
+            // the loop, and are touched by no one else; the lock keeps ARPACK's static state to this run;
+            // the strings are constants.
+            unsafe {
+                arpack_sys::dsaupd_c(
+                    &mut ido,
+                    CStr::as_ptr(PROBLEM),
+                    order,
+                    CStr::as_ptr(WHICH),
+                    columns,
+                    0.0,
+                    self.residual.as_mut_ptr(),
+                    basis_columns,
+                    self.basis.as_mut_ptr(),
+                    order,
+                    self.iparam.as_mut_ptr(),
+                    self.ipntr.as_mut_ptr(),
+                    self.work_vectors.as_mut_ptr(),
+                    self.work_small.as_mut_ptr(),
+                    self.work_small.len() as c_int,
+                    &mut info,
+                );
+            }
+            // ipntr counts from 1.
+            let at = |i: usize| (self.ipntr[i] as usize).wrapping_sub(1);
+            let vector = |i: usize| &self.work_vectors[at(i)..at(i) + n];
+            match ido {
+                // y = K^-1 M x
+                -1 => {
+                    sparse::symmetric_times(mass, vector(0), &mut product);
+                    factor.solve_vector(&mut product);
+                }
+                // y = K^-1 (M x), M x given
+                1 => {
+                    product.copy_from_slice(vector(2));
+                    factor.solve_vector(&mut product);
+                }
+                // y = M x
+                2 => sparse::symmetric_times(mass, vector(0), &mut product),
+                _ => break,
+            }
+            let y = at(1);
+            self.work_vectors[y..y + n].copy_from_slice(&product);
+        }
+        // 1: out of restarts. Fewer modes than wanted converged; the caller tries a larger basis.
+        if info != 0 || (self.iparam[4] as usize) < self.wanted {
+            return Err(EigenError::Arpack {
+                routine: "dsaupd",
+                info,
+            });
+        }
+        Ok(())
+    }
+
+    /// The squared frequencies and the modes, one after the other, of a run that has converged. The lock is
+    /// still held.
+    fn extract(mut self) -> Result<(Vec<f64>, Vec<f64>), EigenError> {
+        let [order, columns, basis_columns] = self.counts;
+        let select = vec![0 as c_int; self.vectors];
+        let mut omega2 = vec![0.0; self.wanted];
+        let mut modes = vec![0.0; self.n * self.wanted];
+        let mut info = 0;
+        // SAFETY: as in `iterate`; d holds nev numbers, z n x nev, select ncv; the arrays of the finished
+        // dsaupd run are passed on unchanged, as the Users' Guide demands.
+        unsafe {
+            arpack_sys::dseupd_c(
+                1,
+                CStr::as_ptr(c"A"),
+                select.as_ptr(),
+                omega2.as_mut_ptr(),
+                modes.as_mut_ptr(),
+                order,
+                0.0,
+                CStr::as_ptr(PROBLEM),
+                order,
+                CStr::as_ptr(WHICH),
+                columns,
+                0.0,
+                self.residual.as_mut_ptr(),
+                basis_columns,
+                self.basis.as_mut_ptr(),
+                order,
+                self.iparam.as_mut_ptr(),
+                self.ipntr.as_mut_ptr(),
+                self.work_vectors.as_mut_ptr(),
+                self.work_small.as_mut_ptr(),
+                self.work_small.len() as c_int,
+                &mut info,
+            );
+        }
+        if info != 0 {
+            return Err(EigenError::Arpack {
+                routine: "dseupd",
+                info,
+            });
+        }
+        Ok((omega2, modes))
+    }
 }
 
 /// The start vector: our own, so that every run is the same; another one for each try.

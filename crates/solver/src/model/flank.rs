@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::ModelError;
-use crate::mesh::{ElementOrder, FACET_EDGES, Group, Mesh};
+use crate::mesh::{FACET_EDGES, Group, Mesh};
 use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
@@ -32,6 +32,24 @@ pub(super) struct Side<'a> {
     pub body: &'a str,
 }
 
+impl Side<'_> {
+    /// What is wrong with facet number `facet` of its group.
+    fn bad_facet(
+        &self,
+        mesh: &Mesh,
+        group: &Group,
+        facet: usize,
+        reason: &'static str,
+    ) -> ModelError {
+        ModelError::BadFacet {
+            contact: self.contact.to_string(),
+            group: self.group.to_string(),
+            tag: mesh.facet_tags[group.elements[facet] as usize],
+            reason,
+        }
+    }
+}
+
 /// Reads a flank off the mesh. `tets` are the body's elements, `on_body` tells its nodes.
 ///
 /// Normals come from the tetrahedron behind each facet; the facet's own orientation means nothing.
@@ -42,18 +60,14 @@ pub(super) fn flank(
     on_body: impl Fn(u32) -> bool,
     side: &Side,
 ) -> Result<Flank, ModelError> {
-    let bad = |tag, reason| ModelError::BadFacet {
-        contact: side.contact.to_string(),
-        group: side.group.to_string(),
-        tag,
-        reason,
-    };
     let behind = nodes_behind(mesh, group, tets, side)?;
-    let corners = |f: u32| -> [u32; 3] {
-        let n = mesh.facet(f as usize);
-        [n[0], n[1], n[2]]
-    };
-    let mut nodes: Vec<u32> = group.elements.iter().flat_map(|&f| corners(f)).collect();
+    let facet = |f: u32| mesh.facet(f as usize);
+    let mut nodes: Vec<u32> = group
+        .elements
+        .iter()
+        .flat_map(|&f| &facet(f)[..3])
+        .copied()
+        .collect();
     nodes.sort_unstable();
     nodes.dedup();
     let index: HashMap<u32, u32> = nodes.iter().copied().zip(0..).collect();
@@ -63,23 +77,16 @@ pub(super) fn flank(
     let mut normals = vec![[0.0; 3]; nodes.len()];
     let mut areas_m2 = vec![0.0; nodes.len()];
     let mut spacing_m = vec![f64::INFINITY; nodes.len()];
-    let mut tied = BTreeMap::new();
-    for (&f, &opposite) in group.elements.iter().zip(&behind) {
-        let tag = mesh.facet_tags[f as usize];
-        let [a, b, c] = corners(f);
-        let normal = cross(sub(x(b), x(a)), sub(x(c), x(a)));
-        let (area, height) = (0.5 * norm(normal), dot(normal, sub(x(a), x(opposite))));
-        let longest = [(a, b), (b, c), (c, a)]
-            .map(|(p, q)| distance(x(p), x(q)))
-            .into_iter()
-            .fold(0.0, f64::max);
-        if area <= 1e-9 * longest * longest || height == 0.0 {
-            return Err(bad(tag, "has no area"));
-        }
-        let triangle = [a, b, c].map(|n| index[&n]);
+    for (i, &opposite) in behind.iter().enumerate() {
+        let corners = facet(group.elements[i]);
+        let [a, b, c] = [0, 1, 2].map(|k| x(corners[k]));
+        let normal = twice_area([a, b, c], x(opposite))
+            .ok_or_else(|| side.bad_facet(mesh, group, i, "has no area"))?;
+        let area = 0.5 * norm(normal);
+        let triangle = [0, 1, 2].map(|k| index[&corners[k]]);
         for (k, &i) in triangle.iter().enumerate() {
             for (sum, part) in normals[i as usize].iter_mut().zip(normal) {
-                *sum += part * height.signum();
+                *sum += part;
             }
             areas_m2[i as usize] += area / 3.0;
             let next = triangle[(k + 1) % 3];
@@ -89,27 +96,12 @@ pub(super) fn flank(
             }
         }
         triangles.push(triangle);
-        if mesh.order == ElementOrder::Quadratic {
-            let all = mesh.facet(f as usize);
-            for (&middle, [p, q]) in all[3..].iter().zip(FACET_EDGES) {
-                if !on_body(middle) {
-                    return Err(bad(tag, "has a mid-edge node that its tetrahedron lacks"));
-                }
-                tied.insert(middle, [all[p].min(all[q]), all[p].max(all[q])]);
-            }
-        }
     }
-    for (i, normal) in normals.iter_mut().enumerate() {
+    for (i, normal) in (0..).zip(&mut normals) {
         // Facets folded back on each other cancel.
         *normal = unit(*normal).ok_or_else(|| {
-            let at = triangles
-                .iter()
-                .position(|t| t.contains(&(i as u32)))
-                .unwrap_or(0);
-            bad(
-                mesh.facet_tags[group.elements[at] as usize],
-                "is folded back on its neighbour",
-            )
+            let at = triangles.iter().position(|t| t.contains(&i)).unwrap_or(0);
+            side.bad_facet(mesh, group, at, "is folded back on its neighbour")
         })?;
     }
     let along = direction_of_edge(&triangles, |i| x(nodes[i as usize]));
@@ -119,9 +111,41 @@ pub(super) fn flank(
         normals,
         areas_m2,
         spacing_m,
-        tied,
+        tied: tied(mesh, group, on_body, side)?,
         along,
     })
+}
+
+/// Normal of a facet, as long as twice its area, away from the node behind it; `None` where it has no area.
+fn twice_area([a, b, c]: [[f64; 3]; 3], behind: [f64; 3]) -> Option<[f64; 3]> {
+    let normal = cross(sub(b, a), sub(c, a));
+    let (area, height) = (0.5 * norm(normal), dot(normal, sub(a, behind)));
+    let edges = [distance(a, b), distance(b, c), distance(c, a)];
+    let longest = edges.into_iter().fold(0.0, f64::max);
+    let is_flat = area <= 1e-9 * longest * longest || height == 0.0;
+    (!is_flat).then(|| scaled(normal, height.signum()))
+}
+
+/// Mid-edge nodes of the group and their corners, mesh indices.
+fn tied(
+    mesh: &Mesh,
+    group: &Group,
+    on_body: impl Fn(u32) -> bool,
+    side: &Side,
+) -> Result<BTreeMap<u32, [u32; 2]>, ModelError> {
+    let mut tied = BTreeMap::new();
+    for (i, &f) in group.elements.iter().enumerate() {
+        let nodes = mesh.facet(f as usize);
+        // A linear facet has none.
+        for (&middle, [p, q]) in nodes[3..].iter().zip(FACET_EDGES) {
+            if !on_body(middle) {
+                let reason = "has a mid-edge node that its tetrahedron lacks";
+                return Err(side.bad_facet(mesh, group, i, reason));
+            }
+            tied.insert(middle, [nodes[p].min(nodes[q]), nodes[p].max(nodes[q])]);
+        }
+    }
+    Ok(tied)
 }
 
 /// For each facet of the group the fourth corner of the tetrahedron it belongs to.
@@ -143,12 +167,7 @@ fn nodes_behind(
     for (i, &f) in group.elements.iter().enumerate() {
         let n = mesh.facet(f as usize);
         if facets.insert(key([n[0], n[1], n[2]]), i).is_some() {
-            return Err(ModelError::BadFacet {
-                contact: contact(),
-                group: name(),
-                tag: tag(i),
-                reason: "is in the mesh twice",
-            });
+            return Err(side.bad_facet(mesh, group, i, "is in the mesh twice"));
         }
     }
     let mut behind: Vec<Option<u32>> = vec![None; group.elements.len()];

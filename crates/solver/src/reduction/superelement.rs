@@ -133,100 +133,135 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
             path: folder.join("xyz.mtx"),
         });
     }
-    let n = 3 * pairs;
-    let has = |name: &str| folder.join(name).exists();
-    let with_modes = has("w2.mtx") || has("p.mtx");
-    let omega2 = match with_modes {
-        true => array(&folder.join("w2.mtx"), None, Some(1), "stuck modes x 1")?,
-        false => Mat::zeros(0, 1),
+    let has_modes = ["w2.mtx", "p.mtx"].map(|name| folder.join(name).exists());
+    let omega2 = match has_modes {
+        [false, false] => None,
+        _ => Some(squared_frequencies(folder)?),
     };
-    let m = omega2.nrows();
-    let omega2: Vec<f64> = (0..m).map(|i| omega2[(i, 0)]).collect();
-    for (i, &value) in omega2.iter().enumerate() {
-        if value <= 0.0 || (i > 0 && value < omega2[i - 1]) {
-            return Err(SuperelementError::Omega2 {
-                path: folder.join("w2.mtx"),
-                index: i + 1,
-                value,
-            });
-        }
-    }
-    let vector = |name: &str, rows: usize| -> Result<Vec<f64>, SuperelementError> {
-        let expected = format!("{rows} x 1");
-        let a = array(&folder.join(name), Some(rows), Some(1), &expected)?;
-        Ok((0..rows).map(|i| a[(i, 0)]).collect())
+    let arrays = Arrays {
+        folder,
+        pairs,
+        modes: omega2.as_ref().map(Vec::len),
     };
-    let of_modes = |name: &str| match with_modes {
-        true => vector(name, m),
-        false => Ok(Vec::new()),
-    };
-    let static_modes = "fm_static.mtx";
-    let static_load = Load {
-        on_x: vector("f_static.mtx", n)?,
-        on_modes: match has(static_modes) {
-            true => of_modes(static_modes)?,
-            false => vec![0.0; m],
-        },
-    };
-    let scaled = |mut v: Vec<f64>| {
-        v.iter_mut().for_each(|x| *x *= force_n);
-        v
-    };
-    let excitation = HarmonicLoad {
-        harmonic: 1,
-        cosine: Load {
-            on_x: scaled(vector("f_excitation.mtx", n)?),
-            on_modes: scaled(of_modes("fm_excitation.mtx")?),
-        },
-        sine: Load {
-            on_x: vec![0.0; n],
-            on_modes: vec![0.0; m],
-        },
-    };
-    let relative = RelativeModel {
-        stiffness: symmetric(&folder.join("K.mtx"), n)?,
-        mass: symmetric(&folder.join("M.mtx"), n)?,
-        coupling: match with_modes {
-            true => array(
-                &folder.join("p.mtx"),
-                Some(n),
-                Some(m),
-                &format!("{n} x {m}"),
-            )?,
-            false => Mat::zeros(n, 0),
-        },
-        omega2,
-        static_load,
-        excitations: vec![excitation],
-        observations: vec![Probe {
-            name: "tip".into(),
-            on_x: vector("tip_x.mtx", n)?,
-            on_modes: of_modes("tip_modes.mtx")?,
-        }],
-        pairs: vec![law; pairs],
-    };
+    let relative = arrays.relative(omega2.unwrap_or_default(), law, force_n)?;
     check_stiffness(&folder.join("K.mtx"), &relative.stiffness)?;
     check_mass(&folder.join("M.mtx"), &relative)?;
-    let positions_m = (0..pairs)
-        .map(|i| [positions[(i, 0)], positions[(i, 1)], positions[(i, 2)]])
-        .collect();
-    let areas_m2 = match has("area.mtx") {
-        true => Some(vector("area.mtx", pairs)?),
-        false => None,
-    };
-    let bad_area = |areas: &Vec<f64>| areas.iter().position(|a| *a <= 0.0).map(|i| (i, areas[i]));
-    if let Some((i, value)) = areas_m2.as_ref().and_then(bad_area) {
-        return Err(SuperelementError::Area {
-            path: folder.join("area.mtx"),
-            index: i + 1,
-            value,
-        });
-    }
+    let position = |i: usize| [0, 1, 2].map(|k| positions[(i, k)]);
     Ok(Superelement {
         relative,
-        positions_m,
-        areas_m2,
+        positions_m: (0..pairs).map(position).collect(),
+        areas_m2: arrays.areas_m2()?,
     })
+}
+
+fn squared_frequencies(folder: &Path) -> Result<Vec<f64>, SuperelementError> {
+    let path = folder.join("w2.mtx");
+    let omega2 = array(&path, None, Some(1), "stuck modes x 1")?;
+    let omega2 = omega2.col_as_slice(0).to_vec();
+    let is_wrong = |i: &usize| omega2[*i] <= 0.0 || (*i > 0 && omega2[*i] < omega2[*i - 1]);
+    match (0..omega2.len()).find(is_wrong) {
+        Some(i) => Err(SuperelementError::Omega2 {
+            path,
+            index: i + 1,
+            value: omega2[i],
+        }),
+        None => Ok(omega2),
+    }
+}
+
+/// The arrays of a folder, whose sizes are known.
+struct Arrays<'a> {
+    folder: &'a Path,
+    pairs: usize,
+    /// `None` where the folder has no modes.
+    modes: Option<usize>,
+}
+
+impl Arrays<'_> {
+    fn relative(
+        &self,
+        omega2: Vec<f64>,
+        law: PairLaw,
+        force_n: f64,
+    ) -> Result<RelativeModel, SuperelementError> {
+        let (n, m) = (3 * self.pairs, omega2.len());
+        let excitation = Load {
+            on_x: self.on_x("f_excitation.mtx")?,
+            on_modes: self.on_modes("fm_excitation.mtx")?,
+        };
+        let excitation = HarmonicLoad {
+            harmonic: 1,
+            cosine: Load {
+                on_x: excitation.on_x.iter().map(|f| f * force_n).collect(),
+                on_modes: excitation.on_modes.iter().map(|f| f * force_n).collect(),
+            },
+            sine: Load {
+                on_x: vec![0.0; n],
+                on_modes: vec![0.0; m],
+            },
+        };
+        Ok(RelativeModel {
+            stiffness: symmetric(&self.folder.join("K.mtx"), n)?,
+            mass: symmetric(&self.folder.join("M.mtx"), n)?,
+            coupling: match self.modes {
+                Some(m) => {
+                    let expected = format!("{n} x {m}");
+                    array(&self.folder.join("p.mtx"), Some(n), Some(m), &expected)?
+                }
+                None => Mat::zeros(n, 0),
+            },
+            omega2,
+            static_load: Load {
+                on_x: self.on_x("f_static.mtx")?,
+                on_modes: match self.has("fm_static.mtx") {
+                    true => self.on_modes("fm_static.mtx")?,
+                    false => vec![0.0; m],
+                },
+            },
+            excitations: vec![excitation],
+            observations: vec![Probe {
+                name: "tip".into(),
+                on_x: self.on_x("tip_x.mtx")?,
+                on_modes: self.on_modes("tip_modes.mtx")?,
+            }],
+            pairs: vec![law; self.pairs],
+        })
+    }
+
+    fn areas_m2(&self) -> Result<Option<Vec<f64>>, SuperelementError> {
+        if !self.has("area.mtx") {
+            return Ok(None);
+        }
+        let areas = self.vector("area.mtx", self.pairs)?;
+        match areas.iter().position(|a| *a <= 0.0) {
+            Some(i) => Err(SuperelementError::Area {
+                path: self.folder.join("area.mtx"),
+                index: i + 1,
+                value: areas[i],
+            }),
+            None => Ok(Some(areas)),
+        }
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.folder.join(name).exists()
+    }
+
+    fn on_x(&self, name: &str) -> Result<Vec<f64>, SuperelementError> {
+        self.vector(name, 3 * self.pairs)
+    }
+
+    /// Nothing where the folder has no modes.
+    fn on_modes(&self, name: &str) -> Result<Vec<f64>, SuperelementError> {
+        self.modes
+            .map_or(Ok(Vec::new()), |modes| self.vector(name, modes))
+    }
+
+    fn vector(&self, name: &str, rows: usize) -> Result<Vec<f64>, SuperelementError> {
+        let expected = format!("{rows} x 1");
+        let a = array(&self.folder.join(name), Some(rows), Some(1), &expected)?;
+        Ok(a.col_as_slice(0).to_vec())
+    }
 }
 
 /// Of the mean of its diagonal, what the stiffness may lack to be positive semidefinite.
