@@ -3,21 +3,16 @@
 
 use std::sync::Mutex;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{
-    LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
-use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::Symbolic;
 use super::fronts::{
-    ChildContribution, Contribution, Tree, columns_of_front, in_rows, mirror, schur_complement,
+    BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, in_rows, mirror,
+    schur_complement,
 };
 use super::pool::Pool;
 
@@ -105,59 +100,35 @@ impl<'a> Elimination<'a> {
                 left.push(contribution);
             }
         }
-        let (mut fronts, mut children) = (Vec::new(), Vec::new());
+        let mut fronts = Vec::new();
         for (matrix, left) in self.matrices.iter().zip(left) {
-            let placed = tree
-                .placed(s, left)
-                .ok_or(EliminationError::PatternDiffers)?;
-            let front = tree.front(pool, s, &[(1.0, matrix)], &placed);
+            let front = tree.front(pool, s, &[(1.0, matrix)], left);
             fronts.push(front.ok_or(EliminationError::PatternDiffers)?);
-            children.push(placed);
         }
         let width = tree.columns(s).len();
         let inner = tree.supernodes.supernode(s).pattern().len();
-        let mut fronts = fronts
-            .iter_mut()
-            .map(|buffer| columns_of_front(buffer, width));
-        let mut children = children.into_iter();
-        let (Some(mut stiffness), Some(own_children)) = (fronts.next(), children.next()) else {
+        let mut fronts = fronts.into_iter();
+        let Some(mut stiffness) = fronts.next() else {
             return Ok(Vec::new());
         };
-        factor_front(stiffness.rb_mut(), width)?;
+        factor_front(stiffness.columns(), Pivots::Positive)
+            .map_err(|BadPivot| EliminationError::NotPositiveDefinite)?;
+        let own_children = std::mem::take(&mut stiffness.children);
+        let factor = stiffness.columns().into_const();
         {
             let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
             let slot = MatMut::from_column_major_slice_mut(*slot, width + inner, width);
-            { slot }.copy_from(stiffness.rb().subrows(0, width + inner));
+            { slot }.copy_from(factor.subrows(0, width + inner));
         }
-        let factor = stiffness.rb();
         let lower = factor.get(width.., ..);
         let mut contributions = vec![schur_complement(pool, width, lower, lower, &own_children)];
         drop(own_children);
-        if let (Some(mass), Some(children)) = (fronts.next(), children.next()) {
-            contributions.push(condense_mass(pool, factor, mass, &children));
+        if let Some(mut mass) = fronts.next() {
+            let children = std::mem::take(&mut mass.children);
+            contributions.push(condense_mass(pool, factor, mass.columns(), &children));
         }
         Ok(contributions)
     }
-}
-
-/// Cholesky factor of the first `width` rows, and the rows below solved with it, in place.
-fn factor_front(front: MatMut<'_, f64>, width: usize) -> Result<(), EliminationError> {
-    let (mut pivots, below) = front.split_at_row_mut(width);
-    let params = Spec::default();
-    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
-    cholesky_in_place(
-        pivots.rb_mut(),
-        LltRegularization::default(),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .map_err(|_| EliminationError::NotPositiveDefinite)?;
-    let pivots = pivots.rb();
-    in_rows(below, |_, rows| {
-        solve_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
-    });
-    Ok(())
 }
 
 /// The derivative's part of an elimination: the contributions of the children, less G P + (G P)^T.

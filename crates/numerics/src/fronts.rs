@@ -2,11 +2,16 @@
 //! next. Independent branches, and fixed blocks of the large fronts, are shared among the threads; what is
 //! added to what, and in which order, does not depend on their number.
 
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::{ldlt::factor as ldlt, llt::factor as llt};
 use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::prelude::ReborrowMut;
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place,
+};
+use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{
     IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
@@ -124,43 +129,40 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The contribution blocks of the children of a supernode with their rows in its front; `None` where the tree has
-    /// no place for one.
-    pub fn placed<'p>(
-        &self,
-        s: usize,
-        contributions: impl IntoIterator<Item = Contribution<'p>>,
-    ) -> Option<Vec<ChildContribution<'p>>> {
-        let children = self.children[s].iter().zip(contributions);
-        children
-            .map(|(&child, contribution)| {
-                let rows = self.rows_of_child(s, child)?;
-                Some(ChildContribution { contribution, rows })
-            })
-            .collect()
-    }
-
-    /// The columns of the front of a supernode: the contributions of its children and the entries of a sum of
-    /// matrices, each with a factor. `None` where the tree has no place for an entry.
+    /// The front of a supernode: what its children contribute, and the entries of a sum of matrices, each with a
+    /// factor. `None` where the tree has no place for one.
     pub fn front<'p>(
         &self,
         pool: &'p Pool,
         s: usize,
         terms: &[(f64, &CscMatrix<f64>)],
-        children: &[ChildContribution<'_>],
-    ) -> Option<Buffer<'p>> {
+        contributions: impl IntoIterator<Item = Contribution<'p>>,
+    ) -> Option<Front<'p>> {
+        let placed = |(&child, contribution)| {
+            let rows = self.rows_of_child(s, child)?;
+            Some(ChildContribution { contribution, rows })
+        };
+        let children = self.children[s].iter().zip(contributions);
+        let children: Vec<_> = children.map(placed).collect::<Option<_>>()?;
         let width = self.columns(s).len();
         let inner = self.supernodes.supernode(s).pattern().len();
         let height = width + inner + self.boundary[s].len();
-        let mut buffer = pool.zeros(height * width);
-        let mut front = columns_of_front(&mut buffer, width);
+        let mut front = Front {
+            values: pool.zeros(height * width),
+            width,
+            children,
+        };
+        let Front {
+            values, children, ..
+        } = &mut front;
+        let mut columns = MatMut::from_column_major_slice_mut(values, height, width);
         for child in children {
-            child.add_to_front(&mut front);
+            child.add_to_front(&mut columns);
         }
         for &(factor, matrix) in terms {
-            self.add_entries(s, factor, matrix, &mut front)?;
+            self.add_entries(s, factor, matrix, &mut columns)?;
         }
-        Some(buffer)
+        Some(front)
     }
 
     /// Adds a factor times the entries of a matrix in the columns of a supernode, on and below the diagonal,
@@ -256,10 +258,67 @@ fn last_panel(order: usize) -> usize {
     }
 }
 
-/// A front of `width` columns.
-pub(super) fn columns_of_front(values: &mut [f64], width: usize) -> MatMut<'_, f64> {
-    let rows = values.len() / width;
-    MatMut::from_column_major_slice_mut(values, rows, width)
+/// The columns of a front that are eliminated, its own rows first, and what its children contribute besides.
+pub(super) struct Front<'p> {
+    values: Buffer<'p>,
+    width: usize,
+    pub children: Vec<ChildContribution<'p>>,
+}
+
+impl Front<'_> {
+    pub fn columns(&mut self) -> MatMut<'_, f64> {
+        let rows = self.values.len() / self.width;
+        MatMut::from_column_major_slice_mut(&mut self.values, rows, self.width)
+    }
+}
+
+/// How the own rows of a front are factored.
+#[derive(Clone, Copy)]
+pub(super) enum Pivots {
+    /// L L^T
+    Positive,
+    /// L D L^T, D in the place of the unit diagonal.
+    Signed,
+}
+
+/// A pivot that is not positive, or zero.
+pub(super) struct BadPivot;
+
+/// Factors the own rows of a front and solves the rows below with L, in place: these are then F_21 L^-T.
+pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(), BadPivot> {
+    let width = front.ncols();
+    let (mut own, below) = front.split_at_row_mut(width);
+    let solve = match pivots {
+        Pivots::Positive => {
+            let params = Spec::default();
+            let scratch = llt::cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+            llt::cholesky_in_place(
+                own.rb_mut(),
+                llt::LltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                params,
+            )
+            .map_err(|_| BadPivot)?;
+            solve_lower_triangular_in_place
+        }
+        Pivots::Signed => {
+            let params = Spec::default();
+            let scratch = ldlt::cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
+            ldlt::cholesky_in_place(
+                own.rb_mut(),
+                ldlt::LdltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                params,
+            )
+            .map_err(|_| BadPivot)?;
+            solve_unit_lower_triangular_in_place
+        }
+    };
+    let own = own.rb();
+    in_rows(below, |_, rows| solve(own, rows.transpose_mut(), Par::Seq));
+    Ok(())
 }
 
 /// The contribution block of a child, and the rows of its parent's front for its rows (ascending).

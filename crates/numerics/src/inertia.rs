@@ -2,17 +2,12 @@
 //! Math. Softw. 9 (1983) 302-325): a count of the negative pivots, on all threads. Without pivoting, as
 //! [`Ldlt`](super::factor::Ldlt).
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::ldlt::factor::{
-    LdltRegularization, cholesky_in_place, cholesky_in_place_scratch,
-};
-use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
-use faer::prelude::{Reborrow, ReborrowMut};
-use faer::{MatMut, Par, Spec};
+use faer::MatMut;
+use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
-use super::fronts::{Contribution, Tree, columns_of_front, in_rows, schur_complement};
+use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
 use super::pool::Pool;
 use super::sparse::sum;
 
@@ -65,44 +60,28 @@ fn eliminate<'p>(
     let width = tree.columns(s).len();
     let mut negative = branches.iter().map(|(_, negative)| negative).sum();
     let contributions = branches.into_iter().map(|(contribution, _)| contribution);
-    let children = tree
-        .placed(s, contributions)
-        .ok_or(FactorError::PatternDiffers)?;
     let mut front = tree
-        .front(pool, s, terms, &children)
+        .front(pool, s, terms, contributions)
         .ok_or(FactorError::PatternDiffers)?;
-    let front = columns_of_front(&mut front, width);
-    let below = front.nrows() - width;
-    let (mut pivots, mut lower) = front.split_at_row_mut(width);
-    let params = Spec::default();
-    let scratch = cholesky_in_place_scratch::<f64>(width, Par::Seq, params);
-    cholesky_in_place(
-        pivots.rb_mut(),
-        LdltRegularization::default(),
-        Par::Seq,
-        MemStack::new(&mut MemBuffer::new(scratch)),
-        params,
-    )
-    .map_err(|_| FactorError::Singular {
+    factor_front(front.columns(), Pivots::Signed).map_err(|BadPivot| FactorError::Singular {
         dof: tree.new_to_old[tree.columns(s).start],
         share: 0.0,
     })?;
-    let pivots = pivots.rb();
+    let children = std::mem::take(&mut front.children);
+    let (pivots, lower) = front.columns().into_const().split_at_row(width);
     negative += (0..width).filter(|&j| pivots[(j, j)] < 0.0).count();
-    // F_21 L^-T, and that over D.
-    in_rows(lower.rb_mut(), |_, rows| {
-        solve_unit_lower_triangular_in_place(pivots, rows.transpose_mut(), Par::Seq);
-    });
+    // F_21 L^-T D^-1
+    let below = lower.nrows();
     let mut scaled = pool.uninitialised(below * width);
     let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
         let column = scaled.rb_mut().col_mut(j);
-        for (scaled, v) in column.iter_mut().zip(lower.rb().col(j).iter()) {
+        for (scaled, v) in column.iter_mut().zip(lower.col(j).iter()) {
             *scaled = v / pivot;
         }
     }
-    let contribution = schur_complement(pool, width, scaled.rb(), lower.rb(), &children);
+    let contribution = schur_complement(pool, width, scaled.rb(), lower, &children);
     Ok((contribution, negative))
 }
 

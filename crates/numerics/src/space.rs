@@ -63,7 +63,7 @@ mod tests {
         assert_eq!([dot(normal, a), dot(normal, b)], [0.0; 2]);
         assert_eq!(distance([1.0, 2.0, 2.0], [4.0, 6.0, 14.0]), 13.0);
         assert_eq!(middle(a, b), [-0.5, 1.25, 3.5]);
-        assert_eq!(unit([0.0, -3.0, 4.0]), Some([0.0, -0.6, 0.8]));
+        assert_eq!(unit([0.0, -4.0, 0.0]), Some([0.0, -1.0, 0.0]));
         assert_eq!(unit([0.0; 3]), None);
     }
 }
