@@ -34,7 +34,7 @@ fn basis(wanted: usize) -> usize {
 /// # Errors
 /// [`EigenError::Arpack`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
 /// growing bases and other start vectors; errors of the factorisation of K - sigma M.
-pub(super) fn lowest_modes(
+pub fn lowest_modes(
     stiffness: &CscMatrix<f64>,
     mass: &CscMatrix<f64>,
     count: usize,

@@ -35,6 +35,8 @@ const ROWS: usize = 8192;
 
 /// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
 ///
+/// The basis begins with the modes that are `known`, the lowest ones: they are no more iterated for.
+///
 /// # Errors
 /// [`EigenError::Basis`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with
 /// other start vectors and more room; errors of the factorisation of K - sigma M.
@@ -43,18 +45,22 @@ pub fn lowest_modes(
     mass: &CscMatrix<f64>,
     count: usize,
     factor: &Cholesky,
+    known: &Modes,
 ) -> Result<Modes, EigenError> {
     certified_of_tries(stiffness, mass, count, factor, |wanted, attempt| {
-        lanczos(mass, factor, wanted.min(stiffness.nrows()), attempt)
+        let wanted = wanted.min(stiffness.nrows());
+        Ok(lanczos(mass, factor, wanted, attempt, known)?.0)
     })
 }
 
+/// The `wanted` lowest modes, and how many vectors the basis has in the end.
 fn lanczos(
     mass: &CscMatrix<f64>,
     factor: &Cholesky,
     wanted: usize,
     attempt: usize,
-) -> Result<Modes, EigenError> {
+    known: &Modes,
+) -> Result<(Modes, usize), EigenError> {
     let n = mass.nrows();
     let room = ((6 * wanted + 10 * BLOCK) << attempt).min(n);
     // V and M V.
@@ -63,12 +69,20 @@ fn lanczos(
     let start = Mat::from_fn(n, BLOCK.min(n), |i, j| start_entry(i + j * n, attempt));
     let mut next = symmetric_product(mass, start.as_ref());
     factor.solve_in_place(next.as_mut());
-    let none = basis.get(.., ..0);
-    let mut longest = 0.0;
-    let (mut weighted, _) = orthonormalise(mass, [none, none], &mut next, &mut longest);
     // Lower triangle of T.
     let mut projected = Mat::<f64>::zeros(room + BLOCK, room + BLOCK);
-    let mut columns = 0;
+    let mut columns = known.count().min(wanted);
+    let vectors = known.vectors.get(.., ..columns);
+    basis.get_mut(.., ..columns).copy_from(vectors);
+    let products = symmetric_product(mass, vectors);
+    weighted_basis.get_mut(.., ..columns).copy_from(&products);
+    for (j, omega2) in known.omega2[..columns].iter().enumerate() {
+        projected[(j, j)] = omega2.recip();
+    }
+    let spanned = [basis.get(.., ..columns), weighted_basis.get(.., ..columns)];
+    project_out(spanned, &mut next);
+    let mut longest = 0.0;
+    let (mut weighted, _) = orthonormalise(mass, spanned, &mut next, &mut longest);
     loop {
         let width = next.ncols();
         let end = columns + width;
@@ -99,10 +113,8 @@ fn lanczos(
             let shares = shares.get(.., ..wanted);
             let mut vectors = Mat::zeros(n, wanted);
             subtract(all, (-shares).as_ref(), vectors.as_mut());
-            return Ok(Modes {
-                omega2: theta[..wanted].iter().map(|x| x.recip()).collect(),
-                vectors,
-            });
+            let omega2 = theta[..wanted].iter().map(|x| x.recip()).collect();
+            return Ok((Modes { omega2, vectors }, end));
         }
         if next.ncols() == 0 {
             // An invariant space without the rest of the modes: on in another one.
@@ -292,7 +304,9 @@ mod tests {
             irregularity,
         };
         let (k, m) = lattice.cantilever();
-        let modes = lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap()).unwrap();
+        let factor = Cholesky::factor(&k).unwrap();
+        let none = Modes::none(k.nrows());
+        let modes = lowest_modes(&k, &m, count, &factor, &none).unwrap();
         assert_like_dense(&k, &m, &modes, count);
     }
 
@@ -311,6 +325,31 @@ mod tests {
     }
 
     #[test]
+    fn modes_that_are_known_are_not_iterated_for_again() {
+        // With and without pairs of equal modes, of which the known ones may hold one.
+        for irregularity in [0.6, 0.0] {
+            let lattice = Lattice {
+                shape: [12, 6, 6],
+                stiffness: 4e7,
+                mass: 0.1,
+                irregularity,
+            };
+            let (k, m) = lattice.cantilever();
+            let factor = Cholesky::factor(&k).unwrap();
+            let none = Modes::none(k.nrows());
+            for count in [1, 15] {
+                let known = lowest_modes(&k, &m, count, &factor, &none).unwrap();
+                let modes = lowest_modes(&k, &m, 2 * count, &factor, &known).unwrap();
+                assert_like_dense(&k, &m, &modes, 2 * count);
+            }
+            let basis = |known: &Modes| lanczos(&m, &factor, 30, 0, known).unwrap().1;
+            let known = lowest_modes(&k, &m, 15, &factor, &none).unwrap();
+            let (anew, further) = (basis(&none), basis(&known) - 15);
+            assert!(further + 2 * BLOCK <= anew, "{further} {anew}");
+        }
+    }
+
+    #[test]
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
         against_dense([3, 2, 2], 0.1, 24);
@@ -322,7 +361,8 @@ mod tests {
             for (i, v) in k.values_mut().iter_mut().enumerate() {
                 *v = spring(i % 3);
             }
-            lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap())
+            let none = Modes::none(3 * times);
+            lowest_modes(&k, &m, count, &Cholesky::factor(&k).unwrap(), &none)
         };
         for (times, count) in [(12, 24), (20, 60)] {
             let modes = lowest(times, count).unwrap();
@@ -353,7 +393,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| lowest_modes(&k, &m, 4, &factor).unwrap())
+            pool.install(|| lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows())).unwrap())
         };
         let (one, three) = (run(1), run(3));
         assert!(k.nrows() > ROWS);

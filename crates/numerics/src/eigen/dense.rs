@@ -32,10 +32,7 @@ pub fn modes_of_factored(
 ) -> Result<Modes, EigenError> {
     let n = factor.nrows();
     if n == 0 {
-        return Ok(Modes {
-            omega2: Vec::new(),
-            vectors: Mat::zeros(0, 0),
-        });
+        return Ok(Modes::none(0));
     }
     // L^-1 M L^-T, by two solves and two transposes.
     let mut whitened = mass.to_owned();

@@ -26,6 +26,14 @@ pub struct Modes {
 }
 
 impl Modes {
+    /// No modes of a structure with so many unknowns.
+    pub fn none(unknowns: usize) -> Self {
+        Self {
+            omega2: Vec::new(),
+            vectors: Mat::zeros(unknowns, 0),
+        }
+    }
+
     /// Number of modes.
     pub fn count(&self) -> usize {
         self.omega2.len()
@@ -94,6 +102,22 @@ pub fn lowest_modes(
     count: usize,
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
+    let none = Modes::none(stiffness.nrows());
+    more_modes(stiffness, mass, count, factor, &none)
+}
+
+/// [`lowest_modes`] where the lowest of them are `known`: [`blocks`] begins with these, the other methods do
+/// without.
+///
+/// # Errors
+/// See [`EigenError`].
+pub fn more_modes(
+    stiffness: &CscMatrix<f64>,
+    mass: &CscMatrix<f64>,
+    count: usize,
+    factor: &Cholesky,
+    known: &Modes,
+) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
     if mass.nrows() != n {
         return Err(EigenError::Sizes {
@@ -103,10 +127,7 @@ pub fn lowest_modes(
     }
     let count = count.min(n);
     if count == 0 {
-        return Ok(Modes {
-            omega2: Vec::new(),
-            vectors: Mat::zeros(n, 0),
-        });
+        return Ok(Modes::none(n));
     }
     if n <= arpack::smallest_size(count) {
         let all = dense::modes(
@@ -119,7 +140,7 @@ pub fn lowest_modes(
         });
     }
     if factor.symbolic().factor_entries() > LARGE_FACTOR {
-        return blocks::lowest_modes(stiffness, mass, count, factor);
+        return blocks::lowest_modes(stiffness, mass, count, factor, known);
     }
     arpack::lowest_modes(stiffness, mass, count, factor)
 }
