@@ -365,7 +365,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
                 (true, true) => "yes",
                 (true, false) => "no",
             });
-            let left = (integrated && c.left.is_finite()).then_some(c.left);
+            let left = (integrated && c.transient_left.is_finite()).then_some(c.transient_left);
             table.number("transient_left", left)?;
             table.number("amplitude_m", f.amplitude_m)?;
             table.number("h1_amplitude_m", f.first_harmonic_m)?;

@@ -427,7 +427,7 @@ pub fn verification_summary(
             harmonics: c.harmonics,
             periods: c.periods,
             steady: c.steady,
-            transient_left: finite(c.left),
+            transient_left: finite(c.transient_left),
             balance: figures(&c.balance),
             integration: figures(&c.integration),
             amplitude_difference: amplitude,

@@ -12,7 +12,7 @@ use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
 use dovetail_solver::model::{Body, Model};
-use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
 /// Most speeds of one table.
@@ -190,7 +190,8 @@ impl Spun {
         let structure = Structure {
             bodies: bodies.collect(),
         };
-        let held = held_modes(&model.bodies[0], &structure.bodies[0], LISTED_MODES)?.omega2;
+        let held =
+            fixed_interface_modes(&model.bodies[0], &structure.bodies[0], LISTED_MODES)?.omega2;
         let stuck = stuck_modes(model, &structure, LISTED_MODES)?;
         Ok([held, stuck].map(|omega2| {
             omega2

@@ -18,7 +18,7 @@ use dovetail_solver::fem::{self, FemError, Structure};
 use dovetail_solver::mesh::Mesh;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{self, Model};
-use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
     self, LISTED_MODES, Load, Recovery, ReducedModel, RelativeModel, StuckModes, Truncation,
 };
@@ -155,7 +155,7 @@ impl Meshed {
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
-            .map(|(body, matrices)| Ok(held_modes(body, matrices, LISTED_MODES)?.omega2))
+            .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?.omega2))
             .collect()
     }
 }

@@ -203,7 +203,10 @@ fn table(comparison: &Comparison) -> String {
     let mut lines = vec![
         format!(
             "{:.4} Hz, {} harmonics; {} periods, {steady}, {:.1e} of the transient left",
-            comparison.frequency_hz, comparison.harmonics, comparison.periods, comparison.left
+            comparison.frequency_hz,
+            comparison.harmonics,
+            comparison.periods,
+            comparison.transient_left
         ),
         format!(
             "    {:<28} {:>14} {:>14} {:>11}",
@@ -250,7 +253,7 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), RunErro
         return Err(RunError::NotSteady {
             frequency_hz: moving.frequency_hz,
             periods: moving.periods,
-            left: moving.left,
+            left: moving.transient_left,
         });
     }
     let worst = comparisons

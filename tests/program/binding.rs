@@ -400,7 +400,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let e = error(&|s| s.bodies[1].fixed.push("jaw_flank_left".into()));
     assert!(matches!(e, ModelError::FlankFixed { count: 36, .. }));
     let e = error(&|s| s.bodies[0].fixed = vec!["blade_tip".into()]);
-    assert!(matches!(e, ModelError::ProbeFixed { count: 1, .. }));
+    assert!(matches!(e, ModelError::NodesFixed { count: 1, .. }));
     let e = error(&|s| s.contacts[0].second = Some("jaw_flank_right".into()));
     assert!(matches!(
         e,

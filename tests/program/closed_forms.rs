@@ -7,7 +7,9 @@ use crate::shared_folder::Folder;
 use dovetail::pipeline::{self, Context, Files};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
+};
 use faer::Mat;
 
 /// What a run says of its only frequency.
@@ -271,7 +273,7 @@ fn bar(elements: usize) -> Superelement {
                 cosine: load(first(1.0)),
                 sine: load(vec![0.0; n]),
             }],
-            observations: vec![Probe {
+            observations: vec![ObservedDisplacement {
                 name: "tip".into(),
                 on_x: first(1.0),
                 on_modes: vec![],

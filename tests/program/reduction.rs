@@ -7,7 +7,7 @@ use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{BodyNode, Model, bind};
-use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
 use faer::linalg::solvers::Solve;
@@ -123,9 +123,9 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let x = z.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| rhs[i]));
         let x: Vec<c64> = (0..n).map(|i| x[(i, 0)]).collect();
         let q = system.modal_response(w, &x, &on_modes);
-        let probe = &relative.observations[0];
+        let observed = &relative.observations[0];
         let product = |a: &[f64], b: &[c64]| a.iter().zip(b).map(|(a, b)| b * *a).sum::<c64>();
-        let tip = product(&probe.on_x, &x) + product(&probe.on_modes, &q);
+        let tip = product(&observed.on_x, &x) + product(&observed.on_modes, &q);
 
         // Both bodies whole: Z + C^T k C, C the relative displacement.
         let sizes = [0, 1].map(|b| 3 * model.bodies[b].dofs.free_nodes());
@@ -228,7 +228,7 @@ fn lanczos_and_dense_modes_of_the_elements_agree() {
         const COUNT: usize = 10;
         // Far above the sizes that are solved densely anyway.
         assert!(moving.len() > 200, "{}", moving.len());
-        let found = held_modes(body, matrices, COUNT).unwrap().omega2;
+        let found = fixed_interface_modes(body, matrices, COUNT).unwrap().omega2;
         let off = found.iter().zip(&exact).map(|(f, e)| (f / e - 1.0).abs());
         let worst = off.fold(0.0, f64::max);
         println!("{} unknowns, {COUNT} modes: off {worst:.1e}", moving.len());

@@ -12,7 +12,9 @@ use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
+};
 use faer::Mat;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
@@ -79,7 +81,7 @@ fn beam(friction: f64) -> RelativeModel {
             cosine: load(1.0),
             sine: load(0.0),
         }],
-        observations: vec![Probe {
+        observations: vec![ObservedDisplacement {
             name: "middle".to_owned(),
             on_x: along(bent(0.5)),
             on_modes: at_middle,
@@ -122,8 +124,11 @@ fn integrated_m(friction: f64, frequency_hz: f64) -> f64 {
         tolerance: 1e-5,
     };
     let settled = integrate(&mut stepper, &mut state, until).unwrap();
-    println!("{} periods, {:.1e} left", settled.periods, settled.left);
-    assert!(settled.left < 1e-3, "{settled:?}");
+    println!(
+        "{} periods, {:.1e} left",
+        settled.periods, settled.transient_left
+    );
+    assert!(settled.transient_left < 1e-3, "{settled:?}");
     settled.cycle.observed[0].amplitude_m
 }
 

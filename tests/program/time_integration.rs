@@ -11,7 +11,9 @@ use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel, superelement};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel, superelement,
+};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -63,7 +65,7 @@ impl OnePair {
                 cosine: load(self.force_n),
                 sine: load(0.0),
             }],
-            observations: vec![Probe {
+            observations: vec![ObservedDisplacement {
                 name: "u".to_owned(),
                 on_x: along(self.share),
                 on_modes: vec![1.0; modes],

@@ -12,7 +12,9 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
+};
 use faer::Mat;
 
 /// Frequency of the force over that of the mass on its spring.
@@ -57,7 +59,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
             cosine: load(along_ground()),
             sine: load(vec![0.0; 3]),
         }],
-        observations: vec![Probe {
+        observations: vec![ObservedDisplacement {
             name: "mass".into(),
             on_x: along_ground(),
             on_modes: Vec::new(),

@@ -13,7 +13,7 @@ use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
     Assembly, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
 };
-use dovetail_solver::reduction::craig_bampton::held_modes;
+use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::stuck_modes;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -38,7 +38,7 @@ pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     let mesh = mesh::read(&file, 1e-3)?;
     let model = bind(&assembly(), &mesh)?;
     let structure = assemble(&model)?;
-    let held = held_modes(&model.bodies[0], &structure.bodies[0], count)?;
+    let held = fixed_interface_modes(&model.bodies[0], &structure.bodies[0], count)?;
     let hertz = |omega2: Vec<f64>| omega2.iter().map(|w2| w2.sqrt() / TAU).collect();
     Ok(ModesHz {
         held: hertz(held.omega2),

@@ -17,7 +17,9 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
+};
 use faer::{Mat, MatRef};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -141,7 +143,7 @@ fn condensed(full: &Matrices, pairs: &[PairLaw]) -> Result<RelativeModel, Box<dy
             cosine: load(full.force),
             sine: load(&vec![0.0; all]),
         }],
-        observations: vec![Probe {
+        observations: vec![ObservedDisplacement {
             name: "mass".into(),
             on_x: observed.on_x,
             on_modes: observed.on_modes,

@@ -11,7 +11,7 @@ use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::EpsChoice;
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -82,7 +82,7 @@ pub fn model(pairs: usize) -> RelativeModel {
             })
             .to_vec(),
         observations: [70, 80]
-            .map(|seed| Probe {
+            .map(|seed| ObservedDisplacement {
                 name: seed.to_string(),
                 on_x: load(seed).on_x,
                 on_modes: load(seed).on_modes,

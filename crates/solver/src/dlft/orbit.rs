@@ -315,7 +315,7 @@ mod tests {
     use crate::dlft::balance::Setting;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::{HarmonicLoad, Load, Probe, RelativeModel};
+    use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
     use faer::Mat;
     use std::f64::consts::TAU;
 
@@ -553,7 +553,7 @@ mod tests {
                 cosine: load(force),
                 sine: load(0.0),
             }],
-            observations: vec![Probe {
+            observations: vec![ObservedDisplacement {
                 name: "u".into(),
                 on_x: vec![],
                 on_modes: vec![2.0],

@@ -42,8 +42,8 @@ pub struct Comparison {
     pub periods: usize,
     /// Whether what is left of the transient is small enough.
     pub steady: bool,
-    /// What is left of the transient: see [`Settled::left`].
-    pub left: f64,
+    /// What is left of the transient: see [`Settled::transient_left`].
+    pub transient_left: f64,
     /// Steady force that retained the mean along the slot in both, N: see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
@@ -115,7 +115,7 @@ pub fn compare(
         integration: of_integration(&settled, slip_threshold_m),
         periods: settled.periods,
         steady: settled.steady,
-        left: settled.left,
+        transient_left: settled.transient_left,
         retention_n: orbit.retention_n,
     })
 }

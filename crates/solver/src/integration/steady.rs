@@ -58,8 +58,8 @@ pub struct Settled {
     pub periods: usize,
     /// Estimate of what is left of the transient, relative to the amplitude; infinite where there is no
     /// estimate (less than three periods, or a transient that grows).
-    pub left: f64,
-    /// `left` was below the tolerance three times in a row.
+    pub transient_left: f64,
+    /// `transient_left` was below the tolerance three times in a row.
     pub steady: bool,
 }
 
@@ -84,8 +84,8 @@ pub fn integrate(
         period += 1;
         let cycle = one_period(stepper, state, period)?;
         history.push(cycle.observed.iter().map(|o| o.first_harmonic_m).collect());
-        let left = history.left();
-        in_a_row = if left < until.tolerance {
+        let transient_left = history.transient_left();
+        in_a_row = if transient_left < until.tolerance {
             in_a_row + 1
         } else {
             0
@@ -95,7 +95,7 @@ pub fn integrate(
             return Ok(Settled {
                 cycle,
                 periods: period,
-                left,
+                transient_left,
                 steady,
             });
         }
@@ -115,7 +115,7 @@ impl History {
     }
 
     /// Estimate of what is left of the transient, of the worst observed point.
-    fn left(&self) -> f64 {
+    fn transient_left(&self) -> f64 {
         let Some(last) = self.0.back() else {
             return f64::INFINITY;
         };
@@ -243,7 +243,7 @@ mod tests {
         let mut history = History::default();
         let left = (0..periods).map(|k| {
             history.push(vec![z(k)]);
-            history.left()
+            history.transient_left()
         });
         let mut left: Vec<f64> = left.collect();
         assert_eq!(left.drain(..2).collect::<Vec<_>>(), [f64::INFINITY; 2]);

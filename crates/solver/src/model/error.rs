@@ -136,7 +136,7 @@ pub enum ModelError {
         "{used_by}: {count} nodes of group `{group}` (first tags {}) are fixed: they cannot move",
         list(tags)
     )]
-    ProbeFixed {
+    NodesFixed {
         used_by: String,
         group: String,
         count: usize,
@@ -146,7 +146,7 @@ pub enum ModelError {
         "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to neither body",
         list(tags)
     )]
-    ProbeElsewhere {
+    NodesElsewhere {
         used_by: String,
         group: String,
         count: usize,

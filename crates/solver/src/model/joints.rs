@@ -1,8 +1,9 @@
 //! What the contacts of a scene make of the flanks: pairs, and nodes tied for good.
 
-use super::bind::{Draft, find_group, first_tags};
+use super::builder::BodyBuilder;
 use super::contacts::{Contact, contact, ground_contact};
 use super::crown::add_crown;
+use super::groups::{find_group, first_tags};
 use super::{BodyNode, ContactPair, ModelError};
 use crate::mesh::{Group, Mesh};
 use crate::model::{Assembly, ContactLaw, ContactSpec};
@@ -21,7 +22,7 @@ pub(super) struct Joints {
 pub(super) fn joints(
     assembly: &Assembly,
     mesh: &Mesh,
-    bodies: &mut [Draft],
+    bodies: &mut [BodyBuilder],
 ) -> Result<Joints, ModelError> {
     let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
     let mut joints = Joints::default();
@@ -79,14 +80,14 @@ fn paired(
     spec: &ContactSpec,
     number: usize,
     mesh: &Mesh,
-    bodies: &[Draft],
+    bodies: &[BodyBuilder],
 ) -> Result<Contact, ModelError> {
     let used_by = format!("contact `{}`", spec.name);
     let group = |name| find_group(mesh, name, Some(2), &used_by);
     let first = group(&spec.first)?;
     // The body that has most of a flank is the one it is meant to be on.
     let owner = |group: &Group| {
-        let count = |draft: &Draft| group.nodes.iter().filter(|&&n| draft.has(n)).count();
+        let count = |body: &BodyBuilder| group.nodes.iter().filter(|&&n| body.has(n)).count();
         let counts = bodies.iter().map(count).enumerate();
         counts
             .rev()
@@ -131,7 +132,7 @@ fn paired(
 /// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
 /// Contact forces then never act on a support. Bonded nodes may be held in any direction, both alike.
 fn check_held_flanks(
-    bodies: &[Draft],
+    bodies: &[BodyBuilder],
     pairs: &[ContactPair],
     contact: &ContactSpec,
     mesh: &Mesh,

@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 
-use super::bind::{Draft, find_group, first_tags, kind};
+use super::builder::BodyBuilder;
+use super::groups::{find_group, first_tags, kind};
 use super::{ModelError, StaticLoad, Traction};
 use crate::mesh::{ElementOrder, Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
@@ -11,7 +12,7 @@ use dovetail_numerics::space::{cross, dot, sub};
 /// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn static_load(
     mesh: &Mesh,
-    bodies: &[Draft],
+    bodies: &[BodyBuilder],
     spec: &LoadSpec,
     number: usize,
 ) -> Result<Vec<(usize, StaticLoad)>, ModelError> {
@@ -61,7 +62,7 @@ pub(super) fn static_load(
 /// Every node belongs to a body, and not all of them are fixed.
 fn check_nodes(
     mesh: &Mesh,
-    bodies: &[Draft],
+    bodies: &[BodyBuilder],
     spec: &LoadSpec,
     group: &Group,
     used_by: &str,
@@ -69,7 +70,7 @@ fn check_nodes(
     let is_elsewhere = |n: &&u32| !bodies.iter().any(|b| b.has(**n));
     let (count, tags) = first_tags(mesh, group.nodes.iter().filter(is_elsewhere));
     if count > 0 {
-        return Err(ModelError::ProbeElsewhere {
+        return Err(ModelError::NodesElsewhere {
             used_by: used_by.to_string(),
             group: spec.on.clone(),
             count,
@@ -79,7 +80,7 @@ fn check_nodes(
     let is_fixed = |n: &&u32| bodies.iter().any(|b| b.has(**n) && b.is_fixed(**n));
     let (count, tags) = first_tags(mesh, group.nodes.iter().filter(is_fixed));
     if count == group.nodes.len() {
-        return Err(ModelError::ProbeFixed {
+        return Err(ModelError::NodesFixed {
             used_by: used_by.to_string(),
             group: spec.on.clone(),
             count,
@@ -93,7 +94,7 @@ fn check_nodes(
 fn outward_facets(
     mesh: &Mesh,
     group: &Group,
-    body: &Draft,
+    body: &BodyBuilder,
     used_by: &str,
     name: &str,
 ) -> Result<Vec<u32>, ModelError> {

@@ -8,12 +8,14 @@ use serde::Serialize;
 use crate::mesh::ElementOrder;
 
 mod bind;
+mod builder;
 mod contacts;
 mod crown;
 mod description;
 mod dofs;
 mod error;
 mod flank;
+mod groups;
 mod joints;
 mod loads;
 pub mod pairing;

@@ -24,10 +24,10 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::craig_bampton::{self, ReducedBody, check_size, node_tag, side_by_side};
 use super::recovery::Recovery;
-use super::residual::{Residual, residual_vectors};
+use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
-use super::{Load, Probe, ReducedModel, ReductionError, RelativeModel, StuckModes};
+use super::{Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeModel, StuckModes};
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{BodyNode, Model};
 use dovetail_numerics::condense::condense;
@@ -54,7 +54,7 @@ pub fn reduce(
 ) -> Result<ReducedModel, ReductionError> {
     let loads = Loads::of(model, structure);
     let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
-    let gathered = joined.gathered(&loads);
+    let condensed_loads = joined.condensed_loads(&loads);
     let mut count = stuck_modes.count.unwrap_or(LEAST_MODES);
     loop {
         let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
@@ -64,7 +64,7 @@ pub fn reduce(
         let reached = modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach);
         if reached || last_try {
             let (on_modes, amplitude) =
-                joined.on_modes(model, condensed, &gathered, modes, stuck_modes);
+                joined.on_modes(model, condensed, &condensed_loads, modes, stuck_modes)?;
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
                 return Ok(joined.finish(model, structure, on_modes, amplitude));
             }
@@ -242,7 +242,7 @@ struct Joined<'a> {
 }
 
 /// Loads of the assembly: the steady one, the excitations, the observed points.
-struct Gathered {
+struct CondensedLoads {
     /// On g, side by side.
     on_g: Mat<f64>,
     /// K_gg^-1 on them.
@@ -312,7 +312,7 @@ impl<'a> Joined<'a> {
         self.transformation.inner()
     }
 
-    fn gathered(&self, loads: &Loads) -> Gathered {
+    fn condensed_loads(&self, loads: &Loads) -> CondensedLoads {
         let parts = loads.all().map(|load| {
             let on_bodies: Vec<Vec<f64>> = self
                 .bodies
@@ -335,7 +335,7 @@ impl<'a> Joined<'a> {
                 *f -= c;
             }
         }
-        Gathered {
+        CondensedLoads {
             on_g,
             answers,
             on_x,
@@ -347,16 +347,23 @@ impl<'a> Joined<'a> {
         &self,
         model: &Model,
         [stiffness, mass]: [Mat<f64>; 2],
-        Gathered {
+        CondensedLoads {
             on_g,
             answers,
             on_x,
-        }: &Gathered,
+        }: &CondensedLoads,
         modes: Modes,
         wanted: StuckModes,
-    ) -> (OnModes, Option<f64>) {
-        let Residual { vectors, left } =
-            residual_vectors(on_g.as_ref(), answers.as_ref(), &modes, &self.m_gg);
+    ) -> Result<(OnModes, Option<f64>), ReductionError> {
+        let ResidualVectors {
+            vectors,
+            energy_shares,
+        } = residual_vectors(on_g.as_ref(), answers.as_ref(), &modes, &self.m_gg).map_err(
+            |source| ReductionError::Residual {
+                part: "the stuck assembly".to_string(),
+                source,
+            },
+        )?;
         let stuck_modes = modes.count();
         let Modes { omega2, vectors } = side_by_side(&modes, &vectors);
         // p = (M_xg + Psi^T M_gg) Phi with Psi^T = -K_xg K_gg^-1.
@@ -376,7 +383,7 @@ impl<'a> Joined<'a> {
             .enumerate()
             .map(|(o, observation)| {
                 let Load { on_x, on_modes } = load(first_observed + o);
-                Probe {
+                ObservedDisplacement {
                     name: observation.name.clone(),
                     on_x,
                     on_modes,
@@ -394,9 +401,9 @@ impl<'a> Joined<'a> {
         };
         let relative = relative.under(model, &unit_loads);
         let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
-        let left = truncation::Left {
-            loads: largest(&left[1..first_observed]),
-            observed: largest(&left[first_observed..]),
+        let left = truncation::EnergyShares {
+            loads: largest(&energy_shares[1..first_observed]),
+            observed: largest(&energy_shares[first_observed..]),
         };
         let amplitude = match stuck_modes < self.inner() {
             true => {
@@ -414,7 +421,7 @@ impl<'a> Joined<'a> {
             stuck_modes,
             load_n: on_g.col_as_slice(0).to_vec(),
         };
-        (on_modes, amplitude)
+        Ok((on_modes, amplitude))
     }
 
     /// y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, of each column of `x`.

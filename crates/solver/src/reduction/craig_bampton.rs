@@ -93,7 +93,8 @@ impl Interior {
 ///
 /// # Errors
 /// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior is
-/// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Size`].
+/// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Residual`],
+/// [`ReductionError::Size`].
 pub fn condense(
     body: &Body,
     matrices: &BodyMatrices,
@@ -119,8 +120,13 @@ pub fn condense(
     let loads = loads.subrows(0, split);
     let mut answers = loads.to_owned();
     factor.solve_in_place(answers.as_mut());
-    let residual = residual_vectors(loads, answers.as_ref(), &fixed, &m_ii).vectors;
-    let modes = side_by_side(&fixed, &residual);
+    let residual = residual_vectors(loads, answers.as_ref(), &fixed, &m_ii).map_err(|source| {
+        ReductionError::Residual {
+            part: format!("body `{}`", body.name),
+            source,
+        }
+    })?;
+    let modes = side_by_side(&fixed, &residual.vectors);
     // (M_bi + Psi^T M_ii) V with Psi^T = -K_bi K_ii^-1.
     let mut followed = times(&m_ii, modes.vectors.as_ref());
     factor.solve_in_place(followed.as_mut());
@@ -173,12 +179,12 @@ fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64>
         .expect("every row of every column, in order")
 }
 
-/// The `count` lowest modes of the whole body with its contact nodes held (no reduction). Vectors are
-/// on the free dofs of its interior.
+/// The `count` lowest fixed-interface modes of a body: its contact nodes do not move, and nothing is
+/// reduced. Vectors are on the free dofs of its interior.
 ///
 /// # Errors
 /// As [`condense()`].
-pub fn held_modes(
+pub fn fixed_interface_modes(
     body: &Body,
     matrices: &BodyMatrices,
     count: usize,
@@ -350,10 +356,10 @@ mod tests {
     }
 
     #[test]
-    fn held_modes_are_those_of_the_body_with_its_contacts_held() {
+    fn fixed_interface_modes_are_those_of_the_body_with_its_contacts_held() {
         let (model, structure) = assembly([None, None]);
         let body = &model.bodies[0];
-        let modes = held_modes(body, &structure.bodies[0], 5).unwrap();
+        let modes = fixed_interface_modes(body, &structure.bodies[0], 5).unwrap();
         let flank = 3 * body.dofs.interior_nodes;
         let stiffen = |a: &CscMatrix<f64>, large: f64| {
             let mut a = dense(a);

@@ -27,6 +27,7 @@ use dovetail_numerics::stored;
 
 pub use assembly::{reduce, stuck_modes};
 pub use recovery::Recovery;
+pub use residual::ResidualError;
 pub use truncation::Truncation;
 
 /// Modes of a kind that lists show and errors are estimated of.
@@ -134,6 +135,14 @@ pub enum ReductionError {
     Assembly { source: FactorError },
     #[error("the modes of the stuck assembly were not found")]
     Stuck { source: EigenError },
+    #[error(
+        "the residual vectors of the loads and observed points of {part} were not found; check the loads, the units and metres_per_unit"
+    )]
+    Residual {
+        /// The assembly, or a body that is reduced by itself.
+        part: String,
+        source: ResidualError,
+    },
 }
 
 /// What the contact solver sees: the assembly on the relative displacements X of the pairs
@@ -160,7 +169,7 @@ pub struct RelativeModel {
     #[serde(skip)]
     pub excitations: Vec<HarmonicLoad>,
     /// Observed displacements.
-    pub observations: Vec<Probe>,
+    pub observations: Vec<ObservedDisplacement>,
     /// One entry per pair.
     #[serde(skip)]
     pub pairs: Vec<PairLaw>,
@@ -197,16 +206,16 @@ impl RelativeModel {
 
     /// The model with the `modes` lowest stuck modes only.
     pub fn with_modes(mut self, modes: usize) -> Self {
-        let kept = modes.min(self.omega2.len());
-        self.coupling = self.coupling.subcols(0, kept).to_owned();
-        self.omega2.truncate(kept);
-        self.static_load.on_modes.truncate(kept);
+        let count = modes.min(self.omega2.len());
+        self.coupling = self.coupling.subcols(0, count).to_owned();
+        self.omega2.truncate(count);
+        self.static_load.on_modes.truncate(count);
         for excitation in &mut self.excitations {
-            excitation.cosine.on_modes.truncate(kept);
-            excitation.sine.on_modes.truncate(kept);
+            excitation.cosine.on_modes.truncate(count);
+            excitation.sine.on_modes.truncate(count);
         }
-        for probe in &mut self.observations {
-            probe.on_modes.truncate(kept);
+        for observed in &mut self.observations {
+            observed.on_modes.truncate(count);
         }
         self
     }
@@ -266,7 +275,7 @@ pub struct HarmonicLoad {
 
 /// An observed displacement `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Probe {
+pub struct ObservedDisplacement {
     /// The name by which results call it.
     pub name: String,
     /// Weights of the relative displacements, n.

@@ -20,90 +20,152 @@ const RESIDUAL: f64 = 1e-10;
 const INDEPENDENT: f64 = 1e-9;
 
 /// Residual vectors, and what they are for.
-pub(super) struct Residual {
+#[derive(Debug)]
+pub(super) struct ResidualVectors {
     /// Of unit modal mass, orthogonal to each other and to the modes in K and M, by ascending frequency.
     pub vectors: Modes,
     /// Of each load the share of its static energy that the modes do not give: f^T R f / f^T K^-1 f.
-    pub left: Vec<f64>,
+    pub energy_shares: Vec<f64>,
 }
 
-/// Vectors R f of the `loads` (unknowns x loads) with their static `answers` K^-1 f, of unit modal mass and orthogonal to each other and to
-/// the modes. Loads that depend on each other, or that the modes answer in full, give fewer vectors than there
-/// are loads.
+/// Why there are no residual vectors.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
+pub enum ResidualError {
+    #[error(
+        "the work of load {load} on its static answer is {energy_j:e} J (load 1 is the steady one, excitations and observed points follow)"
+    )]
+    NotFinite { load: usize, energy_j: f64 },
+    #[error("the dense eigenvalue solver did not converge on {vectors} static answers")]
+    Dense { vectors: usize },
+}
+
+/// Vectors R f of the `loads` (unknowns x loads) with their static `answers` K^-1 f, of unit modal mass and
+/// orthogonal to each other and to the modes. Loads that depend on each other, or that the modes answer in
+/// full, give fewer vectors than there are loads.
+///
+/// # Errors
+/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that does not
+/// converge.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
     answers: MatRef<'_, f64>,
     modes: &Modes,
     mass: &CscMatrix<f64>,
-) -> Residual {
+) -> Result<ResidualVectors, ResidualError> {
     let n = loads.nrows();
     let mut residual = answers.to_owned();
-    let whole: Vec<f64> = energies(loads, answers);
+    let whole = energies(loads, answers)?;
     // Twice, for the rounding of the first time.
     for _ in 0..2 {
         let weighted = symmetric_product(mass, residual.as_ref());
         let shares = product(modes.vectors.transpose(), weighted.as_ref());
         residual -= product(modes.vectors.as_ref(), shares.as_ref());
     }
-    let left = energies(loads, residual.as_ref());
-    let kept: Vec<usize> = (0..loads.ncols())
+    let left = energies(loads, residual.as_ref())?;
+    let retained: Vec<usize> = (0..loads.ncols())
         .filter(|&j| left[j] > RESIDUAL * whole[j])
         .collect();
     let scaled = |a: MatRef<'_, f64>| {
-        Mat::from_fn(n, kept.len(), |i, j| a[(i, kept[j])] / left[kept[j]].sqrt())
+        Mat::from_fn(n, retained.len(), |i, j| {
+            a[(i, retained[j])] / left[retained[j]].sqrt()
+        })
     };
     let (loads, residual) = (scaled(loads), scaled(residual.as_ref()));
-    let shares = left.iter().zip(&whole);
-    let shares = shares.map(|(left, whole)| {
-        if *whole > 0.0 {
-            (left / whole).max(0.0)
-        } else {
-            0.0
-        }
-    });
-    let shares: Vec<f64> = shares.collect();
-    let vectors = orthonormal(loads.as_ref(), residual.as_ref(), mass).unwrap_or_else(|| Modes {
-        omega2: Vec::new(),
-        vectors: Mat::zeros(n, 0),
-    });
-    Residual {
-        vectors,
-        left: shares,
-    }
+    let share = |(left, whole): (&f64, &f64)| match *whole > 0.0 {
+        true => (left / whole).max(0.0),
+        false => 0.0,
+    };
+    Ok(ResidualVectors {
+        vectors: orthonormal(loads.as_ref(), residual.as_ref(), mass)?,
+        energy_shares: left.iter().zip(&whole).map(share).collect(),
+    })
 }
 
-/// The span of the residuals of `loads`, each of unit energy; `None` where the eigenvalues are not found.
+/// The span of the residuals of `loads`, each of unit energy.
 fn orthonormal(
     loads: MatRef<'_, f64>,
     residual: MatRef<'_, f64>,
     mass: &CscMatrix<f64>,
-) -> Option<Modes> {
+) -> Result<Modes, ResidualError> {
+    let eigen = |a: Mat<f64>| {
+        let failed = ResidualError::Dense { vectors: a.nrows() };
+        self_adjoint_eigen(a.as_ref())
+            .filter(|(values, _)| values.iter().all(|v| v.is_finite()))
+            .ok_or(failed)
+    };
     // R^T K R = R^T F, R being orthogonal to the modes.
-    let stiffness = product(residual.transpose(), loads);
-    let (energy, directions) = self_adjoint_eigen(stiffness.as_ref())?;
+    let (energy, directions) = eigen(product(residual.transpose(), loads))?;
     let first = energy.partition_point(|e| *e < INDEPENDENT);
     let directions = Mat::from_fn(energy.len(), energy.len() - first, |i, j| {
         directions[(i, first + j)] / energy[first + j].sqrt()
     });
     let residual = product(residual, directions.as_ref());
     let weighted = symmetric_product(mass, residual.as_ref());
-    let inertia = product(residual.transpose(), weighted.as_ref());
-    let (inertia, directions) = self_adjoint_eigen(inertia.as_ref())?;
+    let (inertia, directions) = eigen(product(residual.transpose(), weighted.as_ref()))?;
     // The largest inertia is the lowest frequency.
     let count = inertia.len();
     let ascending: Vec<usize> = (0..count).rev().filter(|&j| inertia[j] > 0.0).collect();
     let directions = Mat::from_fn(count, ascending.len(), |i, j| {
         directions[(i, ascending[j])] / inertia[ascending[j]].sqrt()
     });
-    Some(Modes {
+    Ok(Modes {
         omega2: ascending.iter().map(|&j| inertia[j].recip()).collect(),
         vectors: product(residual.as_ref(), directions.as_ref()),
     })
 }
 
 /// f . u of each column.
-fn energies(loads: MatRef<'_, f64>, answers: MatRef<'_, f64>) -> Vec<f64> {
-    (0..loads.ncols())
-        .map(|j| loads.col(j).transpose() * answers.col(j))
-        .collect()
+fn energies(loads: MatRef<'_, f64>, answers: MatRef<'_, f64>) -> Result<Vec<f64>, ResidualError> {
+    let energy = |j: usize| match loads.col(j).transpose() * answers.col(j) {
+        energy_j if f64::is_finite(energy_j) => Ok(energy_j),
+        energy_j => Err(ResidualError::NotFinite {
+            load: j + 1,
+            energy_j,
+        }),
+    };
+    (0..loads.ncols()).map(energy).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two loads on three unit masses on springs of 2 N/m, and what comes of them.
+    fn residual_of(loads: [[f64; 3]; 2]) -> Result<ResidualVectors, ResidualError> {
+        let none = Modes::none(3);
+        let loads = Mat::from_fn(3, 2, |i, j| loads[j][i]);
+        let answers = Mat::from_fn(3, 2, |i, j| 0.5 * loads[(i, j)]);
+        residual_vectors(
+            loads.as_ref(),
+            answers.as_ref(),
+            &none,
+            &CscMatrix::identity(3),
+        )
+    }
+
+    #[test]
+    fn loads_that_no_number_can_answer_are_an_error_and_not_left_out() {
+        let found = residual_of([[1.0, 0.0, 0.0], [3.0, 4.0, 0.0]]).unwrap();
+        assert_eq!(found.vectors.count(), 2);
+        assert_eq!(found.energy_shares, [1.0; 2]);
+        for large in [1e200, f64::INFINITY, f64::NAN] {
+            let refused = residual_of([[1.0, 0.0, 0.0], [0.0, large, 0.0]]);
+            assert!(
+                matches!(refused, Err(ResidualError::NotFinite { load: 2, .. })),
+                "{large}: {refused:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_eigen_solver_that_fails_is_an_error() {
+        let loads = Mat::from_fn(3, 2, |i, j| (i + j) as f64);
+        let answers = Mat::from_fn(3, 2, |i, _| if i == 0 { f64::NAN } else { 1.0 });
+        let refused = orthonormal(loads.as_ref(), answers.as_ref(), &CscMatrix::identity(3));
+        assert!(
+            matches!(refused, Err(ResidualError::Dense { vectors: 2 })),
+            "{refused:?}"
+        );
+    }
 }

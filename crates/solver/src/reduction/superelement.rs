@@ -24,7 +24,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
-use super::{HarmonicLoad, Load, PairLaw, Probe, RelativeModel};
+use super::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
 use dovetail_numerics::eigen::dense;
 
 /// What the folder holds.
@@ -100,13 +100,13 @@ pub enum SuperelementError {
         column: usize,
     },
     #[error(
-        "a reduced model holds one observed point and forces cos(w t), the scene has {probes} \
+        "a reduced model holds one observed point and forces cos(w t), the scene has {points} \
          points and forces of {harmonics} harmonics{}; leave one [[observe]], and give every \
          [[excitation]] harmonic = 1 and phase_deg = 0",
         if *in_phase { "" } else { ", some of them out of phase" }
     )]
     NotRepresentable {
-        probes: usize,
+        points: usize,
         harmonics: usize,
         in_phase: bool,
     },
@@ -219,7 +219,7 @@ impl Arrays<'_> {
                 },
             },
             excitations: vec![excitation],
-            observations: vec![Probe {
+            observations: vec![ObservedDisplacement {
                 name: "tip".into(),
                 on_x: self.on_x("tip_x.mtx")?,
                 on_modes: self.on_modes("tip_modes.mtx")?,
@@ -327,7 +327,7 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     let of_harmonic_1 = model.excitations.len() == 1 && model.highest_excited() == 1;
     if model.observations.len() != 1 || !of_harmonic_1 || !in_phase {
         return Err(SuperelementError::NotRepresentable {
-            probes: model.observations.len(),
+            points: model.observations.len(),
             harmonics: model.excitations.len(),
             in_phase,
         });
@@ -470,7 +470,7 @@ mod tests {
                         on_modes: vec![0.0; m],
                     },
                 }],
-                observations: vec![Probe {
+                observations: vec![ObservedDisplacement {
                     name: "tip".into(),
                     on_x: vector(n, 40),
                     on_modes: vector(m, 50),

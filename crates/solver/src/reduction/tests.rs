@@ -192,7 +192,7 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
             let found = complex(motion[b].col_as_slice(0), motion[b].col_as_slice(1));
             close(&found, &exact[b], 1e-8);
         }
-        for (probe, observation) in reduced
+        for (observed, observation) in reduced
             .relative
             .observations
             .iter()
@@ -201,7 +201,7 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
             let dot = |row: &[f64], v: &Mat<c64>| -> c64 {
                 row.iter().enumerate().map(|(i, r)| v[(i, 0)] * r).sum()
             };
-            let found = dot(&probe.on_x, &x) + dot(&probe.on_modes, &q);
+            let found = dot(&observed.on_x, &x) + dot(&observed.on_modes, &q);
             let mut expected = c64::new(0.0, 0.0);
             for &(BodyNode { body: b, node }, direction) in &observation.terms {
                 for (free, weight) in model.bodies[b].dofs.weights(node as usize) {
@@ -213,7 +213,7 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
             assert!(
                 (found - expected).norm() < 1e-8 * expected.norm(),
                 "{}",
-                probe.name
+                observed.name
             );
         }
     }
@@ -305,8 +305,8 @@ fn fewer_stuck_modes_err_with_the_square_of_the_frequency() {
 /// Observed amplitudes over the frequency `w` where all pairs stick, undamped.
 fn stuck_answer(relative: &RelativeModel, w: f64) -> Vec<f64> {
     let load = &relative.excitations[0].cosine.on_modes;
-    let observed = relative.observations.iter().map(|probe| {
-        let modes = probe.on_modes.iter().zip(load).zip(&relative.omega2);
+    let observed = relative.observations.iter().map(|observed| {
+        let modes = observed.on_modes.iter().zip(load).zip(&relative.omega2);
         modes.map(|((c, f), w2)| c * f / (w2 - w * w)).sum()
     });
     observed.collect()
@@ -450,7 +450,7 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
     let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
     // Stuck on what is rigid, the body has the modes of its flank held.
     let (bar, matrices) = (&model.bodies[0], &structure.bodies[0]);
-    let held = craig_bampton::held_modes(bar, matrices, ALL).unwrap();
+    let held = craig_bampton::fixed_interface_modes(bar, matrices, ALL).unwrap();
     assert_eq!(held.omega2.len(), reduced.relative.omega2.len());
     for (a, b) in held.omega2.iter().zip(&reduced.relative.omega2) {
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");

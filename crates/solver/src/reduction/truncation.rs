@@ -37,7 +37,7 @@ pub struct Truncation {
 /// Of static energy that the modes leave to the residual vectors, as shares of all of it: the largest
 /// among loads and among observed points.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Left {
+pub(super) struct EnergyShares {
     pub loads: f64,
     pub observed: f64,
 }
@@ -70,7 +70,7 @@ pub(super) fn yielding(relative: &RelativeModel) -> Mat<f64> {
 pub(super) fn amplitude(
     relative: &RelativeModel,
     modes: usize,
-    left: Left,
+    left: EnergyShares,
     yielding: &Mat<f64>,
     answers: &[f64],
     highest_rad_s: f64,
