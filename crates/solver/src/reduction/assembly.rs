@@ -31,7 +31,7 @@ use super::{Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeMo
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{BodyNode, Model};
 use dovetail_numerics::condense::condense;
-use dovetail_numerics::eigen::{Modes, lowest_modes};
+use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
 use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
 
@@ -56,9 +56,10 @@ pub fn reduce(
     let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
     let mut count = stuck_modes.count.unwrap_or(LEAST_MODES);
+    let mut known = Modes::none(joined.inner());
     loop {
         let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
-        let modes = lowest_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor)
+        let modes = more_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor, &known)
             .map_err(|source| ReductionError::Stuck { source })?;
         let reach = REACH * stuck_modes.highest.rad_s(&modes.omega2);
         let reached = modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach);
@@ -68,7 +69,13 @@ pub fn reduce(
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
                 return Ok(joined.finish(model, structure, on_modes, amplitude));
             }
+            known = Modes {
+                omega2: on_modes.relative.omega2[..on_modes.stuck_modes].to_vec(),
+                vectors: on_modes.modes.get(.., ..on_modes.stuck_modes).to_owned(),
+            };
             condensed = [on_modes.relative.stiffness, on_modes.relative.mass];
+        } else {
+            known = modes;
         }
         count *= 2;
     }
