@@ -1,8 +1,9 @@
 //! One side of a contact: the surface of one body, its normals, areas, spacing and direction.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
+use super::groups::{bounded_tets, sorted_corners};
 use crate::mesh::{FACET_EDGES, Group, Mesh};
 use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
@@ -155,53 +156,36 @@ fn nodes_behind(
     tets: &[u32],
     side: &Side,
 ) -> Result<Vec<u32>, ModelError> {
-    let key = |n: [u32; 3]| {
-        let mut n = n;
-        n.sort_unstable();
-        n
-    };
-    let contact = || side.contact.to_string();
-    let name = || side.group.to_string();
-    let tag = |i: usize| mesh.facet_tags[group.elements[i] as usize];
-    let mut facets = HashMap::with_capacity(group.elements.len());
+    let mut seen = HashSet::with_capacity(group.elements.len());
     for (i, &f) in group.elements.iter().enumerate() {
-        let n = mesh.facet(f as usize);
-        if facets.insert(key([n[0], n[1], n[2]]), i).is_some() {
+        if !seen.insert(sorted_corners(mesh.facet(f as usize))) {
             return Err(side.bad_facet(mesh, group, i, "is in the mesh twice"));
         }
     }
-    let mut behind: Vec<Option<u32>> = vec![None; group.elements.len()];
-    for &e in tets {
-        let t = mesh.tet(e as usize);
-        for k in 0..4 {
-            let face = [t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]];
-            let Some(&i) = facets.get(&key(face)) else {
-                continue;
-            };
-            if behind[i].replace(t[k]).is_some() {
-                return Err(ModelError::FlankInside {
-                    contact: contact(),
-                    group: name(),
-                    tag: tag(i),
-                });
-            }
-        }
+    let behind = bounded_tets(mesh, group, tets);
+    let tag = |i: usize| mesh.facet_tags[group.elements[i] as usize];
+    if let Some(i) = behind.iter().position(|(count, _)| *count > 1) {
+        return Err(ModelError::FlankInside {
+            contact: side.contact.to_string(),
+            group: side.group.to_string(),
+            tag: tag(i),
+        });
     }
     let off: Vec<u64> = (0..behind.len())
-        .filter(|&i| behind[i].is_none())
+        .filter(|&i| behind[i].0 == 0)
         .map(tag)
         .collect();
     if !off.is_empty() {
         return Err(ModelError::FlankOffBody {
-            contact: contact(),
-            group: name(),
+            contact: side.contact.to_string(),
+            group: side.group.to_string(),
             body: side.body.to_string(),
             count: off.len(),
             tags: off.into_iter().take(5).collect(),
             swapped: false,
         });
     }
-    Ok(behind.into_iter().flatten().collect())
+    Ok(behind.into_iter().map(|(_, opposite)| opposite).collect())
 }
 
 /// Direction in which most of the length of a surface's edge runs (of all edges, where the surface

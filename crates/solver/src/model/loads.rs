@@ -1,9 +1,7 @@
 //! Steady loads of the scene tied to nodes and facets.
 
-use std::collections::HashMap;
-
 use super::builder::BodyBuilder;
-use super::groups::{find_group, first_tags, kind};
+use super::groups::{bounded_tets, find_group, first_tags, kind};
 use super::{ModelError, StaticLoad, Traction};
 use crate::mesh::{ElementOrder, Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
@@ -98,32 +96,11 @@ fn outward_facets(
     used_by: &str,
     name: &str,
 ) -> Result<Vec<u32>, ModelError> {
-    let sorted = |n: &[u32]| {
-        let mut corners = [n[0], n[1], n[2]];
-        corners.sort_unstable();
-        corners
-    };
-    // How many tetrahedra a facet bounds, and the corner opposite to it.
-    let mut behind: HashMap<[u32; 3], (usize, u32)> = group
-        .elements
-        .iter()
-        .map(|&f| (sorted(mesh.facet(f as usize)), (0, 0)))
-        .collect();
-    for &e in body.tets() {
-        let t = mesh.tet(e as usize);
-        for k in 0..4 {
-            let face = [t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]];
-            if let Some((count, opposite)) = behind.get_mut(&sorted(&face)) {
-                *count += 1;
-                *opposite = t[k];
-            }
-        }
-    }
+    let behind = bounded_tets(mesh, group, body.tets());
     let x = |n: u32| mesh.nodes_m[n as usize];
     let mut facets = Vec::with_capacity(group.elements.len() * mesh.order.nodes_per_facet());
-    for &f in &group.elements {
+    for (&f, (count, opposite)) in group.elements.iter().zip(behind) {
         let nodes = mesh.facet(f as usize);
-        let (count, opposite) = behind[&sorted(nodes)];
         if count != 1 {
             return Err(ModelError::LoadInside {
                 used_by: used_by.to_string(),
