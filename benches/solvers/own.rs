@@ -1,29 +1,53 @@
 //! The sparse solver and the reduction on meshes of any size, beside other solvers: see compare.sh.
 //!
 //! ```text
-//! cargo bench --bench solvers -- stages MESH [MODES]    seconds and memory of finite elements and reduction
-//! cargo bench --bench solvers -- matrix MESH FILE       stiffness of the blade, flanks held, for `solve` and peers.c
-//! cargo bench --bench solvers -- solve FILE THREADS     analysis, factor, 256 right-hand sides
+//! cargo bench --bench solvers -- stages MESH [MODES]             seconds and memory of finite elements and reduction
+//! cargo bench --bench solvers -- matrix MESH FILE                stiffness and mass of the blade, flanks held
+//! cargo bench --bench solvers -- solve dovetail FILE THREADS     analysis, factor, 256 right-hand sides
+//! cargo bench --bench solvers -- solve faer FILE THREADS         the same by faer, in the order of dovetail
+//! cargo bench --bench solvers -- inertia dovetail FILE THREADS   the number of modes below a frequency
+//! cargo bench --bench solvers -- inertia faer FILE THREADS       the same from faer's L D L^T
+//! cargo bench --bench solvers -- modes blocks FILE THREADS       30 modes with the factor of dovetail
+//! cargo bench --bench solvers -- modes arpack FILE THREADS       the same by ARPACK
 //! ```
+//!
+//! Each runs in a process of its own, so that the peak of memory is its alone.
 //!
 //! MESH: of geometry/dovetail.geo, in millimetres. Processor seconds are of all threads; on a busy machine they say
 //! more than the wall clock.
 
-use std::io::{BufWriter, Read, Write};
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use dovetail::scene;
+use dovetail_numerics::eigen::{Modes, arpack, blocks};
 use dovetail_numerics::factor::Symbolic;
-use dovetail_numerics::sparse::{submatrix, times};
+use dovetail_numerics::inertia::negative_eigenvalues;
+use dovetail_numerics::order::nested_dissection;
+use dovetail_numerics::sparse::{submatrix, sum, symbolic_view, times, view};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
-use faer::Mat;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::perm::PermRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+    factorize_symbolic_cholesky,
+};
+use faer::{Conj, Mat, MatMut, Par, Side, Spec};
 use nalgebra_sparse::CscMatrix;
+use rayon::iter::ParallelIterator;
 
 const RIGHT_HAND_SIDES: usize = 256;
+/// Right-hand sides solved for in one go: few as a block of Lanczos vectors has, and many.
+const COLUMNS: [usize; 4] = [1, 8, 16, RIGHT_HAND_SIDES];
+const MODES: usize = 30;
+/// Squared angular frequency below which modes are counted, rad2/s2: there are some fifty.
+const SHIFT: f64 = 1e11;
 
 fn main() {
     let arguments: Vec<String> = std::env::args()
@@ -35,9 +59,37 @@ fn main() {
         ["stages", mesh] => stages(mesh, None),
         ["stages", mesh, modes] => stages(mesh, Some(modes.parse().expect("a number of modes"))),
         ["matrix", mesh, file] => write_matrix(mesh, file),
-        ["solve", file, threads] => solve(file, threads.parse().expect("a number of threads")),
+        [
+            task @ ("solve" | "inertia" | "modes"),
+            program,
+            file,
+            threads,
+        ] => {
+            let threads = threads.parse().expect("a number of threads");
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build_global()
+                .unwrap();
+            let [k, m] = read_matrices(file);
+            println!("{program}, {} unknowns, {threads} threads", k.ncols());
+            match (task, program) {
+                ("solve", "dovetail" | "faer") => {
+                    drop(m);
+                    match program {
+                        "faer" => solve_by_faer(&k, threads),
+                        _ => solve(&k),
+                    }
+                }
+                ("inertia", "dovetail" | "faer") => inertia(&k, &m, program),
+                ("modes", "blocks" | "arpack") => modes(&k, &m, program),
+                _ => println!("solvers: {program} does not {task}"),
+            }
+        }
         // `cargo bench -- word` asks every bench: the words are not for this one.
-        _ => println!("solvers: stages MESH [MODES] | matrix MESH FILE | solve FILE THREADS"),
+        _ => println!(
+            "solvers: stages MESH [MODES] | matrix MESH FILE | \
+             (solve | inertia | modes) PROGRAM FILE THREADS"
+        ),
     }
 }
 
@@ -76,52 +128,127 @@ fn write_matrix(mesh: &str, file: &str) {
     let structure = assemble(&model).unwrap();
     let (dofs, matrices) = (&model.bodies[0].dofs, &structure.bodies[0]);
     let moving: Vec<usize> = (0..3 * dofs.interior_nodes).collect();
-    let k = submatrix(&matrices.stiffness, &moving, &moving);
+    let [k, m] = [&matrices.stiffness, &matrices.mass].map(|a| submatrix(a, &moving, &moving));
     let mut out = BufWriter::new(std::fs::File::create(file).unwrap());
     let mut number = |v: u64| out.write_all(&v.to_le_bytes()).unwrap();
-    number(k.ncols() as u64);
-    number(k.nnz() as u64);
-    k.col_offsets().iter().for_each(|&i| number(i as u64));
-    k.row_indices().iter().for_each(|&i| number(i as u64));
-    k.values().iter().for_each(|v| number(v.to_bits()));
+    for a in [&k, &m] {
+        number(a.ncols() as u64);
+        number(a.nnz() as u64);
+        a.col_offsets().iter().for_each(|&i| number(i as u64));
+        a.row_indices().iter().for_each(|&i| number(i as u64));
+        a.values().iter().for_each(|v| number(v.to_bits()));
+    }
     println!("{} unknowns, {} entries", k.ncols(), k.nnz());
 }
 
-fn read_matrix(file: &str) -> CscMatrix<f64> {
-    let mut bytes = Vec::new();
-    let mut source = std::fs::File::open(file).unwrap();
-    source.read_to_end(&mut bytes).unwrap();
-    let numbers: Vec<u64> = bytes
-        .chunks_exact(8)
-        .map(|b| u64::from_le_bytes(b.try_into().unwrap()))
-        .collect();
-    let (n, entries) = (numbers[0] as usize, numbers[1] as usize);
-    let (offsets, rest) = numbers[2..].split_at(n + 1);
-    let (rows, values) = rest.split_at(entries);
-    let whole = |v: &[u64]| v.iter().map(|&i| i as usize).collect::<Vec<_>>();
-    let values = values.iter().map(|&v| f64::from_bits(v)).collect();
-    CscMatrix::try_from_csc_data(n, n, whole(offsets), whole(rows), values).unwrap()
+/// Stiffness and mass.
+fn read_matrices(file: &str) -> [CscMatrix<f64>; 2] {
+    let mut source = BufReader::new(std::fs::File::open(file).unwrap());
+    let mut number = || {
+        let mut bytes = [0; 8];
+        source.read_exact(&mut bytes).unwrap();
+        u64::from_le_bytes(bytes)
+    };
+    [(); 2].map(|()| {
+        let (n, entries) = (number() as usize, number() as usize);
+        let offsets = (0..=n).map(|_| number() as usize).collect();
+        let rows = (0..entries).map(|_| number() as usize).collect();
+        let values = (0..entries).map(|_| f64::from_bits(number())).collect();
+        CscMatrix::try_from_csc_data(n, n, offsets, rows, values).unwrap()
+    })
 }
 
-fn solve(file: &str, threads: usize) {
-    let k = read_matrix(file);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build_global()
-        .unwrap();
-    println!("dovetail, {} unknowns, {threads} threads", k.ncols());
-    let symbolic = timed("analysis", || Symbolic::analyse(&k).unwrap());
-    let factor = timed("factor", || symbolic.cholesky(&k).unwrap());
-    for columns in [1, 8, 16, RIGHT_HAND_SIDES] {
-        let b = Mat::from_fn(k.ncols(), columns, |i, j| ((i + 7 * j) as f64).sin());
-        let mut x = b.clone();
-        timed(&format!("solve {columns}"), || {
-            factor.solve_in_place(x.as_mut());
-        });
-        let error = (times(&k, x.as_ref()) - &b).norm_l2() / b.norm_l2();
-        assert!(error < 1e-6, "residual {error}");
+fn solve(k: &CscMatrix<f64>) {
+    let symbolic = timed("analysis", || Symbolic::analyse(k).unwrap());
+    let factor = timed("factor", || symbolic.cholesky(k).unwrap());
+    for columns in COLUMNS {
+        solve_columns(k, columns, |x| factor.solve_in_place(x));
     }
     println!("{} entries", factor.symbolic().factor_entries());
+}
+
+/// faer's Cholesky factor in the order of dovetail, by supernodes. The right-hand sides are shared among the threads,
+/// each of which works alone: faer is fastest so.
+fn solve_by_faer(k: &CscMatrix<f64>, threads: usize) {
+    let together = if threads == 1 {
+        Par::Seq
+    } else {
+        Par::rayon(threads)
+    };
+    let symbolic = timed("analysis", || faer_analysis(k));
+    let mut values = vec![0.0; symbolic.len_val()];
+    timed("factor", || {
+        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(together, Spec::default());
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                view(k),
+                Side::Upper,
+                LltRegularization::default(),
+                together,
+                MemStack::new(&mut MemBuffer::new(scratch)),
+                Spec::default(),
+            )
+            .unwrap();
+    });
+    let factor = LltRef::new(&symbolic, &values);
+    for columns in COLUMNS {
+        solve_columns(k, columns, |x| {
+            x.par_col_chunks_mut(columns.div_ceil(threads))
+                .for_each(|x| {
+                    let scratch = symbolic.solve_in_place_scratch::<f64>(x.ncols(), Par::Seq);
+                    let stack = &mut MemBuffer::new(scratch);
+                    factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, MemStack::new(stack));
+                });
+        });
+    }
+    println!("{} entries", values.len());
+}
+
+fn faer_analysis(k: &CscMatrix<f64>) -> SymbolicCholesky<usize> {
+    let order = nested_dissection(k.pattern(), 3).unwrap();
+    let order = PermRef::new_checked(&order.new_to_old, &order.old_to_new, k.ncols());
+    let params = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        ..Default::default()
+    };
+    let (pattern, order) = (symbolic_view(k.pattern()), SymmetricOrdering::Custom(order));
+    factorize_symbolic_cholesky(pattern, Side::Upper, order, params).unwrap()
+}
+
+/// Times and checks the solution for so many right-hand sides.
+fn solve_columns(k: &CscMatrix<f64>, columns: usize, solve: impl Fn(MatMut<'_, f64>)) {
+    let b = Mat::from_fn(k.ncols(), columns, |i, j| ((i + 7 * j) as f64).sin());
+    let mut x = b.clone();
+    timed(&format!("solve {columns}"), || solve(x.as_mut()));
+    let error = (times(k, x.as_ref()) - &b).norm_l2() / b.norm_l2();
+    assert!(error < 1e-6, "residual {error}");
+}
+
+/// Eigenvalues below a shift: dovetail keeps no factor for the count, faer's L D L^T has one thread.
+fn inertia(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
+    let symbolic = Symbolic::analyse(k).unwrap();
+    let count = if program == "dovetail" {
+        timed("inertia", || {
+            negative_eigenvalues(k, SHIFT, m, &symbolic).unwrap()
+        })
+    } else {
+        let shifted = sum(k, -SHIFT, m);
+        timed("inertia", || {
+            symbolic.ldlt(&shifted).unwrap().negative_pivots()
+        })
+    };
+    println!("{count} eigenvalues below {SHIFT:e} rad2/s2");
+}
+
+fn modes(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
+    let factor = Symbolic::analyse(k).unwrap().cholesky(k).unwrap();
+    let found = timed(&format!("{MODES} modes"), || match program {
+        "arpack" => arpack::lowest_modes(k, m, MODES, &factor),
+        _ => blocks::lowest_modes(k, m, MODES, &factor, &Modes::none(k.ncols())),
+    });
+    let hertz = found.unwrap().frequencies_hz();
+    println!("{:.6} to {:.6} Hz", hertz[0], hertz[MODES - 1]);
 }
 
 fn bound(mesh: &str) -> Model {

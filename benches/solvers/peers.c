@@ -1,6 +1,7 @@
 /* CHOLMOD and MUMPS on a matrix written by own.rs: analysis, factor, 256 right-hand sides.
  *   peers cholmod|mumps FILE THREADS
- * FILE: n, entries, n + 1 column offsets, row indices (64-bit integers), values; both triangles.
+ * FILE: n, entries, n + 1 column offsets, row indices (64-bit integers), values; both triangles. The mass that follows
+ * is not read.
  * Threads are those of the BLAS (OPENBLAS_NUM_THREADS) and, in MUMPS, of OpenMP: compare.sh sets them. */
 #include <cholmod.h>
 #include <dmumps_c.h>

@@ -1,31 +1,43 @@
-"""Medians and ratios of the log that compare.sh writes."""
+"""Medians and ratios of the log that compare.sh writes, one table for each task."""
 
 import re
 import statistics
 import sys
 from collections import defaultdict
 
-PARTS = ["analysis", "factor", "solve 256"]
+# Parts of a task, and those whose sum is compared.
+TASKS = {
+    "solve": (["analysis", "factor", "solve 1", "solve 8", "solve 16", "solve 256"], ["factor", "solve 256"]),
+    "inertia": (["inertia"], ["inertia"]),
+    "modes": (["30 modes"], ["30 modes"]),
+}
+OWN = {"solve": "dovetail", "inertia": "dovetail", "modes": "blocks"}
+
 seconds = defaultdict(list)
 memory = defaultdict(int)
 for line in open(sys.argv[1]):
     if line.startswith("= "):
-        _, program, threads, mesh = line.split()
-        key = (mesh, int(threads), program)
+        _, task, program, threads, mesh = line.split()
+        key = (task, mesh, int(threads), program)
     found = re.match(r"(.*?) +([\d.]+) s wall +([\d.]+) s processor +(\d+) MiB", line)
-    if found and found[1] in PARTS:
-        clock = found[3] if key[1] == 1 else found[2]
+    if found:
+        clock = found[3] if key[2] == 1 else found[2]
         seconds[*key, found[1]].append(float(clock))
         memory[key] = max(memory[key], int(found[4]))
-print("| mesh | threads | program | analysis | factor | 256 right-hand sides | MiB | factor + solves over the best peer |")
-print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-for mesh, threads in dict.fromkeys((mesh, threads) for mesh, threads, _ in memory):
-    middle = {
-        program: [statistics.median(seconds[mesh, threads, program, part]) for part in PARTS]
-        for program in ["dovetail", "cholmod", "mumps"]
-    }
-    best = min(sum(middle[peer][1:]) for peer in ["cholmod", "mumps"])
-    for program, times in middle.items():
-        shown = " | ".join(f"{t:.2f}" for t in times)
-        ratio = sum(times[1:]) / best
-        print(f"| {mesh} | {threads} | {program} | {shown} | {memory[mesh, threads, program]} | {ratio:.2f} |")
+
+
+def median(key, part):
+    times = seconds[*key, part]
+    return statistics.median(times) if times else None
+
+
+for task, (parts, counted) in TASKS.items():
+    print(f"| mesh | threads | program | {' | '.join(parts)} | MiB | {' + '.join(counted)} over dovetail |")
+    print("| --- " * (len(parts) + 5) + "|")
+    for key in (key for key in memory if key[0] == task):
+        shown = [median(key, part) for part in parts]
+        shown = " | ".join("" if t is None else f"{t:.3f}" for t in shown)
+        own = (*key[:3], OWN[task])
+        ratio = sum(median(key, p) for p in counted) / sum(median(own, p) for p in counted)
+        print(f"| {key[1]} | {key[2]} | {key[3]} | {shown} | {memory[key]} | {ratio:.2f} |")
+    print()

@@ -159,9 +159,9 @@ fn orthonormalise(
             remainder = product(own.as_ref(), remainder.as_ref());
             continue;
         }
-        let (mut kept, mut own) = (Vec::new(), Mat::<f64>::zeros(u.ncols(), u.ncols()));
+        let (mut independent, mut own) = (Vec::new(), Mat::<f64>::zeros(u.ncols(), u.ncols()));
         for j in 0..u.ncols() {
-            for (place, &i) in kept.iter().enumerate() {
+            for (place, &i) in independent.iter().enumerate() {
                 let share = dot(&weighted, i, u, j);
                 own[(place, j)] = share;
                 minus(u, j, share, i);
@@ -175,8 +175,8 @@ fn orthonormalise(
                 0.0
             };
             if length > bound {
-                own[(kept.len(), j)] = length;
-                kept.push(j);
+                own[(independent.len(), j)] = length;
+                independent.push(j);
                 for v in u.col_as_slice_mut(j) {
                     *v /= length;
                 }
@@ -185,11 +185,13 @@ fn orthonormalise(
                 }
             }
         }
-        if kept.len() < u.ncols() {
-            let keep = |a: &Mat<f64>| Mat::from_fn(a.nrows(), kept.len(), |i, j| a[(i, kept[j])]);
-            (*u, weighted) = (keep(u), keep(&weighted));
+        if independent.len() < u.ncols() {
+            let chosen = |a: &Mat<f64>| {
+                Mat::from_fn(a.nrows(), independent.len(), |i, j| a[(i, independent[j])])
+            };
+            (*u, weighted) = (chosen(u), chosen(&weighted));
         }
-        remainder = product(own.get(..kept.len(), ..), remainder.as_ref());
+        remainder = product(own.get(..independent.len(), ..), remainder.as_ref());
     }
     (weighted, remainder)
 }
