@@ -14,7 +14,6 @@ use super::fronts::{
     BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, in_rows, mirror,
     schur_complement,
 };
-use super::pool::Pool;
 
 /// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
 /// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is
@@ -31,11 +30,9 @@ pub(super) fn eliminate(
         .collect();
     if let (Some(supernodes), Some(stiffness)) = (symbolic.supernodal(), matrices.first()) {
         let tree = Tree::new(supernodes, symbolic, stiffness);
-        let pool = Pool::default();
         let slots = slots(&tree, values);
         let elimination = Elimination {
             tree: &tree,
-            pool: &pool,
             matrices,
             slots,
         };
@@ -80,18 +77,17 @@ fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f
 }
 
 /// Contribution blocks of a branch of the tree to its parent: K and M on the rows below its last columns.
-type Contributions<'a> = Vec<Contribution<'a>>;
+type Contributions = Vec<Contribution>;
 
 struct Elimination<'a> {
     tree: &'a Tree<'a>,
-    pool: &'a Pool,
     matrices: &'a [&'a CscMatrix<f64>],
     slots: Vec<Mutex<&'a mut [f64]>>,
 }
 
 impl<'a> Elimination<'a> {
-    fn eliminate(&self, s: usize) -> Result<Contributions<'a>, EliminationError> {
-        let (tree, pool) = (self.tree, self.pool);
+    fn eliminate(&self, s: usize) -> Result<Contributions, EliminationError> {
+        let tree = self.tree;
         let branches = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
         // By matrix instead of by child.
         let mut left: Vec<Vec<Contribution>> = self.matrices.iter().map(|_| Vec::new()).collect();
@@ -102,7 +98,7 @@ impl<'a> Elimination<'a> {
         }
         let mut fronts = Vec::new();
         for (matrix, left) in self.matrices.iter().zip(left) {
-            let front = tree.front(pool, s, &[(1.0, matrix)], left);
+            let front = tree.front(s, &[(1.0, matrix)], left);
             fronts.push(front.ok_or(EliminationError::PatternDiffers)?);
         }
         let width = tree.columns(s).len();
@@ -121,28 +117,27 @@ impl<'a> Elimination<'a> {
             { slot }.copy_from(factor.subrows(0, width + inner));
         }
         let lower = factor.get(width.., ..);
-        let mut contributions = vec![schur_complement(pool, width, lower, lower, &own_children)];
+        let mut contributions = vec![schur_complement(width, lower, lower, &own_children)];
         drop(own_children);
         if let Some(mut mass) = fronts.next() {
             let children = std::mem::take(&mut mass.children);
-            contributions.push(condense_mass(pool, factor, mass.columns(), &children));
+            contributions.push(condense_mass(factor, mass.columns(), &children));
         }
         Ok(contributions)
     }
 }
 
 /// The derivative's part of an elimination: the contributions of the children, less G P + (G P)^T.
-fn condense_mass<'p>(
-    pool: &'p Pool,
+fn condense_mass(
     factor: MatRef<'_, f64>,
     mass: MatMut<'_, f64>,
-    children: &[ChildContribution<'_>],
-) -> Contribution<'p> {
+    children: &[ChildContribution],
+) -> Contribution {
     let width = factor.ncols();
     let (pivots, below) = factor.split_at_row(width);
     let height = below.nrows();
     // [P^T G] and, columns swapped, [G P^T].
-    let mut sides = [(); 2].map(|()| pool.uninitialised(height * 2 * width));
+    let mut sides = [(); 2].map(|()| vec![0.0; height * 2 * width]);
     let [mut left, mut right] = sides
         .each_mut()
         .map(|side| MatMut::from_column_major_slice_mut(side, height, 2 * width));
@@ -173,5 +168,5 @@ fn condense_mass<'p>(
     });
     right.rb_mut().subcols_mut(0, width).copy_from(g.rb());
     right.rb_mut().subcols_mut(width, width).copy_from(p);
-    schur_complement(pool, width, left.rb(), right.rb(), children)
+    schur_complement(width, left.rb(), right.rb(), children)
 }

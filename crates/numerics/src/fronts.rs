@@ -18,7 +18,6 @@ use rayon::iter::{
 };
 
 use super::factor::Symbolic;
-use super::pool::{Buffer, Pool};
 
 /// Rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
@@ -131,13 +130,12 @@ impl<'a> Tree<'a> {
 
     /// The front of a supernode: what its children contribute, and the entries of a sum of matrices, each with a
     /// factor. `None` where the tree has no place for one.
-    pub fn front<'p>(
+    pub fn front(
         &self,
-        pool: &'p Pool,
         s: usize,
         terms: &[(f64, &CscMatrix<f64>)],
-        contributions: impl IntoIterator<Item = Contribution<'p>>,
-    ) -> Option<Front<'p>> {
+        contributions: impl IntoIterator<Item = Contribution>,
+    ) -> Option<Front> {
         let placed = |(&child, contribution)| {
             let rows = self.rows_of_child(s, child)?;
             Some(ChildContribution { contribution, rows })
@@ -148,7 +146,7 @@ impl<'a> Tree<'a> {
         let inner = self.supernodes.supernode(s).pattern().len();
         let height = width + inner + self.boundary[s].len();
         let mut front = Front {
-            values: pool.zeros(height * width),
+            values: vec![0.0; height * width],
             width,
             children,
         };
@@ -192,19 +190,18 @@ impl<'a> Tree<'a> {
 
 /// A contribution block: the Schur complement that a front adds to its parent. Its lower triangle in panels of
 /// [`BLOCK`] columns, each from its diagonal block down: half of the memory, and a panel is what one task computes.
-pub(super) struct Contribution<'p> {
+pub(super) struct Contribution {
     order: usize,
-    values: Buffer<'p>,
+    values: Vec<f64>,
 }
 
-impl<'p> Contribution<'p> {
-    /// Holds numbers of earlier use.
-    fn uninitialised(pool: &'p Pool, order: usize) -> Self {
+impl Contribution {
+    fn zeros(order: usize) -> Self {
         let panels = order.div_ceil(BLOCK);
         let size = panel_start(order, panels.saturating_sub(1)) + last_panel(order);
         Self {
             order,
-            values: pool.uninitialised(size),
+            values: vec![0.0; size],
         }
     }
 
@@ -259,13 +256,13 @@ fn last_panel(order: usize) -> usize {
 }
 
 /// The columns of a front that are eliminated, its own rows first, and what its children contribute besides.
-pub(super) struct Front<'p> {
-    values: Buffer<'p>,
+pub(super) struct Front {
+    values: Vec<f64>,
     width: usize,
-    pub children: Vec<ChildContribution<'p>>,
+    pub children: Vec<ChildContribution>,
 }
 
-impl Front<'_> {
+impl Front {
     pub fn columns(&mut self) -> MatMut<'_, f64> {
         let rows = self.values.len() / self.width;
         MatMut::from_column_major_slice_mut(&mut self.values, rows, self.width)
@@ -322,12 +319,12 @@ pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(),
 }
 
 /// The contribution block of a child, and the rows of its parent's front for its rows (ascending).
-pub(super) struct ChildContribution<'p> {
-    contribution: Contribution<'p>,
+pub(super) struct ChildContribution {
+    contribution: Contribution,
     rows: Vec<usize>,
 }
 
-impl ChildContribution<'_> {
+impl ChildContribution {
     /// Adds it to the columns of its parent's front.
     fn add_to_front(&self, front: &mut MatMut<'_, f64>) {
         let width = front.ncols();
@@ -366,14 +363,13 @@ impl ChildContribution<'_> {
 }
 
 /// Contribution block of a front of `width` columns: what its children contribute below them, less a b^T.
-pub(super) fn schur_complement<'p>(
-    pool: &'p Pool,
+pub(super) fn schur_complement(
     width: usize,
     a: MatRef<'_, f64>,
     b: MatRef<'_, f64>,
-    children: &[ChildContribution<'_>],
-) -> Contribution<'p> {
-    let mut contribution = Contribution::uninitialised(pool, a.nrows());
+    children: &[ChildContribution],
+) -> Contribution {
+    let mut contribution = Contribution::zeros(a.nrows());
     let compute = |(start, mut panel): (usize, MatMut<'_, f64>)| {
         let columns = panel.ncols();
         let b = b.get(start..start + columns, ..);

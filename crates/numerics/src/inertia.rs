@@ -8,7 +8,6 @@ use nalgebra_sparse::CscMatrix;
 
 use super::factor::{FactorError, Symbolic};
 use super::fronts::{BadPivot, Contribution, Pivots, Tree, factor_front, schur_complement};
-use super::pool::Pool;
 use super::sparse::sum;
 
 /// Number of negative eigenvalues of K - shift M (Sylvester's law). `symbolic` is the analysis of K, or of
@@ -42,26 +41,22 @@ fn count(terms: &[(f64, &CscMatrix<f64>)], symbolic: &Symbolic) -> Result<usize,
         return Ok(0);
     };
     let tree = Tree::new(supernodes, symbolic, first);
-    let pool = Pool::default();
-    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, &pool, terms, s))?;
+    let roots = tree.branches(&tree.roots, |s| eliminate(&tree, terms, s))?;
     Ok(roots.iter().map(|(_, negative)| negative).sum())
 }
 
 /// The contribution block of a branch to its parent, and its negative pivots.
-fn eliminate<'p>(
+fn eliminate(
     tree: &Tree<'_>,
-    pool: &'p Pool,
     terms: &[(f64, &CscMatrix<f64>)],
     s: usize,
-) -> Result<(Contribution<'p>, usize), FactorError> {
-    let branches = tree.branches(&tree.children[s], |child| {
-        eliminate(tree, pool, terms, child)
-    })?;
+) -> Result<(Contribution, usize), FactorError> {
+    let branches = tree.branches(&tree.children[s], |child| eliminate(tree, terms, child))?;
     let width = tree.columns(s).len();
     let mut negative = branches.iter().map(|(_, negative)| negative).sum();
     let contributions = branches.into_iter().map(|(contribution, _)| contribution);
     let mut front = tree
-        .front(pool, s, terms, contributions)
+        .front(s, terms, contributions)
         .ok_or(FactorError::PatternDiffers)?;
     factor_front(front.columns(), Pivots::Signed).map_err(|BadPivot| FactorError::Singular {
         dof: tree.new_to_old[tree.columns(s).start],
@@ -72,7 +67,7 @@ fn eliminate<'p>(
     negative += (0..width).filter(|&j| pivots[(j, j)] < 0.0).count();
     // F_21 L^-T D^-1
     let below = lower.nrows();
-    let mut scaled = pool.uninitialised(below * width);
+    let mut scaled = vec![0.0; below * width];
     let mut scaled = MatMut::from_column_major_slice_mut(&mut scaled, below, width);
     for j in 0..width {
         let pivot = pivots[(j, j)];
@@ -81,7 +76,7 @@ fn eliminate<'p>(
             *scaled = v / pivot;
         }
     }
-    let contribution = schur_complement(pool, width, scaled.rb(), lower, &children);
+    let contribution = schur_complement(width, scaled.rb(), lower, &children);
     Ok((contribution, negative))
 }
 

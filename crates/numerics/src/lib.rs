@@ -15,7 +15,6 @@ pub mod inertia;
 pub mod newton;
 pub mod order;
 pub mod packed;
-mod pool;
 pub mod refresh;
 mod solve;
 pub mod space;

@@ -15,8 +15,6 @@ use faer::linalg::triangular_solve::{
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::sparse::linalg::cholesky::supernodal::SupernodalLltRef;
 use faer::{Accum, MatMut, MatRef, Par};
-
-use super::pool::{Buffer, Pool};
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 
@@ -44,10 +42,10 @@ impl Factor<'_> {
         if rhs.nrows() == 0 || columns == 0 {
             return;
         }
-        let (plan, pool) = (Plan::new(self), Pool::default());
+        let plan = Plan::new(self);
         let width = columns.div_ceil(columns.div_ceil(WIDEST_BLOCK));
         rhs.par_col_chunks_mut(width)
-            .for_each(|block| plan.solve(block, &pool));
+            .for_each(|block| plan.solve(block));
     }
 }
 
@@ -136,14 +134,14 @@ impl<'a> Plan<'a> {
         }
     }
 
-    fn solve(&self, mut rhs: MatMut<'_, f64>, pool: &Pool) {
+    fn solve(&self, mut rhs: MatMut<'_, f64>) {
         let width = rhs.ncols();
-        let mut x = pool.uninitialised(rhs.nrows() * width);
+        let mut x = vec![0.0; rhs.nrows() * width];
         self.gather(rhs.rb(), &mut x);
-        let mut carried: Vec<Buffer> = self
+        let mut carried: Vec<Vec<f64>> = self
             .branches
             .iter()
-            .map(|branch| pool.zeros(branch.pattern.len() * width))
+            .map(|branch| vec![0.0; branch.pattern.len() * width])
             .collect();
         self.each_branch(&mut x, &mut carried, width, |branch, x, carried| {
             self.branch_forward(branch, x, carried, width);
@@ -205,7 +203,7 @@ impl<'a> Plan<'a> {
     fn each_branch(
         &self,
         x: &mut [f64],
-        carried: &mut [Buffer<'_>],
+        carried: &mut [Vec<f64>],
         width: usize,
         run: impl Fn(&Branch<'_>, &mut [f64], &mut [f64]) + Sync,
     ) {
