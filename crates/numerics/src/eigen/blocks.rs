@@ -63,47 +63,29 @@ fn lanczos(
 ) -> Result<(Modes, usize), EigenError> {
     let n = mass.nrows();
     let room = ((6 * wanted + 10 * BLOCK) << attempt).min(n);
-    // V and M V.
-    let mut basis = Mat::<f64>::zeros(n, room + BLOCK);
-    let mut weighted_basis = Mat::<f64>::zeros(n, room + BLOCK);
+    let mut basis = Basis::of(known, wanted, room + BLOCK, mass);
     let start = Mat::from_fn(n, BLOCK.min(n), |i, j| start_entry(i + j * n, attempt));
     let mut next = symmetric_product(mass, start.as_ref());
     factor.solve_in_place(next.as_mut());
-    // Lower triangle of T.
-    let mut projected = Mat::<f64>::zeros(room + BLOCK, room + BLOCK);
-    let mut columns = known.count().min(wanted);
-    let vectors = known.vectors.get(.., ..columns);
-    basis.get_mut(.., ..columns).copy_from(vectors);
-    let products = symmetric_product(mass, vectors);
-    weighted_basis.get_mut(.., ..columns).copy_from(&products);
-    for (j, omega2) in known.omega2[..columns].iter().enumerate() {
-        projected[(j, j)] = omega2.recip();
-    }
-    let spanned = [basis.get(.., ..columns), weighted_basis.get(.., ..columns)];
-    project_out(spanned, &mut next);
+    project_out(basis.spanned(), &mut next);
     let mut longest = 0.0;
-    let (mut weighted, _) = orthonormalise(mass, spanned, &mut next, &mut longest);
+    let (mut weighted, _) = orthonormalise(mass, basis.spanned(), &mut next, &mut longest);
     loop {
-        let width = next.ncols();
-        let end = columns + width;
-        basis.get_mut(.., columns..end).copy_from(&next);
-        weighted_basis
-            .get_mut(.., columns..end)
-            .copy_from(&weighted);
-        let all = basis.get(.., ..end);
-        let spanned = [all, weighted_basis.get(.., ..end)];
+        let columns = basis.columns;
+        basis.extend(&next, &weighted);
+        let end = basis.columns;
         next = weighted;
         factor.solve_in_place(next.as_mut());
         // Once more in `orthonormalise`.
-        let shares = project_out(spanned, &mut next);
-        let corner = projected.get_mut(columns..end, columns..end);
+        let shares = project_out(basis.spanned(), &mut next);
+        let corner = basis.projected.get_mut(columns..end, columns..end);
         { corner }.copy_from(shares.get(columns..end, ..));
         let remainder;
-        (weighted, remainder) = orthonormalise(mass, spanned, &mut next, &mut longest);
+        (weighted, remainder) = orthonormalise(mass, basis.spanned(), &mut next, &mut longest);
         let beyond = end..end + next.ncols();
-        let mut below = projected.get_mut(beyond, columns..end);
+        let mut below = basis.projected.get_mut(beyond, columns..end);
         below.copy_from(&remainder);
-        let (theta, shares) = largest_first(projected.get(..end, ..end).to_owned())?;
+        let (theta, shares) = largest_first(basis.projected.get(..end, ..end).to_owned())?;
         let last = product(remainder.as_ref(), shares.get(columns..end, ..));
         let found = wanted.min(end);
         let converged = (0..found)
@@ -112,7 +94,7 @@ fn lanczos(
         if converged == wanted {
             let shares = shares.get(.., ..wanted);
             let mut vectors = Mat::zeros(n, wanted);
-            subtract(all, (-shares).as_ref(), vectors.as_mut());
+            subtract(basis.spanned()[0], (-shares).as_ref(), vectors.as_mut());
             let omega2 = theta[..wanted].iter().map(|x| x.recip()).collect();
             return Ok((Modes { omega2, vectors }, end));
         }
@@ -120,18 +102,62 @@ fn lanczos(
             // An invariant space without the rest of the modes: on in another one.
             let fresh = |i, j| start_entry(i + j * n, TRIES + end);
             next = Mat::from_fn(n, BLOCK.min(n - end), fresh);
-            project_out(spanned, &mut next);
-            project_out(spanned, &mut next);
-            weighted = orthonormalise(mass, spanned, &mut next, &mut longest).0;
+            project_out(basis.spanned(), &mut next);
+            project_out(basis.spanned(), &mut next);
+            weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;
         }
-        columns = end;
-        if columns + next.ncols() > room {
+        if end + next.ncols() > room {
             return Err(EigenError::Basis {
                 converged,
                 wanted,
-                columns,
+                columns: end,
             });
         }
+    }
+}
+
+/// A basis that is orthonormal in the product of the mass.
+struct Basis {
+    /// V
+    vectors: Mat<f64>,
+    /// M V
+    weighted: Mat<f64>,
+    /// Lower triangle of T.
+    projected: Mat<f64>,
+    /// In use.
+    columns: usize,
+}
+
+impl Basis {
+    /// The lowest of the `known` modes, with room for `most` columns.
+    fn of(known: &Modes, wanted: usize, most: usize, mass: &CscMatrix<f64>) -> Self {
+        let n = mass.nrows();
+        let columns = known.count().min(wanted);
+        let mut basis = Self {
+            vectors: Mat::zeros(n, most),
+            weighted: Mat::zeros(n, most),
+            projected: Mat::zeros(most, most),
+            columns: 0,
+        };
+        let vectors = known.vectors.get(.., ..columns).to_owned();
+        basis.extend(&vectors, &symmetric_product(mass, vectors.as_ref()));
+        for (j, omega2) in known.omega2[..columns].iter().enumerate() {
+            basis.projected[(j, j)] = omega2.recip();
+        }
+        basis
+    }
+
+    /// Takes more vectors in, with their products by the mass.
+    fn extend(&mut self, vectors: &Mat<f64>, weighted: &Mat<f64>) {
+        let new = self.columns..self.columns + vectors.ncols();
+        self.vectors.get_mut(.., new.clone()).copy_from(vectors);
+        self.weighted.get_mut(.., new.clone()).copy_from(weighted);
+        self.columns = new.end;
+    }
+
+    /// The vectors, and their products by the mass.
+    fn spanned(&self) -> [MatRef<'_, f64>; 2] {
+        [&self.vectors, &self.weighted].map(|a| a.get(.., ..self.columns))
     }
 }
 

@@ -412,15 +412,8 @@ impl<'a> Joined<'a> {
             loads: largest(&energy_shares[1..first_observed]),
             observed: largest(&energy_shares[first_observed..]),
         };
-        let amplitude = match stuck_modes < self.inner() {
-            true => {
-                let x = truncation::yielding(&relative);
-                let answers = self.answers_to_flanks(&x);
-                let highest = wanted.highest.rad_s(&relative.omega2);
-                truncation::amplitude(&relative, stuck_modes, left, &x, &answers, highest)
-            }
-            false => Some(0.0),
-        };
+        let highest_rad_s = wanted.highest.rad_s(&relative.omega2);
+        let amplitude = self.amplitude_error(&relative, stuck_modes, left, highest_rad_s);
         let on_modes = OnModes {
             relative,
             unit_loads,
@@ -429,6 +422,22 @@ impl<'a> Joined<'a> {
             load_n: on_g.col_as_slice(0).to_vec(),
         };
         Ok((on_modes, amplitude))
+    }
+
+    /// Estimated relative error of amplitudes by the modes left out; `None` as in [`truncation::amplitude`].
+    fn amplitude_error(
+        &self,
+        relative: &RelativeModel,
+        stuck_modes: usize,
+        left: truncation::EnergyShares,
+        highest_rad_s: f64,
+    ) -> Option<f64> {
+        if stuck_modes == self.inner() {
+            return Some(0.0);
+        }
+        let x = truncation::yielding(relative);
+        let answers = self.answers_to_flanks(&x);
+        truncation::amplitude(relative, stuck_modes, left, &x, &answers, highest_rad_s)
     }
 
     /// y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, of each column of `x`.
