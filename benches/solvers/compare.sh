@@ -1,13 +1,14 @@
 #!/bin/sh
-# Sparse Cholesky, inertia and modes of dovetail and its peers on the same matrices, interleaved, in one run:
+# Sparse Cholesky, inertia and modes of dovetail and its peers on the same matrices, interleaved, in
+# one run:
 #
 #     benches/solvers/compare.sh MESH...
 #
-# MESH: meshes of geometry/dovetail.geo (docs/geometry.md has the parameters). ROUNDS (3), THREADS ("1 2") and
-# PEERS ("faer cholmod mumps") may be set; CHOLMOD and MUMPS are installed by apt (Debian) where they are missing.
-# faer takes the order of dovetail, CHOLMOD that of METIS, MUMPS that of SCOTCH; ARPACK takes the factor of
-# dovetail. The tables have the medians of processor seconds with one thread and of the wall clock with more,
-# the peak of memory, and ratios.
+# MESH: meshes of geometry/dovetail.geo (docs/geometry.md has the parameters). ROUNDS (3), THREADS
+# ("1 2") and PEERS ("faer cholmod mumps") may be set; CHOLMOD and MUMPS are installed by apt
+# (Debian) where they are missing. faer takes the order of dovetail, CHOLMOD that of METIS, MUMPS
+# that of SCOTCH; ARPACK takes the factor of dovetail. The tables have the medians of processor
+# seconds with one thread and of the wall clock with more, the peak of memory, and ratios.
 set -eu
 cd "$(dirname "$0")/../.."
 [ $# -gt 0 ] || { sed -n '2,11s/^# \{0,1\}//p' "$0"; exit 1; }

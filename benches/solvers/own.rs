@@ -1,14 +1,16 @@
 //! The sparse solver and the reduction on meshes of any size, beside other solvers: see compare.sh.
 //!
+//! `cargo bench --bench solvers --` and one of
+//!
 //! ```text
-//! cargo bench --bench solvers -- stages MESH [MODES]             seconds and memory of finite elements and reduction
-//! cargo bench --bench solvers -- matrix MESH FILE                stiffness and mass of the blade, flanks held
-//! cargo bench --bench solvers -- solve dovetail FILE THREADS     analysis, factor, 256 right-hand sides
-//! cargo bench --bench solvers -- solve faer FILE THREADS         the same by faer, in the order of dovetail
-//! cargo bench --bench solvers -- inertia dovetail FILE THREADS   the number of modes below a frequency
-//! cargo bench --bench solvers -- inertia faer FILE THREADS       the same from faer's L D L^T
-//! cargo bench --bench solvers -- modes blocks FILE THREADS       30 modes with the factor of dovetail
-//! cargo bench --bench solvers -- modes arpack FILE THREADS       the same by ARPACK
+//! stages MESH [MODES]             seconds and memory of finite elements and reduction
+//! matrix MESH FILE                stiffness and mass of the blade, flanks held
+//! solve dovetail FILE THREADS     analysis, factor, 256 right-hand sides
+//! solve faer FILE THREADS         the same by faer, in the order of dovetail
+//! inertia dovetail FILE THREADS   the number of modes below a frequency
+//! inertia faer FILE THREADS       the same from faer's L D L^T
+//! modes blocks FILE THREADS       30 modes with the factor of dovetail
+//! modes arpack FILE THREADS       the same by ARPACK
 //! ```
 //!
 //! Each runs in a process of its own, so that the peak of memory is its alone.
@@ -167,8 +169,8 @@ fn solve(k: &CscMatrix<f64>) {
     println!("{} entries", factor.symbolic().factor_entries());
 }
 
-/// faer's Cholesky factor in the order of dovetail, by supernodes. The right-hand sides are shared among the threads,
-/// each of which works alone: faer is fastest so.
+/// faer's Cholesky factor in the order of dovetail, by supernodes. The right-hand sides are shared
+/// among the threads, each of which works alone: faer is fastest so.
 fn solve_by_faer(k: &CscMatrix<f64>, threads: usize) {
     let together = if threads == 1 {
         Par::Seq
@@ -225,7 +227,8 @@ fn solve_columns(k: &CscMatrix<f64>, columns: usize, solve: impl Fn(MatMut<'_, f
     assert!(error < 1e-6, "residual {error}");
 }
 
-/// Eigenvalues below a shift: dovetail keeps no factor for the count, faer's L D L^T has one thread.
+/// Eigenvalues below a shift: dovetail keeps no factor for the count, faer's L D L^T has one
+/// thread.
 fn inertia(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
     let symbolic = Symbolic::analyse(k).unwrap();
     let count = if program == "dovetail" {

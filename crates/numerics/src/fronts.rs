@@ -128,8 +128,8 @@ impl<'a> Tree<'a> {
         }
     }
 
-    /// The front of a supernode: what its children contribute, and the entries of a sum of matrices, each with a
-    /// factor. `None` where the tree has no place for one.
+    /// The front of a supernode: what its children contribute, and the entries of a sum of
+    /// matrices, each with a factor. `None` where the tree has no place for one.
     pub fn front(
         &self,
         s: usize,
@@ -255,7 +255,8 @@ fn last_panel(order: usize) -> usize {
     }
 }
 
-/// The columns of a front that are eliminated, its own rows first, and what its children contribute besides.
+/// The columns of a front that are eliminated, its own rows first, and what its children contribute
+/// besides.
 pub(super) struct Front {
     values: Vec<f64>,
     width: usize,
@@ -281,7 +282,8 @@ pub(super) enum Pivots {
 /// A pivot that is not positive, or zero.
 pub(super) struct BadPivot;
 
-/// Factors the own rows of a front and solves the rows below with L, in place: these are then F_21 L^-T.
+/// Factors the own rows of a front and solves the rows below with L, in place: these are then F_21
+/// L^-T.
 pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(), BadPivot> {
     let width = front.ncols();
     let (mut own, below) = front.split_at_row_mut(width);

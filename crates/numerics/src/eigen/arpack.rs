@@ -74,8 +74,8 @@ fn lanczos(
 const PROBLEM: &CStr = c"G"; // generalised
 const WHICH: &CStr = c"LM"; // the largest of the inverse
 
-/// The arrays that ARPACK works on, of the lengths that the Users' Guide asks for: resid n, v n x ncv,
-/// workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
+/// The arrays that ARPACK works on, of the lengths that the Users' Guide asks for: resid n, v n x
+/// ncv, workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
 struct Run {
     n: usize,
     wanted: usize,
@@ -123,9 +123,9 @@ impl Run {
         let mut product = vec![0.0; n];
         let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
         loop {
-            // SAFETY: all arrays have the lengths that the Users' Guide asks for (see `Run`), live across
-            // the loop, and are touched by no one else; the lock keeps ARPACK's static state to this run;
-            // the strings are constants.
+            // SAFETY: all arrays have the lengths that the Users' Guide asks for (see `Run`), live
+            // across the loop, and are touched by no one else; the lock keeps ARPACK's static state
+            // to this run; the strings are constants.
             unsafe {
                 arpack_sys::dsaupd_c(
                     &mut ido,
@@ -177,16 +177,16 @@ impl Run {
         Ok(())
     }
 
-    /// The squared frequencies and the modes, one after the other, of a run that has converged. The lock is
-    /// still held.
+    /// The squared frequencies and the modes, one after the other, of a run that has converged. The
+    /// lock is still held.
     fn extract(mut self) -> Result<(Vec<f64>, Vec<f64>), EigenError> {
         let [order, columns, basis_columns] = self.counts;
         let select = vec![0 as c_int; self.vectors];
         let mut omega2 = vec![0.0; self.wanted];
         let mut modes = vec![0.0; self.n * self.wanted];
         let mut info = 0;
-        // SAFETY: as in `iterate`; d holds nev numbers, z n x nev, select ncv; the arrays of the finished
-        // dsaupd run are passed on unchanged, as the Users' Guide demands.
+        // SAFETY: as in `iterate`; d holds nev numbers, z n x nev, select ncv; the arrays of the
+        // finished dsaupd run are passed on unchanged, as the Users' Guide demands.
         unsafe {
             arpack_sys::dseupd_c(
                 1,

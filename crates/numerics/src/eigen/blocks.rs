@@ -35,7 +35,7 @@ const ROWS: usize = 8192;
 
 /// The `count` lowest modes; see [`super::lowest_modes`], which sends small problems elsewhere.
 ///
-/// The basis begins with the modes that are `known`, the lowest ones: they are no more iterated for.
+/// The basis begins with the modes that are `known`, the lowest ones.
 ///
 /// # Errors
 /// [`EigenError::Basis`], [`EigenError::Residual`], [`EigenError::Missing`] after three tries with

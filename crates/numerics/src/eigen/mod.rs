@@ -106,8 +106,8 @@ pub fn lowest_modes(
     more_modes(stiffness, mass, count, factor, &none)
 }
 
-/// [`lowest_modes`] where the lowest of them are `known`: [`blocks`] begins with these, the other methods do
-/// without.
+/// [`lowest_modes`] where the lowest of them are `known`: [`blocks`] begins with these, the other
+/// methods do without.
 ///
 /// # Errors
 /// See [`EigenError`].

@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn quadratic_nodes_are_in_the_order_of_gmsh() {
-        // As Gmsh's reference manual draws the ten-node tetrahedron: its last two edges end in node 3.
+        // As Gmsh's reference manual draws it: the last two edges end in node 3.
         assert_eq!(TET_EDGES, [[0, 1], [1, 2], [0, 2], [0, 3], [2, 3], [1, 3]]);
         for (edge, ends) in TET_EDGES.iter().enumerate() {
             let [a, b] = ends.map(|corner| tet10::REFERENCE[corner]);

@@ -1,7 +1,7 @@
 //! Ten-node tetrahedron, quadratic shape functions; edges and faces may be curved (isoparametric).
 //!
-//! Corners as [`super::tet4`], then the middles of the edges [`TET_EDGES`]. With barycentric coordinates L: corner `a` has
-//! L_a (2 L_a - 1), the middle of edge `ab` has 4 L_a L_b.
+//! Corners as [`super::tet4`], then the middles of the edges [`TET_EDGES`]. With barycentric
+//! coordinates L: corner `a` has L_a (2 L_a - 1), the middle of edge `ab` has 4 L_a L_b.
 
 use super::quadrature::{Rule, Table, Tables};
 use super::tet4;

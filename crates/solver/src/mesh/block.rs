@@ -66,8 +66,8 @@ pub fn block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
 /// The points of a block: its nodes.
 struct Grid {
     order: ElementOrder,
-    /// Points from one end of a cell to the other: quadratic meshes use the grid of half the spacing,
-    /// where the middle of any edge of a tetrahedron is a point.
+    /// Points from one end of a cell to the other: quadratic meshes use the grid of half the
+    /// spacing, where the middle of any edge of a tetrahedron is a point.
     step: usize,
     /// Last point in each direction; the first is 0.
     last: [usize; 3],

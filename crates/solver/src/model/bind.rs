@@ -1,4 +1,5 @@
-//! The binding itself: groups looked up, bodies numbered, contacts, forces and observed points tied to nodes.
+//! The binding itself: groups looked up, bodies numbered, contacts, forces and observed points tied
+//! to nodes.
 
 use super::builder::BodyBuilder;
 use super::groups::{find_group, first_tags};

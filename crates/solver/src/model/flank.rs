@@ -117,7 +117,8 @@ pub(super) fn flank(
     })
 }
 
-/// Normal of a facet, as long as twice its area, away from the node behind it; `None` where it has no area.
+/// Normal of a facet, as long as twice its area, away from the node behind it; `None` where it has
+/// no area.
 fn twice_area([a, b, c]: [[f64; 3]; 3], behind: [f64; 3]) -> Option<[f64; 3]> {
     let normal = cross(sub(b, a), sub(c, a));
     let (area, height) = (0.5 * norm(normal), dot(normal, sub(a, behind)));

@@ -61,8 +61,8 @@ pub(super) fn first_tags<'a>(
     (tags.len(), tags.into_iter().take(5).collect())
 }
 
-/// Of each facet of a group, how many of the tetrahedra `tets` it bounds, and the corner of one of these that is
-/// opposite to it.
+/// Of each facet of a group, how many of the tetrahedra `tets` it bounds, and the corner of one of
+/// these that is opposite to it.
 pub(super) fn bounded_tets(mesh: &Mesh, group: &Group, tets: &[u32]) -> Vec<(usize, u32)> {
     let key = |&f: &u32| sorted_corners(mesh.facet(f as usize));
     let mut bounded: HashMap<[u32; 3], (usize, u32)> =

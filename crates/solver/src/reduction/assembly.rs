@@ -424,7 +424,8 @@ impl<'a> Joined<'a> {
         Ok((on_modes, amplitude))
     }
 
-    /// Estimated relative error of amplitudes by the modes left out; `None` as in [`truncation::amplitude`].
+    /// Estimated relative error of amplitudes by the modes left out; `None` as in
+    /// [`truncation::amplitude`].
     fn amplitude_error(
         &self,
         relative: &RelativeModel,

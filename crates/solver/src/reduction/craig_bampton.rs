@@ -92,9 +92,9 @@ impl Interior {
 /// `loads` (free dofs x loads) exactly.
 ///
 /// # Errors
-/// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior is
-/// not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`], [`ReductionError::Residual`],
-/// [`ReductionError::Size`].
+/// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior
+/// is not held or unstable, [`ReductionError::Factor`], [`ReductionError::Eigen`],
+/// [`ReductionError::Residual`], [`ReductionError::Size`].
 pub fn condense(
     body: &Body,
     matrices: &BodyMatrices,
@@ -179,8 +179,8 @@ fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64>
         .expect("every row of every column, in order")
 }
 
-/// The `count` lowest fixed-interface modes of a body: its contact nodes do not move, and nothing is
-/// reduced. Vectors are on the free dofs of its interior.
+/// The `count` lowest fixed-interface modes of a body: its contact nodes do not move, and nothing
+/// is reduced. Vectors are on the free dofs of its interior.
 ///
 /// # Errors
 /// As [`condense()`].

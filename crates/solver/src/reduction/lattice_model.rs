@@ -9,8 +9,8 @@ use crate::model::{
 use dovetail_testkit::lattice::{Lattice, scattered};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
-/// has an observed point at its tip and two tied nodes besides; the block an observed point and its face
-/// x = 0 held.
+/// has an observed point at its tip and two tied nodes besides; the block an observed point and its
+/// face x = 0 held.
 pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
     let bar = Lattice {
         shape: [4, 3, 3],

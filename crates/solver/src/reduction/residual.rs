@@ -40,13 +40,13 @@ pub enum ResidualError {
     Dense { vectors: usize },
 }
 
-/// Vectors R f of the `loads` (unknowns x loads) with their static `answers` K^-1 f, of unit modal mass and
-/// orthogonal to each other and to the modes. Loads that depend on each other, or that the modes answer in
-/// full, give fewer vectors than there are loads.
+/// Vectors R f of the `loads` (unknowns x loads) with their static `answers` K^-1 f, of unit modal
+/// mass and orthogonal to each other and to the modes. Loads that depend on each other, or that the
+/// modes answer in full, give fewer vectors than there are loads.
 ///
 /// # Errors
-/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that does not
-/// converge.
+/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that
+/// does not converge.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
     answers: MatRef<'_, f64>,
