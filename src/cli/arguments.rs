@@ -43,6 +43,10 @@ pub(super) struct Cli {
     #[arg(long, value_name = "DIR", global = true)]
     pub(super) out: Option<PathBuf>,
 
+    /// Replace the files of another scene's run in the folder for the results
+    #[arg(long, global = true)]
+    pub(super) force: bool,
+
     /// Set a key of the scene, e.g. response.points=20 (see dovetail run --help)
     #[arg(long = "set", value_name = "KEY=VALUE", global = true, long_help = SET_HELP)]
     pub(super) overrides: Vec<String>,

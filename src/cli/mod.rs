@@ -15,11 +15,12 @@ use self::arguments::{Cli, Command, Modes, cache_settings};
 use crate::console::{Console, Verbosity};
 use crate::exit::ExitStatus;
 use crate::export::csv;
+use crate::export::folder::OtherScene;
 use crate::export::manifest::Summary;
 use crate::pipeline::observer::{Both, Observer};
 use crate::pipeline::progress::Progress;
 use crate::pipeline::verify::verify;
-use crate::pipeline::{self, Context, Files};
+use crate::pipeline::{self, Context, Files, RunError};
 use crate::scene;
 use crate::study;
 use crate::terminal;
@@ -82,7 +83,11 @@ fn run(cli: &Cli) -> Result<(), Error> {
     if matches!(&cli.command, Command::Run(arguments) if arguments.until_stdin_ends) {
         end_with_stdin();
     }
-    command(&cli.command, &scene, &context, console)
+    let other = match cli.force {
+        true => OtherScene::Replace,
+        false => OtherScene::Refuse,
+    };
+    command(&cli.command, &scene, &context, other, console)
 }
 
 /// What a command does about a scene: computes, writes, prints.
@@ -90,72 +95,97 @@ fn command(
     command: &Command,
     scene: &Scene,
     context: &Context,
+    other: OtherScene,
     mut console: Console,
 ) -> Result<(), Error> {
-    let mut files = Files::new(scene, context);
+    match command {
+        Command::Reduce(_) => {
+            return Ok(pipeline::reduce(
+                scene,
+                context,
+                &Progress::new(&mut console),
+            )?);
+        }
+        Command::Check(_) => {
+            return Ok(pipeline::check(scene, &Progress::new(&mut console))?);
+        }
+        // Comes with a file of its own.
+        Command::Study(_) => return Ok(()),
+        _ => {}
+    }
+    let mut files = Files::open(scene, context, other)?;
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match command {
         Command::Run(_) => {
             let observers = &mut Both(&mut files, &mut console);
-            let run = pipeline::solve(scene, context, observers)?;
-            finish(&files, context, &run.summary, &mut console)?;
+            let run = noted(pipeline::solve(scene, context, observers), &files)?;
+            let verdict = run.verdict();
+            finish(&files, &run.summary, &verdict, &mut console)?;
             if let Some(response) = &run.response {
                 console.figures(&run.reduced, response);
             }
-            Ok(run.verdict()?)
+            verdict?;
         }
         Command::Static(_) => {
             let observers = &mut Both(&mut files, &mut console);
-            let (summary, verdict) = pipeline::static_state(scene, context, observers)?;
-            finish(&files, context, &summary, &mut console)?;
-            Ok(verdict?)
+            let (summary, verdict) =
+                noted(pipeline::static_state(scene, context, observers), &files)?;
+            finish(&files, &summary, &verdict, &mut console)?;
+            verdict?;
         }
         Command::Mesh(_) => {
-            let summary = pipeline::mesh(scene, context, &Progress::new(&mut console))?;
-            finish(&files, context, &summary, &mut console)
+            let progress = Progress::new(&mut console);
+            let summary = noted(pipeline::mesh(scene, context, &progress), &files)?;
+            finish(&files, &summary, &Ok(()), &mut console)?;
         }
         Command::Modes(Modes { rpm: None, .. }) => {
-            let (rows, summary) = pipeline::modes(scene, context, &Progress::new(&mut console))?;
+            let progress = Progress::new(&mut console);
+            let (rows, summary) = noted(pipeline::modes(scene, context, &progress), &files)?;
             files.modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            finish(&files, context, &summary, &mut console)
+            finish(&files, &summary, &Ok(()), &mut console)?;
         }
         Command::Modes(Modes {
             rpm: Some(speeds), ..
         }) => {
             let progress = Progress::new(&mut console);
-            let (table, summary) = pipeline::campbell(scene, *speeds, context, &progress)?;
-            print(&table)?;
-            finish(&files, context, &summary, &mut console)
+            let campbell = noted(
+                pipeline::campbell(scene, *speeds, context, &progress),
+                &files,
+            )?;
+            files.campbell(&campbell)?;
+            print(&campbell.table())?;
+            finish(&files, &campbell.summary, &Ok(()), &mut console)?;
         }
         Command::Verify(arguments) => {
             let progress = Progress::new(&mut console);
-            let verified = verify(scene, context, &arguments.asked(), &progress)?;
-            finish(&files, context, &verified.summary, &mut console)?;
-            print(&verified.table)?;
-            Ok(verified.verdict?)
+            let asked = arguments.asked();
+            let verified = noted(verify(scene, context, &asked, &progress), &files)?;
+            files.verification(&verified.comparisons)?;
+            finish(&files, &verified.summary, &Ok(()), &mut console)?;
+            print(&verified.table())?;
+            verified.verdict?;
         }
-        Command::Reduce(_) => Ok(pipeline::reduce(
-            scene,
-            context,
-            &Progress::new(&mut console),
-        )?),
-        Command::Check(_) => Ok(pipeline::check(scene, &Progress::new(&mut console))?),
-        // Comes with a file of its own.
-        Command::Study(_) => Ok(()),
+        Command::Reduce(_) | Command::Check(_) | Command::Study(_) => {}
     }
+    Ok(())
+}
+
+/// The result of a run; where it failed, its folder says so.
+fn noted<T>(result: Result<T, RunError>, files: &Files) -> Result<T, RunError> {
+    result.inspect_err(|error| files.failed(error))
 }
 
 /// The last file of a run, and where all of them are.
 fn finish(
     files: &Files,
-    context: &Context,
     summary: &Summary,
+    verdict: &Result<(), RunError>,
     console: &mut Console,
 ) -> Result<(), Error> {
-    files.finish(summary)?;
-    console.note(&format!("results in {}", context.out.display()));
+    files.finish(summary, verdict)?;
+    console.note(&format!("results in {}", files.folder().display()));
     Ok(())
 }
 

@@ -22,6 +22,16 @@ pub enum ExportError {
         source: std::io::Error,
     },
     #[error(
+        "the folder {} holds a run of the scene \"{other}\", and this is a run of \"{scene}\". Choose another folder with --out, or replace the files of that run with --force",
+        path.display()
+    )]
+    OtherScene {
+        path: PathBuf,
+        scene: String,
+        /// Of the run that is there.
+        other: String,
+    },
+    #[error(
         "cannot remove {}, a file of an earlier run: {source}. Remove it by hand, or choose another output folder with --out",
         path.display()
     )]

@@ -42,27 +42,6 @@ pub fn write_whole(
     Ok(())
 }
 
-/// Removes `<folder>/<stem>_<digits>.vtu` of an earlier run, so that a shorter series leaves no
-/// files behind that look as if they belonged to it.
-pub(super) fn remove_old_series(folder: &Path, stem: &str) -> Result<(), ExportError> {
-    let Ok(entries) = fs::read_dir(folder) else {
-        return Ok(());
-    };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let number = name.to_str().and_then(|n| {
-            n.strip_prefix(stem)?
-                .strip_prefix('_')?
-                .strip_suffix(".vtu")
-        });
-        if number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit())) {
-            let path = entry.path();
-            fs::remove_file(&path).map_err(|source| ExportError::RemoveOld { path, source })?;
-        }
-    }
-    Ok(())
-}
-
 /// Creates a folder with those it lies in, where they are missing.
 pub fn create_folder(folder: &Path) -> Result<(), ExportError> {
     // The folder of a bare name is the working directory.

@@ -5,19 +5,10 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::ExportError;
-use super::file::remove_old_series;
 use super::vtu::{Grid, check_length, write_pvd};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
-
-/// How many points of a response became files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SeriesCount {
-    pub written: usize,
-    /// Points that did not converge and have no file.
-    pub left_out: usize,
-}
 
 /// flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and the
 /// normal of each pair. A static state that did not converge is written as flanks without fields.
@@ -72,15 +63,13 @@ pub fn write_flank_static(
 /// flank.pvd with flank/flank_0000.vtu...: the flanks at each converged frequency; timestep =
 /// frequency in Hz, number in the file name = row of response.csv (0 = first). Per pair: pressure
 /// (mean, min, max of the period), slid distance, open fraction, dissipation, `status` (0 stuck,
-/// 1 slipping, 2 opening). Points that did not converge have no file. Files of an earlier run are
-/// removed.
+/// 1 slipping, 2 opening). Points that did not converge have no file. Gives the names of the files.
 pub fn write_flank_series(
     folder: &Path,
     model: &Model,
     response: &Response,
-) -> Result<SeriesCount, ExportError> {
+) -> Result<Vec<String>, ExportError> {
     let pvd = folder.join("flank.pvd");
-    remove_old_series(&folder.join("flank"), "flank")?;
     let still = flank_grid(model);
     let write_point = |(row, orbit): (usize, &Orbit)| {
         let file = format!("flank/flank_{row:04}.vtu");
@@ -105,16 +94,14 @@ pub fn write_flank_series(
         .filter(|(_, orbit)| orbit.outcome.is_converged())
         .map(write_point)
         .collect::<Result<_, ExportError>>()?;
-    let count = SeriesCount {
-        written: entries.len(),
-        left_out: response.orbits.len() - entries.len(),
-    };
     let comment = format!(
         "timestep = frequency in Hz; {} points converged, {} did not and are left out",
-        count.written, count.left_out
+        entries.len(),
+        response.orbits.len() - entries.len()
     );
     write_pvd(&pvd, &entries, &comment)?;
-    Ok(count)
+    let files = entries.into_iter().map(|(_, file)| file);
+    Ok(files.chain(["flank.pvd".to_owned()]).collect())
 }
 
 /// flank_dissipation.vtu: friction power summed over the converged points, per pair

@@ -25,6 +25,13 @@ pub struct Summary {
     /// Of the program.
     pub version: String,
     pub scene: SceneSummary,
+    /// How far the run came.
+    pub state: RunState,
+    /// Why a run failed; else `None`.
+    pub why: Option<String>,
+    /// What stands in the folder of the run besides this file, by name: the files that the run wrote, and those of
+    /// an earlier run until they are replaced.
+    pub files: Vec<String>,
     /// Where the scene is about a mesh.
     pub mesh: Option<MeshSummary>,
     /// Where the scene is about a reduced model: its folder.
@@ -52,6 +59,16 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
     pub observations: Vec<ObservationSummary>,
+}
+
+/// How far a run came. A run that was killed leaves `running`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunState {
+    #[default]
+    Running,
+    Finished,
+    Failed,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -458,6 +475,11 @@ pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> 
         })?;
     json.push(b'\n');
     write_file(path, &json)
+}
+
+/// The summary that a file holds; none where it is not there or is no summary of this program.
+pub fn read_summary(path: &Path) -> Option<Summary> {
+    serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
 /// Area of the pairs that open at some frequency over that of all.

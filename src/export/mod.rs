@@ -7,6 +7,7 @@ pub mod csv;
 mod error;
 mod file;
 pub mod flank;
+pub mod folder;
 pub mod manifest;
 pub mod plots;
 pub mod vtu;

@@ -12,7 +12,6 @@ use vtkio::model::{
 };
 use vtkio::xml::Compressor;
 
-use super::file::remove_old_series;
 use super::{ExportError, write_file};
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::Model;
@@ -75,7 +74,7 @@ pub fn write_static(
 /// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... On the nodes:
 /// `displacement_m` is the whole displacement, mean included (with rotation the mean holds the
 /// static displacement); `oscillation_m` is what remains without the mean, the one to warp by.
-/// Files of an earlier, longer animation are removed.
+/// Gives the names of the files.
 pub fn write_motion(
     folder: &Path,
     stem: &str,
@@ -83,7 +82,7 @@ pub fn write_motion(
     coefficients: &[Vec<NodalField>],
     frequency_hz: f64,
     frames: usize,
-) -> Result<(), ExportError> {
+) -> Result<Vec<String>, ExportError> {
     let pvd = folder.join(format!("{stem}.pvd"));
     for (body, fields) in model.bodies.iter().zip(coefficients) {
         let name = |i: usize| format!("harmonic field {i} of body {}", body.name);
@@ -105,7 +104,6 @@ pub fn write_motion(
         }
     }
     let still = Grid::of_bodies(model);
-    remove_old_series(&folder.join(stem), stem)?;
     let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
         let mut whole = Vec::with_capacity(still.points.len());
@@ -126,7 +124,9 @@ pub fn write_motion(
         .into_par_iter()
         .map(write_frame)
         .collect::<Result<_, ExportError>>()?;
-    write_pvd(&pvd, &entries, "one period; timestep = time in seconds")
+    write_pvd(&pvd, &entries, "one period; timestep = time in seconds")?;
+    let files = entries.into_iter().map(|(_, file)| file);
+    Ok(files.chain([format!("{stem}.pvd")]).collect())
 }
 
 /// A collection of files with their timesteps, sorted by timestep (viewers need that; entries of

@@ -4,9 +4,9 @@ use super::error::RunError;
 use super::meshed::{Bound, assemble};
 use super::progress::Progress;
 use super::{Context, hertz, summary};
-use crate::export::csv::{self, CampbellRow};
+use crate::export::csv::CampbellRow;
 use crate::export::manifest::{self, Summary};
-use crate::export::plots::{CampbellFamily, write_campbell};
+use crate::export::plots::CampbellFamily;
 use crate::stage::Stage;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
@@ -83,8 +83,6 @@ impl SpeedRange {
 /// Mesh, pairs, stiffness and mass are made once: under rotation the stiffness is a parabola of the
 /// speed, so that two assemblies, at rest and at the highest speed, give it at any.
 ///
-/// Writes the table and the diagram; gives the table for a reader.
-///
 /// A speed that the structure does not stand has no frequencies, and a warning says why.
 ///
 /// # Errors
@@ -94,7 +92,7 @@ pub fn campbell(
     speeds: SpeedRange,
     context: &Context,
     progress: &Progress,
-) -> Result<(String, Summary), RunError> {
+) -> Result<Campbell, RunError> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(RunError::NoMesh {
             scene: scene.name.clone(),
@@ -132,20 +130,36 @@ pub fn campbell(
         }
     }
     let families = families(&model.bodies[0], &all);
-    let rows: Vec<CampbellRow> = families.iter().flat_map(Family::rows).collect();
-    csv::write_campbell(&context.out.join("modes_campbell.csv"), &rows)?;
-    let curves: Vec<CampbellFamily> = families.iter().map(Family::curves).collect();
-    write_campbell(
-        &context.out.join("plots/campbell.svg"),
-        &scene.name,
-        &curves,
-    )?;
     let mut summary = summary::empty(scene, context);
     summary.pairs = model.pairs.len();
     summary.observations = manifest::observation_summaries(model);
     summary.mesh = Some(bound.summary());
     summary::take_down(progress, &mut summary);
-    Ok((families.iter().map(Family::table).collect(), summary))
+    Ok(Campbell { families, summary })
+}
+
+/// Modes over the speed.
+#[derive(Debug)]
+pub struct Campbell {
+    families: [Family; 2],
+    pub summary: Summary,
+}
+
+impl Campbell {
+    /// Rows of modes_campbell.csv.
+    pub fn rows(&self) -> Vec<CampbellRow> {
+        self.families.iter().flat_map(Family::rows).collect()
+    }
+
+    /// Of the diagram.
+    pub fn curves(&self) -> Vec<CampbellFamily> {
+        self.families.iter().map(Family::curves).collect()
+    }
+
+    /// For a reader.
+    pub fn table(&self) -> String {
+        self.families.iter().map(Family::table).collect()
+    }
 }
 
 /// Frequencies (Hz) at one speed: flanks held, stuck.
@@ -204,6 +218,7 @@ impl Spun {
 }
 
 /// One kind of modes over the speeds.
+#[derive(Debug)]
 struct Family {
     kind: &'static str,
     body: String,

@@ -192,6 +192,7 @@ impl RunError {
             | Self::Damping(_)
             | Self::AllBonded { .. }
             | Self::TooManySteps { .. }
+            | Self::Export(ExportError::OtherScene { .. })
             | Self::NoRotation => ExitStatus::BadInput,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 ExitStatus::BadInput

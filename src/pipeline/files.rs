@@ -1,25 +1,30 @@
 //! Writes the files of a run, and the figures that it tells at its end.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use faer::Mat;
 
+use super::campbell::Campbell;
 use super::error::RunError;
 use super::meshed::Meshed;
+use super::meshing::MESH_FILE;
 use super::observer::{Compared, Observer};
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, hertz};
-use crate::export::manifest::{self, Summary};
+use super::{Context, hertz, summary};
+use crate::exit::ExitStatus;
+use crate::export::folder::{OtherScene, OutputFolder};
+use crate::export::manifest::{MeshSummary, RunState, Summary};
 use crate::export::plots::{
-    AmplitudeScale, response_curve, stuck_curve, write_dissipation_map, write_response_plot,
-    write_separation_map, write_static_pressure_map,
+    AmplitudeScale, response_curve, stuck_curve, write_campbell, write_dissipation_map,
+    write_response_plot, write_separation_map, write_static_pressure_map,
 };
 use crate::export::{create_folder, csv, flank, vtu};
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
+use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{PairLaw, Recovery};
@@ -32,20 +37,25 @@ const FRAMES: usize = 24;
 /// An observer that keeps what it hears in files of one folder.
 #[derive(Debug)]
 pub struct Files {
-    out: PathBuf,
-    /// Of plots.
-    title: String,
+    out: OutputFolder,
+    /// What is known of the run so far.
+    summary: Summary,
     /// Whether fields for ParaView are written.
     fields: bool,
 }
 
 impl Files {
-    pub fn new(scene: &Scene, context: &Context) -> Self {
-        Self {
-            out: context.out.clone(),
-            title: scene.name.clone(),
+    /// Takes the folder of the context for a run of the scene.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, or that holds the run of another scene.
+    pub fn open(scene: &Scene, context: &Context, other: OtherScene) -> Result<Self, RunError> {
+        let summary = summary::empty(scene, context);
+        Ok(Self {
+            out: OutputFolder::open(&context.out, &summary, other)?,
+            summary,
             fields: context.fields,
-        }
+        })
     }
 
     /// The way back to the bodies, where fields are written.
@@ -58,31 +68,96 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     pub fn modes(&self, rows: &[csv::ModeRow]) -> Result<(), RunError> {
-        Ok(csv::write_modes(&self.out.join("modes.csv"), rows)?)
+        Ok(csv::write_modes(&self.out.file("modes.csv"), rows)?)
     }
 
-    /// summary.json.
+    /// modes_campbell.csv and plots/campbell.svg.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(&self, summary: &Summary) -> Result<(), RunError> {
-        Ok(manifest::write_summary(
-            &self.out.join("summary.json"),
-            summary,
+    pub fn campbell(&self, campbell: &Campbell) -> Result<(), RunError> {
+        csv::write_campbell(&self.out.file("modes_campbell.csv"), &campbell.rows())?;
+        let path = self.out.file("plots/campbell.svg");
+        Ok(write_campbell(
+            &path,
+            &self.summary.scene.name,
+            &campbell.curves(),
         )?)
     }
+
+    /// verify.csv.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn verification(&self, comparisons: &[Comparison]) -> Result<(), RunError> {
+        Ok(csv::write_verification(
+            &self.out.file("verify.csv"),
+            comparisons,
+        )?)
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        self.out.path()
+    }
+
+    /// summary.json of a run that came to its end: it failed where the verdict says that there is no result.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(
+        &self,
+        summary: &Summary,
+        verdict: &Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        self.list_mesh(summary.mesh.as_ref());
+        let (state, why) = match verdict {
+            Err(error) if error.exit_status() == ExitStatus::Failed => {
+                (RunState::Failed, Some(told(error)))
+            }
+            _ => (RunState::Finished, None),
+        };
+        Ok(self.out.write_summary(summary.clone(), state, why)?)
+    }
+
+    /// The mesh that gmsh wrote.
+    fn list_mesh(&self, mesh: Option<&MeshSummary>) {
+        if mesh.is_some_and(|mesh| mesh.gmsh.is_some()) {
+            self.out.wrote([MESH_FILE.to_owned()]);
+        }
+    }
+
+    /// summary.json of a run that failed. Where it cannot be written, the error of the run is the one to report.
+    pub fn failed(&self, error: &RunError) {
+        let summary = self.summary.clone();
+        let why = Some(told(error));
+        let _ = self.out.write_summary(summary, RunState::Failed, why);
+    }
+}
+
+/// An error with its causes.
+fn told(error: &RunError) -> String {
+    let mut text = error.to_string();
+    let mut cause = std::error::Error::source(error);
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
 }
 
 impl Observer for Files {
     /// modes.csv.
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
+        self.list_mesh(reduced.meshed().map(Meshed::summary).as_ref());
         self.held_modes(reduced, &[])
     }
 
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         let recovery = self.recovery(reduced);
         let recovery = recovery.filter(|_| state.outcome.is_converged());
-        write_static_state(&self.out, reduced, recovery, state)
+        write_static_state(&self.out, reduced, recovery, state)?;
+        Ok(self.out.remove_earlier()?)
     }
 
     fn response(
@@ -92,17 +167,17 @@ impl Observer for Files {
         compared: Option<&Compared>,
     ) -> Result<(), RunError> {
         let (out, names) = (&self.out, reduced.observations());
-        csv::write_response(&out.join("response.csv"), &names, response)?;
+        csv::write_response(&out.file("response.csv"), &names, response)?;
         if let Some(Compared {
             harmonics,
             response,
         }) = compared
         {
             let file = format!("response_h{harmonics}.csv");
-            csv::write_response(&out.join(file), &names, response)?;
+            csv::write_response(&out.file(&file), &names, response)?;
         }
-        csv::write_contact(&out.join("contact.csv"), &reduced.pairs, response)?;
-        write_curves(out, &self.title, &names, response, compared)?;
+        csv::write_contact(&out.file("contact.csv"), &reduced.pairs, response)?;
+        write_curves(out, &self.summary.scene.name, &names, response, compared)?;
         if let Some(meshed) = reduced.meshed() {
             write_response_on_mesh(out, &meshed.model, self.recovery(reduced), response)?;
         }
@@ -142,24 +217,24 @@ pub(super) fn mode_rows(reduced: &Reduced, held: &[Vec<f64>]) -> Vec<csv::ModeRo
 }
 
 fn write_static_state(
-    out: &Path,
+    out: &OutputFolder,
     reduced: &Reduced,
     recovery: Option<&Recovery>,
     state: &StaticState,
 ) -> Result<(), RunError> {
-    csv::write_static(&out.join("static.csv"), &reduced.pairs, state)?;
+    csv::write_static(&out.file("static.csv"), &reduced.pairs, state)?;
     let Some(Meshed { model, .. }) = reduced.meshed() else {
         return Ok(());
     };
     let opens = !model.pairs.is_empty();
     if opens {
-        write_static_pressure_map(&out.join("plots/static_pressure.svg"), model, state)?;
+        write_static_pressure_map(&out.file("plots/static_pressure.svg"), model, state)?;
     }
     let Some(recovery) = recovery else {
         return Ok(());
     };
     if opens {
-        flank::write_flank_static(&out.join("flank_static.vtu"), model, state)?;
+        flank::write_flank_static(&out.file("flank_static.vtu"), model, state)?;
     }
     let free = recovery.full_static(&state.x);
     let fields: Vec<_> = model
@@ -177,34 +252,34 @@ fn write_static_state(
         })
         .collect();
     let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
-    csv::write_static_observations(&out.join("static_observed.csv"), model, &displacements)?;
+    csv::write_static_observations(&out.file("static_observed.csv"), model, &displacements)?;
     let fields = fields.iter();
     let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
         displacement_m: displacement,
         stress_pa: stress,
         von_mises_pa: von_mises,
     });
-    vtu::write_static(&out.join("static.vtu"), model, &fields.collect::<Vec<_>>())?;
+    vtu::write_static(&out.file("static.vtu"), model, &fields.collect::<Vec<_>>())?;
     Ok(())
 }
 
 /// Maps of the flanks; with `recovery` the flanks at each frequency and the motion of the bodies at the peak.
 fn write_response_on_mesh(
-    out: &Path,
+    out: &OutputFolder,
     model: &Model,
     recovery: Option<&Recovery>,
     response: &Response,
 ) -> Result<(), RunError> {
     if !model.pairs.is_empty() {
-        write_separation_map(&out.join("plots/fig5_separation.svg"), model, response)?;
-        write_dissipation_map(&out.join("plots/fig6_dissipation.svg"), model, response)?;
+        write_separation_map(&out.file("plots/fig5_separation.svg"), model, response)?;
+        write_dissipation_map(&out.file("plots/fig6_dissipation.svg"), model, response)?;
     }
     let Some(recovery) = recovery else {
         return Ok(());
     };
     if !model.pairs.is_empty() {
-        flank::write_flank_series(out, model, response)?;
-        flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response)?;
+        out.wrote(flank::write_flank_series(out.path(), model, response)?);
+        flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
     }
     if let Some(peak) = peak(response, 0) {
         write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
@@ -214,7 +289,7 @@ fn write_response_on_mesh(
 
 /// Amplitude against frequency, per observation.
 fn write_curves(
-    out: &Path,
+    out: &OutputFolder,
     title: &str,
     names: &[&str],
     response: &Response,
@@ -236,7 +311,7 @@ fn write_curves(
             plots.push(("fig3", vec![stuck, other]));
         }
         for (figure, curves) in plots {
-            let path = out.join(format!("plots/{figure}_{name}.svg"));
+            let path = out.file(&format!("plots/{figure}_{name}.svg"));
             let scale = AmplitudeScale::Linear;
             write_response_plot(&path, title, &quantity, &curves, scale)?;
         }
@@ -256,7 +331,7 @@ fn harmonics_label(response: &Response) -> String {
 
 /// Both bodies over one period of an orbit.
 fn write_peak_motion(
-    out: &Path,
+    out: &OutputFolder,
     model: &Model,
     recovery: &Recovery,
     orbit: &Orbit,
@@ -281,7 +356,15 @@ fn write_peak_motion(
                 .collect()
         })
         .collect();
-    vtu::write_motion(out, "peak", model, &fields, orbit.frequency_hz, FRAMES)?;
+    let frequency_hz = orbit.frequency_hz;
+    out.wrote(vtu::write_motion(
+        out.path(),
+        "peak",
+        model,
+        &fields,
+        frequency_hz,
+        FRAMES,
+    )?);
     Ok(())
 }
 

@@ -17,7 +17,7 @@ use dovetail_solver::mesh::{Mesh, MeshError, inputs, msh, quality};
 use dovetail_solver::model::Model;
 
 /// The mesh of a script, in the folder of the results.
-const MESH_FILE: &str = "mesh.msh";
+pub(super) const MESH_FILE: &str = "mesh.msh";
 
 /// Where the mesh came from, for the summary.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ pub mod verify;
 use std::path::PathBuf;
 
 pub use self::cache::{CacheSettings, executable_hash};
-pub use self::campbell::{SpeedRange, SpeedRangeError, campbell};
+pub use self::campbell::{Campbell, SpeedRange, SpeedRangeError, campbell};
 pub use self::error::RunError;
 pub use self::files::Files;
 use self::meshed::Bound;

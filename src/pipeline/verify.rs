@@ -4,7 +4,6 @@ use super::error::RunError;
 use super::progress::Progress;
 use super::reduced::Reduced;
 use super::{Context, solve, summary};
-use crate::export::csv;
 use crate::export::manifest::{self, Summary};
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
@@ -47,11 +46,17 @@ impl Verification {
 /// Both methods beside each other.
 #[derive(Debug)]
 pub struct Verified {
-    /// For a reader.
-    pub table: String,
+    pub comparisons: Vec<Comparison>,
     pub summary: Summary,
     /// [`RunError::NotSteady`] or [`RunError::Disagreement`], where they are not alike.
     pub verdict: Result<(), RunError>,
+}
+
+impl Verified {
+    /// For a reader.
+    pub fn table(&self) -> String {
+        self.comparisons.iter().map(table).collect()
+    }
 }
 
 /// Integrates the reduced model in time at each frequency and compares.
@@ -127,7 +132,6 @@ pub fn verify(
             .map(one)
             .collect::<Result<Vec<Comparison>, _>>()?
     };
-    csv::write_verification(&context.out.join("verify.csv"), &comparisons)?;
     let mut summary = summary::of_reduced(scene, context, &reduced);
     summary.static_state = Some(manifest::static_summary(&reduced.pairs, &state));
     summary.verification = Some(manifest::verification_summary(
@@ -138,7 +142,7 @@ pub fn verify(
     summary::take_down(progress, &mut summary);
     Ok(Verified {
         verdict: judge(&comparisons, asked),
-        table: comparisons.iter().map(table).collect(),
+        comparisons,
         summary,
     })
 }

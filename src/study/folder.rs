@@ -97,6 +97,8 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     command.extend([
         "--out".to_owned(),
         out,
+        // The folder is the study's, whatever scene it held.
+        "--force".to_owned(),
         "--threads".to_owned(),
         settings.threads.to_string(),
     ]);
@@ -228,19 +230,17 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
 /// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json
 /// is written.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
-    for name in ["outcome.json", "summary.json"] {
-        let path = folder.join(name);
-        match std::fs::remove_file(&path) {
-            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-                let action = "removing";
-                return Err(StudyError::Io {
-                    action,
-                    path,
-                    source,
-                });
-            }
-            _ => {}
+    let path = folder.join("outcome.json");
+    match std::fs::remove_file(&path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+            let action = "removing";
+            return Err(StudyError::Io {
+                action,
+                path,
+                source,
+            });
         }
+        _ => {}
     }
     write_json(&folder.join("case.json"), record)
 }

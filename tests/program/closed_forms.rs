@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use crate::shared_folder::Folder;
+use dovetail::export::folder::OtherScene;
 use dovetail::pipeline::{self, Context, Files};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
@@ -43,9 +44,13 @@ fn solve(name: &str, set: &[String]) -> Answer {
         scene_file,
         cache: None,
     };
-    pipeline::solve(&scene, &context, &mut Files::new(&scene, &context))
-        .and_then(|run| run.verdict())
-        .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
+    pipeline::solve(
+        &scene,
+        &context,
+        &mut Files::open(&scene, &context, OtherScene::Refuse).unwrap(),
+    )
+    .and_then(|run| run.verdict())
+    .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
     let table = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
     let [response, contact] = ["response.csv", "contact.csv"].map(table);
     assert_eq!(response.lines().count(), 2, "one frequency was asked for");

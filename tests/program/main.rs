@@ -23,6 +23,7 @@ mod meshed_contact;
 mod meshing;
 mod metamorphic;
 mod only_what_is_asked;
+mod output_folder;
 mod paper_findings;
 mod reduced_scenes;
 mod reduction;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dovetail::export::folder::OtherScene;
 use dovetail::export::manifest::Summary;
 use dovetail::pipeline::observer::{Both, Compared, Observer};
 use dovetail::pipeline::{Context, Files, Reduced, Run, RunError, solve};
@@ -102,9 +103,12 @@ fn a_run_tells_everything_and_writes_nothing() {
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let out = folder("files");
     let (scene, context) = jenkins(out.clone());
-    let (mut listener, mut files) = (Listener::default(), Files::new(&scene, &context));
+    let (mut listener, mut files) = (
+        Listener::default(),
+        Files::open(&scene, &context, OtherScene::Refuse).unwrap(),
+    );
     let run = solve(&scene, &context, &mut Both(&mut listener, &mut files)).unwrap();
-    files.finish(&run.summary).unwrap();
+    files.finish(&run.summary, &run.verdict()).unwrap();
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let read: Summary = serde_json::from_str(&text).unwrap();
     let (found, own) = (read.response.unwrap(), run.summary.response.unwrap());

@@ -1,0 +1,149 @@
+//! The folder of a run: a second run takes the place of the first and nothing else, and summary.json says how far a
+//! run came.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use dovetail::export::manifest::{RunState, Summary};
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said};
+
+/// `dovetail COMMAND` of the contact patch on its ready mesh.
+fn command(command: &str, out: &Path, set: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([command, "scenes/verification/patch.toml", "--no-cache"])
+        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"])
+        .args(["--quiet", "--out"])
+        .arg(out);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    program
+}
+
+/// Of every file in the folder, without the folders.
+fn names(out: &Path) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![out.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => folders.push(path),
+                false => {
+                    let name = path.strip_prefix(out).unwrap().to_str().unwrap();
+                    assert!(found.insert(name.to_owned()));
+                }
+            }
+        }
+    }
+    found
+}
+
+fn summary(out: &Path) -> Summary {
+    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+}
+
+/// The files that summary.json lists, and itself.
+fn listed(out: &Path) -> BTreeSet<String> {
+    let files = summary(out).files.into_iter();
+    files.chain(["summary.json".to_owned()]).collect()
+}
+
+#[test]
+fn a_folder_holds_one_run_and_lists_its_files() {
+    let out = Folder::new("one-run");
+    let more = [
+        "response.points=4",
+        "response.harmonics=2",
+        "response.compare_harmonics=1",
+    ];
+    ended(command("run", &out, &more), 0);
+    let first = names(&out);
+    assert_eq!(first, listed(&out));
+    assert_eq!(summary(&out).state, RunState::Finished);
+    let mine = out.join("flank/flank_9999.vtu");
+    std::fs::write(&mine, "mine").unwrap();
+    // Fewer frequencies, no response to compare with: its files would be taken for those of this run.
+    ended(command("run", &out, &[]), 0);
+    let second = names(&out);
+    assert!(mine.exists());
+    let of_first = "flank/flank_0003.vtu";
+    assert!(first.contains(of_first) && !second.contains(of_first));
+    assert!(first.contains("response_h1.csv") && !second.contains("response_h1.csv"));
+    let mut expected = listed(&out);
+    expected.insert("flank/flank_9999.vtu".to_owned());
+    assert_eq!(second, expected);
+    // Other commands add their files and take none away.
+    ended(command("modes", &out, &[]), 0);
+    assert_eq!(names(&out), expected);
+    assert_eq!(
+        listed(&out),
+        names(&out)
+            .into_iter()
+            .filter(|n| !n.ends_with("9999.vtu"))
+            .collect()
+    );
+}
+
+#[test]
+fn a_run_that_fails_says_why_and_leaves_no_response_of_another() {
+    let out = Folder::new("failed-run");
+    ended(command("run", &out, &[]), 0);
+    // Pulled apart: the static state is written, and there is nothing to vibrate about.
+    ended(command("run", &out, &["load.0.pressure_pa=-50e6"]), 1);
+    let failed = summary(&out);
+    assert_eq!(failed.state, RunState::Failed);
+    let why = failed.why.unwrap();
+    assert!(why.contains("nothing holds"), "{why}");
+    assert!(out.join("static.csv").exists() && !out.join("response.csv").exists());
+    // Before there is a static state the files of the earlier run stay, and stay listed.
+    let before = names(&out);
+    ended(command("run", &out, &["contact.flank.first=nowhere"]), 2);
+    let failed = summary(&out);
+    assert_eq!((failed.state, names(&out)), (RunState::Failed, before));
+    assert!(failed.why.unwrap().contains("nowhere"));
+    assert_eq!(listed(&out), names(&out));
+}
+
+#[test]
+fn the_folder_of_another_scene_is_not_taken_unasked() {
+    let out = Folder::new("other-scene");
+    ended(command("run", &out, &[]), 0);
+    let before = names(&out);
+    let refused = ended(command("static", &out, &["name=other"]), 2);
+    let words: Vec<String> = said(&refused)
+        .split_whitespace()
+        .map(str::to_owned)
+        .collect();
+    assert!(words.iter().any(|w| w.contains("--force")), "{words:?}");
+    assert_eq!(
+        (names(&out), summary(&out).scene.name),
+        (before, "patch".to_owned())
+    );
+    let mut forced = command("static", &out, &["name=other"]);
+    forced.arg("--force");
+    ended(forced, 0);
+    assert_eq!(summary(&out).scene.name, "other");
+    assert!(!out.join("response.csv").exists());
+    assert_eq!(listed(&out), names(&out));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
+    let folder = Folder::new("unwritable");
+    let file = folder.join("file");
+    std::fs::write(&file, "").unwrap();
+    let mut program = command("run", &file.join("out"), &["mesh.file=nowhere.msh"]);
+    let output = program.output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = said(&output);
+    assert!(
+        said.contains("--out") && !said.contains("nowhere"),
+        "{said}"
+    );
+}
