@@ -14,6 +14,7 @@ use crate::pipeline::observer::Observer;
 use crate::stage::{Stage, StageRecord};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
+use dovetail_solver::results::far_slip::TOO_FAR;
 use dovetail_solver::results::quantities::{pair_counts, peak};
 use dovetail_solver::text;
 
@@ -107,6 +108,16 @@ impl Console {
                  flanks than the steady load presses them together; excite it less (force_n), or press it harder \
                  (rotation.speed_rpm, [[load]])",
                 response.orbits.len(),
+            ));
+        }
+        let sliding = |o: &&Orbit| o.outcome == Outcome::SlidesTooFar;
+        let sliding = response.orbits.iter().filter(sliding).count();
+        if sliding > 0 {
+            self.warning(&format!(
+                "at {sliding} of {} frequencies a pair slides farther than {} % of the shorter side of its flank, which contact between \
+                 pairs of nodes does not cover (outcome slides_too_far of response.csv)",
+                response.orbits.len(),
+                100.0 * TOO_FAR,
             ));
         }
         let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;

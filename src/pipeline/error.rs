@@ -15,6 +15,7 @@ use dovetail_solver::model::ModelError;
 use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::damping::DampingError;
 use dovetail_solver::reduction::superelement::SuperelementError;
+use dovetail_solver::results::far_slip::TOO_FAR;
 
 /// Why a run ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
@@ -102,6 +103,17 @@ pub enum RunError {
         iterations: usize,
         residual: f64,
     },
+
+    /// The static state has slides that the method does not cover.
+    #[error(
+        "in the static state a pair slides farther than {} % of the shorter side of its flank",
+        100.0 * TOO_FAR
+    )]
+    #[diagnostic(help(
+        "contact is between pairs of nodes, which take it that they face each other: static.csv says which pairs slide. Check the units of \
+         the loads and of young_pa, hold the first body against the slide (friction, supports, a [[contact]]), or load it less"
+    ))]
+    SlidesTooFar,
 
     /// No pair carries a normal force in the static state: there is nothing to vibrate about.
     #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
@@ -206,6 +218,7 @@ impl RunError {
             | Self::NotSteady { .. }
             | Self::Disagreement { .. }
             | Self::StaticState { .. }
+            | Self::SlidesTooFar
             | Self::NothingHolds => ExitStatus::Failed,
             Self::NotConverged { .. } => ExitStatus::NotConverged,
         }

@@ -30,6 +30,7 @@ use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::reduction::damping::rayleigh;
+use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
 
 /// What a run finds about it: where it writes, what it was asked by, what earlier runs left.
 #[derive(Debug, Clone)]
@@ -98,8 +99,9 @@ pub fn solve(
             summary,
         });
     }
+    let sides = ShorterSides::of(&reduced.pairs);
     let respond = |resolution| {
-        solve::respond(
+        let mut response = solve::respond(
             &scene.response,
             relative,
             damping,
@@ -107,7 +109,13 @@ pub fn solve(
             &frequencies_hz,
             resolution,
             progress,
-        )
+        );
+        warn_of_far_slides(
+            "in the response",
+            sides.judge_response(&mut response),
+            progress,
+        );
+        response
     };
     let resolution = scene.response.resolution;
     let response = respond(resolution);
@@ -141,6 +149,18 @@ pub fn solve(
     })
 }
 
+/// Pairs of nodes are taken to face each other.
+fn warn_of_far_slides(place: &str, farthest: f64, progress: &Progress) {
+    if (FAR..=TOO_FAR).contains(&farthest) {
+        progress.warning(&format!(
+            "{place} a pair slides by {:.1} % of the shorter side of its flank: contact is between pairs of nodes that \
+             face each other, and above {} % a solution is refused",
+            100.0 * farthest,
+            100.0 * TOO_FAR
+        ));
+    }
+}
+
 /// The static state, told, and the summary so far.
 fn solve_static(
     scene: &Scene,
@@ -149,7 +169,9 @@ fn solve_static(
     progress: &Progress,
 ) -> Result<(StaticState, Summary), RunError> {
     progress.tell(|o| o.reduced(reduced))?;
-    let state = solve::statics(scene, reduced.relative(), progress);
+    let mut state = solve::statics(scene, reduced.relative(), progress);
+    let farthest = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
+    warn_of_far_slides("in the static state", farthest, progress);
     let mut summary = summary::of_reduced(scene, context, reduced);
     summary.static_state = summary::static_summary(reduced, &state);
     if let Some(meshed) = reduced.meshed().filter(|_| context.fields) {

@@ -55,6 +55,9 @@ pub(super) fn usable(state: &StaticState) -> Result<(), RunError> {
     if !state.status.is_empty() && state.status.iter().all(open) {
         return Err(RunError::NothingHolds);
     }
+    if state.outcome == Outcome::SlidesTooFar {
+        return Err(RunError::SlidesTooFar);
+    }
     if !state.outcome.is_converged() {
         return Err(RunError::StaticState {
             outcome: state.outcome,

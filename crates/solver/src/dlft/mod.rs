@@ -22,6 +22,9 @@ pub enum Outcome {
     /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
     /// them together: the blade would leave its slot.
     LeavesSlot,
+    /// The balance holds, but some pair slides so far that its two nodes no longer face each other
+    /// ([`crate::results::far_slip`]).
+    SlidesTooFar,
     /// The balance holds, and its truncation error is estimated above the accuracy asked for.
     AccuracyNotReached,
 }
@@ -36,6 +39,7 @@ impl Outcome {
             Self::NotPeriodic => "not_periodic",
             Self::NotFinite => "not_finite",
             Self::LeavesSlot => "leaves_slot",
+            Self::SlidesTooFar => "slides_too_far",
             Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }

@@ -1,5 +1,6 @@
 //! [`Response`](crate::dlft::Response) -> physical fields: pressures, slip, dissipation, motion of the bodies.
 
+pub mod far_slip;
 pub mod pairs;
 pub mod quantities;
 pub mod recovery;

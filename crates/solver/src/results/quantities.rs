@@ -446,6 +446,18 @@ mod tests {
     }
 
     #[test]
+    fn of_equal_points_the_first_is_the_peak_and_nothing_has_no_ratio() {
+        let mut level = response();
+        level.orbits[2].observed_amplitude_m = vec![1.0];
+        assert_eq!(peak(&level, 0).unwrap().index, 0);
+        let mut still = response();
+        for point in &mut still.stuck {
+            point.observed_amplitude_m = vec![0.0];
+        }
+        assert_eq!(peak_ratio(&still, 0), None);
+    }
+
+    #[test]
     fn pressure_is_positive_in_compression_and_the_gap_counts_the_clearance() {
         let state = StaticState {
             outcome: Outcome::Converged,

@@ -1,0 +1,148 @@
+//! How far pairs slide, against the size of their flanks. Node-to-node contact takes the two nodes of a pair to face
+//! each other all the time: that holds while they slide much less than the flank is wide.
+
+use super::pairs::PairTable;
+use crate::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_numerics::fourier::Fourier;
+
+/// Share of the shorter side of a flank beyond which a slide is worth a warning.
+pub const FAR: f64 = 0.01;
+/// Share beyond which a solution is none ([`Outcome::SlidesTooFar`]).
+pub const TOO_FAR: f64 = 0.2;
+
+/// Instants of a period at which a pair is looked at.
+const INSTANTS: usize = 64;
+
+/// Shorter side of the flank of each pair, m; none where directions are unknown or a flank has but one row of pairs.
+#[derive(Debug, Clone)]
+pub struct ShorterSides(Vec<Option<f64>>);
+
+impl ShorterSides {
+    /// The extents of the pairs of a contact along the tangential directions of its first pair.
+    pub fn of(pairs: &PairTable) -> Self {
+        let of_contact = |contact: usize| {
+            let own = || pairs.rows.iter().filter(|row| row.contact == contact);
+            let [_, t1, t2] = own().next()?.frame?;
+            let extent = |t: [f64; 3]| {
+                let along = own().map(|row| (0..3).map(|a| t[a] * row.position_m[a]).sum());
+                let (least, most) = along.fold((f64::MAX, f64::MIN), |(least, most), s: f64| {
+                    (least.min(s), most.max(s))
+                });
+                most - least
+            };
+            Some(extent(t1).min(extent(t2))).filter(|side| *side > 0.0)
+        };
+        let sides: Vec<Option<f64>> = (0..pairs.contacts.len()).map(of_contact).collect();
+        Self(pairs.rows.iter().map(|row| sides[row.contact]).collect())
+    }
+
+    /// The largest |X_T| of a motion (2H+1 blocks, harmonic-major) over the shorter side of its flank.
+    pub fn farthest(&self, x: &[f64], harmonics: usize) -> f64 {
+        let n = 3 * self.0.len();
+        let fourier = Fourier::new(harmonics, INSTANTS.max(4 * harmonics + 4));
+        let mut signals = [(); 2].map(|()| vec![0.0; fourier.samples()]);
+        let mut coefficients = vec![0.0; 2 * harmonics + 1];
+        let mut farthest = 0.0_f64;
+        for (pair, side) in self.0.iter().enumerate() {
+            let Some(side) = side else { continue };
+            for (signal, component) in signals.iter_mut().zip([1, 2]) {
+                for (block, c) in coefficients.iter_mut().enumerate() {
+                    *c = x[block * n + 3 * pair + component];
+                }
+                fourier.to_time(&coefficients, signal);
+            }
+            let [along, across] = &signals;
+            let lengths = along.iter().zip(across).map(|(a, b)| a.hypot(*b));
+            farthest = farthest.max(lengths.fold(0.0, f64::max) / side);
+        }
+        farthest
+    }
+
+    /// [`Self::farthest`] of the static state, which ends as [`Outcome::SlidesTooFar`] where it is beyond [`TOO_FAR`].
+    pub fn judge_static(&self, state: &mut StaticState) -> f64 {
+        let farthest = self.farthest(&state.x, 0);
+        judge(&mut state.outcome, farthest);
+        farthest
+    }
+
+    /// The same for each frequency; the largest of those that are no further than [`TOO_FAR`].
+    pub fn judge_response(&self, response: &mut Response) -> f64 {
+        let mut largest = 0.0_f64;
+        for orbit in &mut response.orbits {
+            let Orbit { x, harmonics, .. } = &*orbit;
+            let farthest = self.farthest(x, *harmonics);
+            judge(&mut orbit.outcome, farthest);
+            if orbit.outcome.is_converged() {
+                largest = largest.max(farthest);
+            }
+        }
+        largest
+    }
+}
+
+fn judge(outcome: &mut Outcome, farthest: f64) {
+    if outcome.is_converged() && farthest > TOO_FAR {
+        *outcome = Outcome::SlidesTooFar;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pairs::PairRow;
+    use super::*;
+
+    /// Two flanks of 2 x 2 pairs, 40 mm by 4 mm and, turned by 45 degrees, 10 mm by 8 mm.
+    fn pairs() -> PairTable {
+        let c = 0.5_f64.sqrt();
+        let frames = [
+            [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            [[0.0, c, c], [1.0, 0.0, 0.0], [0.0, c, -c]],
+        ];
+        let mut rows = Vec::new();
+        for (contact, (frame, sides)) in frames
+            .into_iter()
+            .zip([[0.04, 0.004], [0.01, 0.008]])
+            .enumerate()
+        {
+            for (i, j) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+                let [_, t1, t2] = frame;
+                rows.push(PairRow {
+                    contact,
+                    position_m: [0, 1, 2].map(|a| i * sides[0] * t1[a] + j * sides[1] * t2[a]),
+                    frame: Some(frame),
+                    area_m2: None,
+                    gap_m: 0.0,
+                });
+            }
+        }
+        PairTable {
+            contacts: vec!["flat".into(), "turned".into()],
+            nodes: vec![],
+            rows,
+        }
+    }
+
+    #[test]
+    fn the_farthest_slide_is_counted_in_shorter_sides() {
+        let sides = ShorterSides::of(&pairs());
+        let n = 3 * 8;
+        // The mean of pair 5 along t2, and around it a circle of pair 5.
+        let mut x = vec![0.0; 3 * n];
+        x[3 * 5 + 2] = 0.3e-3;
+        x[n + 3 * 5 + 1] = 0.1e-3;
+        x[2 * n + 3 * 5 + 2] = 0.1e-3;
+        assert!((sides.farthest(&x, 1) / (0.4e-3 / 8e-3) - 1.0).abs() < 1e-12);
+        // Normal displacements are no slide.
+        x[3 * 2] = 1.0;
+        assert!((sides.farthest(&x, 1) / (0.4e-3 / 8e-3) - 1.0).abs() < 1e-12);
+        x[3 * 2 + 1] = 1e-3;
+        assert!((sides.farthest(&x, 1) / 0.25 - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_unknown_is_not_judged() {
+        let mut pairs = pairs();
+        pairs.rows.iter_mut().for_each(|row| row.frame = None);
+        assert_eq!(ShorterSides::of(&pairs).farthest(&vec![1.0; 24], 0), 0.0);
+    }
+}
