@@ -1,6 +1,7 @@
 //! Makes the tables of keys in docs/scene.md and docs/study.md, as Markdown.
 
-use crate::scene::keys::{SCENE, Section, Shape, Vocabulary};
+use crate::scene::entries::SCENE;
+use crate::scene::keys::{Section, Shape, Vocabulary};
 use crate::study::keys::STUDY;
 
 /// The tables of scene files: the name of each section (`top` for the top of the file, `sections`

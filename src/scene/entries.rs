@@ -10,6 +10,11 @@ pub const SCENE: Vocabulary = Vocabulary {
     sections: &SECTIONS,
 };
 
+/// [`Vocabulary::example`] of a scene.
+pub fn example(section: &str, key: &str) -> &'static str {
+    SCENE.example(section, key)
+}
+
 /// The top of the file, then the tables in the order in which they are usually written.
 const SECTIONS: [Section; 12] = [
     Section {

@@ -3,8 +3,6 @@
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 
-pub use super::entries::SCENE;
-
 /// Whether a section is written `[section]` or, once per item, `[[section]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
@@ -87,11 +85,6 @@ impl Vocabulary {
     }
 }
 
-/// [`Vocabulary::example`] of a scene.
-pub fn example(section: &str, key: &str) -> &'static str {
-    SCENE.example(section, key)
-}
-
 /// The word of `valid` that `word` is most likely meant to be: at most a third of its letters
 /// differ (Damerau-Levenshtein distance), or one is the other with something appended.
 pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
@@ -166,6 +159,7 @@ impl<'de> Deserializer<'de> for FieldsOnly {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::entries::SCENE;
 
     #[test]
     fn near_words_are_found_and_far_ones_are_not() {

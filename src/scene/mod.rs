@@ -4,7 +4,7 @@
 
 pub(crate) mod check;
 pub(crate) mod document;
-mod entries;
+pub(crate) mod entries;
 pub(crate) mod error;
 pub(crate) mod keys;
 mod overrides;
@@ -54,7 +54,7 @@ pub fn parse(
         name: file_name,
         text: text.into(),
         overrides,
-        vocabulary: &keys::SCENE,
+        vocabulary: &entries::SCENE,
     };
     document::read(&source)
         .and_then(|raw| check::scene(&source, base_dir, raw))

@@ -4,15 +4,15 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::STUDY;
-use super::knob::{self, Knob, RawKnob};
+use super::knob::{self, Knob};
 use super::quantity::{self, Quantity};
+use super::raw::RawStudy;
 use crate::scene::check::fields::{Checker, Limits, Table};
-use crate::scene::raw::{Located, Number};
+use crate::scene::raw::Located;
 use crate::scene::source::Source;
 use crate::scene::{Fault, SceneError, document};
 use dovetail_solver::input;
@@ -48,30 +48,6 @@ pub struct Target {
     pub quantity: Quantity,
     /// Largest relative error.
     pub accuracy: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawStudy {
-    name: Located<String>,
-    scene: Located<String>,
-    #[serde(default)]
-    set: Vec<Spanned<String>>,
-    mode: Located<String>,
-    quantities: Located<Vec<Spanned<String>>>,
-    #[serde(default)]
-    fields: bool,
-    #[serde(default)]
-    knob: Vec<Spanned<RawKnob>>,
-    #[serde(default)]
-    recommend: Vec<Spanned<RawTarget>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawTarget {
-    quantity: Located<String>,
-    accuracy: Located<Number>,
 }
 
 /// The text of a study file, for messages about its cases, too.

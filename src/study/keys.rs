@@ -1,8 +1,7 @@
 //! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
 //! tables from here.
 
-use super::file::{RawStudy, RawTarget};
-use super::knob::RawKnob;
+use super::raw::{RawKnob, RawStudy, RawTarget};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 
 /// What a study may say.

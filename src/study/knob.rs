@@ -7,9 +7,10 @@ use serde_spanned::Spanned;
 use toml::Value;
 
 use super::keys::STUDY;
+use super::raw::RawKnob;
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Limits, Table};
-use crate::scene::raw::{Located, Number};
+use crate::scene::raw::Located;
 
 /// Most cases of a grid.
 pub const MOST_CASES: usize = 10_000;
@@ -53,18 +54,6 @@ impl Knob {
         let set = self.values.iter().flat_map(|v| &v.set);
         set.map(|s| s.split('=').next().unwrap_or(s).trim())
     }
-}
-
-/// Mirror of the table.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RawKnob {
-    name: Located<String>,
-    key: Located<String>,
-    values: Located<Vec<Spanned<Value>>>,
-    base: Located<Value>,
-    size: Located<Value>,
-    order: Located<Number>,
 }
 
 /// A value that sets several keys together.

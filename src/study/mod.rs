@@ -17,6 +17,7 @@ pub(crate) mod keys;
 mod knob;
 mod pictures;
 mod quantity;
+mod raw;
 mod report;
 mod results;
 mod runner;

@@ -130,6 +130,105 @@ fn imports_point_one_way() {
     );
 }
 
+/// The names after every `prefix` in the code, also of a list in braces.
+fn names_after(code: &str, prefix: &str) -> Vec<String> {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let mut found = Vec::new();
+    for (at, _) in code.match_indices(prefix) {
+        if code[..at].chars().next_back().is_some_and(is_part) {
+            continue;
+        }
+        let rest = &code[at + prefix.len()..];
+        let list = rest.strip_prefix('{').and_then(|r| r.split('}').next());
+        match list {
+            Some(list) => found.extend(list.split(',').map(|item| first_word(item.trim()))),
+            None => found.push(first_word(rest)),
+        }
+    }
+    found
+}
+
+/// The modules of one folder, each with those beside it that its code names; tests are left out.
+fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
+    let path = folder.strip_prefix(root).unwrap();
+    let inside = path.iter().map(|part| part.to_string_lossy() + "::");
+    let absolute = format!("crate::{}", inside.collect::<String>());
+    let entries = std::fs::read_dir(folder).unwrap().flatten();
+    let mut modules = Vec::new();
+    for entry in entries {
+        let path = entry.path();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let mut files = Vec::new();
+        match path.is_dir() {
+            true => rust_files(&path, &mut files),
+            false if ["mod", "lib", "main", "tests"].contains(&name.as_str()) => continue,
+            false => files.push(path.clone()),
+        }
+        let mut named = Vec::new();
+        for file in files.iter().filter(|file| !file.ends_with("tests.rs")) {
+            let text = std::fs::read_to_string(file).unwrap();
+            let code = text.split("#[cfg(test)]").next().unwrap();
+            let lines = code.lines().map(|line| line.split("//").next().unwrap());
+            let code = lines.collect::<Vec<_>>().join("\n");
+            let depth = file.strip_prefix(folder).unwrap().iter().count();
+            let up = match file.ends_with("mod.rs") {
+                true => depth - 1,
+                false => depth,
+            };
+            named.extend(names_after(&code, &"super::".repeat(up)));
+            named.extend(names_after(&code, &absolute));
+        }
+        modules.push((name, named));
+    }
+    modules
+}
+
+/// A way along the names that leads from `from` to `to`.
+fn leads(modules: &[(String, Vec<String>)], from: &str, to: &str, seen: &mut Vec<String>) -> bool {
+    let Some((_, named)) = modules.iter().find(|(name, _)| name == from) else {
+        return false;
+    };
+    named.iter().any(|next| {
+        if next == to {
+            return true;
+        }
+        let is_new = !seen.contains(next);
+        seen.push(next.clone());
+        is_new && leads(modules, next, to, seen)
+    })
+}
+
+#[test]
+fn modules_of_a_folder_import_in_no_circle() {
+    let (mut wrong, mut edges) = (Vec::new(), 0);
+    for package in ["crates/numerics/src", "crates/solver/src", "src"] {
+        let package = root().join(package);
+        let mut folders = vec![package.clone()];
+        while let Some(folder) = folders.pop() {
+            let modules = neighbours(&package, &folder);
+            for (name, named) in &modules {
+                edges += named.len();
+                let others = named.iter().filter(|other| *other != name);
+                for other in others {
+                    if leads(&modules, other, name, &mut Vec::new()) {
+                        wrong.push(format!("{}: {name} and {other}", folder.display()));
+                    }
+                }
+            }
+            let inner = std::fs::read_dir(&folder).unwrap().flatten();
+            folders.extend(inner.map(|e| e.path()).filter(|p| p.is_dir()));
+        }
+    }
+    wrong.sort();
+    wrong.dedup();
+    assert!(
+        wrong.is_empty(),
+        "circles of imports:\n{}",
+        wrong.join("\n")
+    );
+    assert!(edges > 300, "only {edges} imports were seen");
+}
+
 /// faer's methods of a matrix that take the number of threads from a setting of the process, and
 /// its words for all threads; what libraries use stands in `dovetail_numerics::dense`.
 #[test]

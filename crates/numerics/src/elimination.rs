@@ -9,11 +9,11 @@ use faer::prelude::{IntoConst, Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use nalgebra_sparse::CscMatrix;
 
-use super::factor::Symbolic;
 use super::fronts::{
     BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, in_rows, mirror,
     schur_complement,
 };
+use super::symbolic::Symbolic;
 
 /// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
 /// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is

@@ -17,7 +17,7 @@ use rayon::iter::{
     IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
 };
 
-use super::factor::Symbolic;
+use super::symbolic::Symbolic;
 
 /// Rows or columns of a front that one task takes.
 const BLOCK: usize = 256;

@@ -3,8 +3,8 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
+use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::keys;
 use crate::scene::raw::{RawContact, RawDamping};
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec};
@@ -167,7 +167,7 @@ pub fn damping(
             at.span,
             Fault::NoneOf {
                 paths,
-                example: keys::example("damping", "ratio"),
+                example: entries::example("damping", "ratio"),
             },
         );
         return None;

@@ -3,8 +3,8 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
+use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::keys;
 use crate::scene::raw::RawLoad;
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
@@ -40,7 +40,7 @@ fn kind(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadKind> {
     }
     if raw.force_n.is_none() && raw.direction.is_none() {
         let paths = vec![at.key("force_n"), at.key("pressure_pa")];
-        let example = keys::example("load", "pressure_pa");
+        let example = entries::example("load", "pressure_pa");
         checker.fault(at.span.clone(), Fault::NoneOf { paths, example });
         return None;
     }

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
+use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::keys;
 use crate::scene::raw::{Located, Number, RawMesh};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 
@@ -66,7 +66,7 @@ fn mesh_kind(
             at.span.clone(),
             Fault::NoneOf {
                 paths,
-                example: keys::example("mesh", "file"),
+                example: entries::example("mesh", "file"),
             },
         );
         return None;

@@ -17,8 +17,9 @@ use std::path::Path;
 
 use fields::{Checker, Table};
 
+use super::entries;
 use super::error::{Fault, Problem};
-use super::keys::{self, Shape};
+use super::keys::Shape;
 use super::raw::RawScene;
 use super::source::Source;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
@@ -45,7 +46,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
         None => {
             let fault = Fault::MissingKey {
                 path: "name".to_owned(),
-                example: keys::example("", "name"),
+                example: entries::example("", "name"),
             };
             checker.fault(0..0, fault);
             None
@@ -132,7 +133,7 @@ fn assembly(
 /// Sections without which there is nothing to compute. Bodies have a message of their own.
 fn missing_sections(checker: &mut Checker, raw: &RawScene) {
     let meshed = raw.reduced_model.is_none();
-    for section in keys::SCENE.sections {
+    for section in entries::SCENE.sections {
         let absent = match section.name {
             "mesh" => meshed && raw.mesh.is_none(),
             "contact" => meshed && raw.contact.is_empty(),

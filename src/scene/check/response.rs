@@ -3,8 +3,8 @@
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Limits, Table};
+use crate::scene::entries;
 use crate::scene::error::Fault;
-use crate::scene::keys;
 use crate::scene::raw::{Number, RawResponse};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -190,7 +190,7 @@ fn frequency_range(
         }
         (None, None) => {
             let paths = vec![at.key("frequency_hz"), at.key("times_first_stuck_mode")];
-            let example = keys::example("response", "times_first_stuck_mode");
+            let example = entries::example("response", "times_first_stuck_mode");
             checker.fault(at.span.clone(), Fault::NoneOf { paths, example });
             return None;
         }

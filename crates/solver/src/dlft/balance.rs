@@ -404,7 +404,9 @@ mod tests {
     fn friction_starts_at_the_static_state_with_the_eps_of_its_own_directions() {
         at_sample_points(|_, sample, _| {
             let n = sample.unknowns_per_block();
-            let eps: Vec<f64> = (0..n).map(|i| if i % 3 == 0 { 5.0 } else { 2.0 }).collect();
+            let eps: Vec<f64> = (0..n)
+                .map(|i| (1 + i / 3) as f64 * if i % 3 == 0 { 5.0 } else { 2.0 })
+                .collect();
             let x_static: Vec<f64> = (0..n).map(|i| 0.1 * (i + 1) as f64).collect();
             let setting = Setting {
                 eps: &eps,
@@ -414,10 +416,11 @@ mod tests {
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             for pair in 0..n / 3 {
                 let input = balance.input(pair, &[]);
-                let [along, across] = [1, 2].map(|c| 2.0 * x_static[3 * pair + c]);
+                let [along, across] =
+                    [1, 2].map(|c| (1 + pair) as f64 * 2.0 * x_static[3 * pair + c]);
                 assert_eq!(input.start, [along, across]);
                 let gap_m = setting.system.model.pairs[pair].gap_m;
-                assert_eq!(input.shift_n, 5.0 * gap_m);
+                assert_eq!(input.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
             }
         });
     }

@@ -1,0 +1,43 @@
+//! Mirror of a study file, as [`crate::scene::raw`] is of a scene.
+
+use serde::Deserialize;
+use serde_spanned::Spanned;
+use toml::Value;
+
+use crate::scene::raw::{Located, Number};
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawStudy {
+    pub name: Located<String>,
+    pub scene: Located<String>,
+    #[serde(default)]
+    pub set: Vec<Spanned<String>>,
+    pub mode: Located<String>,
+    pub quantities: Located<Vec<Spanned<String>>>,
+    #[serde(default)]
+    pub fields: bool,
+    #[serde(default)]
+    pub knob: Vec<Spanned<RawKnob>>,
+    #[serde(default)]
+    pub recommend: Vec<Spanned<RawTarget>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawTarget {
+    pub quantity: Located<String>,
+    pub accuracy: Located<Number>,
+}
+
+/// Mirror of the table.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawKnob {
+    pub name: Located<String>,
+    pub key: Located<String>,
+    pub values: Located<Vec<Spanned<Value>>>,
+    pub base: Located<Value>,
+    pub size: Located<Value>,
+    pub order: Located<Number>,
+}
