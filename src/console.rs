@@ -15,11 +15,14 @@ use crate::stage::{Stage, StageRecord};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
 use dovetail_solver::results::far_slip::TOO_FAR;
-use dovetail_solver::results::quantities::{pair_counts, peak};
+use dovetail_solver::results::quantities::{pair_counts, peak, peak_is_at_an_end, peak_rise};
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
+
+/// What a peak may hide between two frequencies, of its amplitude.
+const WORTH_A_WARNING: f64 = 1e-3;
 
 /// Prints what it hears to stderr.
 #[derive(Debug)]
@@ -134,6 +137,19 @@ impl Console {
             let Some(peak) = peak(response, i) else {
                 continue;
             };
+            if peak_is_at_an_end(response, i) {
+                self.warning(&format!(
+                    "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
+                     or response.times_first_stuck_mode",
+                    peak.frequency_hz
+                ));
+            }
+            if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > WORTH_A_WARNING) {
+                self.warning(&format!(
+                    "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, or a narrower range",
+                    100.0 * rise
+                ));
+            }
             let counts = pair_counts(&response.orbits[peak.index]);
             self.note(&format!(
                 "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",

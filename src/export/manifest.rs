@@ -10,13 +10,14 @@ use serde::{Deserialize, Serialize};
 use super::{ExportError, write_file};
 use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    converged, energy_balance_error, pair_counts, peak, peak_ratio, static_fields, stuck_peak,
-    sweep_fields,
+    converged, energy_balance_error, pair_counts, peak, peak_is_at_an_end, peak_ratio, peak_rise,
+    static_fields, stuck_peak, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -109,6 +110,12 @@ pub struct BodySummary {
     pub nodes: usize,
     pub tets: usize,
     pub free_dofs: usize,
+    pub volume_m3: f64,
+    pub mass_kg: f64,
+    /// Of gravity.
+    pub centre_m: [f64; 3],
+    /// Of the whole body; `None` where it does not rotate.
+    pub centrifugal_force_n: Option<[f64; 3]>,
 }
 
 /// Wall time and peak memory of one stage.
@@ -173,6 +180,12 @@ pub struct ResponseSummary {
     pub peak_frequency_hz: Option<f64>,
     /// Row of response.csv, 0 = first.
     pub peak_row: Option<usize>,
+    /// The largest amplitude is at an end of the range: the curve may go on rising outside.
+    pub peak_at_end_of_range: bool,
+    /// How far the parabola through the peak and its neighbours rises above it, relative; `None` at an end of the
+    /// range or beside a frequency without a result.
+    pub peak_rise: Option<f64>,
+    /// Of the stuck assembly, exact.
     pub linear_peak_amplitude_m: Option<f64>,
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
@@ -260,6 +273,7 @@ pub struct ObservationTerm {
 /// Mesh sizes read off the model.
 pub fn mesh_summary(
     model: &Model,
+    properties: &[MassProperties],
     source: String,
     gmsh: Option<String>,
     fallback: bool,
@@ -267,7 +281,12 @@ pub fn mesh_summary(
     let bodies: Vec<BodySummary> = model
         .bodies
         .iter()
-        .map(|b| BodySummary {
+        .zip(properties)
+        .map(|(b, properties)| BodySummary {
+            volume_m3: properties.volume_m3,
+            mass_kg: properties.mass_kg,
+            centre_m: properties.centre_m,
+            centrifugal_force_n: properties.centrifugal_force_n,
             name: b.name.clone(),
             nodes: b.nodes_m.len(),
             tets: b.tet_count(),
@@ -377,6 +396,8 @@ pub fn response_summary(
         peak_amplitude_m: top.map(|p| p.amplitude_m),
         peak_frequency_hz: top.map(|p| p.frequency_hz),
         peak_row: top.map(|p| p.index),
+        peak_at_end_of_range: peak_is_at_an_end(response, 0),
+        peak_rise: peak_rise(response, 0),
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
         peak_ratio: peak_ratio(response, 0),

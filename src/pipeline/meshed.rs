@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::Context;
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
 use super::meshing::{Origin, make_mesh};
 use super::progress::Progress;
+use super::{Context, units};
 use crate::export::manifest;
 use crate::stage::Stage;
+use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure};
 use dovetail_solver::mesh::Mesh;
@@ -36,6 +37,7 @@ pub(super) struct ReductionModes {
 /// A mesh with its flanks paired, before anything is assembled.
 pub(super) struct Bound {
     pub model: Model,
+    properties: Vec<MassProperties>,
     origin: Origin,
 }
 
@@ -51,6 +53,7 @@ pub(super) struct Meshed {
     recovery: OnceCell<Recovery>,
     cache: Cache,
     recovery_key: Option<Key>,
+    properties: Vec<MassProperties>,
     origin: Origin,
 }
 
@@ -62,11 +65,16 @@ impl Bound {
     ) -> Result<Self, RunError> {
         let (mesh, origin) = make_mesh(&assembly.mesh, context, progress)?;
         let model = bind(assembly, &mesh, progress)?;
-        Ok(Self { model, origin })
+        let properties = properties(&model, progress)?;
+        Ok(Self {
+            model,
+            properties,
+            origin,
+        })
     }
 
     pub(super) fn summary(&self) -> manifest::MeshSummary {
-        self.origin.summary(&self.model)
+        self.origin.summary(&self.model, &self.properties)
     }
 }
 
@@ -77,7 +85,11 @@ impl Meshed {
         context: &Context,
         progress: &Progress,
     ) -> Result<Self, RunError> {
-        let Bound { model, origin } = Bound::of(assembly, context, progress)?;
+        let Bound {
+            model,
+            properties,
+            origin,
+        } = Bound::of(assembly, context, progress)?;
         let cache = Cache::new(context.cache.as_ref());
         let [key, recovery_key] = {
             let inputs = reduction_inputs(&model, wanted);
@@ -113,6 +125,7 @@ impl Meshed {
             recovery,
             cache,
             recovery_key,
+            properties,
             origin,
         })
     }
@@ -146,7 +159,7 @@ impl Meshed {
     }
 
     pub(super) fn summary(&self) -> manifest::MeshSummary {
-        self.origin.summary(&self.model)
+        self.origin.summary(&self.model, &self.properties)
     }
 
     /// Squared angular frequencies of each body alone, its flanks held (full model).
@@ -175,6 +188,28 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
         model.largest_mismatch_m
     ));
     Ok(model)
+}
+
+/// Told, so that a wrong unit is seen before anything is computed with it.
+fn properties(model: &Model, progress: &Progress) -> Result<Vec<MassProperties>, FemError> {
+    let rotation = model.rotation.as_ref();
+    let mut all = Vec::new();
+    for body in &model.bodies {
+        let own = mass_properties(body, rotation)?;
+        let force = own.centrifugal_force_n.map_or(String::new(), |force| {
+            let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+            format!(", centrifugal force {size_n:.4e} N")
+        });
+        progress.note(&format!(
+            "{}: {:.4} kg, {:.4e} m3{force}",
+            body.name, own.mass_kg, own.volume_m3
+        ));
+        if let Some(doubt) = units::doubt(&body.name, body.material) {
+            progress.warning(&doubt);
+        }
+        all.push(own);
+    }
+    Ok(all)
 }
 
 pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {

@@ -10,6 +10,7 @@ use super::progress::Progress;
 use crate::export::{create_folder, manifest, write_file};
 use crate::stage::Stage;
 use dovetail_numerics::stored;
+use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
 use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
@@ -28,9 +29,14 @@ pub(super) struct Origin {
 }
 
 impl Origin {
-    pub(super) fn summary(&self, model: &Model) -> manifest::MeshSummary {
+    pub(super) fn summary(
+        &self,
+        model: &Model,
+        properties: &[MassProperties],
+    ) -> manifest::MeshSummary {
         manifest::mesh_summary(
             model,
+            properties,
             self.source.display().to_string(),
             self.gmsh.clone(),
             self.fallback,

@@ -11,6 +11,7 @@ pub mod progress;
 mod reduced;
 mod solve;
 mod summary;
+mod units;
 pub mod verify;
 
 use std::path::PathBuf;

@@ -12,6 +12,7 @@ use dovetail_solver::dlft::orbit::{linear_orbit, stuck_point};
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
+use dovetail_solver::dlft::stuck_curve::stuck_curve;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, aft::Periods};
 use dovetail_solver::reduction::RelativeModel;
@@ -197,6 +198,7 @@ fn linear(
             .clone()
             .map(|&f| stuck_point(&system, harmonics, f))
             .collect(),
+        stuck_curve: stuck_curve(&system, harmonics, frequencies_hz),
         orbits: frequencies
             .map(|&f| linear_orbit(&system, harmonics, f))
             .collect(),

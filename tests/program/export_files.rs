@@ -14,6 +14,7 @@ use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{self, AmplitudeScale};
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail_solver::dlft::{Outcome, Response};
+use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
@@ -40,6 +41,12 @@ fn summary(run: &Run) -> Summary {
         },
         mesh: Some(manifest::mesh_summary(
             &run.model,
+            &[MassProperties {
+                volume_m3: 1e-4,
+                mass_kg: 0.5,
+                centre_m: [0.0, 0.0, 0.5],
+                centrifugal_force_n: None,
+            }; 2],
             "made up".into(),
             None,
             false,

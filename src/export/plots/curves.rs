@@ -72,7 +72,7 @@ pub fn stuck_curve(label: &str, response: &Response, observation: usize) -> Curv
                 .filter(|a| a.is_finite()),
         )
     };
-    let points = response.stuck.iter().map(point).collect();
+    let points = response.stuck_curve.iter().map(point).collect();
     Curve {
         label: label.to_owned(),
         points,

@@ -1,10 +1,11 @@
 //! Mass, and the load of rotation.
 
 use dovetail_solver::fem::assemble_body;
+use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::mesh::block::block;
 use dovetail_solver::mesh::{ElementOrder, TET_EDGES};
 use dovetail_solver::model::NodeMotion;
-use dovetail_solver::model::Prestress;
+use dovetail_solver::model::{Prestress, Rotation};
 
 use super::algebra::*;
 use super::bodies::*;
@@ -146,4 +147,39 @@ fn nodes_that_do_not_move_still_load_their_neighbours() {
         }
     }
     assert_eq!(held.total_mass_kg, free.total_mass_kg);
+}
+
+/// A block of 30 x 20 x 15 mm, its corner at (1, 2, 3) m, that turns about an axis along z through (1, 0, 0).
+#[test]
+fn mass_properties_are_those_of_the_solid() {
+    for order in ORDERS {
+        let mut mesh = block(order, [2, 3, 2], [0.03, 0.02, 0.015]);
+        for x in &mut mesh.nodes_m {
+            for (x, corner) in x.iter_mut().zip([1.0, 2.0, 3.0]) {
+                *x += corner;
+            }
+        }
+        let body = free_body(&mesh);
+        let rotation = Rotation {
+            point_m: [1.0, 0.0, 0.0],
+            axis: [0.0, 0.0, 1.0],
+            speed_rad_s: 100.0,
+            prestress: Prestress::None,
+        };
+        let own = mass_properties(&body, Some(&rotation)).unwrap();
+        let (volume, centre) = (0.03 * 0.02 * 0.015, [1.015, 2.01, 3.0075]);
+        let mass = STEEL.density_kg_m3 * volume;
+        assert!((own.volume_m3 / volume - 1.0).abs() < 1e-12);
+        assert!((own.mass_kg / mass - 1.0).abs() < 1e-12);
+        assert!((0..3).all(|k| (own.centre_m[k] - centre[k]).abs() < 1e-12));
+        let expected = body
+            .rotates
+            .then(|| [0.015, 2.01, 0.0].map(|r| 1e4 * mass * r));
+        match (own.centrifugal_force_n, expected) {
+            (Some(found), Some(expected)) => {
+                assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-9 * expected[1]));
+            }
+            (found, expected) => assert_eq!(found, expected),
+        }
+    }
 }

@@ -370,8 +370,10 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             .map(|s| amplitude(s) * gain(frequency(i), 0.001))
             .collect(),
     });
+    let stuck: Vec<StuckPoint> = stuck.collect();
     Response {
-        stuck: stuck.collect(),
+        stuck: stuck.clone(),
+        stuck_curve: stuck,
         orbits: orbits.collect(),
         slip_threshold_m: 1e-7,
     }

@@ -157,6 +157,8 @@ pub struct StuckPoint {
 pub struct Response {
     /// The stuck assembly, at the frequencies of `orbits`.
     pub stuck: Vec<StuckPoint>,
+    /// The stuck assembly at those frequencies and at others, so close that no peak is missed, rising.
+    pub stuck_curve: Vec<StuckPoint>,
     /// The motion at each frequency, in the order asked for.
     pub orbits: Vec<Orbit>,
     /// Distance beyond which a pair counts as slipping, m.
@@ -178,6 +180,7 @@ mod point;
 pub mod retention;
 pub mod settings;
 pub mod static_state;
+pub mod stuck_curve;
 pub mod sweep;
 mod two_level;
 

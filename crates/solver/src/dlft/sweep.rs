@@ -10,6 +10,7 @@ use super::orbit::{orbit, stuck_point};
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::Mean;
+use super::stuck_curve::stuck_curve;
 use super::{Orbit, Outcome, Response, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
@@ -119,13 +120,12 @@ pub fn sweep(
     );
     orbits.extend(upper.into_iter().rev());
     run.retry_from_other_side(&mut orbits, middle);
-    let stuck = settings
-        .frequencies_hz
-        .iter()
-        .map(|&f| stuck_point(&system, levels[0].fourier.harmonics(), f))
-        .collect();
+    let harmonics = levels[0].fourier.harmonics();
+    let frequencies_hz = &settings.frequencies_hz;
+    let stuck = frequencies_hz.iter();
     Response {
-        stuck,
+        stuck: stuck.map(|&f| stuck_point(&system, harmonics, f)).collect(),
+        stuck_curve: stuck_curve(&system, harmonics, frequencies_hz),
         orbits,
         slip_threshold_m,
     }

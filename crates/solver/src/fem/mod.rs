@@ -4,6 +4,7 @@ pub mod assembly;
 pub mod elasticity;
 pub mod elements;
 pub mod loads;
+pub mod mass_properties;
 pub mod quadrature;
 pub mod spin;
 pub mod statics;

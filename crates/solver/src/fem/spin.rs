@@ -17,14 +17,14 @@ use crate::model::{Body, Rotation};
 
 /// Vectors from the axis to each node of the body, perpendicular to the axis, m.
 pub fn radii_m(body: &Body, rotation: &Rotation) -> Vec<[f64; 3]> {
-    let projector = perpendicular(rotation.axis);
-    body.nodes_m
-        .iter()
-        .map(|x| {
-            let d = [0, 1, 2].map(|k| x[k] - rotation.point_m[k]);
-            projector.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
-        })
-        .collect()
+    let nodes = body.nodes_m.iter();
+    nodes.map(|x| radius_m(*x, rotation)).collect()
+}
+
+/// Vector from the axis to a point, perpendicular to the axis, m.
+pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
+    let d = [0, 1, 2].map(|k| point_m[k] - rotation.point_m[k]);
+    perpendicular(rotation.axis).map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
 }
 
 /// Centrifugal load on the free dofs, N. Fixed nodes have mass too: what they carry themselves goes

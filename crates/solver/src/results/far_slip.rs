@@ -143,6 +143,6 @@ mod tests {
     fn what_is_unknown_is_not_judged() {
         let mut pairs = pairs();
         pairs.rows.iter_mut().for_each(|row| row.frame = None);
-        assert_eq!(ShorterSides::of(&pairs).farthest(&vec![1.0; 24], 0), 0.0);
+        assert_eq!(ShorterSides::of(&pairs).farthest(&[1.0; 24], 0), 0.0);
     }
 }

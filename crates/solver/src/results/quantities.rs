@@ -232,10 +232,40 @@ pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
     )
 }
 
-/// Largest amplitude of the stuck assembly among the frequencies computed (a coarse grid may miss
-/// the top of a lightly damped resonance).
+/// Whether the largest amplitude is at an end of a range of several frequencies: the curve may go on rising outside.
+pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
+    let last = response.orbits.len().saturating_sub(1);
+    let top = peak(response, observation);
+    last > 0 && top.is_some_and(|top| top.index == 0 || top.index == last)
+}
+
+/// How far the parabola through the highest point and its two neighbours rises above it, relative: what the curve may
+/// hide between its points. `None` at an end of the range, and beside a frequency without a result.
+pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
+    let top = peak(response, observation)?;
+    let around = response
+        .orbits
+        .get(top.index.checked_sub(1)?..=top.index + 1)?;
+    if !around.iter().all(|orbit| orbit.outcome.is_converged()) {
+        return None;
+    }
+    let [low, middle, high] = [0, 1, 2].map(|i| {
+        let amplitude = around[i].observed_amplitude_m[observation];
+        (around[i].frequency_hz, amplitude)
+    });
+    let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+    let (before, after) = (slope(low, middle), slope(middle, high));
+    // a (f - f_m)^2 + b (f - f_m) + c: its top is c - b^2 / (4 a).
+    let a = (after - before) / (high.0 - low.0);
+    let b = before + a * (middle.0 - low.0);
+    let rise = if a < 0.0 { -b * b / (4.0 * a) } else { 0.0 };
+    Some(rise / middle.1).filter(|rise| rise.is_finite())
+}
+
+/// Largest amplitude of the stuck assembly in the range of the response; its index counts in `stuck_curve`.
 pub fn stuck_peak(response: &Response, observation: usize) -> Option<Peak> {
-    largest(response.stuck.iter().enumerate().filter_map(|(index, s)| {
+    let points = response.stuck_curve.iter().enumerate();
+    largest(points.filter_map(|(index, s)| {
         let amplitude_m = *s.observed_amplitude_m.get(observation)?;
         Some(Peak {
             index,
@@ -349,13 +379,15 @@ mod tests {
     }
 
     fn response() -> Response {
+        let stuck = [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
+            .map(|(frequency_hz, a)| StuckPoint {
+                frequency_hz,
+                observed_amplitude_m: vec![a],
+            })
+            .to_vec();
         Response {
-            stuck: [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
-                .map(|(frequency_hz, a)| StuckPoint {
-                    frequency_hz,
-                    observed_amplitude_m: vec![a],
-                })
-                .to_vec(),
+            stuck: stuck.clone(),
+            stuck_curve: stuck,
             orbits: vec![
                 orbit(10.0, Outcome::Converged, 1.0),
                 orbit(20.0, Outcome::Stagnated, 99.0),
@@ -446,12 +478,35 @@ mod tests {
     }
 
     #[test]
+    fn a_parabola_is_found_between_the_points() {
+        // 4 - (f - 21)^2 / 100, on a grid of unequal steps.
+        let amplitude = |f: f64| 4.0 - (f - 21.0).powi(2) / 100.0;
+        let mut curve = response();
+        curve.orbits = [5.0, 10.0, 20.0, 33.0, 40.0]
+            .map(|f| orbit(f, Outcome::Converged, amplitude(f)))
+            .to_vec();
+        let rise = peak_rise(&curve, 0).unwrap();
+        assert!(
+            (rise - (4.0 / amplitude(20.0) - 1.0)).abs() < 1e-12,
+            "{rise}"
+        );
+        assert!(!peak_is_at_an_end(&curve, 0));
+        curve.orbits[3].outcome = Outcome::Stagnated;
+        assert_eq!(peak_rise(&curve, 0), None);
+        curve.orbits.drain(..2);
+        assert!(peak_is_at_an_end(&curve, 0));
+        assert_eq!(peak_rise(&curve, 0), None);
+        curve.orbits.truncate(1);
+        assert!(!peak_is_at_an_end(&curve, 0));
+    }
+
+    #[test]
     fn of_equal_points_the_first_is_the_peak_and_nothing_has_no_ratio() {
         let mut level = response();
         level.orbits[2].observed_amplitude_m = vec![1.0];
         assert_eq!(peak(&level, 0).unwrap().index, 0);
         let mut still = response();
-        for point in &mut still.stuck {
+        for point in &mut still.stuck_curve {
             point.observed_amplitude_m = vec![0.0];
         }
         assert_eq!(peak_ratio(&still, 0), None);

@@ -1,0 +1,146 @@
+//! The response of the fully stuck assembly over a range. It is in closed form, so that none of its peaks has to be
+//! missed between two frequencies, however little damping there is.
+
+use std::f64::consts::TAU;
+
+use super::StuckPoint;
+use super::orbit::stuck_point;
+use crate::contact::dynamic_stiffness::ContactSystem;
+
+/// Steps of the search for a peak; each leaves 0.618 of the range that the peak is in.
+const STEPS: usize = 30;
+
+/// The points of the curve, rising in frequency: those asked for, and where a peak lies between them those that lead
+/// to it.
+pub fn stuck_curve(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    frequencies_hz: &[f64],
+) -> Vec<StuckPoint> {
+    let at = |frequency_hz: f64| stuck_point(system, harmonics, frequency_hz);
+    let mut points: Vec<StuckPoint> = frequencies_hz.iter().map(|f| at(*f)).collect();
+    let inside = |f: &f64| {
+        let ends = frequencies_hz.first().zip(frequencies_hz.last());
+        ends.is_some_and(|(first, last)| first < f && f < last)
+    };
+    let excitations = system.model.excitations.iter();
+    let resonances = excitations.flat_map(|load| {
+        let modes = system.model.omega2.iter().map(|w2| w2.max(0.0).sqrt());
+        modes.map(move |omega| omega / (TAU * load.harmonic as f64))
+    });
+    points.extend(resonances.filter(inside).map(at));
+    in_order(&mut points);
+    let observations = points.first().map_or(0, |p| p.observed_amplitude_m.len());
+    let mut between = Vec::new();
+    for observation in 0..observations {
+        let amplitude = |p: &StuckPoint| p.observed_amplitude_m[observation];
+        for three in points.windows(3) {
+            if amplitude(&three[1]) >= amplitude(&three[0])
+                && amplitude(&three[1]) > amplitude(&three[2])
+            {
+                let range = [three[0].frequency_hz, three[2].frequency_hz];
+                lead_to_peak(range, &at, &amplitude, &mut between);
+            }
+        }
+    }
+    points.append(&mut between);
+    in_order(&mut points);
+    points
+}
+
+/// Golden section: the points that it visits.
+fn lead_to_peak(
+    [mut low, mut high]: [f64; 2],
+    at: &impl Fn(f64) -> StuckPoint,
+    amplitude: &impl Fn(&StuckPoint) -> f64,
+    visited: &mut Vec<StuckPoint>,
+) {
+    let share = (5.0_f64.sqrt() - 1.0) / 2.0;
+    let mut left = at(high - share * (high - low));
+    let mut right = at(low + share * (high - low));
+    for _ in 0..STEPS {
+        if amplitude(&left) > amplitude(&right) {
+            high = right.frequency_hz;
+            visited.push(std::mem::replace(&mut right, left));
+            left = at(high - share * (high - low));
+        } else {
+            low = left.frequency_hz;
+            visited.push(std::mem::replace(&mut left, right));
+            right = at(low + share * (high - low));
+        }
+    }
+    visited.extend([left, right]);
+}
+
+fn in_order(points: &mut Vec<StuckPoint>) {
+    points.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    points.dedup_by(|a, b| a.frequency_hz == b.frequency_hz);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reduction::damping::Rayleigh;
+    use crate::reduction::superelement::read;
+    use crate::reduction::{PairLaw, RelativeModel};
+
+    fn dovetail() -> RelativeModel {
+        let law = PairLaw {
+            friction: 0.3,
+            gap_m: 0.0,
+        };
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+        read(folder.as_ref(), law, 1.0).unwrap().relative
+    }
+
+    /// Of 0.01 % of critical damping, on a grid that is a hundred times coarser than the resonance is wide.
+    #[test]
+    fn the_peak_between_two_frequencies_is_found() {
+        let model = dovetail();
+        let omega = model.omega2[0].sqrt();
+        let damping = Rayleigh {
+            stiffness_s: 2e-4 / omega,
+            mass_per_s: 0.0,
+        };
+        let system = ContactSystem::new(&model, damping);
+        let first_hz = omega / TAU;
+        let grid: Vec<f64> = (0..10)
+            .map(|i| first_hz * (0.95 + 0.011 * f64::from(i)))
+            .collect();
+        let curve = stuck_curve(&system, 3, &grid);
+        let amplitude = |p: &StuckPoint| p.observed_amplitude_m[0];
+        let top = |points: &[StuckPoint]| points.iter().map(amplitude).fold(0.0, f64::max);
+        // By brute force around the resonance: 0.01 of its width apart.
+        let fine: Vec<StuckPoint> = (-1000..=1000)
+            .map(|i| stuck_point(&system, 3, first_hz * (1.0 + 1e-6 * f64::from(i))))
+            .collect();
+        assert!(
+            (top(&curve) / top(&fine) - 1.0).abs() < 1e-4,
+            "{} {}",
+            top(&curve),
+            top(&fine)
+        );
+        let on_grid: Vec<StuckPoint> = grid.iter().map(|f| stuck_point(&system, 3, *f)).collect();
+        assert!(top(&on_grid) < 0.1 * top(&fine));
+        for f in &grid {
+            assert!(curve.iter().any(|p| p.frequency_hz == *f));
+        }
+        assert!(
+            curve
+                .windows(2)
+                .all(|w| w[0].frequency_hz < w[1].frequency_hz)
+        );
+    }
+
+    #[test]
+    fn one_frequency_is_one_point() {
+        let model = dovetail();
+        let damping = Rayleigh {
+            stiffness_s: 1e-6,
+            mass_per_s: 0.0,
+        };
+        let system = ContactSystem::new(&model, damping);
+        assert_eq!(stuck_curve(&system, 1, &[450.0]).len(), 1);
+        assert!(stuck_curve(&system, 1, &[]).is_empty());
+    }
+}

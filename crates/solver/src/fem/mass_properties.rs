@@ -1,0 +1,68 @@
+//! Volume, mass and centre of gravity of a body, and the centrifugal force on all of it: figures that show at a glance
+//! whether units are what they should be.
+
+use super::elements::Elements;
+use super::quadrature::Tables;
+use super::{FemError, spin, tet4, tet10};
+use crate::mesh::ElementOrder;
+use crate::model::{Body, Rotation};
+
+/// Of one body, as its finite elements see it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MassProperties {
+    /// Volume.
+    pub volume_m3: f64,
+    /// Mass, also of nodes that do not move.
+    pub mass_kg: f64,
+    /// Centre of gravity.
+    pub centre_m: [f64; 3],
+    /// Omega^2 m r, with r from the axis to the centre of gravity; none where the body does not rotate.
+    pub centrifugal_force_n: Option<[f64; 3]>,
+}
+
+/// Of a body; `rotation` counts only if the body rotates.
+///
+/// # Errors
+/// [`FemError::Inverted`] or [`FemError::Degenerate`].
+pub fn mass_properties(
+    body: &Body,
+    rotation: Option<&Rotation>,
+) -> Result<MassProperties, FemError> {
+    let rotation = rotation.filter(|_| body.rotates);
+    match body.order {
+        ElementOrder::Linear => of_order(body, &tet4::tables(), rotation),
+        ElementOrder::Quadratic => of_order(body, &tet10::tables(), rotation),
+    }
+}
+
+fn of_order<const N: usize>(
+    body: &Body,
+    tables: &Tables<N>,
+    rotation: Option<&Rotation>,
+) -> Result<MassProperties, FemError> {
+    let elements = Elements::new(body, tables)?;
+    let (mut mass_kg, mut moment) = (0.0, [0.0; 3]);
+    let mut mass = vec![[0.0]; N * N];
+    for e in 0..body.tet_count() {
+        elements.mass(e, &mut mass);
+        // The sum of a row is what the consistent mass matrix gives its node.
+        for (row, x) in mass.chunks_exact(N).zip(elements.coords_m(e)) {
+            let at_node: f64 = row.iter().flatten().sum();
+            mass_kg += at_node;
+            for (moment, x) in moment.iter_mut().zip(x) {
+                *moment += at_node * x;
+            }
+        }
+    }
+    let centre_m = moment.map(|moment| moment / mass_kg);
+    let centrifugal_force_n = rotation.map(|rotation| {
+        let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
+        spin::radius_m(centre_m, rotation).map(|r| omega2 * mass_kg * r)
+    });
+    Ok(MassProperties {
+        volume_m3: elements.volume_m3(),
+        mass_kg,
+        centre_m,
+        centrifugal_force_n,
+    })
+}
