@@ -138,7 +138,7 @@ fn with_and_without_cache_the_results_are_the_same_to_the_last_bit() {
     let one = ["contact.0.friction=0.3"];
     let two = [
         "contact.0.friction=0.01",
-        "excitation.0.force_n=900",
+        "excitation.0.force_n=300",
         "excitation.0.phase_deg=40",
     ];
     for (set, warm) in [(&one[..], false), (&two[..], true)] {
