@@ -352,12 +352,12 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     }
 }
 
-/// 450.0977 Hz, 2 N: 6.2591 to 6.2595 mm by integration in time (docs/verification.md). The truncation error at the peak
-/// is not monotone in the number of harmonics, and goes about as its square from 15 on.
+/// 450.0977 Hz, 2 N: 6.2771 mm by integration in time (docs/verification.md). The truncation error at the peak is not
+/// monotone in the number of harmonics.
 #[test]
 #[ignore = "slow: make verify"]
 fn truncation_explains_what_is_left_at_the_peak() {
-    const INTEGRATED_MM: f64 = 6.2593;
+    const INTEGRATED_MM: f64 = 6.2771;
     let model = &joint().reduced.relative;
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);
@@ -365,7 +365,7 @@ fn truncation_explains_what_is_left_at_the_peak() {
     });
     println!("H = 3, 7, 15, 21, 31: {amplitudes_mm:.5?} mm");
     let off = amplitudes_mm.map(|a| a / INTEGRATED_MM - 1.0);
-    assert!((off[0] - 0.038).abs() < 0.002, "{off:?}");
+    assert!((off[0] - 0.035).abs() < 0.002, "{off:?}");
     assert!(off[1] < off[2], "7 harmonics look better than 15: {off:?}");
     assert!(off[2] > off[3] && off[3] > off[4], "{off:?}");
     assert!(off[4] > 0.0 && off[4] < 1e-3, "{off:?}");

@@ -11,7 +11,7 @@ use crate::contact::dynamic_stiffness::ContactSystem;
 const STEPS: usize = 30;
 
 /// The points of the curve, rising in frequency: those asked for, and where a peak lies between them those that lead
-/// to it.
+/// to it. Without damping a peak is infinite, and the curve has the frequencies asked for alone.
 pub fn stuck_curve(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -19,6 +19,10 @@ pub fn stuck_curve(
 ) -> Vec<StuckPoint> {
     let at = |frequency_hz: f64| stuck_point(system, harmonics, frequency_hz);
     let mut points: Vec<StuckPoint> = frequencies_hz.iter().map(|f| at(*f)).collect();
+    if system.damping.stiffness_s <= 0.0 && system.damping.mass_per_s <= 0.0 {
+        // Its peaks are infinite.
+        return points;
+    }
     let inside = |f: &f64| {
         let ends = frequencies_hz.first().zip(frequencies_hz.last());
         ends.is_some_and(|(first, last)| first < f && f < last)
@@ -127,6 +131,19 @@ mod tests {
             let rises = |w: &[StuckPoint]| w[0].frequency_hz < w[1].frequency_hz;
             assert!(curve.windows(2).all(rises));
         }
+    }
+
+    #[test]
+    fn without_damping_no_peak_is_looked_for() {
+        let model = dovetail();
+        let damping = Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.0,
+        };
+        let system = ContactSystem::new(&model, damping);
+        let first_hz = model.omega2[0].sqrt() / TAU;
+        let grid = [0.9 * first_hz, 0.999 * first_hz, 1.1 * first_hz];
+        assert_eq!(stuck_curve(&system, 1, &grid).len(), 3);
     }
 
     #[test]
