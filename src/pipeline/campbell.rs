@@ -195,7 +195,6 @@ impl Spun {
             stiffness: sum(&stiffness, share, &fast.stiffness),
             mass: rest.mass.clone(),
             load_n: fast.load_n.iter().map(|f| share * f).collect(),
-            total_mass_kg: rest.total_mass_kg,
         }
     }
 

@@ -64,6 +64,7 @@ impl Bound {
         progress: &Progress,
     ) -> Result<Self, RunError> {
         let (mesh, origin) = make_mesh(&assembly.mesh, context, progress)?;
+        let _stage = progress.stage(Stage::Model);
         let model = bind(assembly, &mesh, progress)?;
         let properties = properties(&model, progress)?;
         Ok(Self {
@@ -174,7 +175,6 @@ impl Meshed {
 }
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
-    let _stage = progress.stage(Stage::Model);
     let model = model::bind(assembly, mesh)?;
     let tets: usize = model.bodies.iter().map(|b| b.tet_count()).sum();
     progress.note(&format!(

@@ -41,20 +41,21 @@ fn of_order<const N: usize>(
     rotation: Option<&Rotation>,
 ) -> Result<MassProperties, FemError> {
     let elements = Elements::new(body, tables)?;
-    let (mut mass_kg, mut moment) = (0.0, [0.0; 3]);
+    let (mut sum, mut moment) = (0.0, [0.0; 3]);
     let mut mass = vec![[0.0]; N * N];
     for e in 0..body.tet_count() {
         elements.mass(e, &mut mass);
         // The sum of a row is what the consistent mass matrix gives its node.
         for (row, x) in mass.chunks_exact(N).zip(elements.coords_m(e)) {
             let at_node: f64 = row.iter().flatten().sum();
-            mass_kg += at_node;
+            sum += at_node;
             for (moment, x) in moment.iter_mut().zip(x) {
                 *moment += at_node * x;
             }
         }
     }
-    let centre_m = moment.map(|moment| moment / mass_kg);
+    let centre_m = moment.map(|moment| moment / sum);
+    let mass_kg = elements.volume_m3() * body.material.density_kg_m3;
     let centrifugal_force_n = rotation.map(|rotation| {
         let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
         spin::radius_m(centre_m, rotation).map(|r| omega2 * mass_kg * r)

@@ -45,8 +45,6 @@ pub struct BodyMatrices {
     pub mass: CscMatrix<f64>,
     /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
     pub load_n: Vec<f64>,
-    /// Mass of the body, kg.
-    pub total_mass_kg: f64,
 }
 
 /// All bodies, side by side.
@@ -130,6 +128,5 @@ fn assemble_order<const N: usize>(
         stiffness,
         mass,
         load_n,
-        total_mass_kg: elements.volume_m3() * body.material.density_kg_m3,
     })
 }

@@ -151,7 +151,6 @@ fn body(
             stiffness,
             mass,
             load_n,
-            total_mass_kg: 1.0,
         },
     )
 }
