@@ -98,25 +98,10 @@ fn command(
     other: OtherScene,
     mut console: Console,
 ) -> Result<(), Error> {
-    match command {
-        Command::Reduce(_) => {
-            return Ok(pipeline::reduce(
-                scene,
-                context,
-                &Progress::new(&mut console),
-            )?);
-        }
-        Command::Check(_) => {
-            return Ok(pipeline::check(scene, &Progress::new(&mut console))?);
-        }
-        // Comes with a file of its own.
-        Command::Study(_) => return Ok(()),
-        _ => {}
-    }
-    let mut files = Files::open(scene, context, other)?;
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match command {
         Command::Run(_) => {
+            let mut files = Files::open(scene, context, other)?;
             let observers = &mut Both(&mut files, &mut console);
             let run = noted(pipeline::solve(scene, context, observers), &files)?;
             let verdict = run.verdict();
@@ -124,52 +109,60 @@ fn command(
             if let Some(response) = &run.response {
                 console.figures(&run.reduced, response);
             }
-            verdict?;
+            Ok(verdict?)
         }
         Command::Static(_) => {
+            let mut files = Files::open(scene, context, other)?;
             let observers = &mut Both(&mut files, &mut console);
-            let (summary, verdict) =
-                noted(pipeline::static_state(scene, context, observers), &files)?;
+            let state = pipeline::static_state(scene, context, observers);
+            let (summary, verdict) = noted(state, &files)?;
             finish(&files, &summary, &verdict, &mut console)?;
-            verdict?;
+            Ok(verdict?)
         }
         Command::Mesh(_) => {
+            let files = Files::open(scene, context, other)?;
             let progress = Progress::new(&mut console);
             let summary = noted(pipeline::mesh(scene, context, &progress), &files)?;
-            finish(&files, &summary, &Ok(()), &mut console)?;
+            finish(&files, &summary, &Ok(()), &mut console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
+            let files = Files::open(scene, context, other)?;
             let progress = Progress::new(&mut console);
             let (rows, summary) = noted(pipeline::modes(scene, context, &progress), &files)?;
             files.modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            finish(&files, &summary, &Ok(()), &mut console)?;
+            finish(&files, &summary, &Ok(()), &mut console)
         }
         Command::Modes(Modes {
             rpm: Some(speeds), ..
         }) => {
+            let files = Files::open(scene, context, other)?;
             let progress = Progress::new(&mut console);
-            let campbell = noted(
-                pipeline::campbell(scene, *speeds, context, &progress),
-                &files,
-            )?;
+            let campbell = pipeline::campbell(scene, *speeds, context, &progress);
+            let campbell = noted(campbell, &files)?;
             files.campbell(&campbell)?;
             print(&campbell.table())?;
-            finish(&files, &campbell.summary, &Ok(()), &mut console)?;
+            finish(&files, &campbell.summary, &Ok(()), &mut console)
         }
         Command::Verify(arguments) => {
+            let files = Files::open(scene, context, other)?;
             let progress = Progress::new(&mut console);
-            let asked = arguments.asked();
-            let verified = noted(verify(scene, context, &asked, &progress), &files)?;
+            let verified = verify(scene, context, &arguments.asked(), &progress);
+            let verified = noted(verified, &files)?;
             files.verification(&verified.comparisons)?;
             finish(&files, &verified.summary, &Ok(()), &mut console)?;
             print(&verified.table())?;
-            verified.verdict?;
+            Ok(verified.verdict?)
         }
-        Command::Reduce(_) | Command::Check(_) | Command::Study(_) => {}
+        Command::Reduce(_) => {
+            let progress = Progress::new(&mut console);
+            Ok(pipeline::reduce(scene, context, &progress)?)
+        }
+        Command::Check(_) => Ok(pipeline::check(scene, &Progress::new(&mut console))?),
+        // Comes with a file of its own.
+        Command::Study(_) => Ok(()),
     }
-    Ok(())
 }
 
 /// The result of a run; where it failed, its folder says so.

@@ -1,10 +1,10 @@
 //! The folder of a run: whose it is, which files in it the run wrote, and which an earlier run left.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use super::manifest::{self, RunState, Summary};
 use super::{ExportError, create_folder};
@@ -24,7 +24,7 @@ pub enum OtherScene {
 pub struct OutputFolder {
     path: PathBuf,
     /// Names of files, with `/` between folders.
-    written: Mutex<BTreeSet<String>>,
+    written: RefCell<BTreeSet<String>>,
     /// Those that the summary of an earlier run lists.
     earlier: BTreeSet<String>,
 }
@@ -50,7 +50,7 @@ impl OutputFolder {
         }
         let folder = Self {
             path: path.to_path_buf(),
-            written: Mutex::default(),
+            written: RefCell::default(),
             earlier: earlier.map_or_else(BTreeSet::new, |s| s.files.into_iter().collect()),
         };
         folder.write_summary(summary.clone(), RunState::Running, None)?;
@@ -65,8 +65,7 @@ impl OutputFolder {
 
     /// Lists files that were written in it by another way.
     pub fn wrote(&self, names: impl IntoIterator<Item = String>) {
-        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        written.extend(names);
+        self.written.borrow_mut().extend(names);
     }
 
     /// The folder itself.
@@ -79,11 +78,7 @@ impl OutputFolder {
     /// # Errors
     /// A file that cannot be removed.
     pub fn remove_earlier(&mut self) -> Result<(), ExportError> {
-        let written = self
-            .written
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner);
-        for name in self.earlier.difference(written) {
+        for name in self.earlier.difference(self.written.get_mut()) {
             // A list that somebody has edited leads nowhere else.
             if !is_inside(name) {
                 continue;
@@ -116,10 +111,13 @@ impl OutputFolder {
         state: RunState,
         why: Option<String>,
     ) -> Result<(), ExportError> {
-        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
         summary.state = state;
         summary.why = why;
-        summary.files = self.earlier.union(&written).cloned().collect();
+        summary.files = self
+            .earlier
+            .union(&self.written.borrow())
+            .cloned()
+            .collect();
         manifest::write_summary(&self.path.join(SUMMARY), &summary)
     }
 }

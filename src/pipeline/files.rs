@@ -38,7 +38,7 @@ const FRAMES: usize = 24;
 #[derive(Debug)]
 pub struct Files {
     out: OutputFolder,
-    /// What is known of the run so far.
+    /// What is known before anything is computed: all that a run which fails has to tell.
     summary: Summary,
     /// Whether fields for ParaView are written.
     fields: bool,
