@@ -55,6 +55,13 @@ fn rust_files(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
+/// The text of a file without comments.
+fn code_of(file: &Path) -> String {
+    let text = std::fs::read_to_string(file).unwrap();
+    let lines = text.lines().map(|line| line.split("//").next().unwrap());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
 /// Path relative to `folder` and text without comments of each file below it.
 fn sources(folder: &Path) -> Vec<(String, String)> {
     let mut files = Vec::new();
@@ -63,30 +70,10 @@ fn sources(folder: &Path) -> Vec<(String, String)> {
     files
         .iter()
         .map(|file| {
-            let text = std::fs::read_to_string(file).unwrap();
-            let code: Vec<&str> = text
-                .lines()
-                .map(|line| line.split("//").next().unwrap())
-                .collect();
             let name = file.strip_prefix(folder).unwrap().to_string_lossy();
-            (name.replace('\\', "/"), code.join("\n"))
+            (name.replace('\\', "/"), code_of(file))
         })
         .collect()
-}
-
-/// The first path segment of every `crate::...` in the code.
-fn imports(code: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    for (at, _) in code.match_indices("crate::") {
-        let rest = &code[at + "crate::".len()..];
-        if let Some(list) = rest.strip_prefix('{') {
-            let list = list.split('}').next().unwrap();
-            found.extend(list.split(',').map(|item| first_word(item.trim())));
-        } else {
-            found.push(first_word(rest));
-        }
-    }
-    found
 }
 
 fn first_word(text: &str) -> String {
@@ -100,7 +87,7 @@ fn wrong_imports(folder: &str, may: impl Fn(&str, &str) -> bool) -> Vec<String> 
     let mut wrong = Vec::new();
     for (file, code) in sources(&root().join(folder)) {
         let module = first_word(&file);
-        for import in imports(&code) {
+        for import in names_after(&code, "crate::") {
             if import != module && !may(&module, &import) {
                 wrong.push(format!("{folder}/{file} imports {import}"));
             }
@@ -166,17 +153,15 @@ fn neighbours(root: &Path, folder: &Path) -> Vec<(String, Vec<String>)> {
         }
         let mut named = Vec::new();
         for file in files.iter().filter(|file| !file.ends_with("tests.rs")) {
-            let text = std::fs::read_to_string(file).unwrap();
-            let code = text.split("#[cfg(test)]").next().unwrap();
-            let lines = code.lines().map(|line| line.split("//").next().unwrap());
-            let code = lines.collect::<Vec<_>>().join("\n");
+            let code = code_of(file);
+            let code = code.split("#[cfg(test)]").next().unwrap();
             let depth = file.strip_prefix(folder).unwrap().iter().count();
             let up = match file.ends_with("mod.rs") {
                 true => depth - 1,
                 false => depth,
             };
-            named.extend(names_after(&code, &"super::".repeat(up)));
-            named.extend(names_after(&code, &absolute));
+            named.extend(names_after(code, &"super::".repeat(up)));
+            named.extend(names_after(code, &absolute));
         }
         modules.push((name, named));
     }
