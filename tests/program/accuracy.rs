@@ -51,7 +51,7 @@ fn respond(resolution: Resolution) -> Response {
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    sweep(model, damping, &statics, &settings, &|_| ())
+    sweep(model, damping, &statics, &settings, &[], &|_| ())
 }
 
 fn fine() -> &'static Response {

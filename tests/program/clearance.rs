@@ -41,7 +41,7 @@ fn respond(
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    let response = sweep(model, damping, statics, &settings, &|_| ());
+    let response = sweep(model, damping, statics, &settings, &[], &|_| ());
     assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
     response
 }

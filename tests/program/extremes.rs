@@ -63,7 +63,7 @@ fn respond(
         stiffness_s: 0.002 / first,
         mass_per_s: 0.0,
     };
-    sweep(model, damping, state, &settings, &|_| ())
+    sweep(model, damping, state, &settings, &[], &|_| ())
 }
 
 fn largest(v: impl Iterator<Item = f64>) -> f64 {

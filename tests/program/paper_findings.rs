@@ -121,7 +121,14 @@ fn respond_with(
         solver: joint.scene.response.solver,
         slip_threshold_m: None,
     };
-    let response = sweep(model, joint.damping, &joint.statics, &settings, &|_| ());
+    let response = sweep(
+        model,
+        joint.damping,
+        &joint.statics,
+        &settings,
+        &[],
+        &|_| (),
+    );
     for orbit in &response.orbits {
         let hz = orbit.frequency_hz;
         assert!(orbit.outcome.is_converged(), "{hz} Hz: {:?}", orbit.outcome);

@@ -69,7 +69,14 @@ fn respond(
         solver,
         slip_threshold_m: None,
     };
-    sweep(model, damping(model), &statics(model), &settings, &|_| ())
+    sweep(
+        model,
+        damping(model),
+        &statics(model),
+        &settings,
+        &[],
+        &|_| (),
+    )
 }
 
 #[test]
@@ -217,7 +224,7 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    let response = sweep(&model, damping(&model), &statics, &settings, &|_| ());
+    let response = sweep(&model, damping(&model), &statics, &settings, &[], &|_| ());
     for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {
         let ratio = orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0];
         assert!(

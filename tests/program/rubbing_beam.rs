@@ -108,7 +108,7 @@ fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -
         solver: Solver::NewtonKrylov,
         slip_threshold_m: Some(1e-9),
     };
-    let mut response = sweep(&model, DAMPING, &state, &settings, &|_| ());
+    let mut response = sweep(&model, DAMPING, &state, &settings, &[], &|_| ());
     response.orbits.remove(0)
 }
 

@@ -312,7 +312,7 @@ fn balanced(
         solver: Solver::NewtonKrylov,
         slip_threshold_m: None,
     };
-    let response = sweep(model, damping_of(model), &state, &settings, &|_| ());
+    let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
     (state, response)
 }
 

@@ -52,7 +52,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
                 solver: Solver::NewtonKrylov,
                 slip_threshold_m: None,
             };
-            let response = sweep(&model, damping, &state, &settings, &|_| ());
+            let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {
                 count += 1;
                 iterations += orbit.newton_iterations;

@@ -83,7 +83,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
         samples: 512,
     };
     let settings = SweepSettings::new(vec![RATIO / TAU], resolution);
-    let response = sweep(&model, undamped, &state, &settings, &|_| ());
+    let response = sweep(&model, undamped, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];
     assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
     orbit.observed_amplitude_m[0]

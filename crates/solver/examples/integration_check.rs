@@ -57,7 +57,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
         samples: 256,
     };
     let settings = SweepSettings::new(vec![699.5], resolution);
-    let response = sweep(&model, damping, &state, &settings, &|_| ());
+    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
     // Six periods from the motion of harmonic balance: a motion that is right stays where it is.
     let steps_per_period = 300;
     let until = Until {

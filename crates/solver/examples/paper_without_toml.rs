@@ -81,7 +81,7 @@ pub fn solve() -> Result<Answer, Box<dyn Error>> {
         samples: 128,
     };
     let settings = SweepSettings::new(vec![449.5, 450.0977, 451.0], resolution);
-    let response = sweep(&relative, damping, &state, &settings, &|_| ());
+    let response = sweep(&relative, damping, &state, &settings, &[], &|_| ());
     Ok(Answer {
         first_stuck_hz: relative.omega2[0].sqrt() / TAU,
         state,

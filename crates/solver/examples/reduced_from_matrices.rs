@@ -81,7 +81,7 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
         choice: EpsChoice::Pair,
         scale: (spring + slider) / spring,
     };
-    let response = sweep(&model, damping, &state, &settings, &|_| ());
+    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
     let orbit = &response.orbits[0];
     if !orbit.outcome.is_converged() {
         return Err(format!("{} Hz: {:?}", orbit.frequency_hz, orbit.outcome).into());

@@ -273,17 +273,11 @@ fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reduction::PairLaw;
-    use crate::reduction::superelement::read;
+    use crate::reduction::dovetail72::dovetail72;
 
     #[test]
     fn the_diagonal_is_that_of_the_formed_matrix() {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
-        let model = read(folder.as_ref(), law, 1.0).unwrap().relative;
+        let model = dovetail72(1.0);
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 30.0,

@@ -47,6 +47,11 @@ impl Outcome {
     pub fn is_converged(self) -> bool {
         matches!(self, Self::Converged | Self::AccuracyNotReached)
     }
+    /// Whether the balance holds, also where the solution is outside of what the method covers: the next frequency of a
+    /// sweep may start from it.
+    pub fn holds(self) -> bool {
+        self.is_converged() || self == Self::SlidesTooFar
+    }
 }
 
 /// Static state of the pairs.
@@ -81,7 +86,7 @@ pub enum PairStatus {
 }
 
 /// The periodic motion at one frequency.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Orbit {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
@@ -123,7 +128,7 @@ pub struct Orbit {
 }
 
 /// One pair over one period.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
     /// Slides farther than the threshold.
     pub slips: bool,
@@ -144,12 +149,25 @@ pub struct PairCycle {
 }
 
 /// Answer of the fully stuck assembly at one frequency.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct StuckPoint {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
     /// Largest departure from the mean of each observed displacement, m.
     pub observed_amplitude_m: Vec<f64>,
+}
+
+/// A frequency that a sweep has solved, with what it hands on to the next one.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct SolvedFrequency {
+    /// The motion.
+    pub orbit: Orbit,
+    /// The stuck assembly there.
+    pub stuck: StuckPoint,
+    /// Along the slot.
+    pub mean: retention::Mean,
+    /// Of the levels of [`accuracy`], the one that the next frequency begins on.
+    pub next_level: usize,
 }
 
 /// A frequency response.

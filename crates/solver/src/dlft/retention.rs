@@ -13,6 +13,7 @@
 use dovetail_numerics::dense;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::Mat;
+use serde::{Deserialize, Serialize};
 
 /// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
 const FREE: f64 = 1e-4;
@@ -28,7 +29,7 @@ const FAR: f64 = 2.0;
 const BLOCKED: f64 = 1e-9;
 
 /// Whether the mean along the motions that only friction holds is free, or retained by the spring on them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mean {
     /// Friction holds it, or nothing moves it.
     Free,

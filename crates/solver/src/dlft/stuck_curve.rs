@@ -85,23 +85,13 @@ fn in_order(points: &mut Vec<StuckPoint>) {
 mod tests {
     use super::*;
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::superelement::read;
-    use crate::reduction::{PairLaw, RelativeModel};
-
-    fn dovetail() -> RelativeModel {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
-        read(folder.as_ref(), law, 1.0).unwrap().relative
-    }
+    use crate::reduction::dovetail72::dovetail72;
 
     /// Of 0.01 % of critical damping the grid is a hundred times coarser than the resonance is wide. Of 10 % the peak
     /// is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
-        let model = dovetail();
+        let model = dovetail72(1.0);
         let omega = model.omega2[0].sqrt();
         for (ratio, step, tolerance) in [(1e-4, 1e-6, 1e-4), (0.1, 1e-4, 1e-6)] {
             let damping = Rayleigh {
@@ -135,7 +125,7 @@ mod tests {
 
     #[test]
     fn without_damping_no_peak_is_looked_for() {
-        let model = dovetail();
+        let model = dovetail72(1.0);
         let damping = Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 0.0,
@@ -148,7 +138,7 @@ mod tests {
 
     #[test]
     fn one_frequency_is_one_point() {
-        let model = dovetail();
+        let model = dovetail72(1.0);
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 0.0,

@@ -1,7 +1,9 @@
 //! Frequency response: the static state, then one harmonic balance per frequency.
 //!
 //! The frequencies are split in two halves, each swept from its end of the range towards the middle:
-//! two cores share the work, and the answer does not depend on how many there are.
+//! two cores share the work, and the answer does not depend on how many there are. A half is swept in
+//! stretches: what only speeds the solves up is dropped where one ends, so that a sweep that was broken off goes
+//! on there with nothing but the frequencies that it has solved, to the same bits.
 
 use super::accuracy::{Refinement, Resolved, levels};
 use super::aft::Periods;
@@ -11,18 +13,22 @@ use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::Mean;
 use super::stuck_curve::stuck_curve;
-use super::{Orbit, Outcome, Response, StaticState};
+use super::{Orbit, Outcome, Response, SolvedFrequency, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::newton::NewtonOptions;
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
+
+/// Frequencies of a stretch.
+const STRETCH: usize = 20;
 
 /// How the response is computed.
 #[derive(Debug, Clone)]
@@ -62,13 +68,16 @@ impl SweepSettings {
     }
 }
 
-/// Response at every frequency. `progress` is called once per finished point, from any thread.
+/// Response at every frequency. `earlier` are frequencies that a sweep of the same model with the same settings solved
+/// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `progress`
+/// is called once per frequency, those of earlier included, from any thread.
 pub fn sweep(
     model: &RelativeModel,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
-    progress: &(dyn Fn(&Orbit) + Sync),
+    earlier: &[SolvedFrequency],
+    progress: &(dyn Fn(&SolvedFrequency) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
     let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
@@ -111,21 +120,24 @@ pub fn sweep(
             settings.solver,
             &retention,
         ),
+        earlier: earlier
+            .iter()
+            .map(|solved| (solved.orbit.frequency_hz.to_bits(), solved))
+            .collect(),
+        progress,
     };
-    let middle = settings.frequencies_hz.len().div_ceil(2);
-    let (rising, falling) = settings.frequencies_hz.split_at(middle);
-    let (mut orbits, upper) = rayon::join(
-        || run.segment(rising.iter().copied(), progress),
-        || run.segment(falling.iter().rev().copied(), progress),
-    );
-    orbits.extend(upper.into_iter().rev());
-    run.retry_from_other_side(&mut orbits, middle);
-    let harmonics = levels[0].fourier.harmonics();
     let frequencies_hz = &settings.frequencies_hz;
-    let stuck = frequencies_hz.iter();
+    let middle = frequencies_hz.len().div_ceil(2);
+    let (rising, falling) = frequencies_hz.split_at(middle);
+    let falling: Vec<f64> = falling.iter().rev().copied().collect();
+    let (mut solved, upper) = rayon::join(|| run.half(rising), || run.half(&falling));
+    solved.extend(upper.into_iter().rev());
+    let (mut orbits, stuck): (Vec<Orbit>, Vec<_>) =
+        solved.into_iter().map(|s| (s.orbit, s.stuck)).unzip();
+    run.retry_from_other_side(&mut orbits, middle);
     Response {
-        stuck: stuck.map(|&f| stuck_point(&system, harmonics, f)).collect(),
-        stuck_curve: stuck_curve(&system, harmonics, frequencies_hz),
+        stuck,
+        stuck_curve: stuck_curve(&system, run.harmonics(), frequencies_hz),
         orbits,
         slip_threshold_m,
     }
@@ -144,46 +156,69 @@ struct Last {
     level: usize,
 }
 
+impl Last {
+    /// Goes on to a frequency that is solved.
+    fn follow(&mut self, solved: &SolvedFrequency) {
+        let SolvedFrequency { orbit, mean, .. } = solved;
+        if orbit.outcome.holds() {
+            let (last, u) = (self.neighbour.as_ref(), orbit.x.clone());
+            let neighbour = Neighbour::after(last, orbit.frequency_hz, u, *mean);
+            *self = Self {
+                neighbour: Some(neighbour),
+                level: solved.next_level,
+            };
+        }
+    }
+}
+
 struct Run<'a> {
     refinement: Refinement<'a>,
+    /// By the bits of their frequency.
+    earlier: HashMap<u64, &'a SolvedFrequency>,
+    progress: &'a (dyn Fn(&SolvedFrequency) + Sync),
 }
 
 impl Run<'_> {
-    fn segment(
-        &self,
-        frequencies_hz: impl Iterator<Item = f64>,
-        progress: &(dyn Fn(&Orbit) + Sync),
-    ) -> Vec<Orbit> {
-        let mut work = Work::default();
-        let mut last = Last::default();
-        frequencies_hz
-            .map(|frequency_hz| {
-                let orbit = self.point(frequency_hz, &mut last, &mut work);
-                progress(&orbit);
-                orbit
-            })
-            .collect()
+    /// Harmonics of the lowest level.
+    fn harmonics(&self) -> usize {
+        self.refinement.lowest().setting.fourier.harmonics()
     }
 
-    fn point(&self, frequency_hz: f64, last: &mut Last, work: &mut Work) -> Orbit {
+    /// Half of the range, in the order of the sweep.
+    fn half(&self, frequencies_hz: &[f64]) -> Vec<SolvedFrequency> {
+        let mut last = Last::default();
+        let mut half = Vec::with_capacity(frequencies_hz.len());
+        for stretch in frequencies_hz.chunks(STRETCH) {
+            let mut work = Work::default();
+            let earlier = |f: &f64| self.earlier.get(&f.to_bits()).copied();
+            let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
+            for (i, frequency_hz) in stretch.iter().enumerate() {
+                let solved = match &known {
+                    Some(known) => known[i].clone(),
+                    None => self.point(*frequency_hz, &last, &mut work),
+                };
+                last.follow(&solved);
+                (self.progress)(&solved);
+                half.push(solved);
+            }
+        }
+        half
+    }
+
+    fn point(&self, frequency_hz: f64, last: &Last, work: &mut Work) -> SolvedFrequency {
         work.start_counting();
         let resolved = self
             .refinement
             .resolve(frequency_hz, last.level, work, |level, work| {
                 level.solve(frequency_hz, last.neighbour.as_ref(), work)
             });
-        let mean = resolved.solved.balance.mean();
-        let u = resolved.solved.u.clone();
-        let level = resolved.next_level;
-        let orbit = self.orbit_of(resolved, frequency_hz, work);
-        if orbit.outcome.is_converged() {
-            let neighbour = Neighbour::after(last.neighbour.as_ref(), frequency_hz, u, mean);
-            *last = Last {
-                neighbour: Some(neighbour),
-                level,
-            };
+        let system = self.refinement.lowest().setting.system;
+        SolvedFrequency {
+            mean: resolved.solved.balance.mean(),
+            next_level: resolved.next_level,
+            orbit: self.orbit_of(resolved, frequency_hz, work),
+            stuck: stuck_point(system, self.harmonics(), frequency_hz),
         }
-        orbit
     }
 
     /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
@@ -196,9 +231,8 @@ impl Run<'_> {
             let Some(neighbour) = orbits.get(beside) else {
                 continue;
             };
-            let failed =
-                !orbits[i].outcome.is_converged() && orbits[i].outcome != Outcome::LeavesSlot;
-            if !failed || !neighbour.outcome.is_converged() {
+            let failed = !orbits[i].outcome.holds() && orbits[i].outcome != Outcome::LeavesSlot;
+            if !failed || !neighbour.outcome.holds() {
                 continue;
             }
             let mean = if neighbour.retention_n > 0.0 {
@@ -254,41 +288,32 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::settings::EpsChoice;
     use crate::dlft::static_state::static_state;
-    use crate::reduction::PairLaw;
-    use crate::reduction::superelement::read;
+    use crate::reduction::dovetail72::dovetail72;
+    use std::sync::Mutex;
+
+    fn damping(model: &RelativeModel) -> Rayleigh {
+        Rayleigh {
+            stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+            mass_per_s: 0.0,
+        }
+    }
 
     /// Static state and a sweep to where all pairs slip, with the harmonics that an accuracy needs.
     fn computed(threads: usize) -> (StaticState, Response) {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
         let newton = NewtonOptions {
             tolerance: 1e-8,
             max_iterations: 60,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
+            let model = dovetail72(3.0);
             let first_hz = model.omega2[0].sqrt() / TAU;
-            let damping = Rayleigh {
-                stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
-                mass_per_s: 0.0,
-            };
-            let settings = SweepSettings {
-                frequencies_hz: [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec(),
-                resolution: Resolution::Accuracy(0.03),
-                eps: Penalty::new(EpsChoice::Dynamic),
-                newton,
-                periods: Periods::UntilPeriodic,
-                solver: Solver::NewtonKrylov,
-                slip_threshold_m: None,
-            };
+            let damping = damping(&model);
+            let frequencies_hz = [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec();
+            let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.03));
             let state = static_state(&model, 10, newton);
-            let response = sweep(&model, damping, &state, &settings, &|_| ());
+            let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
             (state, response)
         })
     }
@@ -304,4 +329,54 @@ mod tests {
         // The texts of numbers that differ in a bit differ, those of zeros by their sign.
         assert!(format!("{one:?}") == format!("{three:?}"));
     }
+
+    /// Both halves are broken off within their second or third stretch, and the records of a half come in the order in
+    /// which it was swept.
+    #[test]
+    fn a_sweep_that_was_broken_off_goes_on_to_the_same_bits() {
+        let model = dovetail72(3.0);
+        let first_hz = model.omega2[0].sqrt() / TAU;
+        let frequencies_hz: Vec<f64> = (0..100)
+            .map(|i| first_hz * (0.984 + 2e-4 * f64::from(i)))
+            .collect();
+        let middle = frequencies_hz[50];
+        let harmonics = 1;
+        let resolution = Resolution::Fixed {
+            harmonics,
+            samples: 32,
+        };
+        let settings = SweepSettings::new(frequencies_hz, resolution);
+        let state = static_state(&model, 10, settings.newton);
+        let run = |earlier: &[SolvedFrequency]| {
+            let told = Mutex::new(Vec::new());
+            let tell = |s: &SolvedFrequency| told.lock().unwrap().push(s.clone());
+            let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
+            (response, told.into_inner().unwrap())
+        };
+        let (whole, records) = run(&[]);
+        assert_eq!(records.len(), 100);
+        for (rising, falling) in [(27, 49), (20, 3), (0, 40)] {
+            let is_rising = |s: &&SolvedFrequency| s.orbit.frequency_hz < middle;
+            let (of_rising, of_falling): (Vec<_>, Vec<_>) = records.iter().partition(is_rising);
+            let taken = of_rising.into_iter().take(rising);
+            let mut earlier: Vec<SolvedFrequency> = taken
+                .chain(of_falling.into_iter().take(falling))
+                .cloned()
+                .collect();
+            for solved in &mut earlier {
+                solved.orbit.krylov_iterations += MARK;
+            }
+            let (mut resumed, told) = run(&earlier);
+            assert_eq!(told.len(), 100);
+            let marked = resumed.orbits.iter_mut();
+            let marked = marked.filter(|o| o.krylov_iterations >= MARK);
+            let taken = marked.map(|o| o.krylov_iterations -= MARK).count();
+            // Of complete stretches: 20, 20, 10.
+            assert_eq!(taken, rising / 20 * 20 + falling / 20 * 20);
+            assert!(format!("{whole:?}") == format!("{resumed:?}"));
+        }
+    }
+
+    /// Tells a frequency that was solved before from one that is solved again.
+    const MARK: usize = 1_000_000;
 }

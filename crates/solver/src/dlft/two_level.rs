@@ -88,21 +88,12 @@ mod tests {
     use super::*;
     use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
     use crate::contact::inexact::InexactModel;
+    use crate::reduction::RelativeModel;
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::superelement::read;
-    use crate::reduction::{PairLaw, RelativeModel};
+    use crate::reduction::dovetail72::dovetail72;
 
     const HARMONICS: usize = 2;
     const FULL: usize = 3 * (2 * HARMONICS + 1);
-
-    fn dovetail() -> RelativeModel {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
-        read(folder.as_ref(), law, 1.0).unwrap().relative
-    }
 
     /// Near the first stuck mode; pairs that slip at some samples, each with a D of its own.
     fn system(
@@ -169,7 +160,7 @@ mod tests {
 
     #[test]
     fn what_it_solves_is_solved_exactly_and_the_softest_motions_save_iterations() {
-        let model = dovetail();
+        let model = dovetail72(1.0);
         let every_third: Vec<usize> = (0..10).map(|p| 3 * p).collect();
         for pairs in [(0..72).collect(), every_third] {
             let (linear, stiffness) = system(&model, &pairs);
@@ -193,7 +184,7 @@ mod tests {
 
     #[test]
     fn nothing_of_the_residual_is_left_on_the_softest_motions() {
-        let model = dovetail();
+        let model = dovetail72(1.0);
         let (linear, stiffness) = system(&model, &(0..72).collect::<Vec<_>>());
         let (m, width) = (linear.inexact.unknowns(), linear.width());
         let v = Mat::from_fn(m, width, |i, h| ((i * (h + 2)) as f32 * 0.3).cos());

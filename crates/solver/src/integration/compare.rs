@@ -203,19 +203,13 @@ mod tests {
     use crate::dlft::settings::{EpsChoice, Resolution, Solver};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
-    use crate::reduction::PairLaw;
-    use crate::reduction::superelement::read;
+    use crate::reduction::dovetail72::dovetail72;
     use dovetail_numerics::newton::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]
     fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
-        let model = read(folder.as_ref(), law, 3.0).unwrap().relative;
+        let model = dovetail72(3.0);
         let damping = Rayleigh {
             stiffness_s: 0.002 / model.omega2[0].sqrt(),
             mass_per_s: 0.0,
@@ -237,7 +231,7 @@ mod tests {
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
         };
-        let response = sweep(&model, damping, &rest, &settings, &|_| ());
+        let response = sweep(&model, damping, &rest, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];
         assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
 

@@ -12,6 +12,8 @@ pub mod transformation;
 mod truncation;
 
 #[cfg(test)]
+pub(crate) mod dovetail72;
+#[cfg(test)]
 mod lattice_model;
 #[cfg(test)]
 mod tests;
