@@ -80,12 +80,35 @@ impl Console {
     }
 
     fn line(&self, message: &str) {
-        // Bars are cleared, the line printed above them, and drawn again. A stderr that is gone is no
-        // reason to end the run.
-        self.lines.suspend(|| {
-            let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
-        });
+        self.lines().line(message);
     }
+
+    /// Lines for another thread.
+    pub fn lines(&self) -> Lines {
+        Lines(self.lines.clone())
+    }
+}
+
+/// What prints lines, whatever bars are drawn.
+#[derive(Debug, Clone)]
+pub struct Lines(MultiProgress);
+
+impl Lines {
+    /// Bars are cleared, the line is printed above them, and they are drawn again.
+    fn line(&self, message: &str) {
+        self.0.suspend(|| print(message));
+    }
+
+    /// The last line of a process: no bar is drawn after it.
+    pub fn last(&self, message: &str) {
+        self.0.set_draw_target(ProgressDrawTarget::hidden());
+        print(message);
+    }
+}
+
+/// A stderr that is gone is no reason to end the run.
+fn print(message: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
 }
 
 impl Console {

@@ -11,6 +11,8 @@ pub enum ExitStatus {
     BadInput = 2,
     /// Everything was computed and written, but some frequencies, or cases of a study, did not converge.
     NotConverged = 3,
+    /// Ctrl-C or SIGTERM ended it. What was solved is written.
+    Interrupted = 130,
 }
 
 impl ExitStatus {

@@ -17,7 +17,8 @@ Exit codes:
   0  done
   1  a computation failed, or a file could not be read or written
   2  the command line or the scene is wrong
-  3  done and written, but some frequencies (see the column outcome) or cases of a study did not converge";
+  3  done and written, but some frequencies (see the column outcome) or cases of a study did not converge
+  130  ended by Ctrl-C or SIGTERM; `dovetail run` goes on with --resume";
 
 const SET_HELP: &str = "\
 Set a key of the scene, as if the file said so; may be repeated, the last wins.
@@ -170,6 +171,10 @@ pub(super) struct Run {
     /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
     #[arg(long)]
     pub(super) held_modes: bool,
+
+    /// Go on with a run of this scene that was broken off: its frequencies are not solved again
+    #[arg(long)]
+    pub(super) resume: bool,
 
     /// End when standard input ends: so a case of a study ends with the study
     #[arg(long, hide = true)]

@@ -40,6 +40,11 @@ pub enum Error {
         source: rayon::ThreadPoolBuildError,
     },
 
+    /// The system does not tell of Ctrl-C.
+    #[error("the handling of Ctrl-C and SIGTERM could not be set up")]
+    #[diagnostic(help("run it where a program may handle signals"))]
+    Signals(#[source] std::io::Error),
+
     /// Results could not be printed.
     #[error("writing to the standard output failed")]
     #[diagnostic(help(
@@ -55,7 +60,7 @@ impl Error {
             Self::Scene(_) | Self::Environment { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
             Self::Study(error) => error.exit_status(),
-            Self::Threads { .. } | Self::Print(_) => ExitStatus::Failed,
+            Self::Threads { .. } | Self::Signals(_) | Self::Print(_) => ExitStatus::Failed,
         }
     }
 }

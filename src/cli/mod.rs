@@ -3,15 +3,17 @@
 
 mod arguments;
 mod error;
+mod interruption;
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
 
 use clap::Parser;
 
 pub use self::error::Error;
 
-use self::arguments::{Cli, Command, Modes, cache_settings};
+use self::arguments::{Cli, Command, Modes, Run, cache_settings};
 use crate::console::{Console, Verbosity};
 use crate::exit::ExitStatus;
 use crate::export::csv;
@@ -20,7 +22,7 @@ use crate::export::manifest::Summary;
 use crate::pipeline::observer::{Both, Observer};
 use crate::pipeline::progress::Progress;
 use crate::pipeline::verify::verify;
-use crate::pipeline::{self, Context, Files, RunError};
+use crate::pipeline::{self, Beginning, Context, Files, RunError, locked};
 use crate::scene;
 use crate::study;
 use crate::terminal;
@@ -80,103 +82,130 @@ fn run(cli: &Cli) -> Result<(), Error> {
         held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
         cache: cache_settings(cli)?,
     };
-    if matches!(&cli.command, Command::Run(arguments) if arguments.until_stdin_ends) {
-        end_with_stdin();
-    }
     let other = match cli.force {
         true => OtherScene::Replace,
         false => OtherScene::Refuse,
     };
-    command(&cli.command, &scene, &context, other, console)
+    let console = &mut console;
+    match &cli.command {
+        Command::Reduce(_) => Ok(pipeline::reduce(&scene, &context, &Progress::new(console))?),
+        Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
+        command => {
+            let files = files(command, &scene, &context, other, console)?;
+            with_files(command, &scene, &context, files, console)
+        }
+    }
 }
 
-/// What a command does about a scene: computes, writes, prints.
-fn command(
+/// The files of a command in their folder. A command that is broken off leaves them readable.
+fn files(
     command: &Command,
     scene: &Scene,
     context: &Context,
     other: OtherScene,
-    mut console: Console,
+    console: &Console,
+) -> Result<Arc<Mutex<Files>>, Error> {
+    let beginning = match command {
+        Command::Run(Run { resume: true, .. }) => Beginning::Resumed,
+        _ => Beginning::Anew,
+    };
+    let files = Files::open(scene, context, other, beginning)?;
+    let files = Arc::new(Mutex::new(files));
+    let (of_signal, lines) = (Arc::clone(&files), console.lines());
+    let last_word = Arc::new(move |signal: &str| {
+        // Held until the process ends: nothing is written after it.
+        let mut files = locked(&of_signal);
+        match files.interrupted(signal) {
+            Ok(message) => lines.last(&message),
+            Err(error) => lines.last(&format!("ended by {signal}: {error}")),
+        }
+        interruption::leave()
+    });
+    interruption::on_signals(last_word.clone()).map_err(Error::Signals)?;
+    if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
+        interruption::on_end_of_stdin(last_word);
+    }
+    Ok(files)
+}
+
+/// What a command does about a scene: computes, writes, prints.
+fn with_files(
+    command: &Command,
+    scene: &Scene,
+    context: &Context,
+    mut files: Arc<Mutex<Files>>,
+    console: &mut Console,
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
+    let shared = Arc::clone(&files);
     match command {
         Command::Run(_) => {
-            let mut files = Files::open(scene, context, other)?;
-            let observers = &mut Both(&mut files, &mut console);
-            let run = noted(pipeline::solve(scene, context, observers), &files)?;
+            let observers = &mut Both(&mut files, console);
+            let run = noted(pipeline::solve(scene, context, observers), &shared)?;
             let verdict = run.verdict();
-            finish(&files, &run.summary, &verdict, &mut console)?;
+            finish(&shared, &run.summary, &verdict, console)?;
             if let Some(response) = &run.response {
                 console.figures(&run.reduced, response);
             }
             Ok(verdict?)
         }
         Command::Static(_) => {
-            let mut files = Files::open(scene, context, other)?;
-            let observers = &mut Both(&mut files, &mut console);
+            let observers = &mut Both(&mut files, console);
             let state = pipeline::static_state(scene, context, observers);
-            let (summary, verdict) = noted(state, &files)?;
-            finish(&files, &summary, &verdict, &mut console)?;
+            let (summary, verdict) = noted(state, &shared)?;
+            finish(&shared, &summary, &verdict, console)?;
             Ok(verdict?)
         }
         Command::Mesh(_) => {
-            let files = Files::open(scene, context, other)?;
-            let progress = Progress::new(&mut console);
+            let progress = Progress::new(console);
             let summary = noted(pipeline::mesh(scene, context, &progress), &files)?;
-            finish(&files, &summary, &Ok(()), &mut console)
+            finish(&files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
-            let files = Files::open(scene, context, other)?;
-            let progress = Progress::new(&mut console);
+            let progress = Progress::new(console);
             let (rows, summary) = noted(pipeline::modes(scene, context, &progress), &files)?;
-            files.modes(&rows)?;
+            locked(&files).modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            finish(&files, &summary, &Ok(()), &mut console)
+            finish(&files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes {
             rpm: Some(speeds), ..
         }) => {
-            let files = Files::open(scene, context, other)?;
-            let progress = Progress::new(&mut console);
+            let progress = Progress::new(console);
             let campbell = pipeline::campbell(scene, *speeds, context, &progress);
             let campbell = noted(campbell, &files)?;
-            files.campbell(&campbell)?;
+            locked(&files).campbell(&campbell)?;
             print(&campbell.table())?;
-            finish(&files, &campbell.summary, &Ok(()), &mut console)
+            finish(&files, &campbell.summary, &Ok(()), console)
         }
         Command::Verify(arguments) => {
-            let files = Files::open(scene, context, other)?;
-            let progress = Progress::new(&mut console);
+            let progress = Progress::new(console);
             let verified = verify(scene, context, &arguments.asked(), &progress);
             let verified = noted(verified, &files)?;
-            files.verification(&verified.comparisons)?;
-            finish(&files, &verified.summary, &Ok(()), &mut console)?;
+            locked(&files).verification(&verified.comparisons)?;
+            finish(&files, &verified.summary, &Ok(()), console)?;
             print(&verified.table())?;
             Ok(verified.verdict?)
         }
-        Command::Reduce(_) => {
-            let progress = Progress::new(&mut console);
-            Ok(pipeline::reduce(scene, context, &progress)?)
-        }
-        Command::Check(_) => Ok(pipeline::check(scene, &Progress::new(&mut console))?),
-        // Comes with a file of its own.
-        Command::Study(_) => Ok(()),
+        // They write no results of a run.
+        Command::Reduce(_) | Command::Check(_) | Command::Study(_) => Ok(()),
     }
 }
 
 /// The result of a run; where it failed, its folder says so.
-fn noted<T>(result: Result<T, RunError>, files: &Files) -> Result<T, RunError> {
-    result.inspect_err(|error| files.failed(error))
+fn noted<T>(result: Result<T, RunError>, files: &Mutex<Files>) -> Result<T, RunError> {
+    result.inspect_err(|error| locked(files).failed(error))
 }
 
 /// The last file of a run, and where all of them are.
 fn finish(
-    files: &Files,
+    files: &Mutex<Files>,
     summary: &Summary,
     verdict: &Result<(), RunError>,
     console: &mut Console,
 ) -> Result<(), Error> {
+    let mut files = locked(files);
     files.finish(summary, verdict)?;
     console.note(&format!("results in {}", files.folder().display()));
     Ok(())
@@ -187,12 +216,4 @@ fn mode_line(row: &csv::ModeRow) -> String {
         "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
         row.kind, row.body, row.mode, row.frequency_hz
     )
-}
-
-/// Ends the process when standard input does, which the death of whoever holds its other end brings about.
-fn end_with_stdin() {
-    std::thread::spawn(|| {
-        let _ = std::io::copy(&mut std::io::stdin(), &mut std::io::sink());
-        std::process::exit(i32::from(ExitStatus::Failed.code()));
-    });
 }

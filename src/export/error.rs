@@ -32,6 +32,24 @@ pub enum ExportError {
         other: String,
     },
     #[error(
+        "a run is going on in the folder {}. Wait for its end, or choose another output folder with --out",
+        folder.display()
+    )]
+    Busy { folder: PathBuf },
+    #[error(
+        "the journal {}: {source}. Check the free space and the permissions of its folder, choose another output folder with --out, or remove it by hand",
+        path.display()
+    )]
+    Journal {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
+        "--resume: the frequencies in {} were computed from other inputs, or by another build of the program. Run without --resume to begin with the first frequency, or take back what was changed",
+        path.display()
+    )]
+    OtherInputs { path: PathBuf },
+    #[error(
         "cannot remove {}, a file of an earlier run: {source}. Remove it by hand, or choose another output folder with --out",
         path.display()
     )]

@@ -1,13 +1,12 @@
 //! Writes the fields on the flanks. Each pair is a point, and each flank facet a triangle.
 
+use std::collections::BTreeMap;
 use std::path::Path;
-
-use rayon::prelude::*;
 
 use super::ExportError;
 use super::vtu::{Grid, check_length, write_pvd};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
-use dovetail_solver::model::Model;
+use dovetail_solver::model::{ContactPair, Model};
 use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
 
 /// flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and the
@@ -60,23 +59,46 @@ pub fn write_flank_static(
     grid.write(path)
 }
 
-/// flank.pvd with flank/flank_0000.vtu...: the flanks at each converged frequency; timestep =
-/// frequency in Hz, number in the file name = row of response.csv (0 = first). Per pair: pressure
-/// (mean, min, max of the period), slid distance, open fraction, dissipation, `status` (0 stuck,
-/// 1 slipping, 2 opening). Points that did not converge have no file. Gives the names of the files.
-pub fn write_flank_series(
-    folder: &Path,
-    model: &Model,
-    response: &Response,
-) -> Result<Vec<String>, ExportError> {
-    let pvd = folder.join("flank.pvd");
-    let still = flank_grid(model);
-    let write_point = |(row, orbit): (usize, &Orbit)| {
+/// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep = frequency in Hz, number
+/// in the file name = row of response.csv (0 = first). Per pair: pressure (mean, min, max of the period), slid
+/// distance, open fraction, dissipation, `status` (0 stuck, 1 slipping, 2 opening). Points that did not converge
+/// have no file.
+#[derive(Debug)]
+pub struct FlankSeries {
+    still: Grid,
+    pairs: Vec<ContactPair>,
+    /// Frequency and file of each row that is written.
+    written: BTreeMap<usize, (f64, String)>,
+}
+
+impl FlankSeries {
+    /// Of the flanks of this model; nothing is written yet.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            still: flank_grid(model),
+            pairs: model.pairs.clone(),
+            written: BTreeMap::new(),
+        }
+    }
+
+    /// Writes the file of a row, where it converged and is not written yet; its name.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(
+        &mut self,
+        folder: &Path,
+        row: usize,
+        orbit: &Orbit,
+    ) -> Result<Option<String>, ExportError> {
+        if !orbit.outcome.is_converged() || self.written.contains_key(&row) {
+            return Ok(None);
+        }
         let file = format!("flank/flank_{row:04}.vtu");
         let path = folder.join(&file);
-        check_pairs(&path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
-        let fields = cycle_fields(orbit, &model.pairs);
-        let mut grid = still.clone();
+        check_pairs(&path, "pair cycles", orbit.cycles.len(), self.pairs.len())?;
+        let fields = cycle_fields(orbit, &self.pairs);
+        let mut grid = self.still.clone();
         grid.point_array("pressure_mean_pa", 1, fields.pressure_mean_pa);
         grid.point_array("pressure_min_pa", 1, fields.pressure_min_pa);
         grid.point_array("pressure_max_pa", 1, fields.pressure_max_pa);
@@ -85,23 +107,25 @@ pub fn write_flank_series(
         grid.point_array("dissipation_w_m2", 1, fields.dissipation_w_m2);
         grid.point_integers("status", fields.status.iter().map(|&s| s as i32).collect());
         grid.write(&path)?;
-        Ok((orbit.frequency_hz, file))
-    };
-    let entries: Vec<_> = response
-        .orbits
-        .par_iter()
-        .enumerate()
-        .filter(|(_, orbit)| orbit.outcome.is_converged())
-        .map(write_point)
-        .collect::<Result<_, ExportError>>()?;
-    let comment = format!(
-        "timestep = frequency in Hz; {} points converged, {} did not and are left out",
-        entries.len(),
-        response.orbits.len() - entries.len()
-    );
-    write_pvd(&pvd, &entries, &comment)?;
-    let files = entries.into_iter().map(|(_, file)| file);
-    Ok(files.chain(["flank.pvd".to_owned()]).collect())
+        self.written.insert(row, (orbit.frequency_hz, file.clone()));
+        Ok(Some(file))
+    }
+
+    /// Writes the collection of the files that are written; `rows` is how many frequencies there are. Its name.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_collection(&self, folder: &Path, rows: usize) -> Result<String, ExportError> {
+        let entries: Vec<(f64, String)> = self.written.values().cloned().collect();
+        let comment = format!(
+            "timestep = frequency in Hz; {} points converged, {} did not and are left out",
+            entries.len(),
+            rows - entries.len()
+        );
+        let file = "flank.pvd".to_owned();
+        write_pvd(&folder.join(&file), &entries, &comment)?;
+        Ok(file)
+    }
 }
 
 /// flank_dissipation.vtu: friction power summed over the converged points, per pair
@@ -159,7 +183,7 @@ fn flank_grid(model: &Model) -> Grid {
 
 /// Components along t1 and t2 as a vector in space.
 fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
-    let vector = |(p, s): (&dovetail_solver::model::ContactPair, &[f64; 2])| {
+    let vector = |(p, s): (&ContactPair, &[f64; 2])| {
         let [_, t1, t2] = p.frame;
         [0, 1, 2].map(|a| s[0] * t1[a] + s[1] * t2[a])
     };

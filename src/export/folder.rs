@@ -68,6 +68,11 @@ impl OutputFolder {
         self.written.borrow_mut().extend(names);
     }
 
+    /// Lists a file no longer, which is gone.
+    pub fn forget(&self, name: &str) {
+        self.written.borrow_mut().remove(name);
+    }
+
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.path

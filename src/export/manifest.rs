@@ -62,13 +62,15 @@ pub struct Summary {
     pub observations: Vec<ObservationSummary>,
 }
 
-/// How far a run came. A run that was killed leaves `running`.
+/// How far a run came. A run that was killed without a word leaves `running`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
     #[default]
     Running,
     Finished,
+    /// By Ctrl-C or SIGTERM.
+    Interrupted,
     Failed,
 }
 

@@ -8,6 +8,7 @@ mod error;
 mod file;
 pub mod flank;
 pub mod folder;
+pub mod journal;
 pub mod manifest;
 pub mod plots;
 pub mod vtu;

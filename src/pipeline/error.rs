@@ -204,7 +204,7 @@ impl RunError {
             | Self::Damping(_)
             | Self::AllBonded { .. }
             | Self::TooManySteps { .. }
-            | Self::Export(ExportError::OtherScene { .. })
+            | Self::Export(ExportError::OtherScene { .. } | ExportError::OtherInputs { .. })
             | Self::NoRotation => ExitStatus::BadInput,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 ExitStatus::BadInput

@@ -1,6 +1,9 @@
 //! Writes the files of a run, and the figures that it tells at its end.
 
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use faer::Mat;
 
@@ -8,53 +11,92 @@ use super::campbell::Campbell;
 use super::error::RunError;
 use super::meshed::Meshed;
 use super::meshing::MESH_FILE;
-use super::observer::{Compared, Observer};
+use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
 use super::{Context, hertz, summary};
 use crate::exit::ExitStatus;
+use crate::export::flank::FlankSeries;
 use crate::export::folder::{OtherScene, OutputFolder};
-use crate::export::manifest::{MeshSummary, RunState, Summary};
+use crate::export::journal::{Inputs, JOURNAL, Journal};
+use crate::export::manifest::{self, MeshSummary, RunState, Summary};
 use crate::export::plots::{
     AmplitudeScale, response_curve, stuck_curve, write_campbell, write_dissipation_map,
     write_response_plot, write_separation_map, write_static_pressure_map,
 };
-use crate::export::{create_folder, csv, flank, vtu};
+use crate::export::{ExportError, create_folder, csv, flank, vtu};
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::{Orbit, Response, StaticState};
+use dovetail_solver::dlft::{Orbit, Response, SolvedFrequency, StaticState, StuckPoint};
 use dovetail_solver::fem::{expand_to_nodes, stress};
 use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{PairLaw, Recovery};
+use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 
 /// Frames of the animation of the peak.
 const FRAMES: usize = 24;
 
+/// Between two writings of the tables of a response under way; no more than a part in so many of the time goes
+/// into them.
+const INTERVAL: Duration = Duration::from_secs(5);
+const SHARE: u32 = 20;
+
+/// Where the frequencies of a run begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beginning {
+    /// With the first.
+    Anew,
+    /// With those that a run which was broken off has not solved.
+    Resumed,
+}
+
 /// An observer that keeps what it hears in files of one folder.
 #[derive(Debug)]
 pub struct Files {
     out: OutputFolder,
-    /// What is known before anything is computed: all that a run which fails has to tell.
+    /// The figures so far: all that a run which fails has to tell.
     summary: Summary,
     /// Whether fields for ParaView are written.
     fields: bool,
+    begun: Instant,
+    beginning: Beginning,
+    journal: Journal,
+    /// The responses that have begun, the scene's own first.
+    solving: Vec<Solving>,
 }
 
 impl Files {
     /// Takes the folder of the context for a run of the scene.
     ///
     /// # Errors
-    /// A folder that cannot be written, or that holds the run of another scene.
-    pub fn open(scene: &Scene, context: &Context, other: OtherScene) -> Result<Self, RunError> {
+    /// A folder that cannot be written, that holds the run of another scene, or in which a run is going on.
+    pub fn open(
+        scene: &Scene,
+        context: &Context,
+        other: OtherScene,
+        beginning: Beginning,
+    ) -> Result<Self, RunError> {
+        create_folder(&context.out)?;
+        let journal = Journal::open(&context.out.join(JOURNAL))?;
         let summary = summary::empty(scene, context);
+        let out = OutputFolder::open(&context.out, &summary, other).inspect_err(|_| {
+            if journal.is_empty() {
+                let _ = journal.remove();
+            }
+        })?;
+        out.wrote([JOURNAL.to_owned()]);
         Ok(Self {
-            out: OutputFolder::open(&context.out, &summary, other)?,
+            out,
             summary,
             fields: context.fields,
+            begun: Instant::now(),
+            beginning,
+            journal,
+            solving: Vec::new(),
         })
     }
 
@@ -106,11 +148,15 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     pub fn finish(
-        &self,
+        &mut self,
         summary: &Summary,
         verdict: &Result<(), RunError>,
     ) -> Result<(), RunError> {
         self.list_mesh(summary.mesh.as_ref());
+        if self.beginning == Beginning::Resumed {
+            self.out.remove_earlier()?;
+        }
+        self.remove_journal()?;
         let (state, why) = match verdict {
             Err(error) if error.exit_status() == ExitStatus::Failed => {
                 (RunState::Failed, Some(told(error)))
@@ -127,11 +173,125 @@ impl Files {
         }
     }
 
+    /// The journal of a run that has come to its end, or that holds nothing.
+    fn remove_journal(&self) -> Result<(), RunError> {
+        if !self.solving.is_empty() || self.journal.is_empty() {
+            self.journal.remove()?;
+            self.out.forget(JOURNAL);
+        }
+        Ok(())
+    }
+
     /// summary.json of a run that failed. Where it cannot be written, the error of the run is the one to report.
     pub fn failed(&self, error: &RunError) {
-        let summary = self.summary.clone();
-        let why = Some(told(error));
-        let _ = self.out.write_summary(summary, RunState::Failed, why);
+        if self.journal.is_empty() {
+            let _ = self.remove_journal();
+        }
+        let _ = self.write_summary(RunState::Failed, Some(told(error)));
+    }
+
+    /// Leaves the folder of a run that is broken off by `signal` so that it can be read and gone on with. Gives what
+    /// there is to say.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
+        let folder = self.out.path().display().to_string();
+        let Some(solving) = self.solving.last() else {
+            self.remove_journal()?;
+            let why = format!("{signal} before the first frequency");
+            self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+            return Ok(format!(
+                "ended by {why}; {folder} holds what was written until then"
+            ));
+        };
+        let progress = format!(
+            "{} of {} frequencies of {}",
+            solving.solved.len(),
+            solving.frequencies_hz.len(),
+            solving.table
+        );
+        let own = &self.solving[0];
+        let (partial, pairs) = (own.partial(), &own.pairs);
+        csv::write_contact(&self.out.file("contact.csv"), pairs, &partial)?;
+        let first = own.names.first().map(String::as_str);
+        self.summary.response = Some(manifest::response_summary(pairs, first, &partial));
+        self.write_tables()?;
+        let why = format!("{signal} after {progress}");
+        self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+        Ok(format!(
+            "ended by {why}; they are in {folder}. The same command with --resume goes on with the others"
+        ))
+    }
+
+    /// The tables of the responses under way, and what is needed to go on.
+    fn write_tables(&self) -> Result<(), RunError> {
+        for solving in &self.solving {
+            let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
+            csv::write_response(&self.out.file(&solving.table), &names, &solving.partial())?;
+            if let Some(flanks) = &solving.flanks {
+                let rows = solving.solved.len();
+                self.out
+                    .wrote([flanks.write_collection(self.out.path(), rows)?]);
+            }
+        }
+        Ok(self.journal.sync()?)
+    }
+
+    /// With the figures so far.
+    fn write_summary(&self, state: RunState, why: Option<String>) -> Result<(), RunError> {
+        let mut summary = self.summary.clone();
+        summary.seconds = self.begun.elapsed().as_secs_f64();
+        Ok(self.out.write_summary(summary, state, why)?)
+    }
+}
+
+/// A response under way.
+#[derive(Debug)]
+struct Solving {
+    inputs: Inputs,
+    /// Name of its table.
+    table: String,
+    names: Vec<String>,
+    pairs: PairTable,
+    /// All that were asked for.
+    frequencies_hz: Vec<f64>,
+    /// Without the fields of the orbits, by the bits of their frequencies: rising.
+    solved: BTreeMap<u64, (Orbit, StuckPoint)>,
+    /// Of the scene's own response, where fields are written.
+    flanks: Option<FlankSeries>,
+    /// When the tables were written last, and how long that took.
+    written: (Instant, Duration),
+}
+
+impl Solving {
+    /// What there is of the response, for tables.
+    fn partial(&self) -> Response {
+        let (orbits, stuck) = self.solved.values().cloned().unzip();
+        Response {
+            orbits,
+            stuck,
+            stuck_curve: Vec::new(),
+            slip_threshold_m: 0.0,
+        }
+    }
+
+    /// One frequency more: its file of the flanks is written.
+    fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let SolvedFrequency { orbit, stuck, .. } = solved;
+        let without_fields = Orbit {
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            ..orbit.clone()
+        };
+        let bits = orbit.frequency_hz.to_bits();
+        self.solved.insert(bits, (without_fields, stuck.clone()));
+        let row = self.frequencies_hz.iter().position(|f| f.to_bits() == bits);
+        if let (Some(flanks), Some(row)) = (&mut self.flanks, row) {
+            out.wrote(flanks.write(out.path(), row, orbit)?);
+        }
+        Ok(())
     }
 }
 
@@ -157,7 +317,65 @@ impl Observer for Files {
         let recovery = self.recovery(reduced);
         let recovery = recovery.filter(|_| state.outcome.is_converged());
         write_static_state(&self.out, reduced, recovery, state)?;
-        Ok(self.out.remove_earlier()?)
+        match self.beginning {
+            Beginning::Anew => Ok(self.out.remove_earlier()?),
+            Beginning::Resumed => Ok(()),
+        }
+    }
+
+    fn figures(&mut self, summary: &Summary) {
+        self.summary = summary.clone();
+    }
+
+    fn response_begins(
+        &mut self,
+        begins: &ResponseBegins<'_>,
+    ) -> Result<Vec<SolvedFrequency>, RunError> {
+        let reduced = begins.reduced;
+        let is_own = begins.compared_harmonics.is_none();
+        if is_own && self.beginning == Beginning::Anew {
+            self.journal.clear()?;
+        }
+        let earlier = self.journal.solved(&begins.inputs)?;
+        if is_own && earlier.is_empty() && !self.journal.is_empty() {
+            let path = self.out.path().join(JOURNAL);
+            return Err(ExportError::OtherInputs { path }.into());
+        }
+        let meshed = reduced.meshed().filter(|_| is_own && self.fields);
+        self.solving.push(Solving {
+            inputs: begins.inputs,
+            table: table_of(begins.compared_harmonics),
+            names: reduced
+                .observations()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+            pairs: reduced.pairs.clone(),
+            frequencies_hz: begins.frequencies_hz.to_vec(),
+            solved: BTreeMap::new(),
+            flanks: meshed.map(|meshed| FlankSeries::new(&meshed.model)),
+            written: (Instant::now(), Duration::ZERO),
+        });
+        self.write_summary(RunState::Running, None)?;
+        Ok(earlier)
+    }
+
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let Some(solving) = self.solving.last_mut() else {
+            return Ok(());
+        };
+        self.journal.append(&solving.inputs, solved)?;
+        solving.add(&self.out, solved)?;
+        let (last, took) = solving.written;
+        if last.elapsed() > INTERVAL.max(SHARE * took) {
+            let begin = Instant::now();
+            self.write_tables()?;
+            self.write_summary(RunState::Running, None)?;
+            if let Some(solving) = self.solving.last_mut() {
+                solving.written = (Instant::now(), begin.elapsed());
+            }
+        }
+        Ok(())
     }
 
     fn response(
@@ -167,17 +385,24 @@ impl Observer for Files {
         compared: Option<&Compared>,
     ) -> Result<(), RunError> {
         let (out, names) = (&self.out, reduced.observations());
-        csv::write_response(&out.file("response.csv"), &names, response)?;
+        csv::write_response(&out.file(&table_of(None)), &names, response)?;
         if let Some(Compared {
             harmonics,
             response,
         }) = compared
         {
-            let file = format!("response_h{harmonics}.csv");
+            let file = table_of(Some(*harmonics));
             csv::write_response(&out.file(&file), &names, response)?;
         }
         csv::write_contact(&out.file("contact.csv"), &reduced.pairs, response)?;
         write_curves(out, &self.summary.scene.name, &names, response, compared)?;
+        if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
+            // Some frequencies were solved in a second attempt.
+            for (row, orbit) in response.orbits.iter().enumerate() {
+                out.wrote(flanks.write(out.path(), row, orbit)?);
+            }
+            out.wrote([flanks.write_collection(out.path(), response.orbits.len())?]);
+        }
         if let Some(meshed) = reduced.meshed() {
             write_response_on_mesh(out, &meshed.model, self.recovery(reduced), response)?;
         }
@@ -188,6 +413,52 @@ impl Observer for Files {
     fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
         self.modes(&mode_rows(reduced, omega2))
     }
+}
+
+/// Name of the table of a response.
+fn table_of(compared_harmonics: Option<usize>) -> String {
+    match compared_harmonics {
+        None => "response.csv".to_owned(),
+        Some(harmonics) => format!("response_h{harmonics}.csv"),
+    }
+}
+
+/// What an observer hears that others reach, too.
+impl Observer for Arc<Mutex<Files>> {
+    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
+        locked(self).reduced(reduced)
+    }
+    fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
+        locked(self).static_state(reduced, state)
+    }
+    fn figures(&mut self, summary: &Summary) {
+        locked(self).figures(summary);
+    }
+    fn response_begins(
+        &mut self,
+        begins: &ResponseBegins<'_>,
+    ) -> Result<Vec<SolvedFrequency>, RunError> {
+        locked(self).response_begins(begins)
+    }
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        locked(self).frequency(solved)
+    }
+    fn response(
+        &mut self,
+        reduced: &Reduced,
+        response: &Response,
+        compared: Option<&Compared>,
+    ) -> Result<(), RunError> {
+        locked(self).response(reduced, response, compared)
+    }
+    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
+        locked(self).held_modes(reduced, omega2)
+    }
+}
+
+/// The files, while no other thread writes.
+pub fn locked(files: &Mutex<Files>) -> MutexGuard<'_, Files> {
+    files.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Rows of modes.csv; `held` are squared frequencies per body with the contacts held.
@@ -278,7 +549,6 @@ fn write_response_on_mesh(
         return Ok(());
     };
     if !model.pairs.is_empty() {
-        out.wrote(flank::write_flank_series(out.path(), model, response)?);
         flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
     }
     if let Some(peak) = peak(response, 0) {

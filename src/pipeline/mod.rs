@@ -19,7 +19,7 @@ use std::path::PathBuf;
 pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{Campbell, SpeedRange, SpeedRangeError, campbell};
 pub use self::error::RunError;
-pub use self::files::Files;
+pub use self::files::{Beginning, Files, locked};
 use self::meshed::Bound;
 use self::observer::{Compared, Observer};
 use self::progress::Progress;
@@ -31,7 +31,7 @@ use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::reduction::damping::rayleigh;
-use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
+use dovetail_solver::results::far_slip::ShorterSides;
 
 /// What a run finds about it: where it writes, what it was asked by, what earlier runs left.
 #[derive(Debug, Clone)]
@@ -100,35 +100,26 @@ pub fn solve(
             summary,
         });
     }
-    let sides = ShorterSides::of(&reduced.pairs);
-    let respond = |resolution| {
-        let mut response = solve::respond(
-            &scene.response,
-            relative,
-            damping,
-            &static_state,
-            &frequencies_hz,
-            resolution,
-            progress,
-        );
-        warn_of_far_slides(
-            "in the response",
-            sides.judge_response(&mut response),
-            progress,
-        );
-        response
+    let responses = solve::Responses {
+        spec: &scene.response,
+        reduced: &reduced,
+        damping,
+        state: &static_state,
+        frequencies_hz: &frequencies_hz,
+        progress,
     };
+    let response = responses.response(None)?;
     let resolution = scene.response.resolution;
-    let response = respond(resolution);
-    let compared = scene
-        .response
-        .compare_harmonics
-        .map(|harmonics| (harmonics, solve::compared(resolution, harmonics)))
-        .filter(|(_, other)| *other != resolution)
-        .map(|(harmonics, other)| Compared {
+    let compared = scene.response.compare_harmonics;
+    let compared = compared.filter(|h| solve::compared(resolution, *h) != resolution);
+    let compare = |harmonics| {
+        let response = responses.response(Some(harmonics))?;
+        Ok::<Compared, RunError>(Compared {
             harmonics,
-            response: respond(other),
-        });
+            response,
+        })
+    };
+    let compared = compared.map(compare).transpose()?;
     {
         let _stage = progress.stage(Stage::ResponseFiles);
         progress.tell(|o| o.response(&reduced, &response, compared.as_ref()))?;
@@ -150,18 +141,6 @@ pub fn solve(
     })
 }
 
-/// Pairs of nodes are taken to face each other.
-fn warn_of_far_slides(place: &str, farthest: f64, progress: &Progress) {
-    if (FAR..=TOO_FAR).contains(&farthest) {
-        progress.warning(&format!(
-            "{place} a pair slides by {:.1} % of the shorter side of its flank: contact is between pairs of nodes that \
-             face each other, and above {} % a solution is refused",
-            100.0 * farthest,
-            100.0 * TOO_FAR
-        ));
-    }
-}
-
 /// The static state, told, and the summary so far.
 fn solve_static(
     scene: &Scene,
@@ -172,9 +151,10 @@ fn solve_static(
     progress.tell(|o| o.reduced(reduced))?;
     let mut state = solve::statics(scene, reduced.relative(), progress);
     let farthest = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
-    warn_of_far_slides("in the static state", farthest, progress);
+    solve::warn_of_far_slides("in the static state", farthest, progress);
     let mut summary = summary::of_reduced(scene, context, reduced);
     summary.static_state = summary::static_summary(reduced, &state);
+    progress.tell(|o| o.figures(&summary));
     if let Some(meshed) = reduced.meshed().filter(|_| context.fields) {
         meshed.recover(progress)?;
     }

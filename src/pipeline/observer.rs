@@ -1,9 +1,11 @@
 //! Defines who hears of a run while it goes on, and what an observer is told.
 
-use dovetail_solver::dlft::{Orbit, Response, StaticState};
+use dovetail_solver::dlft::{Response, SolvedFrequency, StaticState};
 
 use super::Reduced;
 use super::error::RunError;
+use crate::export::journal::Inputs;
+use crate::export::manifest::Summary;
 use crate::stage::{Stage, StageRecord};
 
 /// Hears of a run. Every method does nothing by itself, so that an observer says only what it cares for.
@@ -40,8 +42,26 @@ pub trait Observer: Send {
     fn static_state(&mut self, _reduced: &Reduced, _state: &StaticState) -> Result<(), RunError> {
         Ok(())
     }
-    /// One frequency of a response is solved, converged or not.
-    fn frequency(&mut self, _orbit: &Orbit) {}
+    /// The figures that are known once the static state is.
+    fn figures(&mut self, _summary: &Summary) {}
+    /// A response is about to be computed. Gives its frequencies that were solved before it was broken off.
+    ///
+    /// # Errors
+    /// The observer's own.
+    fn response_begins(
+        &mut self,
+        _begins: &ResponseBegins<'_>,
+    ) -> Result<Vec<SolvedFrequency>, RunError> {
+        Ok(Vec::new())
+    }
+    /// One frequency of the response that began last is solved, converged or not; one that was solved before
+    /// is told, too. An error is told as a warning, and the run goes on.
+    ///
+    /// # Errors
+    /// The observer's own.
+    fn frequency(&mut self, _solved: &SolvedFrequency) -> Result<(), RunError> {
+        Ok(())
+    }
     /// The response is there, and the one it is compared with.
     ///
     /// # Errors
@@ -61,6 +81,18 @@ pub trait Observer: Send {
     fn held_modes(&mut self, _reduced: &Reduced, _omega2: &[Vec<f64>]) -> Result<(), RunError> {
         Ok(())
     }
+}
+
+/// A response that is about to be computed.
+#[derive(Debug, Clone, Copy)]
+pub struct ResponseBegins<'a> {
+    pub reduced: &'a Reduced,
+    /// Rising.
+    pub frequencies_hz: &'a [f64],
+    /// Of the response that the scene's own is compared with; `None`: its own.
+    pub compared_harmonics: Option<usize>,
+    /// Everything that the response is computed from.
+    pub inputs: Inputs,
 }
 
 /// A response with another number of harmonics.
@@ -119,9 +151,21 @@ impl Observer for Both<'_> {
         self.0.static_state(reduced, state)?;
         self.1.static_state(reduced, state)
     }
-    fn frequency(&mut self, orbit: &Orbit) {
-        self.0.frequency(orbit);
-        self.1.frequency(orbit);
+    fn figures(&mut self, summary: &Summary) {
+        self.0.figures(summary);
+        self.1.figures(summary);
+    }
+    fn response_begins(
+        &mut self,
+        begins: &ResponseBegins<'_>,
+    ) -> Result<Vec<SolvedFrequency>, RunError> {
+        let mut solved = self.0.response_begins(begins)?;
+        solved.extend(self.1.response_begins(begins)?);
+        Ok(solved)
+    }
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        self.0.frequency(solved)?;
+        self.1.frequency(solved)
     }
     fn response(
         &mut self,

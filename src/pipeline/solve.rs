@@ -1,8 +1,14 @@
 //! Takes a reduced model to its static state and its response.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::cache::program;
 use super::error::RunError;
 use super::hertz;
+use super::observer::ResponseBegins;
 use super::progress::Progress;
+use super::reduced::Reduced;
+use crate::export::journal::Inputs;
 use crate::stage::Stage;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
@@ -14,9 +20,10 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
 use dovetail_solver::dlft::stuck_curve::stuck_curve;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState, aft::Periods};
+use dovetail_solver::dlft::{Outcome, PairStatus, Response, SolvedFrequency, StaticState};
 use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
@@ -135,73 +142,146 @@ pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
     Resolution::Fixed { harmonics, samples }
 }
 
-pub(super) fn respond(
-    spec: &ResponseSpec,
-    relative: &RelativeModel,
-    damping: Rayleigh,
-    state: &StaticState,
-    frequencies_hz: &[f64],
-    resolution: Resolution,
-    progress: &Progress,
-) -> Response {
-    if relative.pairs.is_empty() {
+/// What the responses of a run have in common.
+pub(super) struct Responses<'a, 'o> {
+    pub spec: &'a ResponseSpec,
+    pub reduced: &'a Reduced,
+    pub damping: Rayleigh,
+    pub state: &'a StaticState,
+    pub frequencies_hz: &'a [f64],
+    pub progress: &'a Progress<'o>,
+}
+
+impl Responses<'_, '_> {
+    /// The scene's own response, or the one with so many harmonics that it is compared with.
+    ///
+    /// # Errors
+    /// The observer's.
+    pub fn response(&self, compared_harmonics: Option<usize>) -> Result<Response, RunError> {
+        let own = self.spec.resolution;
+        let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
+        let sides = ShorterSides::of(&self.reduced.pairs);
+        let mut response = match self.reduced.relative().pairs.is_empty() {
+            true => self.linear(resolution),
+            false => self.with_contact(resolution, compared_harmonics, &sides)?,
+        };
+        let farthest = sides.judge_response(&mut response);
+        warn_of_far_slides("in the response", farthest, self.progress);
+        Ok(response)
+    }
+
+    fn with_contact(
+        &self,
+        resolution: Resolution,
+        compared_harmonics: Option<usize>,
+        sides: &ShorterSides,
+    ) -> Result<Response, RunError> {
+        let Self { spec, progress, .. } = self;
+        let relative = self.reduced.relative();
+        let stage = progress.titled_stage(Stage::Response, &title(resolution));
+        let blocks = 2 * resolution.most_harmonics() + 1;
+        stage.solves(blocks * relative.stiffness.nrows());
+        let settings = SweepSettings {
+            eps: Penalty {
+                choice: spec.eps,
+                scale: spec.eps_scale,
+            },
+            newton: NewtonOptions {
+                tolerance: spec.tolerance,
+                max_iterations: spec.max_newton_iterations,
+            },
+            solver: spec.solver,
+            slip_threshold_m: spec.slip_threshold_m,
+            ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
+        };
+        let begins = ResponseBegins {
+            reduced: self.reduced,
+            frequencies_hz: self.frequencies_hz,
+            compared_harmonics,
+            inputs: self.inputs(&settings),
+        };
+        let earlier = progress.tell(|observer| observer.response_begins(&begins))?;
+        if !earlier.is_empty() {
+            progress.note(&format!(
+                "{} of {} frequencies were solved before",
+                earlier.len(),
+                self.frequencies_hz.len()
+            ));
+        }
+        let steps = progress.steps(self.frequencies_hz.len(), "frequencies");
+        let not_kept = AtomicBool::new(false);
+        let step = |solved: &SolvedFrequency| {
+            let mut solved = solved.clone();
+            sides.judge_orbit(&mut solved.orbit);
+            if let Err(error) = progress.tell(|observer| observer.frequency(&solved))
+                && !not_kept.swap(true, Ordering::Relaxed)
+            {
+                progress.warning(&format!(
+                    "what is solved is not kept if the run is broken off: {error}"
+                ));
+            }
+            steps.step();
+        };
+        let (damping, state) = (self.damping, self.state);
+        Ok(sweep(relative, damping, state, &settings, &earlier, &step))
+    }
+
+    /// A hash of all that the response is computed from, the program included.
+    fn inputs(&self, settings: &SweepSettings) -> Inputs {
+        let relative = self.reduced.relative();
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&program::fingerprint().unwrap_or_default());
+        // Numbers are written so that they read back to the bit.
+        let Self { damping, state, .. } = self;
+        let (loads, laws) = (&relative.excitations, &relative.pairs);
+        hasher.update(format!("{loads:?}{laws:?}{damping:?}{state:?}{settings:?}").as_bytes());
+        if postcard::to_io(relative, &mut hasher).is_err() {
+            unreachable!("a hasher takes all bytes");
+        }
+        *hasher.finalize().as_bytes()
+    }
+
+    /// Where all flanks are bonded: the stuck modes' answer, each by itself.
+    fn linear(&self, resolution: Resolution) -> Response {
+        let _stage = self
+            .progress
+            .titled_stage(Stage::Response, "linear response");
+        let relative = self.reduced.relative();
         let harmonics = match resolution {
             Resolution::Fixed { harmonics, .. } => harmonics,
             Resolution::Accuracy(_) => relative.highest_excited().max(1),
         };
-        return linear(relative, damping, frequencies_hz, harmonics, progress);
+        let system = ContactSystem::new(relative, self.damping);
+        let frequencies = || self.frequencies_hz.iter();
+        Response {
+            stuck: frequencies()
+                .map(|&f| stuck_point(&system, harmonics, f))
+                .collect(),
+            stuck_curve: stuck_curve(&system, harmonics, self.frequencies_hz),
+            orbits: frequencies()
+                .map(|&f| linear_orbit(&system, harmonics, f))
+                .collect(),
+            slip_threshold_m: 0.0,
+        }
     }
-    let title = match resolution {
+}
+
+fn title(resolution: Resolution) -> String {
+    match resolution {
         Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
         Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
-    };
-    let blocks = 2 * resolution.most_harmonics() + 1;
-    let stage = progress.titled_stage(Stage::Response, &title);
-    stage.solves(blocks * relative.stiffness.nrows());
-    let steps = progress.steps(frequencies_hz.len(), "frequencies");
-    let settings = SweepSettings {
-        frequencies_hz: frequencies_hz.to_vec(),
-        resolution,
-        eps: Penalty {
-            choice: spec.eps,
-            scale: spec.eps_scale,
-        },
-        newton: NewtonOptions {
-            tolerance: spec.tolerance,
-            max_iterations: spec.max_newton_iterations,
-        },
-        periods: Periods::UntilPeriodic,
-        solver: spec.solver,
-        slip_threshold_m: spec.slip_threshold_m,
-    };
-    let step = |orbit: &Orbit| {
-        progress.tell(|observer| observer.frequency(orbit));
-        steps.step();
-    };
-    sweep(relative, damping, state, &settings, &step)
+    }
 }
 
-/// The response where all flanks are bonded: the stuck modes', each by itself.
-fn linear(
-    relative: &RelativeModel,
-    damping: Rayleigh,
-    frequencies_hz: &[f64],
-    harmonics: usize,
-    progress: &Progress,
-) -> Response {
-    let _stage = progress.titled_stage(Stage::Response, "linear response");
-    let system = ContactSystem::new(relative, damping);
-    let frequencies = frequencies_hz.iter();
-    Response {
-        stuck: frequencies
-            .clone()
-            .map(|&f| stuck_point(&system, harmonics, f))
-            .collect(),
-        stuck_curve: stuck_curve(&system, harmonics, frequencies_hz),
-        orbits: frequencies
-            .map(|&f| linear_orbit(&system, harmonics, f))
-            .collect(),
-        slip_threshold_m: 0.0,
+/// Pairs of nodes are taken to face each other.
+pub(super) fn warn_of_far_slides(place: &str, farthest: f64, progress: &Progress) {
+    if (FAR..=TOO_FAR).contains(&farthest) {
+        progress.warning(&format!(
+            "{place} a pair slides by {:.1} % of the shorter side of its flank: contact is between pairs of nodes that \
+             face each other, and above {} % a solution is refused",
+            100.0 * farthest,
+            100.0 * TOO_FAR
+        ));
     }
 }

@@ -10,7 +10,6 @@ use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{MOST_STEPS_IN_ALL, Until};
-use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::results::quantities::peak;
 
@@ -88,7 +87,7 @@ pub fn verify(
     let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
-    let (response, chosen) = orbits(scene, relative, damping, &state, asked, progress)?;
+    let (response, chosen) = orbits(scene, &reduced, damping, &state, asked, progress)?;
     let failed = chosen
         .iter()
         .filter(|i| !response.orbits[**i].outcome.is_converged());
@@ -150,7 +149,7 @@ pub fn verify(
 /// A response, and the positions in it of the orbits to compare.
 fn orbits(
     scene: &Scene,
-    relative: &RelativeModel,
+    reduced: &Reduced,
     damping: Rayleigh,
     state: &StaticState,
     asked: &Verification,
@@ -163,17 +162,17 @@ fn orbits(
     if !given {
         let mut spec = scene.response.clone();
         spec.points = spec.points.min(MOST_POINTS);
-        frequencies_hz = solve::frequencies_hz(&spec, relative)?;
+        frequencies_hz = solve::frequencies_hz(&spec, reduced.relative())?;
     }
-    let response = solve::respond(
-        &scene.response,
-        relative,
+    let responses = solve::Responses {
+        spec: &scene.response,
+        reduced,
         damping,
         state,
-        &frequencies_hz,
-        scene.response.resolution,
+        frequencies_hz: &frequencies_hz,
         progress,
-    );
+    };
+    let response = responses.response(None)?;
     let chosen = if given {
         (0..response.orbits.len()).collect()
     } else {

@@ -14,6 +14,7 @@ use super::error::StudyError;
 use super::file::Study;
 use super::quantity::BLADE_FREQUENCY;
 use crate::exit::ExitStatus;
+use crate::export::journal::JOURNAL;
 use crate::export::manifest::Summary;
 use crate::export::write_file;
 use crate::pipeline;
@@ -225,6 +226,17 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
         Some(summary) if summary.response.is_some() => Found::Complete(Box::new(summary)),
         _ => Found::Nothing,
     })
+}
+
+/// Whether a run of the same case was broken off in the folder: it can be resumed.
+///
+/// # Errors
+/// A file that is there but cannot be read or understood.
+pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> Result<bool, StudyError> {
+    let earlier: Option<Value> = read_json(&folder.join("case.json"))?;
+    let earlier = earlier.and_then(|record| CaseRecord::deserialize(record).ok());
+    let is_same = earlier.is_some_and(|earlier| record.is_answered_by(&earlier));
+    Ok(is_same && folder.join(JOURNAL).exists())
 }
 
 /// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json

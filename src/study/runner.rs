@@ -94,6 +94,7 @@ fn one(
     record: &folder::CaseRecord,
     folder: &Path,
 ) -> Result<OutcomeRecord, StudyError> {
+    let resumed = folder::was_broken_off(record, folder)?;
     folder::prepare(record, folder)?;
     let path = folder.join("log.txt");
     let log = std::fs::File::create(&path).map_err(failed("creating", &path))?;
@@ -104,6 +105,7 @@ fn one(
     let mut child = Command::new(program)
         .args(&record.command[1..])
         .arg("--until-stdin-ends")
+        .args(resumed.then_some("--resume"))
         .stdin(Stdio::piped())
         .stdout(log)
         .stderr(also)

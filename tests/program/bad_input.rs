@@ -1,6 +1,7 @@
 //! Input that no one means: the program ends soon, with a short message, and never with a panic.
 
 use crate::shared_folder;
+use crate::shared_program::in_one_line;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -65,12 +66,6 @@ fn dovetail(folder: &Folder, arguments: &[&str]) -> (i32, String) {
     let obeyed = said.chars().find(|c| c.is_control() && *c != '\n');
     assert!(obeyed.is_none(), "{obeyed:?}: {shown}");
     (status.code().expect("ended by a signal"), said)
-}
-
-/// Without the frames and line breaks of the report.
-fn words(said: &str) -> String {
-    let said = said.replace('|', " ");
-    said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -155,7 +150,7 @@ fn a_time_integration_has_an_end() {
             &[&["verify", &jenkins, "--at", "1"], more].concat(),
         );
         assert_eq!(code, 2, "{more:?}: {said}");
-        words(&said)
+        in_one_line(&said)
     };
     assert!(verify(&["--steps", "1000000000000"]).contains("from 16 to 1000000"));
     assert!(verify(&["--steps", "1e12"]).contains("from 16 to 1000000"));
@@ -182,7 +177,7 @@ fn twenty_thousand_faults_are_one_short_report() {
     let scene = folder.write("a.toml", paper + &contacts);
     let (code, said) = dovetail(&folder, &["check", &scene]);
     assert_eq!(code, 2, "{said}");
-    let said = words(&said);
+    let said = in_one_line(&said);
     assert!(
         said.contains("\"blade_flank_left\" is taken already"),
         "{said}"
@@ -227,7 +222,7 @@ fn blanks_in_a_mesh_cost_no_time() {
     }
     let (code, said) = with(&format!("$Comments\n{blanks}x\n"), "open.msh");
     assert!(
-        code == 2 && words(&said).contains("it has no $EndComments"),
+        code == 2 && in_one_line(&said).contains("it has no $EndComments"),
         "{said}"
     );
 }
@@ -270,7 +265,7 @@ fn only_regular_files_are_read() {
         ] {
             let (code, said) = dovetail(&folder, arguments);
             assert_eq!(code, 2, "{arguments:?}: {said}");
-            let said = words(&said);
+            let said = in_one_line(&said);
             assert!(
                 said.contains(called) && said.contains("regular file"),
                 "{arguments:?}: {said}"
@@ -279,7 +274,7 @@ fn only_regular_files_are_read() {
     }
     let (code, said) = dovetail(&folder, &["check", &reduced]);
     assert!(
-        code == 2 && words(&said).contains("it is a named pipe"),
+        code == 2 && in_one_line(&said).contains("it is a named pipe"),
         "{said}"
     );
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said};
+use crate::shared_program::{ended, said, said_in_one_line};
 
 const SCENE: &str = "scenes/verification/patch.toml";
 const ENTRIES: &str = "dovetail-cache-1";
@@ -299,8 +299,7 @@ fn a_mesh_that_is_not_whole_is_an_error_and_is_not_kept() {
     let bench = Bench::new("half");
     for part in ["head -c 30000", "head -c 0", "head -c 5", "tail -c 20000"] {
         bench.gmsh_that_writes("4.99", part);
-        let said = said(&ended(bench.command("static", "out", &[]), 1));
-        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let said = said_in_one_line(&ended(bench.command("static", "out", &[]), 1));
         assert!(
             said.contains("gmsh ended") && said.contains("disk full"),
             "{part}: {said}"

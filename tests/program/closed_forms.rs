@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::shared_folder::Folder;
 use dovetail::export::folder::OtherScene;
-use dovetail::pipeline::{self, Context, Files};
+use dovetail::pipeline::{self, Beginning, Context, Files};
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{
@@ -47,7 +47,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     pipeline::solve(
         &scene,
         &context,
-        &mut Files::open(&scene, &context, OtherScene::Refuse).unwrap(),
+        &mut Files::open(&scene, &context, OtherScene::Refuse, Beginning::Anew).unwrap(),
     )
     .and_then(|run| run.verdict())
     .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));

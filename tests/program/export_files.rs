@@ -78,6 +78,20 @@ fn summary(run: &Run) -> Summary {
     }
 }
 
+/// The files of the flanks at each frequency, and their collection.
+fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
+    let mut flanks = flank::FlankSeries::new(&run.model);
+    let orbits = &run.response.orbits;
+    let rows = orbits.iter().enumerate();
+    let mut files: Vec<String> = rows
+        .filter_map(|(row, orbit)| flanks.write(out, row, orbit).unwrap())
+        .collect();
+    // A second time they are there already.
+    assert_eq!(flanks.write(out, 0, &orbits[0]).unwrap(), None);
+    files.push(flanks.write_collection(out, orbits.len()).unwrap());
+    files
+}
+
 /// All files of a run, in a fresh folder.
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
@@ -87,7 +101,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     csv::write_contact(&out.join("contact.csv"), &pairs(run), response).unwrap();
     vtu::write_static(&out.join("static.vtu"), model, &static_fields(run)).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), model, &run.static_state).unwrap();
-    flank::write_flank_series(&out, model, response).unwrap();
+    write_flanks(&out, run);
     flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response).unwrap();
     let top = peak(response, 0).unwrap();
     // `motion` belongs to a gain of 1: scale it to the orbit at the peak.
@@ -283,7 +297,7 @@ fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
     csv::write_contact(&out.join("contact.csv"), &pairs(&run), &run.response).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), &run.model, &run.static_state)
         .unwrap();
-    let files = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
+    let files = write_flanks(&out, &run);
     assert_eq!(files, ["flank.pvd"]);
     for row in table(&out.join("static.csv")) {
         assert_eq!(
@@ -378,7 +392,7 @@ fn slip_and_friction_of_the_flanks_are_vectors_in_space() {
 fn flank_files_are_those_of_the_converged_points() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = folder("series");
-    let files = flank::write_flank_series(&out, &run.model, &run.response).unwrap();
+    let files = write_flanks(&out, &run);
     assert_eq!(files.len(), 29 + 1);
     assert!(!out.join("flank/flank_0003.vtu").exists());
     let pvd = fs::read_to_string(out.join("flank.pvd")).unwrap();

@@ -18,6 +18,7 @@ mod command_line;
 mod elements;
 mod export_files;
 mod extremes;
+mod interruption;
 mod mesh_files;
 mod meshed_contact;
 mod meshing;

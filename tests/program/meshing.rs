@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said};
+use crate::shared_program::{ended, in_one_line, said};
 
 /// A folder with a program that stands in for gmsh.
 struct Bench(Folder);
@@ -41,12 +41,6 @@ impl Bench {
     }
 }
 
-/// Messages on one line.
-fn words(text: &str) -> String {
-    let text = text.replace(['|', '>'], " ");
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 /// Killed outright, a program cannot tell anybody: the system has to.
 #[cfg(target_os = "linux")]
 #[test]
@@ -77,7 +71,10 @@ fn a_flood_of_messages_is_told_in_part() {
     let bench = Bench::new("flood", flood);
     let told = said(&ended(bench.command("mesh", &[]), 1));
     assert!(told.contains("Error   : at the end"), "{told}");
-    assert!(words(&told).contains("lines are left out here"), "{told}");
+    assert!(
+        in_one_line(&told).contains("lines are left out here"),
+        "{told}"
+    );
     assert!(told.len() < 50_000, "{} bytes", told.len());
 }
 
@@ -93,7 +90,7 @@ fn a_parameter_without_effect_is_told_with_those_there_are() {
         ("\"a.nx\"", "no parameter `a.nx`"),
     ] {
         let set = format!("mesh.parameters={{ {name} = 5 }}");
-        let told = words(&said(&ended(bench.command("mesh", &[&set]), 2)));
+        let told = in_one_line(&said(&ended(bench.command("mesh", &[&set]), 2)));
         assert!(told.contains(expected), "{told}");
     }
 }
@@ -114,7 +111,7 @@ fn the_dovetail_needs_whole_numbers_of_nodes() {
         program.args(["mesh", "scenes/paper.toml", "--no-cache", "--set"]);
         program.arg(format!("mesh.parameters.{set}"));
         program.arg("--out").arg(folder.0.join("out"));
-        let told = words(&said(&ended(program, 1)));
+        let told = in_one_line(&said(&ended(program, 1)));
         assert!(
             told.contains("Error : dovetail.geo:") && told.contains(expected),
             "{set}: {told}"
@@ -125,7 +122,7 @@ fn the_dovetail_needs_whole_numbers_of_nodes() {
 #[test]
 fn a_script_is_said_to_be_code_that_runs() {
     let bench = Bench::new("check", "");
-    let of = |set: &[&str]| words(&said(&ended(bench.command("check", set), 0)));
+    let of = |set: &[&str]| in_one_line(&said(&ended(bench.command("check", set), 0)));
     let told = of(&[]);
     let expected = "patch.geo is a program that gmsh runs, and it can start any command: run it only where you trust it";
     assert!(told.contains(expected), "{told}");

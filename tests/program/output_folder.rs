@@ -8,7 +8,7 @@ use std::process::Command;
 use dovetail::export::manifest::{RunState, Summary};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said};
+use crate::shared_program::{ended, said, said_in_one_line};
 
 /// `dovetail COMMAND` of the contact patch on its ready mesh.
 fn command(command: &str, out: &Path, set: &[&str]) -> Command {
@@ -116,11 +116,8 @@ fn the_folder_of_another_scene_is_not_taken_unasked() {
     ended(command("run", &out, &[]), 0);
     let before = names(&out);
     let refused = ended(command("static", &out, &["name=other"]), 2);
-    let words: Vec<String> = said(&refused)
-        .split_whitespace()
-        .map(str::to_owned)
-        .collect();
-    assert!(words.iter().any(|w| w.contains("--force")), "{words:?}");
+    let words = said_in_one_line(&refused);
+    assert!(words.contains("--force"), "{words}");
     assert_eq!(
         (names(&out), summary(&out).scene.name),
         (before, "patch".to_owned())

@@ -1,6 +1,7 @@
 //! Scenes about a reduced model: the program on them, what it refuses, and the way from a mesh to a folder.
 
 use crate::shared_folder;
+use crate::shared_program::said_in_one_line;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -36,9 +37,7 @@ fn dovetail(command: &str, scene: &Path, out: &Path, set: &[&str]) -> (i32, Stri
     }
     let output = program.output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    // Messages are broken to lines with a bar before each.
-    let stderr = text(&output.stderr).replace('|', " ");
-    let stderr = stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    let stderr = said_in_one_line(&output);
     (output.status.code().unwrap(), text(&output.stdout), stderr)
 }
 

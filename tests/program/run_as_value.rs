@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use dovetail::export::folder::OtherScene;
 use dovetail::export::manifest::Summary;
 use dovetail::pipeline::observer::{Both, Compared, Observer};
-use dovetail::pipeline::{Context, Files, Reduced, Run, RunError, solve};
+use dovetail::pipeline::{Beginning, Context, Files, Reduced, Run, RunError, solve};
 use dovetail::scene;
 use dovetail::stage::{Stage, StageRecord};
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
 
 fn jenkins(out: PathBuf) -> (Scene, Context) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -64,8 +64,9 @@ impl Observer for Listener {
             false => Ok(()),
         }
     }
-    fn frequency(&mut self, orbit: &Orbit) {
-        self.frequencies_hz.push(orbit.frequency_hz);
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        self.frequencies_hz.push(solved.orbit.frequency_hz);
+        Ok(())
     }
     fn response(
         &mut self,
@@ -105,7 +106,7 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let (scene, context) = jenkins(out.clone());
     let (mut listener, mut files) = (
         Listener::default(),
-        Files::open(&scene, &context, OtherScene::Refuse).unwrap(),
+        Files::open(&scene, &context, OtherScene::Refuse, Beginning::Anew).unwrap(),
     );
     let run = solve(&scene, &context, &mut Both(&mut listener, &mut files)).unwrap();
     files.finish(&run.summary, &run.verdict()).unwrap();

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::shared_program::in_one_line;
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::settings::Resolution;
@@ -27,7 +28,7 @@ fn rendered(error: &SceneError) -> String {
         !text.contains("Failed to read contents"),
         "a span outside its text:\n{text}"
     );
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    in_one_line(&text)
 }
 
 /// The text with the `nth` occurrence of `find` replaced, and the line it stands on.

@@ -14,3 +14,14 @@ pub fn ended(mut command: Command, code: i32) -> Output {
 pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
+
+/// The same on one line, without the frames of a report.
+pub fn said_in_one_line(output: &Output) -> String {
+    in_one_line(&said(output))
+}
+
+/// A report without its frames and line breaks.
+pub fn in_one_line(report: &str) -> String {
+    let report = report.replace(['|', '>'], " ");
+    report.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,6 +1,7 @@
 //! `dovetail study`: cases in folders of their own, taken up again after a kill, gathered, exported; what it refuses.
 
 use crate::shared_folder;
+use crate::shared_program::said_in_one_line;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime};
@@ -75,11 +76,10 @@ impl Folder {
     fn study(&self, arguments: &[&str]) -> Ended {
         let output = self.command(arguments).output().unwrap();
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let stderr = text(&output.stderr).replace('|', " ");
         Ended {
             code: output.status.code().unwrap(),
             stdout: text(&output.stdout),
-            stderr: stderr.split_whitespace().collect::<Vec<_>>().join(" "),
+            stderr: said_in_one_line(&output),
         }
     }
     fn text(&self, file: &str) -> String {
@@ -329,6 +329,46 @@ fn a_case_of_another_program_or_without_figures_is_run_again() {
     complete("3 of 3");
 }
 
+#[test]
+fn a_case_that_was_broken_off_goes_on_with_its_frequencies() {
+    let study = r#"
+name = "long"
+scene = "scene.toml"
+set = ["response.points=3000"]
+[[knob]]
+key = "response.harmonics"
+values = [1]
+base = 1
+"#;
+    let folder = Folder::new("broken-off", study);
+    let mut child = folder
+        .command(&["--quiet"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begin = Instant::now();
+    let journal = folder.case("base", "response.journal");
+    while std::fs::metadata(&journal).map_or(0, |m| m.len()) < 500_000 {
+        assert!(child.try_wait().unwrap().is_none(), "ended too early");
+        assert!(begin.elapsed() < Duration::from_secs(100));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    while !at_work(&folder.0).is_empty() {
+        assert!(begin.elapsed() < Duration::from_secs(120));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let ended = folder.study(&[]);
+    assert!([0, 3].contains(&ended.code), "{}", ended.stderr);
+    let log = std::fs::read_to_string(folder.case("base", "log.txt")).unwrap();
+    assert!(
+        log.contains("of 3000 frequencies were solved before"),
+        "{log}"
+    );
+    assert!(!journal.exists());
+}
+
 /// Command lines of processes that name the folder (Linux).
 fn at_work(folder: &Path) -> Vec<String> {
     let folder = folder.to_str().unwrap();
@@ -372,7 +412,7 @@ fn a_case_ends_when_its_study_does() {
         }
         std::thread::sleep(Duration::from_millis(2));
     };
-    assert_eq!(ended.and_then(|s| s.code()), Some(1));
+    assert_eq!(ended.and_then(|s| s.code()), Some(130));
 }
 
 #[test]

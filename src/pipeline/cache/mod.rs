@@ -6,7 +6,7 @@
 
 mod entry;
 mod folder;
-mod program;
+pub(super) mod program;
 mod turn;
 
 use std::fs::File;

@@ -67,16 +67,22 @@ impl ShorterSides {
 
     /// The same for each frequency; the largest of those that are no further than [`TOO_FAR`].
     pub fn judge_response(&self, response: &mut Response) -> f64 {
-        let mut largest = 0.0_f64;
-        for orbit in &mut response.orbits {
-            let Orbit { x, harmonics, .. } = &*orbit;
-            let farthest = self.farthest(x, *harmonics);
-            judge(&mut orbit.outcome, farthest);
-            if orbit.outcome.is_converged() {
-                largest = largest.max(farthest);
+        let orbits = response.orbits.iter_mut();
+        let farthest = orbits.map(|orbit| {
+            let farthest = self.judge_orbit(orbit);
+            match orbit.outcome.is_converged() {
+                true => farthest,
+                false => 0.0,
             }
-        }
-        largest
+        });
+        farthest.fold(0.0, f64::max)
+    }
+
+    /// The same for one frequency.
+    pub fn judge_orbit(&self, orbit: &mut Orbit) -> f64 {
+        let farthest = self.farthest(&orbit.x, orbit.harmonics);
+        judge(&mut orbit.outcome, farthest);
+        farthest
     }
 }
 

@@ -1,0 +1,53 @@
+//! Ends the process with a last word: on Ctrl-C, on SIGTERM, or when standard input ends.
+
+use std::convert::Infallible;
+use std::io;
+use std::process::exit;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+use crate::exit::ExitStatus;
+
+/// What ends the process by [`leave`]; it is given the name of what made it end.
+type LastWord = Arc<dyn Fn(&str) -> Infallible + Send + Sync>;
+
+/// Has `last_word` end the process when Ctrl-C or SIGTERM comes. A second one ends it at once.
+///
+/// # Errors
+/// The system refuses to tell of signals.
+pub(super) fn on_signals(last_word: LastWord) -> io::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    std::thread::spawn(move || {
+        let again = AtomicBool::new(false);
+        for signal in signals.forever() {
+            if again.swap(true, Ordering::Relaxed) {
+                leave();
+            }
+            let name = if signal == SIGINT {
+                "Ctrl-C"
+            } else {
+                "SIGTERM"
+            };
+            let last_word = Arc::clone(&last_word);
+            // The last word may have to wait for a file that is being written.
+            std::thread::spawn(move || last_word(name));
+        }
+    });
+    Ok(())
+}
+
+/// The same when standard input ends, which the death of whoever holds its other end brings about.
+pub(super) fn on_end_of_stdin(last_word: LastWord) {
+    std::thread::spawn(move || {
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        last_word("the end of standard input")
+    });
+}
+
+/// Ends the process.
+pub(super) fn leave() -> ! {
+    exit(i32::from(ExitStatus::Interrupted.code()))
+}

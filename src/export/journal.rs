@@ -1,0 +1,326 @@
+//! The journal of a run: every frequency that is solved is on disk before the next one is.
+//!
+//! The file begins with a mark. A record follows for each frequency: the length of its content, a hash
+//! of the content, and the content. That is the hash of what the response is computed from, and the
+//! frequency to the bit. A record that was being written when the run ended is dropped.
+
+use std::collections::HashSet;
+use std::fs::{self, File, TryLockError};
+use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::ExportError;
+use dovetail_solver::dlft::SolvedFrequency;
+
+/// Its name in the folder of a run, where it stands until the run has come to its end.
+pub const JOURNAL: &str = "response.journal";
+
+const MARK: &[u8; 18] = b"dovetail journal 1";
+const HASH: usize = 32;
+
+/// Hash of everything that a response is computed from.
+pub type Inputs = [u8; HASH];
+
+/// The open journal of a folder. No other process can open it as long as this one has it.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// By inputs and the bits of the frequency.
+    known: HashSet<(Inputs, u64)>,
+}
+
+impl Journal {
+    /// Opens the journal, or makes an empty one.
+    ///
+    /// # Errors
+    /// [`ExportError::Busy`] where another process has it; a file that cannot be read or written, or that is none.
+    pub fn open(path: &Path) -> Result<Self, ExportError> {
+        let failed = failed(path);
+        let mut options = File::options();
+        let options = options.read(true).write(true).create(true).truncate(false);
+        let file = options.open(path).map_err(&failed)?;
+        // Where the file system has no locks there is none to hold.
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let folder = path.parent().unwrap_or(path).to_path_buf();
+            return Err(ExportError::Busy { folder });
+        }
+        let mut journal = Self {
+            path: path.to_path_buf(),
+            file,
+            known: HashSet::new(),
+        };
+        let mut mark = Vec::new();
+        let start = (&journal.file).take(MARK.len() as u64);
+        BufReader::new(start)
+            .read_to_end(&mut mark)
+            .map_err(&failed)?;
+        if mark.len() < MARK.len() && MARK.starts_with(&mark) {
+            journal.clear()?;
+        } else if mark != MARK {
+            let why = io::Error::new(io::ErrorKind::InvalidData, "it is no journal of a run");
+            return Err(failed(why));
+        } else {
+            journal.read(|_, _| ())?;
+        }
+        Ok(journal)
+    }
+
+    /// Whether it holds no frequency.
+    pub fn is_empty(&self) -> bool {
+        self.known.is_empty()
+    }
+
+    /// Forgets all it holds.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn clear(&mut self) -> Result<(), ExportError> {
+        self.known.clear();
+        let begin = || {
+            self.file.set_len(0)?;
+            (&self.file).seek(SeekFrom::Start(0))?;
+            (&self.file).write_all(MARK)
+        };
+        begin().map_err(failed(&self.path))
+    }
+
+    /// The frequencies that it holds of a response with these inputs.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn solved(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, ExportError> {
+        let mut found = Vec::new();
+        self.read(|of, solved| {
+            if of == inputs {
+                found.push(solved);
+            }
+        })?;
+        Ok(found)
+    }
+
+    /// Adds a frequency, where it is not there yet.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn append(&mut self, inputs: &Inputs, solved: &SolvedFrequency) -> Result<(), ExportError> {
+        let key = (*inputs, solved.orbit.frequency_hz.to_bits());
+        if self.known.contains(&key) {
+            return Ok(());
+        }
+        let mut record = vec![0; 8 + HASH];
+        record.extend_from_slice(inputs);
+        let write = || {
+            let record = postcard::to_extend(solved, record).map_err(io::Error::other)?;
+            (&self.file).write_all(&sealed(record))
+        };
+        write().map_err(failed(&self.path))?;
+        self.known.insert(key);
+        Ok(())
+    }
+
+    /// Waits until the disk has what was added.
+    ///
+    /// # Errors
+    /// A disk that refuses.
+    pub fn sync(&self) -> Result<(), ExportError> {
+        self.file.sync_data().map_err(failed(&self.path))
+    }
+
+    /// Removes it.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    pub fn remove(&self) -> Result<(), ExportError> {
+        fs::remove_file(&self.path).map_err(|source| ExportError::RemoveOld {
+            path: self.path.clone(),
+            source,
+        })
+    }
+
+    /// Goes through all records; drops what follows the last sound one, and stays at the end.
+    fn read(&mut self, mut each: impl FnMut(&Inputs, SolvedFrequency)) -> Result<(), ExportError> {
+        let known = &mut self.known;
+        known.clear();
+        let mut through = || {
+            let length = self.file.metadata()?.len();
+            let mut sound = MARK.len() as u64;
+            (&self.file).seek(SeekFrom::Start(sound))?;
+            let mut reader = BufReader::with_capacity(1 << 20, &self.file);
+            while let Some((inputs, solved, size)) = next(&mut reader, length - sound)? {
+                sound += size;
+                known.insert((inputs, solved.orbit.frequency_hz.to_bits()));
+                each(&inputs, solved);
+            }
+            if sound < length {
+                self.file.set_len(sound)?;
+            }
+            (&self.file).seek(SeekFrom::Start(sound)).map(|_| ())
+        };
+        through().map_err(failed(&self.path))
+    }
+}
+
+/// A record with its length and hash filled in.
+fn sealed(mut record: Vec<u8>) -> Vec<u8> {
+    let (head, content) = record.split_at_mut(8 + HASH);
+    head[..8].copy_from_slice(&(content.len() as u64).to_le_bytes());
+    head[8..].copy_from_slice(blake3::hash(content).as_bytes());
+    record
+}
+
+/// The next record and its size on disk; `None` where the `left` bytes do not begin with a sound one.
+fn next(reader: &mut impl Read, left: u64) -> io::Result<Option<(Inputs, SolvedFrequency, u64)>> {
+    const HEAD: u64 = 8 + HASH as u64;
+    if left < HEAD {
+        return Ok(None);
+    }
+    let (mut length, mut hash) = ([0; 8], [0; HASH]);
+    reader.read_exact(&mut length)?;
+    reader.read_exact(&mut hash)?;
+    let length = u64::from_le_bytes(length);
+    if length > left - HEAD {
+        return Ok(None);
+    }
+    let mut content = vec![0; length as usize];
+    reader.read_exact(&mut content)?;
+    if *blake3::hash(&content).as_bytes() != hash {
+        return Ok(None);
+    }
+    let parts = content.split_first_chunk::<HASH>();
+    let read =
+        |(inputs, solved): (&Inputs, &[u8])| Some((*inputs, postcard::from_bytes(solved).ok()?));
+    let record = parts.and_then(read);
+    Ok(record.map(|(inputs, solved)| (inputs, solved, HEAD + length)))
+}
+
+fn failed(path: &Path) -> impl Fn(io::Error) -> ExportError {
+    move |source| ExportError::Journal {
+        path: path.to_path_buf(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_solver::dlft::retention::Mean;
+    use dovetail_solver::dlft::{Orbit, Outcome, StuckPoint};
+
+    const INPUTS: Inputs = [7; HASH];
+
+    fn solved(frequency_hz: f64) -> SolvedFrequency {
+        let orbit = Orbit {
+            frequency_hz,
+            outcome: Outcome::Stagnated,
+            harmonics: 1,
+            x: vec![0.1 * frequency_hz; 9],
+            lambda: vec![-1.0 / 3.0; 9],
+            modal: vec![1e-300; 3],
+            cycles: vec![],
+            observed: vec![vec![0.0, -0.0, 2.0]],
+            observed_amplitude_m: vec![2.0],
+            friction_power_w: 0.0,
+            viscous_power_w: 0.0,
+            input_power_w: 0.0,
+            newton_iterations: 3,
+            krylov_iterations: 4,
+            residual: f64::INFINITY,
+            estimated_error: None,
+            retention_n: 0.0,
+        };
+        let stuck = StuckPoint {
+            frequency_hz,
+            observed_amplitude_m: vec![1.0],
+        };
+        SolvedFrequency {
+            orbit,
+            stuck,
+            mean: Mean::Retained,
+            next_level: 2,
+        }
+    }
+
+    fn text(solved: &[SolvedFrequency]) -> String {
+        format!("{solved:?}")
+    }
+
+    /// Of a journal with these frequencies.
+    fn bytes(path: &Path, frequencies_hz: &[f64]) -> Vec<u8> {
+        let mut journal = Journal::open(path).unwrap();
+        for f in frequencies_hz {
+            journal.append(&INPUTS, &solved(*f)).unwrap();
+        }
+        fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn what_is_added_is_read_to_the_bit_and_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        bytes(&path, &[451.0, 450.0, 451.0]);
+        let mut journal = Journal::open(&path).unwrap();
+        journal.append(&INPUTS, &solved(450.0)).unwrap();
+        journal.append(&[8; HASH], &solved(450.0)).unwrap();
+        let found = journal.solved(&INPUTS).unwrap();
+        assert_eq!(text(&found), text(&[solved(451.0), solved(450.0)]));
+        // After reading it goes on at the end.
+        journal.append(&INPUTS, &solved(452.0)).unwrap();
+        assert_eq!(journal.solved(&INPUTS).unwrap().len(), 3);
+        assert_eq!(journal.solved(&[8; HASH]).unwrap().len(), 1);
+        assert!(!journal.is_empty());
+        journal.clear().unwrap();
+        assert!(journal.is_empty() && journal.solved(&INPUTS).unwrap().is_empty());
+        journal.append(&INPUTS, &solved(450.0)).unwrap();
+        assert_eq!(journal.solved(&INPUTS).unwrap().len(), 1);
+        journal.remove().unwrap();
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn of_a_journal_that_is_cut_or_damaged_the_records_before_serve() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let one = bytes(&path, &[450.0]).len();
+        let whole = bytes(&path, &[450.0, 451.0]);
+        let sound = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            let mut journal = Journal::open(&path)?;
+            // It can be added to, and what is added is found behind the sound ones.
+            journal.append(&INPUTS, &solved(452.0))?;
+            drop(journal);
+            let found = Journal::open(&path)?.solved(&INPUTS)?;
+            assert_eq!(text(&found[found.len() - 1..]), text(&[solved(452.0)]));
+            Ok::<usize, ExportError>(found.len() - 1)
+        };
+        for cut in 0..whole.len() {
+            let records = usize::from(cut >= one);
+            assert_eq!(sound(&whole[..cut]).unwrap(), records, "cut at {cut}");
+        }
+        for at in MARK.len()..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x40;
+            assert_eq!(
+                sound(&damaged).unwrap(),
+                usize::from(at >= one),
+                "byte {at}"
+            );
+        }
+        let mut other = whole.clone();
+        other[0] = b'x';
+        let error = sound(&other).unwrap_err();
+        assert!(error.to_string().contains("no journal"), "{error}");
+        assert_eq!(fs::read(&path).unwrap(), other);
+    }
+
+    #[test]
+    fn no_two_have_it_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let first = Journal::open(&path).unwrap();
+        let error = Journal::open(&path).unwrap_err();
+        assert!(matches!(error, ExportError::Busy { .. }), "{error}");
+        drop(first);
+        assert!(Journal::open(&path).is_ok());
+    }
+}

@@ -1,0 +1,211 @@
+//! A run that is broken off: what it leaves, and that it goes on to the bytes of an unbroken one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use dovetail::export::manifest::{RunState, Summary};
+use serde_json::Value;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said_in_one_line};
+
+const POINTS: usize = 400;
+
+/// `dovetail run` of the paper's scene on its smallest mesh: means that are held, frequencies that fail and are tried again,
+/// and a second response.
+fn command(out: &Path, words: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["run", "scenes/paper.toml", "--no-cache"])
+        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
+        .args(["--set", &format!("response.points={POINTS}"), "--out"])
+        .arg(out)
+        .args(words);
+    program
+}
+
+/// The run under way, once its journal has so many bytes.
+fn under_way(out: &Path, words: &[&str], bytes: u64) -> Child {
+    let mut command = command(out, words);
+    let child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
+    let mut child = child.spawn().unwrap();
+    let begin = Instant::now();
+    let size = || std::fs::metadata(out.join("response.journal")).map_or(0, |m| m.len());
+    while size() < bytes {
+        assert_eq!(child.try_wait().unwrap(), None, "it ended before");
+        assert!(begin.elapsed() < Duration::from_secs(300));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child
+}
+
+fn send(signal: &str, child: &Child) {
+    let mut kill = Command::new("kill");
+    kill.args([signal, &child.id().to_string()]);
+    ended(kill, 0);
+}
+
+/// Contents of the files below the folder, by name; of summary.json without times.
+fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![out.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let name = path.strip_prefix(out).unwrap().display().to_string();
+            let mut bytes = std::fs::read(&path).unwrap();
+            if name == "summary.json" {
+                let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
+                without_times(&mut summary);
+                bytes = serde_json::to_vec_pretty(&summary).unwrap();
+            }
+            found.insert(name, bytes);
+        }
+    }
+    found
+}
+
+fn without_times(value: &mut Value) {
+    match value {
+        Value::Object(entries) => {
+            for time in ["seconds", "processor_seconds", "peak_memory_mib"] {
+                entries.remove(time);
+            }
+            entries.values_mut().for_each(without_times);
+        }
+        Value::Array(entries) => entries.iter_mut().for_each(without_times),
+        _ => {}
+    }
+}
+
+#[track_caller]
+fn assert_same(found: &BTreeMap<String, Vec<u8>>, expected: &BTreeMap<String, Vec<u8>>) {
+    let names = |of: &BTreeMap<String, Vec<u8>>| of.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(found), names(expected));
+    for (name, bytes) in expected {
+        assert!(found[name] == *bytes, "{name} differs");
+    }
+}
+
+fn summary(out: &Path) -> Summary {
+    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+}
+
+/// Rows of a table of the response, and that their frequencies rise.
+fn rows(table: &Path) -> usize {
+    let text = std::fs::read_to_string(table).unwrap();
+    let frequency = |line: &str| line.split(',').next().unwrap().parse::<f64>().unwrap();
+    let frequencies: Vec<f64> = text.lines().skip(1).map(frequency).collect();
+    assert!(frequencies.is_sorted_by(|a, b| a < b));
+    frequencies.len()
+}
+
+#[test]
+fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
+    let whole = Folder::new("unbroken");
+    // Some frequencies do not converge.
+    ended(command(&whole, &[]), 3);
+    let whole = contents(&whole);
+    assert!(!whole.contains_key("response.journal"));
+    let out = Folder::new("killed");
+    let mut killed = under_way(&out, &[], 800_000);
+    send("-KILL", &killed);
+    killed.wait().unwrap();
+    assert_eq!(summary(&out).state, RunState::Running);
+    // Killed once more, further on: in the response that the first is compared with.
+    let mut interrupted = under_way(&out, &["--resume"], 4_500_000);
+    send("-INT", &interrupted);
+    assert_eq!(interrupted.wait().unwrap().code(), Some(130));
+    let broken = summary(&out);
+    assert_eq!(broken.state, RunState::Interrupted);
+    assert!(broken.why.unwrap().contains("response_h1.csv"));
+    assert_eq!(rows(&out.join("response.csv")), POINTS);
+    let second = rows(&out.join("response_h1.csv"));
+    assert!((1..POINTS).contains(&second), "{second}");
+    let resumed = ended(command(&out, &["--resume"]), 3);
+    let words = said_in_one_line(&resumed);
+    assert!(
+        words.contains("400 of 400 frequencies were solved before"),
+        "{words}"
+    );
+    assert_same(&contents(&out), &whole);
+}
+
+#[test]
+fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
+    let out = Folder::new("interrupted");
+    let child = under_way(&out, &[], 300_000);
+    send("-INT", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let words = said_in_one_line(&output);
+    assert!(
+        words.contains("--resume") && words.contains("of 400"),
+        "{words}"
+    );
+    let summary = summary(&out);
+    assert_eq!(summary.state, RunState::Interrupted);
+    assert!(summary.why.unwrap().starts_with("Ctrl-C after "));
+    let solved = rows(&out.join("response.csv"));
+    assert!((1..POINTS).contains(&solved), "{solved}");
+    assert_eq!(summary.response.unwrap().points, solved);
+    assert!(summary.static_state.is_some() && summary.mesh.is_some());
+    let collection = std::fs::read_to_string(out.join("flank.pvd")).unwrap();
+    let files = collection.matches("<DataSet ").count();
+    assert_eq!(std::fs::read_dir(out.join("flank")).unwrap().count(), files);
+    for file in ["contact.csv", "static.csv", "flank_static.vtu"] {
+        assert!(summary.files.iter().any(|f| f == file), "{file}");
+        assert!(out.join(file).exists(), "{file}");
+    }
+    // With other inputs there is nothing to go on with, and what was solved stays.
+    let other = ["--resume", "--set", "contact.left.friction=0.2"];
+    let refused = ended(command(&out, &other), 2);
+    let words = said_in_one_line(&refused);
+    assert!(words.contains("computed from other inputs"), "{words}");
+    let journal = out.join("response.journal");
+    let kept = std::fs::metadata(&journal).unwrap().len();
+    assert!(kept >= 300_000);
+    let child = under_way(&out, &["--resume"], kept + 100_000);
+    send("-TERM", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert!(said_in_one_line(&output).contains("SIGTERM"));
+    assert!(rows(&out.join("response.csv")) > solved);
+}
+
+#[test]
+fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
+    let out = Folder::new("busy");
+    let mut child = under_way(&out, &[], 100_000);
+    let refused = ended(command(&out, &[]), 1);
+    let words = said_in_one_line(&refused);
+    assert!(words.contains("a run is going on in the folder"), "{words}");
+    assert_eq!(summary(&out).state, RunState::Running);
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn a_run_that_is_broken_off_before_its_first_frequency_leaves_no_journal() {
+    let out = Folder::new("early");
+    let child = under_way(&out, &[], 1);
+    send("-INT", &child);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(summary(&out).state, RunState::Interrupted);
+    assert!(!out.join("response.journal").exists());
+    // There is nothing to go on with: it begins with the first frequency.
+    let mut again = under_way(&out, &["--resume"], 100_000);
+    again.kill().unwrap();
+    again.wait().unwrap();
+}
