@@ -101,6 +101,7 @@ impl Lines {
 
     /// The last line of a process: no bar is drawn after it.
     pub fn last(&self, message: &str) {
+        let _ = self.0.clear();
         self.0.set_draw_target(ProgressDrawTarget::hidden());
         print(message);
     }
