@@ -19,6 +19,7 @@ mod elements;
 mod export_files;
 mod extremes;
 mod interruption;
+mod memory;
 mod mesh_files;
 mod meshed_contact;
 mod meshing;

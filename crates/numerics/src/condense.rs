@@ -50,6 +50,7 @@ pub fn condense(
     symbolic: &Symbolic,
 ) -> Result<Condensed, FactorError> {
     symbolic.check(inner)?;
+    symbolic.ask_for_memory(&[stiffness, mass])?;
     let mut values = zeros(symbolic.factor_entries(), inner.ncols())?;
     match eliminate(symbolic, &[stiffness, mass], &mut values) {
         Ok(left) => {

@@ -57,6 +57,70 @@ pub(super) fn eliminate(
     Ok(sums)
 }
 
+/// Bytes that [`eliminate`] takes at its peak, the factor and what is left included, about: branches that are
+/// eliminated side by side are taken to reach their peaks at once.
+pub(super) fn needed_bytes(symbolic: &Symbolic, matrices: &[&CscMatrix<f64>]) -> u64 {
+    let left: usize = matrices
+        .iter()
+        .map(|matrix| (matrix.ncols() - symbolic.unknowns()).pow(2))
+        .sum();
+    let fronts = match (symbolic.supernodal(), matrices.first()) {
+        (Some(supernodes), Some(stiffness)) => {
+            let tree = Tree::new(supernodes, symbolic, stiffness);
+            let need = Need {
+                tree: &tree,
+                matrices: matrices.len(),
+            };
+            need.of_branches(&tree.roots, rayon::current_num_threads())
+        }
+        _ => 0,
+    };
+    8 * (symbolic.factor_entries() + left + fronts) as u64
+}
+
+/// Counts the numbers that fronts and contributions hold.
+struct Need<'a> {
+    tree: &'a Tree<'a>,
+    matrices: usize,
+}
+
+impl Need<'_> {
+    /// At the peak of branches, which `threads` threads eliminate; their contributions are kept.
+    fn of_branches(&self, at: &[usize], threads: usize) -> usize {
+        if threads > 1 && self.tree.is_shared(at) {
+            let each = threads.div_ceil(at.len());
+            return at.iter().map(|&s| self.of_branch(s, each)).sum();
+        }
+        let (mut peak, mut kept) = (0, 0);
+        for &s in at {
+            peak = peak.max(kept + self.of_branch(s, threads));
+            kept += self.contributions(s);
+        }
+        peak
+    }
+
+    fn of_branch(&self, s: usize, threads: usize) -> usize {
+        let tree = self.tree;
+        let children = &tree.children[s];
+        let below = self.of_branches(children, threads);
+        let handed_on: usize = children.iter().map(|&c| self.contributions(c)).sum();
+        let (width, rows) = (tree.columns(s).len(), tree.rows_below(s));
+        let fronts = self.matrices * (width + rows) * width;
+        // With a mass: P and G twice, and what the children hand on of the stiffness is gone.
+        let own = match self.matrices {
+            1 => handed_on + self.contributions(s),
+            _ => (handed_on / 2 + self.contributions(s) + 4 * rows * width)
+                .max(handed_on + self.contributions(s) / 2),
+        };
+        below.max(fronts + own)
+    }
+
+    /// What a supernode hands on.
+    fn contributions(&self, s: usize) -> usize {
+        self.matrices * Contribution::size(self.tree.rows_below(s))
+    }
+}
+
 /// Why an elimination ended early.
 pub(super) enum EliminationError {
     NotPositiveDefinite,

@@ -9,7 +9,8 @@ use faer::sparse::linalg::cholesky::{LltRef, supernodal::SupernodalLltRef};
 use faer::{Conj, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 
-use super::elimination::{EliminationError, eliminate};
+use super::elimination::{EliminationError, eliminate, needed_bytes};
+use super::memory;
 use super::solve::Factor;
 use super::sparse::view;
 pub use super::symbolic::{FactorError, Symbolic};
@@ -26,6 +27,7 @@ impl Symbolic {
     /// analysed, entries that are not finite, too little memory.
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         self.check(matrix)?;
+        self.ask_for_memory(&[matrix])?;
         let symbolic = self.analysis();
         let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
         match eliminate(self, &[matrix], &mut values) {
@@ -72,6 +74,15 @@ impl Symbolic {
                 share: 0.0,
             }),
         }
+    }
+
+    /// Whether there is memory for the elimination of this block of the matrices ([`eliminate`]).
+    pub(super) fn ask_for_memory(&self, matrices: &[&CscMatrix<f64>]) -> Result<(), FactorError> {
+        let needed = needed_bytes(self, matrices);
+        memory::ask_for(needed).map_err(|source| FactorError::TooLittleMemory {
+            unknowns: self.unknowns(),
+            source,
+        })
     }
 
     /// Why there is no Cholesky factor: the first pivot that is not clearly positive is rounding of zero, or

@@ -114,14 +114,23 @@ impl<'a> Tree<'a> {
             .collect()
     }
 
+    /// Rows of the front of `s` below its own.
+    pub fn rows_below(&self, s: usize) -> usize {
+        self.supernodes.supernode(s).pattern().len() + self.boundary[s].len()
+    }
+
+    /// Whether the branches at these supernodes are eliminated side by side.
+    pub fn is_shared(&self, at: &[usize]) -> bool {
+        at.iter().filter(|&&s| self.work[s] > BRANCH).count() > 1
+    }
+
     /// What each of the supernodes `at` gives, side by side where that is worth it.
     pub fn branches<T: Send, E: Send>(
         &self,
         at: &[usize],
         eliminate: impl Fn(usize) -> Result<T, E> + Sync + Send,
     ) -> Result<Vec<T>, E> {
-        let worthwhile = at.iter().filter(|&&s| self.work[s] > BRANCH).count() > 1;
-        if worthwhile {
+        if self.is_shared(at) {
             at.par_iter().map(|&s| eliminate(s)).collect()
         } else {
             at.iter().map(|&s| eliminate(s)).collect()
@@ -143,8 +152,7 @@ impl<'a> Tree<'a> {
         let children = self.children[s].iter().zip(contributions);
         let children: Vec<_> = children.map(placed).collect::<Option<_>>()?;
         let width = self.columns(s).len();
-        let inner = self.supernodes.supernode(s).pattern().len();
-        let height = width + inner + self.boundary[s].len();
+        let height = width + self.rows_below(s);
         let mut front = Front {
             values: vec![0.0; height * width],
             width,
@@ -197,12 +205,16 @@ pub(super) struct Contribution {
 
 impl Contribution {
     fn zeros(order: usize) -> Self {
-        let panels = order.div_ceil(BLOCK);
-        let size = panel_start(order, panels.saturating_sub(1)) + last_panel(order);
         Self {
             order,
-            values: vec![0.0; size],
+            values: vec![0.0; Self::size(order)],
         }
+    }
+
+    /// Numbers that one of this order holds.
+    pub fn size(order: usize) -> usize {
+        let panels = order.div_ceil(BLOCK);
+        panel_start(order, panels.saturating_sub(1)) + last_panel(order)
     }
 
     /// Column j from the diagonal down.

@@ -12,6 +12,7 @@ pub mod fourier;
 mod fronts;
 pub mod gmres;
 pub mod inertia;
+pub mod memory;
 pub mod newton;
 pub mod order;
 pub mod packed;

@@ -14,6 +14,7 @@ use faer::sparse::linalg::cholesky::{
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 
+use super::memory::TooLittle;
 use super::order::{Order, OrderError, nested_dissection};
 use super::pattern::CompactPattern;
 use super::sparse::symbolic_view;
@@ -44,6 +45,8 @@ pub enum FactorError {
     Order(#[from] OrderError),
     #[error("not enough memory to factor {unknowns} unknowns")]
     OutOfMemory { unknowns: usize },
+    #[error("to factor {unknowns} unknowns, {source}")]
+    TooLittleMemory { unknowns: usize, source: TooLittle },
 }
 
 /// Order and symbolic analysis of one pattern of entries, shared by all matrices that have it

@@ -19,6 +19,7 @@ use super::dense::largest_first;
 use super::sturm::{TRIES, certified_of_tries};
 use super::{EigenError, Modes};
 use crate::factor::Cholesky;
+use crate::memory::ask_for;
 use crate::sparse::{product, symmetric_product};
 
 /// Columns of a block.
@@ -63,6 +64,11 @@ fn lanczos(
 ) -> Result<(Modes, usize), EigenError> {
     let n = mass.nrows();
     let room = ((6 * wanted + 10 * BLOCK) << attempt).min(n);
+    let needed = 2 * 8 * (n * (room + BLOCK)) as u64;
+    ask_for(needed).map_err(|source| EigenError::TooLittleMemory {
+        unknowns: n,
+        source,
+    })?;
     let mut basis = Basis::of(known, wanted, room + BLOCK, mass);
     let start = Mat::from_fn(n, BLOCK.min(n), |i, j| start_entry(i + j * n, attempt));
     let mut next = symmetric_product(mass, start.as_ref());

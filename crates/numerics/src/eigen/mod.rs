@@ -10,6 +10,7 @@ use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
 use super::factor::{Cholesky, FactorError};
+use super::memory::TooLittle;
 use super::sparse;
 
 /// Entries of a factor (here 128 MB) that each pass reads from memory again.
@@ -84,6 +85,8 @@ pub enum EigenError {
         expected: usize,
         found: usize,
     },
+    #[error("for the modes of {unknowns} unknowns, {source}")]
+    TooLittleMemory { unknowns: usize, source: TooLittle },
     #[error(transparent)]
     Factor(#[from] FactorError),
 }
