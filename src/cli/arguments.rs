@@ -89,7 +89,7 @@ pub(super) enum Command {
     Verify(VerifyArguments),
     /// Only check the scene file; nothing is computed or written
     Check(SceneFile),
-    /// Run a scene over ranges of its keys: what accuracy costs (docs/study.md)
+    /// Run a scene over ranges of its keys: errors, costs, the best design (docs/study.md)
     Study(StudyArguments),
 }
 

@@ -57,7 +57,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     if let Command::Study(arguments) = &cli.command {
         let progress = Progress::new(&mut console);
         let studied = study::study(&arguments.study, &arguments.options(cli), &progress)?;
-        terminal::print(&studied.recommendations).map_err(Error::Print)?;
+        terminal::print(&studied.answers).map_err(Error::Print)?;
         return Ok(studied.verdict?);
     }
     // Dense factorisations split among threads round differently: each runs on one, and the work is shared

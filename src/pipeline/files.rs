@@ -21,8 +21,8 @@ use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, MeshSummary, RunState, Summary};
 use crate::export::plots::{
-    AmplitudeScale, response_curve, stuck_curve, write_campbell, write_dissipation_map,
-    write_response_plot, write_separation_map, write_static_pressure_map,
+    Scale, response_curve, stuck_curve, write_campbell, write_dissipation_map, write_response_plot,
+    write_separation_map, write_static_pressure_map,
 };
 use crate::export::{ExportError, create_folder, csv, flank, vtu};
 use crate::stage::Stage;
@@ -582,7 +582,7 @@ fn write_curves(
         }
         for (figure, curves) in plots {
             let path = out.file(&format!("plots/{figure}_{name}.svg"));
-            let scale = AmplitudeScale::Linear;
+            let scale = Scale::Linear;
             write_response_plot(&path, title, &quantity, &curves, scale)?;
         }
     }

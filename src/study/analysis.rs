@@ -1,10 +1,12 @@
 //! From the results of all cases to what a user wants to know: how each figure converges with each
-//! knob, how far every case errs, and which settings are recommended.
+//! numerical knob, how far every case errs, which settings are recommended, and which design has the
+//! least of a figure.
 
 use serde::Serialize;
 
-use super::cases::Case;
+use super::cases::{Case, designs};
 use super::convergence::{Limit, errors, estimates, limit, relative_error};
+use super::designs::Designs;
 use super::file::{Mode, Study, Target};
 use super::knob::Knob;
 use super::results::{CaseResult, headings};
@@ -13,9 +15,11 @@ use super::results::{CaseResult, headings};
 /// much.
 const SAME_COST: f64 = 0.1;
 
-/// One knob, the others at their base (of a grid: at their finest).
+/// One numerical knob, the others at their base (of a grid: at their finest).
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnobAnswer {
+    /// Which of the study's knobs.
+    pub knob: usize,
     /// Per value of the knob, coarse to fine: the case that has it.
     pub cases: Vec<usize>,
     pub figures: Vec<FigureAnswer>,
@@ -36,11 +40,11 @@ pub struct FigureAnswer {
     pub estimated_errors: Vec<Option<f64>>,
 }
 
-/// Errors of all cases in one figure.
+/// Errors of the cases of one design in one figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseErrors {
     pub heading: String,
-    /// Per case.
+    /// Per case of the study; `None` for those of other designs.
     pub errors: Vec<Option<f64>>,
     /// No other case costs and errs no more, and less in one of the two.
     pub on_pareto_front: Vec<bool>,
@@ -59,66 +63,86 @@ pub struct Recommendation {
     pub error: Option<f64>,
 }
 
+/// What the numerical knobs do at one combination of design values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtDesign {
+    /// Value of each knob; those of numerical ones say nothing.
+    pub values: Vec<usize>,
+    /// The numerical ones, in the order of the study's knobs.
+    pub knobs: Vec<KnobAnswer>,
+    /// One for each heading of `with_errors` of the analysis.
+    pub errors: Vec<CaseErrors>,
+    pub recommendations: Vec<Recommendation>,
+}
+
 /// Everything.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     pub headings: Vec<String>,
-    /// In the order of the study's knobs.
-    pub knobs: Vec<KnobAnswer>,
-    /// Of the figures that a recommendation is asked for, else of the first.
-    pub errors: Vec<CaseErrors>,
-    pub recommendations: Vec<Recommendation>,
+    /// Of the figures whose errors are given: those that a recommendation is asked for, else the
+    /// first. None where no knob is numerical.
+    pub with_errors: Vec<String>,
+    /// Per design at which numerical knobs are turned; one without design values.
+    pub at_designs: Vec<AtDesign>,
+    pub designs: Designs,
 }
 
 /// The results of all cases, taken apart (recommended combinations may follow those of the study).
 pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
     let headings = headings(study, results);
-    let base = base(study, results);
-    let knobs: Vec<KnobAnswer> = (0..study.knobs.len())
-        .map(|k| knob(study, results, &base, &headings, k))
-        .collect();
     let wanted = |t: &Target| {
         let own = headings.iter().filter(|h| t.quantity.has_heading(h));
         own.map(|h| (h.clone(), t.accuracy)).collect::<Vec<_>>()
     };
     let wanted: Vec<(String, f64)> = study.targets.iter().flat_map(wanted).collect();
-    let mut shown: Vec<String> = Vec::new();
+    let has_errors = study.knobs.iter().any(|k| !k.is_design());
+    let mut with_errors: Vec<String> = Vec::new();
     let first = headings.first().filter(|_| wanted.is_empty());
-    for heading in wanted.iter().map(|(h, _)| h).chain(first) {
-        if !shown.contains(heading) {
-            shown.push(heading.clone());
+    let shown = wanted.iter().map(|(h, _)| h).chain(first);
+    for heading in shown.filter(|_| has_errors) {
+        if !with_errors.contains(heading) {
+            with_errors.push(heading.clone());
         }
     }
-    let errors: Vec<CaseErrors> = shown
-        .into_iter()
-        .map(|heading| case_errors(results, &base, &knobs, heading))
-        .collect();
-    let recommendations = wanted.into_iter().map(|(heading, accuracy)| {
-        let settings = settings(results, &knobs, &heading, accuracy);
-        let case = settings
-            .as_ref()
-            .and_then(|(values, _)| results.iter().position(|r| r.case.values == *values));
-        let of_heading = errors.iter().find(|e| e.heading == heading);
-        Recommendation {
-            error: case.and_then(|c| of_heading?.errors[c]),
-            heading,
-            accuracy,
-            settings,
-            case,
+    let at_designs = designs(study).into_iter().map(|design| {
+        let base = base(study, results, &design);
+        let numerical = (0..study.knobs.len()).filter(|k| !study.knobs[*k].is_design());
+        let knobs: Vec<KnobAnswer> = numerical
+            .map(|k| knob(study, results, &base, &headings, k))
+            .collect();
+        let errors = with_errors.iter().map(|heading| {
+            let own = |r: &CaseResult| is_of_design(study, &r.case, &design);
+            case_errors(results, &own, &base, &knobs, heading)
+        });
+        let errors: Vec<CaseErrors> = errors.collect();
+        let recommendations = wanted
+            .iter()
+            .map(|wanted| recommendation(results, &design, &knobs, &errors, wanted));
+        AtDesign {
+            recommendations: recommendations.collect(),
+            values: design,
+            knobs,
+            errors,
         }
     });
     Analysis {
-        recommendations: recommendations.collect(),
+        at_designs: at_designs.collect(),
+        designs: Designs::of(study, results, &headings),
+        with_errors,
         headings,
-        knobs,
-        errors,
     }
+}
+
+fn is_of_design(study: &Study, case: &Case, design: &[usize]) -> bool {
+    let mut knobs = study.knobs.iter().zip(&case.values).zip(design);
+    knobs.all(|((knob, value), wanted)| !knob.is_design() || value == wanted)
 }
 
 impl Analysis {
     /// Recommended values that none of the cases has.
     pub fn not_run(&self) -> Vec<Vec<usize>> {
-        let without = self.recommendations.iter().filter(|r| r.case.is_none());
+        let all = self.at_designs.iter().flat_map(|at| &at.recommendations);
+        let without = all.filter(|r| r.case.is_none());
         let mut found: Vec<Vec<usize>> = Vec::new();
         for (values, _) in without.filter_map(|r| r.settings.as_ref()) {
             if !found.contains(values) {
@@ -127,10 +151,17 @@ impl Analysis {
         }
         found
     }
+
+    /// Error of a case in a figure, given by its place in `with_errors`.
+    pub fn error(&self, figure: usize, case: usize) -> Option<f64> {
+        let mut all = self.at_designs.iter();
+        all.find_map(|at| at.errors[figure].errors[case])
+    }
 }
 
-/// What the knobs are turned around; of a grid, the finest case that has a result.
-fn base(study: &Study, results: &[CaseResult]) -> Vec<usize> {
+/// What the numerical knobs are turned around at a design; of a grid, the finest case that has a
+/// result.
+fn base(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
     let steps_from_finest = |case: &Case| -> usize {
         let knobs = study.knobs.iter().zip(&case.values);
         knobs
@@ -140,10 +171,11 @@ fn base(study: &Study, results: &[CaseResult]) -> Vec<usize> {
     let finest = results
         .iter()
         .filter(|r| study.mode == Mode::Grid && r.figures().is_some())
+        .filter(|r| is_of_design(study, &r.case, design))
         .min_by_key(|r| steps_from_finest(&r.case));
     match finest {
         Some(finest) => finest.case.values.clone(),
-        None => study.knobs.iter().map(|k| k.base).collect(),
+        None => design.to_vec(),
     }
 }
 
@@ -170,6 +202,7 @@ fn knob(
         figure(heading, values, knob, is_count)
     });
     KnobAnswer {
+        knob: k,
         figures: figures.collect(),
         cases,
     }
@@ -232,10 +265,33 @@ impl KnobAnswer {
     }
 }
 
-/// Of each knob the cheapest value within the accuracy, or within a half, a third, ... of it: the
-/// first such share with which the errors add up to no more than the accuracy.
+fn recommendation(
+    results: &[CaseResult],
+    design: &[usize],
+    knobs: &[KnobAnswer],
+    errors: &[CaseErrors],
+    (heading, accuracy): &(String, f64),
+) -> Recommendation {
+    let settings = settings(results, design, knobs, heading, *accuracy);
+    let case = settings
+        .as_ref()
+        .and_then(|(values, _)| results.iter().position(|r| r.case.values == *values));
+    let of_heading = errors.iter().find(|e| e.heading == *heading);
+    Recommendation {
+        error: case.and_then(|c| of_heading?.errors[c]),
+        heading: heading.clone(),
+        accuracy: *accuracy,
+        settings,
+        case,
+    }
+}
+
+/// Of each numerical knob the cheapest value within the accuracy, or within a half, a third, ... of
+/// it: the first such share with which the errors add up to no more than the accuracy. The others
+/// have the values of the design.
 fn settings(
     results: &[CaseResult],
+    design: &[usize],
     knobs: &[KnobAnswer],
     heading: &str,
     accuracy: f64,
@@ -245,9 +301,12 @@ fn settings(
         let chosen = knobs
             .iter()
             .map(|k| k.cheapest_within(results, heading, most));
-        let (values, errors): (Vec<usize>, Vec<f64>) =
-            chosen.collect::<Option<Vec<_>>>()?.into_iter().unzip();
-        let sum = errors.iter().sum();
+        let chosen: Vec<(usize, f64)> = chosen.collect::<Option<_>>()?;
+        let mut values = design.to_vec();
+        for (knob, (value, _)) in knobs.iter().zip(&chosen) {
+            values[knob.knob] = *value;
+        }
+        let sum = chosen.iter().map(|(_, error)| error).sum();
         (sum <= accuracy).then_some((values, sum))
     })
 }
@@ -267,18 +326,23 @@ fn common_limit(
 }
 
 /// A case errs by the sum of what its values err (nothing is gained by errors that cancel), and by
-/// no less than its difference from the common limit (errors need not add up).
+/// no less than its difference from the common limit (errors need not add up). Cases that are not
+/// its `own` are of other designs.
 fn case_errors(
     results: &[CaseResult],
+    own: &dyn Fn(&CaseResult) -> bool,
     base: &[usize],
     knobs: &[KnobAnswer],
-    heading: String,
+    heading: &str,
 ) -> CaseErrors {
-    let limit = common_limit(results, base, knobs, &heading);
+    let limit = common_limit(results, base, knobs, heading);
     let error = |result: &CaseResult| {
-        let mut values = knobs.iter().zip(&result.case.values);
-        let sum = values.try_fold(0.0, |sum, (k, v)| Some(sum + k.error(&heading, *v)?))?;
-        Some(relative_error(result.value(&heading)?, limit?)?.max(sum))
+        let of_knob = |k: &KnobAnswer| k.error(heading, result.case.values[k.knob]);
+        let sum = own(result).then_some(0.0)?;
+        let sum = knobs
+            .iter()
+            .try_fold(sum, |sum, k| Some(sum + of_knob(k)?))?;
+        Some(relative_error(result.value(heading)?, limit?)?.max(sum))
     };
     let errors: Vec<Option<f64>> = results.iter().map(error).collect();
     let costs = results
@@ -286,7 +350,7 @@ fn case_errors(
         .map(|r| r.figures().map_or(f64::INFINITY, |f| f.cost.compared_s()));
     let points: Vec<(f64, Option<f64>)> = costs.zip(errors.iter().copied()).collect();
     CaseErrors {
-        heading,
+        heading: heading.to_owned(),
         on_pareto_front: pareto_front(&points),
         errors,
     }
@@ -309,19 +373,21 @@ fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
 pub mod tests {
     use super::*;
     use crate::study::cases::{cases, combination};
-    use crate::study::knob::KnobValue;
+    use crate::study::knob::{Kind, KnobValue};
     use crate::study::quantity::PEAK_AMPLITUDE;
     use crate::study::results::{Cost, Ended, Figures};
 
-    fn sized(name: &str, sizes: &[f64], base: usize) -> Knob {
+    pub fn sized(name: &str, sizes: &[f64], base: usize) -> Knob {
         let value = |size: &f64| KnobValue {
             label: size.to_string(),
             set: vec![],
+            number: Some(*size),
             size: Some(*size),
             span: 0..0,
         };
         Knob {
             name: name.to_owned(),
+            kind: Kind::Numerical,
             values: sizes.iter().map(value).collect(),
             base,
             order: 2.0,
@@ -346,22 +412,28 @@ pub mod tests {
                 quantity: PEAK_AMPLITUDE,
                 accuracy,
             }],
+            minimise: vec![],
         }
     }
 
-    fn result(study: &Study, case: &Case) -> CaseResult {
+    fn of_sizes(study: &Study, case: &Case) -> CaseResult {
         let size = |k: usize| study.knobs[k].values[case.values[k]].size.unwrap();
         let (a, b) = (size(0), size(1));
+        let amplitude_m = 1.0 + 2.0 * a * a + 0.5 * b;
+        result(case, amplitude_m, 1.0 / a + 0.1 / (a * b))
+    }
+
+    pub fn result(case: &Case, amplitude_m: f64, processor_seconds: f64) -> CaseResult {
         CaseResult {
             case: case.clone(),
             ended: Ended::WithFigures(Figures {
-                values: vec![(PEAK_AMPLITUDE.word.to_owned(), 1.0 + 2.0 * a * a + 0.5 * b)],
+                values: vec![(PEAK_AMPLITUDE.word.to_owned(), amplitude_m)],
                 cost: Cost {
-                    processor_seconds: Some(1.0 / a + 0.1 / (a * b)),
+                    processor_seconds: Some(processor_seconds),
                     ..Cost::default()
                 },
                 points: 3,
-                unconverged: 0,
+                ..Figures::default()
             }),
         }
     }
@@ -382,42 +454,45 @@ pub mod tests {
     fn a_known_function_is_taken_apart_and_put_together() {
         let study = study(Mode::OneAtATime, 0.05);
         let mut all = cases(&study);
-        let results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
         // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
-        let [a, b] = [0, 1].map(|k| &found.knobs[k].figures[0]);
+        let [a, b] = [0, 1].map(|k| &found.at_designs[0].knobs[k].figures[0]);
         near(a.limit.unwrap().order, 2.0);
         near(Some(a.limit.unwrap().value), 1.05);
         near(b.limit.unwrap().order, 1.0);
         near(a.errors[0], 0.32 / 1.05);
         near(b.estimated_errors[0], 0.1 / 1.08);
         // The base errs by both: by 0.13 of the common limit, which is 1.
-        near(found.errors[0].errors[0], 0.13);
+        near(found.at_designs[0].errors[0].errors[0], 0.13);
         // Within 5 % of each knob are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
         // are a = 0.1 and b = 0.05.
-        let recommended = &found.recommendations[0];
+        let recommended = &found.at_designs[0].recommendations[0];
         let (values, sum) = recommended.settings.clone().unwrap();
         assert_eq!((&values, recommended.case), (&vec![2, 2], None));
         near(Some(sum), 0.02 / 1.05 + 0.025 / 1.08);
         assert_eq!(found.not_run(), std::slice::from_ref(&values));
         // Run, its error is the worse of the sum and the difference from the common limit, 1.
         all.push(combination(&study, &all, values));
-        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let mut results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
-        assert_eq!(found.recommendations[0].case, Some(7));
-        near(found.recommendations[0].error, 0.02 + 0.025);
-        assert!(found.errors[0].on_pareto_front[7] && found.not_run().is_empty());
+        assert_eq!(found.at_designs[0].recommendations[0].case, Some(7));
+        near(found.at_designs[0].recommendations[0].error, 0.02 + 0.025);
+        assert!(found.at_designs[0].errors[0].on_pareto_front[7] && found.not_run().is_empty());
         // Where errors do not add up, the difference says so.
         set_value(&mut results[7], 1.2);
-        near(analyse(&study, &results).recommendations[0].error, 0.2);
+        near(
+            analyse(&study, &results).at_designs[0].recommendations[0].error,
+            0.2,
+        );
     }
 
     #[test]
     fn an_accuracy_out_of_reach_has_no_recommendation() {
         let study = study(Mode::OneAtATime, 1e-3);
-        let results: Vec<CaseResult> = cases(&study).iter().map(|c| result(&study, c)).collect();
+        let results: Vec<CaseResult> = cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
-        let recommended = &found.recommendations[0];
+        let recommended = &found.at_designs[0].recommendations[0];
         assert_eq!((&recommended.settings, recommended.case), (&None, None));
         assert!(found.not_run().is_empty());
     }
@@ -426,7 +501,7 @@ pub mod tests {
     fn of_values_as_cheap_the_one_that_errs_least_is_taken() {
         let study = study(Mode::OneAtATime, 0.9);
         let mut results: Vec<CaseResult> =
-            cases(&study).iter().map(|c| result(&study, c)).collect();
+            cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
         for (result, seconds) in results
             .iter_mut()
             .zip([10.0, 10.5, 10.9, 11.1, 9.0, 9.5, 12.0])
@@ -437,7 +512,7 @@ pub mod tests {
             figures.cost.processor_seconds = Some(seconds);
         }
         // Cases are the base (a 0.2, b 0.1), a 0.4, 0.1, 0.05, then b 0.2, 0.05, 0.025.
-        let recommended = &analyse(&study, &results).recommendations[0];
+        let recommended = &analyse(&study, &results).at_designs[0].recommendations[0];
         assert_eq!(recommended.settings.as_ref().unwrap().0, [2, 2]);
     }
 
@@ -445,31 +520,36 @@ pub mod tests {
     fn a_grid_recommends_one_of_its_cases() {
         let study = study(Mode::Grid, 0.05);
         let all = cases(&study);
-        let mut results: Vec<CaseResult> = all.iter().map(|c| result(&study, c)).collect();
+        let mut results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
-        let chosen = found.recommendations[0].case.unwrap();
+        let chosen = found.at_designs[0].recommendations[0].case.unwrap();
         // Along each knob the other is at its finest; a = 0.1 and b = 0.05 are each within 2.5 %.
         assert_eq!(all[chosen].values, [2, 2]);
-        near(found.errors[0].errors[chosen], 0.02 + 0.025);
+        near(found.at_designs[0].errors[0].errors[chosen], 0.02 + 0.025);
         // A coarse run near the limit by chance gains nothing.
         set_value(&mut results[0], 1.0);
-        let errors = &analyse(&study, &results).errors[0].errors;
+        let errors = &analyse(&study, &results).at_designs[0].errors[0].errors;
         near(errors[0], 0.32 / 1.0125 + 0.1 / 1.005);
         // Without the finest corner the finest there is serves.
         results[15].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        assert_eq!(found.knobs[0].cases, [3, 7, 11, 15]);
-        near(found.knobs[1].figures[0].limit.map(|l| l.value), 1.02);
+        assert_eq!(found.at_designs[0].knobs[0].cases, [3, 7, 11, 15]);
+        near(
+            found.at_designs[0].knobs[1].figures[0]
+                .limit
+                .map(|l| l.value),
+            1.02,
+        );
     }
 
     #[test]
     fn a_case_without_result_is_left_out_of_the_series() {
         let study = study(Mode::OneAtATime, 0.05);
         let mut results: Vec<CaseResult> =
-            cases(&study).iter().map(|c| result(&study, c)).collect();
+            cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
         results[1].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        let a = &found.knobs[0].figures[0];
+        let a = &found.at_designs[0].knobs[0].figures[0];
         assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
         near(Some(a.limit.unwrap().value), 1.05);
     }

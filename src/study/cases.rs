@@ -48,6 +48,53 @@ pub fn cases(study: &Study) -> Vec<Case> {
     cases
 }
 
+/// The designs at which numerical knobs are turned, each by a value of every knob (numerical ones at
+/// their base): one at a time the base alone, in a grid each combination of design values. None
+/// where no knob is numerical.
+pub fn designs(study: &Study) -> Vec<Vec<usize>> {
+    let base: Vec<usize> = study.knobs.iter().map(|k| k.base).collect();
+    if study.knobs.iter().all(Knob::is_design) {
+        return Vec::new();
+    }
+    match study.mode {
+        Mode::OneAtATime => vec![base],
+        Mode::Grid => {
+            let at_base = |values: &Vec<usize>| {
+                let mut knobs = study.knobs.iter().enumerate();
+                knobs.all(|(k, knob)| knob.is_design() || values[k] == base[k])
+            };
+            grid(&study.knobs).into_iter().filter(at_base).collect()
+        }
+    }
+}
+
+/// `friction 0.3, force_n 1.0`: the design values among these; empty where there are none.
+pub fn design_words(study: &Study, values: &[usize]) -> String {
+    let word =
+        |(knob, value): (&Knob, &usize)| format!("{} {}", knob.name, knob.values[*value].label);
+    let words: Vec<String> = design_values(study, values).map(word).collect();
+    words.join(", ")
+}
+
+/// The same for names of files: `__friction_0.3__force_n_1.0`.
+pub fn design_slug(study: &Study, values: &[usize]) -> String {
+    match slug(design_values(study, values)) {
+        empty if empty.is_empty() => empty,
+        slug => format!("__{slug}"),
+    }
+}
+
+fn design_values<'s>(
+    study: &'s Study,
+    values: &'s [usize],
+) -> impl Iterator<Item = (&'s Knob, &'s usize)> {
+    study
+        .knobs
+        .iter()
+        .zip(values)
+        .filter(|(k, _)| k.is_design())
+}
+
 /// A case of other values than those of `cases`, named after what differs from the base.
 pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
     let slug = format!("combined__{}", slug_off_base(&study.knobs, &values));
@@ -129,17 +176,19 @@ fn distinct(slug: String, taken: &[Case]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::knob::KnobValue;
+    use crate::study::knob::{Kind, KnobValue};
 
     fn knob(name: &str, labels: &[&str], base: usize) -> Knob {
         let value = |label: &&str| KnobValue {
             label: (*label).to_owned(),
             set: vec![format!("{name}={label}")],
+            number: None,
             size: None,
             span: 0..0,
         };
         Knob {
             name: name.to_owned(),
+            kind: Kind::Numerical,
             values: labels.iter().map(value).collect(),
             base,
             order: 2.0,
@@ -160,7 +209,23 @@ mod tests {
                 knob("h", &["1", "3", "7"], 1),
             ],
             targets: vec![],
+            minimise: vec![],
         }
+    }
+
+    #[test]
+    fn numerical_knobs_are_turned_at_each_design_of_a_grid_and_else_at_the_base() {
+        let mut study = study(Mode::Grid);
+        assert_eq!(designs(&study), [[0, 1]]);
+        assert_eq!(design_words(&study, &[0, 1]), "");
+        study.knobs[0].kind = Kind::Design;
+        assert_eq!(designs(&study), [[0, 1], [1, 1]]);
+        assert_eq!(design_words(&study, &[1, 1]), "flanks 8 x 18");
+        assert_eq!(design_slug(&study, &[1, 1]), "__flanks_8x18");
+        study.mode = Mode::OneAtATime;
+        assert_eq!(designs(&study), [[0, 1]]);
+        study.knobs[1].kind = Kind::Design;
+        assert!(designs(&study).is_empty());
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Text -> [`Study`]: which scene, which knobs, which quantities, and how accurate they shall be.
+//! Text -> [`Study`]: which scene, which knobs, which quantities, how accurate they shall be, and
+//! which of them a design shall have little of.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -8,9 +9,9 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::STUDY;
-use super::knob::{self, Knob};
+use super::knob::{self, Kind, Knob};
 use super::quantity::{self, Quantity};
-use super::raw::RawStudy;
+use super::raw::{RawMinimum, RawStudy, RawTarget};
 use crate::scene::check::fields::{Checker, Limits, Table};
 use crate::scene::raw::Located;
 use crate::scene::source::Source;
@@ -31,6 +32,8 @@ pub struct Study {
     pub fields: bool,
     pub knobs: Vec<Knob>,
     pub targets: Vec<Target>,
+    /// Of these the case with the least value is asked for.
+    pub minimise: Vec<Quantity>,
 }
 
 /// How the values of several knobs are combined.
@@ -118,7 +121,45 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     };
     let name = checker.required_name(&top, &raw.name);
     let scene = checker.text(&top, "scene", &raw.scene);
-    for item in &raw.set {
+    check_overrides(checker, &raw.set);
+    let of_file = raw.set.into_iter().map(Spanned::into_inner);
+    let words = &["one_at_a_time", "grid"];
+    let modes = [Mode::OneAtATime, Mode::Grid];
+    let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
+    let quantities = quantities(checker, &top, raw.quantities);
+    if raw.knob.is_empty() {
+        checker.missing(&top, "knob");
+    }
+    let needs_base = mode == Some(Mode::OneAtATime) && raw.knob.len() > 1;
+    let knobs = raw.knob.iter().enumerate();
+    let knobs: Vec<Option<Knob>> = knobs
+        .map(|(i, raw)| knob::check(checker, i, raw, needs_base))
+        .collect();
+    let knobs: Option<Vec<Knob>> = knobs.into_iter().collect();
+    if let Some(knobs) = &knobs {
+        knob::check_together(checker, knobs, mode == Some(Mode::Grid));
+    }
+    let asking = Asking {
+        quantities: quantities.as_deref(),
+        knobs: knobs.as_deref(),
+    };
+    let targets = asking.targets(checker, &raw.recommend);
+    let minimise = asking.minimise(checker, &raw.minimise);
+    Some(Study {
+        name: name?,
+        scene: folder.join(scene?),
+        set: of_file.chain(set.iter().cloned()).collect(),
+        mode: mode?,
+        quantities: quantities?,
+        fields: raw.fields,
+        knobs: knobs?,
+        targets: targets?,
+        minimise: minimise?,
+    })
+}
+
+fn check_overrides(checker: &mut Checker, set: &[Spanned<String>]) {
+    for item in set {
         let argument = item.get_ref();
         if argument
             .split_once('=')
@@ -132,11 +173,14 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
             checker.fault(item.span(), fault);
         }
     }
-    let of_file = raw.set.into_iter().map(Spanned::into_inner);
-    let words = &["one_at_a_time", "grid"];
-    let modes = [Mode::OneAtATime, Mode::Grid];
-    let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
-    let quantities = match raw.quantities {
+}
+
+fn quantities(
+    checker: &mut Checker,
+    top: &Table,
+    list: Located<Vec<Spanned<String>>>,
+) -> Option<Vec<Quantity>> {
+    match list {
         None => Some(quantity::ALL.to_vec()),
         Some(list) if list.get_ref().is_empty() => {
             let fault = Fault::WrongType {
@@ -149,50 +193,10 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         }
         Some(list) => {
             let items = list.into_inner().into_iter();
-            let read = |item| quantity(checker, &top, "quantities", &Some(item));
+            let read = |item| quantity(checker, top, "quantities", &Some(item));
             items.map(read).collect()
         }
-    };
-    if raw.knob.is_empty() {
-        checker.missing(&top, "knob");
     }
-    let needs_base = mode == Some(Mode::OneAtATime) && raw.knob.len() > 1;
-    let knobs = raw.knob.iter().enumerate();
-    let knobs: Vec<Option<Knob>> = knobs
-        .map(|(i, raw)| knob::check(checker, i, raw, needs_base))
-        .collect();
-    let knobs: Option<Vec<Knob>> = knobs.into_iter().collect();
-    if let Some(knobs) = &knobs {
-        knob::check_together(checker, knobs, mode == Some(Mode::Grid));
-    }
-    let targets = raw.recommend.iter().enumerate().map(|(i, raw)| {
-        let at = Table::of("recommend", raw.span(), Some((i, &None)));
-        let raw = raw.get_ref();
-        let quantity = match raw.quantity {
-            None => {
-                checker.missing(&at, "quantity");
-                None
-            }
-            Some(_) => quantity(checker, &at, "quantity", &raw.quantity),
-        };
-        let limits = Limits::between(0.0, 1.0);
-        let accuracy = checker.number(&at, "accuracy", &raw.accuracy, limits, None);
-        Some(Target {
-            quantity: quantity?,
-            accuracy: accuracy?,
-        })
-    });
-    let targets: Vec<Option<Target>> = targets.collect();
-    Some(Study {
-        name: name?,
-        scene: folder.join(scene?),
-        set: of_file.chain(set.iter().cloned()).collect(),
-        mode: mode?,
-        quantities: quantities?,
-        fields: raw.fields,
-        knobs: knobs?,
-        targets: targets.into_iter().collect::<Option<_>>()?,
-    })
 }
 
 fn quantity(
@@ -202,4 +206,106 @@ fn quantity(
     word: &Located<String>,
 ) -> Option<Quantity> {
     checker.choice(at, key, word, &quantity::WORDS, &quantity::ALL)
+}
+
+/// What `[[recommend]]` and `[[minimise]]` may ask for; `None` where the study has faults there.
+struct Asking<'s> {
+    quantities: Option<&'s [Quantity]>,
+    knobs: Option<&'s [Knob]>,
+}
+
+impl Asking<'_> {
+    fn targets(&self, checker: &mut Checker, raw: &[Spanned<RawTarget>]) -> Option<Vec<Target>> {
+        let target = |(i, raw): (usize, &Spanned<RawTarget>)| {
+            let at = Table::of("recommend", raw.span(), Some((i, &None)));
+            self.needs_knob(checker, &at, Kind::Numerical);
+            let quantity = self.quantity(checker, &at, &raw.get_ref().quantity);
+            let limits = Limits::between(0.0, 1.0);
+            let accuracy = &raw.get_ref().accuracy;
+            let accuracy = checker.number(&at, "accuracy", accuracy, limits, None);
+            Some(Target {
+                quantity: quantity?,
+                accuracy: accuracy?,
+            })
+        };
+        let targets: Vec<Option<Target>> = raw.iter().enumerate().map(target).collect();
+        targets.into_iter().collect()
+    }
+
+    fn minimise(
+        &self,
+        checker: &mut Checker,
+        raw: &[Spanned<RawMinimum>],
+    ) -> Option<Vec<Quantity>> {
+        let minimum = |(i, raw): (usize, &Spanned<RawMinimum>)| {
+            let at = Table::of("minimise", raw.span(), Some((i, &None)));
+            self.needs_knob(checker, &at, Kind::Design);
+            self.quantity(checker, &at, &raw.get_ref().quantity)
+        };
+        let minima: Vec<Option<Quantity>> = raw.iter().enumerate().map(minimum).collect();
+        minima.into_iter().collect()
+    }
+
+    /// A quantity that the study follows.
+    fn quantity(
+        &self,
+        checker: &mut Checker,
+        at: &Table,
+        word: &Located<String>,
+    ) -> Option<Quantity> {
+        let Some(located) = word else {
+            checker.missing(at, "quantity");
+            return None;
+        };
+        let found = quantity(checker, at, "quantity", word)?;
+        if self.quantities.is_some_and(|q| !q.contains(&found)) {
+            let fault = Fault::Particular {
+                message: format!(
+                    "`{}`: {} is not among the `quantities` of the study",
+                    at.key("quantity"),
+                    found.word
+                ),
+                label: "not followed",
+                remedy: format!(
+                    "add \"{}\" to `quantities`, or leave `quantities` out to follow all of them",
+                    found.word
+                ),
+            };
+            checker.fault(located.span(), fault);
+        }
+        Some(found)
+    }
+
+    /// Errors are those of numerical knobs; designs are compared where there is a design value.
+    fn needs_knob(&self, checker: &mut Checker, at: &Table, kind: Kind) {
+        let Some(knobs) = self.knobs.filter(|k| k.iter().all(|k| k.kind != kind)) else {
+            return;
+        };
+        let names: Vec<&str> = knobs.iter().map(|k| k.name.as_str()).collect();
+        let names = names.join(", ");
+        let path = &at.path;
+        let (message, remedy) = match kind {
+            Kind::Numerical => (
+                format!("`{path}` asks for an accuracy, and no knob is numerical ({names})"),
+                "ask for the least value with [[minimise]] quantity = \"peak_amplitude_m\", or \
+                 write is = \"numerical\" in a knob that is a setting of the computation",
+            ),
+            Kind::Design => (
+                format!(
+                    "`{path}` asks for the best design, and no knob is a design value ({names})"
+                ),
+                "ask for settings with [[recommend]] quantity = \"peak_amplitude_m\" and \
+                 accuracy = 0.01, or write is = \"design\" in a knob that says what is built",
+            ),
+        };
+        let fault = Fault::Particular {
+            message,
+            label: match kind {
+                Kind::Numerical => "no knob has an error",
+                Kind::Design => "nothing to choose from",
+            },
+            remedy: remedy.to_owned(),
+        };
+        checker.fault(at.span.clone(), fault);
+    }
 }

@@ -1,7 +1,7 @@
 //! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
 //! tables from here.
 
-use super::raw::{RawKnob, RawStudy, RawTarget};
+use super::raw::{RawKnob, RawMinimum, RawStudy, RawTarget};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 
 /// What a study may say.
@@ -33,6 +33,15 @@ pub const STUDY: Vocabulary = Vocabulary {
             example: "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
             fields: fields::<RawTarget>,
             keys: &RECOMMEND,
+        },
+        Section {
+            name: "minimise",
+            shape: Shape::List,
+            needed: "none or more",
+            what: "a quantity that a design shall have as little of as possible",
+            example: "[[minimise]]\nquantity = \"peak_amplitude_m\"",
+            fields: fields::<RawMinimum>,
+            keys: &MINIMISE,
         },
     ],
 };
@@ -84,7 +93,7 @@ const TOP: [Key; 6] = [
     ),
 ];
 
-const KNOB: [Key; 6] = [
+const KNOB: [Key; 7] = [
     key(
         "name",
         "text",
@@ -100,10 +109,19 @@ const KNOB: [Key; 6] = [
         "key = \"response.harmonics\"",
     ),
     key(
+        "is",
+        "text",
+        "by its keys",
+        "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
+         built, which has none. Keys of `mesh`, `response` and `static` and numbers of modes are \
+         numerical, all others design values. A knob that sets both is a design value",
+        "is = \"design\"",
+    ),
+    key(
         "values",
         "list",
         "-",
-        "at least one, from coarse to fine; `\"\"` leaves the key as the scene has it. Without \
+        "at least one, numerical ones from coarse to fine; `\"\"` leaves the key as the scene has it. Without \
          `key` each value is a table that sets several keys together: `{ label = \"4 x 9\", set = \
          { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 }, size = 1.0 }`",
         "values = [1, 3, 5, 7]",
@@ -121,14 +139,14 @@ const KNOB: [Key; 6] = [
         "text, or list of numbers",
         "none",
         "the size h that errors are compared with: `\"value\"`, `\"1/value\"`, `\"1/(value-1)\"` \
-         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value",
+         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical knobs alone",
         "size = \"1/value\"",
     ),
     key(
         "order",
         "number",
         "2",
-        "more than 0; the order that is expected of errors in the size",
+        "more than 0; the order that is expected of errors in the size. Numerical knobs alone",
         "order = 2",
     ),
 ];
@@ -138,7 +156,7 @@ const RECOMMEND: [Key; 2] = [
         "quantity",
         "text",
         "-",
-        "one of the quantities below",
+        "one of the quantities below that the study follows",
         "quantity = \"peak_amplitude_m\"",
     ),
     key(
@@ -149,6 +167,14 @@ const RECOMMEND: [Key; 2] = [
         "accuracy = 0.01",
     ),
 ];
+
+const MINIMISE: [Key; 1] = [key(
+    "quantity",
+    "text",
+    "-",
+    "one of the quantities below that the study follows",
+    "quantity = \"peak_amplitude_m\"",
+)];
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,5 @@
-//! `[[knob]]`: what is turned, its values from coarse to fine, and how fine each is.
+//! `[[knob]]`: what is turned, whether it is numerical or a design value, its values in order, and
+//! how fine each is.
 
 use std::ops::Range;
 
@@ -20,11 +21,45 @@ const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 /// h of a number, by rule.
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
+/// What a knob turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// How the model is solved: its values have errors.
+    Numerical,
+    /// What is built: its values have none.
+    Design,
+}
+
+const KINDS: [Kind; 2] = [Kind::Numerical, Kind::Design];
+const KIND_WORDS: [&str; 2] = ["numerical", "design"];
+
+impl Kind {
+    /// As in a study file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Numerical => KIND_WORDS[0],
+            Self::Design => KIND_WORDS[1],
+        }
+    }
+
+    /// Of a key of the scene, where the study does not say it.
+    fn of_key(key: &str) -> Self {
+        let section = key.split('.').next().map(str::trim);
+        let is_numerical = matches!(section, Some("mesh" | "response" | "static"));
+        match is_numerical || key.trim_end().ends_with("_modes") {
+            true => Self::Numerical,
+            false => Self::Design,
+        }
+    }
+}
+
 /// Something that is turned: one key of the scene or several together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Knob {
     pub name: String,
-    /// From coarse to fine: by falling size, or as written where they have none.
+    pub kind: Kind,
+    /// Numerical ones from coarse to fine: by falling size, or as written where they have none.
+    /// Design values from low to high, or as written where they are not numbers.
     pub values: Vec<KnobValue>,
     /// Which of them stands while other knobs are turned.
     pub base: usize,
@@ -39,21 +74,37 @@ pub struct KnobValue {
     pub label: String,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
+    /// The value itself, where it is a finite number.
+    pub number: Option<f64>,
     /// h: errors are compared with its powers.
     pub size: Option<f64>,
     pub span: Range<usize>,
 }
 
 impl Knob {
+    pub fn is_design(&self) -> bool {
+        self.kind == Kind::Design
+    }
+
+    /// The values themselves, where all are numbers.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        self.values.iter().map(|v| v.number).collect()
+    }
+
     /// Sizes of all values, where they have them.
     pub fn sizes(&self) -> Option<Vec<f64>> {
         self.values.iter().map(|v| v.size).collect()
     }
 
     fn keys(&self) -> impl Iterator<Item = &str> {
-        let set = self.values.iter().flat_map(|v| &v.set);
-        set.map(|s| s.split('=').next().unwrap_or(s).trim())
+        keys(&self.values)
     }
+}
+
+/// The keys that values set.
+fn keys(values: &[KnobValue]) -> impl Iterator<Item = &str> {
+    let set = values.iter().flat_map(|v| &v.set);
+    set.map(|s| s.split('=').next().unwrap_or(s).trim())
 }
 
 /// A value that sets several keys together.
@@ -105,23 +156,76 @@ pub fn check(
         .iter()
         .map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     checker.distinct(&labels.collect::<Vec<_>>());
+    let kind = kind(checker, &at, raw, &values)?;
     sizes(checker, &at, raw, items, &mut values)?;
     let base = base(checker, &at, &raw.base, items, &values, needs_base)?;
     let base_label = values[base].label.clone();
-    if values.iter().all(|v| v.size.is_some()) {
-        values.sort_by(|a, b| {
-            b.size
-                .partial_cmp(&a.size)
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
-    }
+    sort(kind, &mut values);
     Some(Knob {
         name: name?,
+        kind,
         base: values.iter().position(|v| v.label == base_label)?,
         values,
         order: order?,
         span,
     })
+}
+
+/// What `is` says, else what the keys are: a knob that sets a design value is one. Sizes and orders
+/// are those of errors, which design values do not have.
+fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) -> Option<Kind> {
+    let kind = match &raw.is {
+        Some(_) => checker.choice(at, "is", &raw.is, &KIND_WORDS, &KINDS)?,
+        None => {
+            let own = raw.key.iter().map(|key| key.get_ref().as_str());
+            let mut kinds = own.chain(keys(values)).map(Kind::of_key);
+            match kinds.any(|kind| kind == Kind::Design) {
+                true => Kind::Design,
+                false => Kind::Numerical,
+            }
+        }
+    };
+    let of_value = values.iter().find(|v| v.size.is_some());
+    let of_errors = [
+        ("size", raw.size.as_ref().map(Spanned::span)),
+        ("size", of_value.map(|v| v.span.clone())),
+        ("order", raw.order.as_ref().map(Spanned::span)),
+    ];
+    let given = of_errors
+        .into_iter()
+        .find_map(|(key, span)| Some((key, span?)));
+    match (kind, given) {
+        (Kind::Design, Some((key, span))) => {
+            let fault = Fault::Particular {
+                message: format!(
+                    "`{}` belongs to errors, and a design value has none",
+                    at.key(key)
+                ),
+                label: "of a design value",
+                remedy: format!(
+                    "leave `{key}` out, or write is = \"numerical\" where the knob is a setting of \
+                     the computation"
+                ),
+            };
+            checker.fault(span, fault);
+            None
+        }
+        _ => Some(kind),
+    }
+}
+
+/// Numerical values with sizes from coarse to fine, numbers of a design from low to high.
+fn sort(kind: Kind, values: &mut [KnobValue]) {
+    let place = |v: &KnobValue| match kind {
+        Kind::Numerical => v.size.map(|size| -size),
+        Kind::Design => v.number,
+    };
+    if values.iter().all(|v| place(v).is_some()) {
+        values.sort_by(|a, b| {
+            let order = place(a).partial_cmp(&place(b));
+            order.unwrap_or(std::cmp::Ordering::Equal)
+        });
+    }
 }
 
 /// What only shows when all knobs are known: names taken twice, keys set twice, grids too large.
@@ -169,6 +273,7 @@ fn value(
         return Some(KnobValue {
             label: label(checker, item),
             set: set.into_iter().collect(),
+            number: Some(number(item.get_ref())).filter(|v| v.is_finite()),
             size: None,
             span,
         });
@@ -191,6 +296,7 @@ fn value(
         set: settings
             .filter_map(|(key, value)| setting(key, value, value.to_string()))
             .collect(),
+        number: None,
         size: joint.size,
         span,
     })
@@ -340,4 +446,61 @@ fn base(
     };
     checker.fault(span, fault);
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_the_mesh_the_solution_and_numbers_of_modes_are_numerical() {
+        for key in [
+            "mesh.parameters.nu",
+            "mesh.file",
+            "response.harmonics",
+            " response .points",
+            "static.load_steps",
+            "body.*.fixed_interface_modes",
+        ] {
+            assert_eq!(Kind::of_key(key), Kind::Numerical, "{key}");
+        }
+        for key in [
+            "contact.*.friction",
+            "reduced_model.force_n",
+            "damping.ratio",
+            "rotation.speed_rpm",
+            "body.blade.young_pa",
+            "load.0.force_n",
+        ] {
+            assert_eq!(Kind::of_key(key), Kind::Design, "{key}");
+        }
+        for kind in KINDS {
+            let at = KIND_WORDS.iter().position(|word| *word == kind.word());
+            assert_eq!(KINDS[at.unwrap()], kind);
+        }
+    }
+
+    #[test]
+    fn numbers_of_a_design_are_put_in_order_and_sizes_of_a_setting() {
+        let value = |number: Option<f64>, size: Option<f64>| KnobValue {
+            label: String::new(),
+            set: vec![],
+            number,
+            size,
+            span: 0..0,
+        };
+        let numbers = |values: &[KnobValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
+        let mut values = [0.3, 0.1, 0.2].map(|v| value(Some(v), None));
+        sort(Kind::Numerical, &mut values);
+        assert_eq!(numbers(&values), [0.3, 0.1, 0.2].map(Some));
+        sort(Kind::Design, &mut values);
+        assert_eq!(numbers(&values), [0.1, 0.2, 0.3].map(Some));
+        let mut values = [(1.0, 0.5), (2.0, 1.0)].map(|(v, h)| value(Some(v), Some(h)));
+        sort(Kind::Numerical, &mut values);
+        assert_eq!(numbers(&values), [2.0, 1.0].map(Some));
+        // A value that leaves the key as it is has no place among numbers.
+        let mut values = [Some(2.0), None, Some(1.0)].map(|v| value(v, None));
+        sort(Kind::Design, &mut values);
+        assert_eq!(numbers(&values), [Some(2.0), None, Some(1.0)]);
+    }
 }

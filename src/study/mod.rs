@@ -1,15 +1,15 @@
-//! What accuracy costs: a scene over ranges of any of its keys, and what each choice costs and
-//! buys.
+//! A scene over ranges of any of its keys: what accuracy costs, and what design values lead to.
 //!
 //! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which
 //! is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is
-//! turned into orders, errors and recommended settings (`convergence`, `analysis`), and written
-//! (`report`, `pictures`). Nothing is computed here that a run does not say itself in its
+//! turned into orders, errors and recommended settings (`convergence`, `analysis`) and into the least
+//! figures among designs (`designs`), and written (`report`, `pictures`). Nothing is computed here that a run does not say itself in its
 //! summary.json.
 
 mod analysis;
 mod cases;
 mod convergence;
+mod designs;
 mod error;
 mod file;
 mod folder;
@@ -72,8 +72,9 @@ pub struct StudyOptions {
 /// What came of a study.
 #[derive(Debug)]
 pub struct Studied {
-    /// The recommendations, for a reader; empty where the action answers nothing.
-    pub recommendations: String,
+    /// The least values and the recommendations, for a reader; empty where the action answers
+    /// nothing.
+    pub answers: String,
     /// [`StudyError::CasesFailed`], where all is written but some cases have no or no full result.
     pub verdict: Result<(), StudyError>,
 }
@@ -89,7 +90,7 @@ pub fn study(
     progress: &Progress,
 ) -> Result<Studied, StudyError> {
     let without_answers = |verdict| Studied {
-        recommendations: String::new(),
+        answers: String::new(),
         verdict,
     };
     let text = StudyText::read(file)?;
@@ -155,10 +156,10 @@ pub fn study(
     }
     let report = settings.out.join("report.md");
     progress.note(&format!("answers in {}", report.display()));
-    let lines = analysis.recommendations.iter();
-    let lines = lines.map(|r| report::recommended(&study, &results, &analysis, r) + "\n");
+    let mut lines = report::least_values(&study, &results, &analysis);
+    lines.extend(report::recommended(&study, &results, &analysis));
     Ok(Studied {
-        recommendations: lines.collect(),
+        answers: lines.iter().map(|line| format!("{line}\n")).collect(),
         verdict: all_complete(&results),
     })
 }

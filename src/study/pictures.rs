@@ -2,65 +2,228 @@
 
 use std::path::Path;
 
-use super::analysis::{Analysis, CaseErrors, FigureAnswer, KnobAnswer};
+use super::analysis::{Analysis, AtDesign, CaseErrors, FigureAnswer, KnobAnswer};
+use super::cases::{design_slug, design_words};
 use super::convergence::How;
+use super::designs::centre;
 use super::error::StudyError;
-use super::file::Study;
+use super::file::{Mode, Study};
+use super::knob::Knob;
+use super::quantity::name_and_unit;
 use super::results::CaseResult;
-use crate::export::plots::{LogSeries, write_loglog};
+use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
 
 /// Figures drawn in one plot, as many as there are colours.
 const MOST_SERIES: usize = 6;
 const COST: &str = "processor seconds";
+/// An axis of design values is logarithmic where the largest is as many times the least.
+const WIDE: f64 = 20.0;
 
 /// A picture that was written: what it shows, and the name of its file.
 pub type Picture = (String, String);
 
-/// Errors against each knob and against what its values cost, and errors of all cases against cost.
+/// What is drawn, where to, and what was written.
+struct Pictures<'s> {
+    folder: &'s Path,
+    study: &'s Study,
+    results: &'s [CaseResult],
+    analysis: &'s Analysis,
+    written: Vec<Picture>,
+}
+
+/// Of designs each figure over each design value, and over two of them. Of numerical knobs, at each
+/// design, errors of all cases against cost, and errors against each knob and against what its
+/// values cost.
 pub fn write(
     folder: &Path,
     study: &Study,
     results: &[CaseResult],
     analysis: &Analysis,
 ) -> Result<Vec<Picture>, StudyError> {
-    let mut written = Vec::new();
-    let mut draw = |name: String, shows: String, axes: [&str; 2], series: &[LogSeries]| {
-        let file = format!("{name}.svg");
-        write_loglog(&folder.join(&file), &study.name, axes, series)?;
-        written.push((shows, file));
-        Ok::<(), StudyError>(())
+    let mut pictures = Pictures {
+        folder,
+        study,
+        results,
+        analysis,
+        written: Vec::new(),
     };
-    let cost = |case: usize| Some(results[case].figures()?.cost.compared_s());
-    for errors in &analysis.errors {
-        let CaseErrors { heading, .. } = errors;
-        let axis = format!("error of {heading}");
-        let shows = format!("Error of {heading} against cost, all cases");
-        let series = all_cases(results, errors, &cost);
-        draw(format!("pareto_{heading}"), shows, [COST, &axis], &series)?;
+    for heading in &analysis.designs.changing {
+        pictures.of_designs(heading)?;
     }
-    for (knob, answer) in study.knobs.iter().zip(&analysis.knobs) {
-        let figures = drawn(analysis, answer);
-        if figures.is_empty() {
-            continue;
-        }
-        let name = &knob.name;
-        let label = |v: usize| knob.values[v].label.clone();
-        if let Some(sizes) = knob.sizes() {
-            let series = series(&figures, &|v| Some(sizes[v]), &label);
-            let axes = [&format!("size of {name}"), "relative error"];
-            let shows = format!("Errors against the size of {name}");
-            draw(name.clone(), shows, axes, &series)?;
-        }
-        let series = series(&figures, &|v| cost(answer.cases[v]), &label);
-        let shows = format!("Errors against the cost of each value of {name}");
-        draw(
-            format!("{name}_seconds"),
-            shows,
-            [COST, "relative error"],
-            &series,
-        )?;
+    for at in &analysis.at_designs {
+        pictures.of_errors(at)?;
     }
-    Ok(written)
+    Ok(pictures.written)
+}
+
+impl Pictures<'_> {
+    fn draw(
+        &mut self,
+        name: String,
+        shows: String,
+        axes: &[Axis; 2],
+        series: &[Series],
+    ) -> Result<(), StudyError> {
+        let file = format!("{name}.svg");
+        write_series(&self.folder.join(&file), &self.study.name, axes, series)?;
+        self.written.push((shows, file));
+        Ok(())
+    }
+
+    fn of_errors(&mut self, at: &AtDesign) -> Result<(), StudyError> {
+        let results = self.results;
+        let cost = |case: usize| Some(results[case].figures()?.cost.compared_s());
+        let end = design_slug(self.study, &at.values);
+        let words = match design_words(self.study, &at.values) {
+            none if none.is_empty() => none,
+            words => format!(", at {words}"),
+        };
+        for errors in &at.errors {
+            let CaseErrors { heading, .. } = errors;
+            let axes = [COST, &format!("error of {heading}")].map(Axis::logarithmic);
+            let shows = format!("Error of {heading} against cost, all cases{words}");
+            let series = all_cases(results, errors, &cost);
+            self.draw(format!("pareto_{heading}{end}"), shows, &axes, &series)?;
+        }
+        for answer in &at.knobs {
+            let figures = drawn(self.analysis, answer);
+            if figures.is_empty() {
+                continue;
+            }
+            let knob = &self.study.knobs[answer.knob];
+            let name = &knob.name;
+            let label = |v: usize| knob.values[v].label.clone();
+            if let Some(sizes) = knob.sizes() {
+                let series = series(&figures, &|v| Some(sizes[v]), &label);
+                let size = format!("size of {name}");
+                let axes = [&size, "relative error"].map(Axis::logarithmic);
+                let shows = format!("Errors against the size of {name}{words}");
+                self.draw(format!("{name}{end}"), shows, &axes, &series)?;
+            }
+            let series = series(&figures, &|v| cost(answer.cases[v]), &label);
+            let axes = [COST, "relative error"].map(Axis::logarithmic);
+            let shows = format!("Errors against the cost of each value of {name}{words}");
+            self.draw(format!("{name}_seconds{end}"), shows, &axes, &series)?;
+        }
+        Ok(())
+    }
+
+    /// A figure over each design knob, with a line for each value of another, and over each two of
+    /// them; the rest of the knobs stay where they are.
+    fn of_designs(&mut self, heading: &str) -> Result<(), StudyError> {
+        let knobs = self.study.knobs.iter().enumerate();
+        let turned = knobs.filter(|(_, k)| k.is_design() && k.values.len() > 1);
+        let turned: Vec<usize> = turned.map(|(k, _)| k).collect();
+        let is_grid = self.study.mode == Mode::Grid;
+        for &k in &turned {
+            let others = turned.iter().copied().filter(|o| is_grid && *o != k);
+            let others: Vec<usize> = others.collect();
+            if others.is_empty() {
+                self.curves(heading, k, None)?;
+            }
+            for other in others {
+                self.curves(heading, k, Some(other))?;
+                if k < other {
+                    self.heat_map(heading, [k, other])?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn curves(&mut self, heading: &str, k: usize, other: Option<usize>) -> Result<(), StudyError> {
+        let knob = &self.study.knobs[k];
+        let places = places(knob);
+        let line = |label: String, fixed: &[(usize, usize)]| {
+            let point = |(v, place): (usize, &f64)| {
+                let turned = [fixed, &[(k, v)]].concat();
+                (*place, self.value(heading, &turned))
+            };
+            Series {
+                label,
+                points: places.iter().enumerate().map(point).collect(),
+                names: Vec::new(),
+                joined: true,
+            }
+        };
+        let (name, unit) = name_and_unit(heading);
+        let (series, by) = match other.map(|o| (o, &self.study.knobs[o])) {
+            None => (vec![line(name.to_owned(), &[])], String::new()),
+            Some((o, other)) => {
+                let label = |w: usize| format!("{} {}", other.name, other.values[w].label);
+                let values = 0..other.values.len();
+                let lines = values.map(|w| line(label(w), &[(o, w)]));
+                (lines.collect(), format!("_by_{}", other.name))
+            }
+        };
+        let axes = [
+            axis(knob, &places),
+            Axis {
+                title: name.to_owned(),
+                unit,
+                scale: Scale::Linear,
+                marks: Vec::new(),
+            },
+        ];
+        let file = format!("{heading}_over_{}{by}", knob.name);
+        let shows = format!(
+            "{heading} over {}{}",
+            knob.name,
+            by.replace("_by_", ", by ")
+        );
+        self.draw(file, shows, &axes, &series)
+    }
+
+    fn heat_map(&mut self, heading: &str, knobs: [usize; 2]) -> Result<(), StudyError> {
+        let [across, up] = knobs.map(|k| &self.study.knobs[k]);
+        let labels = |knob: &Knob| knob.values.iter().map(|v| v.label.clone()).collect();
+        let value = |v: usize, w: usize| self.value(heading, &[(knobs[0], v), (knobs[1], w)]);
+        let column = |v: usize| (0..up.values.len()).map(|w| value(v, w)).collect();
+        let (name, unit) = name_and_unit(heading);
+        let map = HeatMap {
+            title: format!("{}: {name}", self.study.name),
+            unit,
+            axes: [across.name.clone(), up.name.clone()],
+            labels: [labels(across), labels(up)],
+            values: (0..across.values.len()).map(column).collect(),
+        };
+        let file = format!("{heading}_over_{}_and_{}.svg", across.name, up.name);
+        write_heat_map(&self.folder.join(&file), &map)?;
+        let shows = format!("{heading} over {} and {}", across.name, up.name);
+        self.written.push((shows, file));
+        Ok(())
+    }
+
+    /// A figure where these knobs have these values and the others stay.
+    fn value(&self, heading: &str, turned: &[(usize, usize)]) -> Option<f64> {
+        let mut values = centre(self.study);
+        for (k, v) in turned {
+            values[*k] = *v;
+        }
+        let case = self.analysis.designs.case(self.results, &values)?;
+        self.results[case].value(heading)
+    }
+}
+
+/// Where the values of a design knob stand on an axis: at their numbers, else at 0, 1, ...
+fn places(knob: &Knob) -> Vec<f64> {
+    let counted = || (0..knob.values.len()).map(|v| v as f64).collect();
+    knob.numbers().unwrap_or_else(counted)
+}
+
+fn axis(knob: &Knob, places: &[f64]) -> Axis {
+    let least = places.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = places.iter().copied().fold(0.0, f64::max);
+    let labels = knob.values.iter().map(|v| v.label.clone());
+    Axis {
+        title: knob.name.clone(),
+        unit: "",
+        scale: match least > 0.0 && largest >= WIDE * least && knob.numbers().is_some() {
+            true => Scale::Logarithmic,
+            false => Scale::Linear,
+        },
+        marks: places.iter().copied().zip(labels).collect(),
+    }
 }
 
 /// The Pareto front, and the other cases.
@@ -68,7 +231,7 @@ fn all_cases(
     results: &[CaseResult],
     errors: &CaseErrors,
     cost: &dyn Fn(usize) -> Option<f64>,
-) -> [LogSeries; 2] {
+) -> [Series; 2] {
     let mut points: Vec<(usize, (f64, f64))> = (0..results.len())
         .filter_map(|c| Some((c, (cost(c)?, errors.errors[c]?))))
         .collect();
@@ -78,10 +241,12 @@ fn all_cases(
             .iter()
             .filter(|(c, _)| errors.on_pareto_front[*c] == on_front);
         let names = own.clone().filter(|_| on_front);
-        LogSeries {
+        Series {
             label: label.to_owned(),
             names: names.map(|(c, _)| results[*c].case.slug.clone()).collect(),
-            points: own.map(|(_, point)| *point).collect(),
+            points: own
+                .map(|(_, (cost, error))| (*cost, Some(*error)))
+                .collect(),
             joined: on_front,
         }
     })
@@ -93,7 +258,7 @@ fn drawn<'a>(analysis: &Analysis, knob: &'a KnobAnswer) -> Vec<&'a FigureAnswer>
         f.limit
             .is_some_and(|l| !matches!(l.how, How::Unchanged | How::Single))
     };
-    let asked = |f: &&FigureAnswer| analysis.errors.iter().any(|e| e.heading == f.heading);
+    let asked = |f: &&FigureAnswer| analysis.with_errors.contains(&f.heading);
     let mut found: Vec<&FigureAnswer> = knob.figures.iter().filter(changes).collect();
     found.sort_by_key(|f| !asked(f));
     found.truncate(MOST_SERIES);
@@ -104,14 +269,14 @@ fn series(
     figures: &[&FigureAnswer],
     place: &dyn Fn(usize) -> Option<f64>,
     label: &dyn Fn(usize) -> String,
-) -> Vec<LogSeries> {
+) -> Vec<Series> {
     let one = |(i, figure): (usize, &&FigureAnswer)| {
         let is_limit = figure.limit.is_some_and(|l| l.how == How::Richardson);
         let from = if is_limit { "Richardson" } else { "finest" };
         let points = figure.errors.iter().enumerate();
-        let points = points.filter_map(|(v, error)| Some((v, (place(v)?, (*error)?))));
-        let (values, points): (Vec<usize>, Vec<(f64, f64)>) = points.unzip();
-        LogSeries {
+        let points = points.filter_map(|(v, error)| Some((v, (place(v)?, *error))));
+        let (values, points): (Vec<usize>, Vec<(f64, Option<f64>)>) = points.unzip();
+        Series {
             label: format!("{} (from {from})", figure.heading),
             // The values are written once, beside the first figure.
             names: values.into_iter().filter(|_| i == 0).map(label).collect(),

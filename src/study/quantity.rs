@@ -91,6 +91,20 @@ pub const WORDS: [&str; ALL.len()] = {
     words
 };
 
+/// What a figure is called and its SI unit, taken from the end of its heading: `peak_amplitude` and
+/// `m`. Shares, ratios and counts have no unit.
+pub fn name_and_unit(heading: &str) -> (&str, &'static str) {
+    const UNITS: [(&str, &str); 5] = [
+        ("_m", "m"),
+        ("_hz", "Hz"),
+        ("_pa", "Pa"),
+        ("_n", "N"),
+        ("_w", "W"),
+    ];
+    let of_unit = |(end, unit)| Some((heading.strip_suffix(end)?, unit));
+    UNITS.into_iter().find_map(of_unit).unwrap_or((heading, ""))
+}
+
 impl Quantity {
     /// Heading and value of each of its figures in a summary; what the run does not have is left
     /// out.
@@ -140,6 +154,18 @@ mod tests {
         let own = ALL.iter().filter(|q| q.has_heading("left_normal_force_n"));
         assert_eq!(own.collect::<Vec<_>>(), [&NORMAL_FORCE]);
         assert!(!ALL.iter().any(|q| q.has_heading("harmonics")));
+    }
+
+    #[test]
+    fn names_end_with_their_unit_or_have_none() {
+        assert_eq!(name_and_unit("peak_amplitude_m"), ("peak_amplitude", "m"));
+        assert_eq!(
+            name_and_unit("static_pressure_pa"),
+            ("static_pressure", "Pa")
+        );
+        assert_eq!(name_and_unit("peak_ratio"), ("peak_ratio", ""));
+        assert_eq!(name_and_unit("opening_pairs"), ("opening_pairs", ""));
+        assert_eq!(name_and_unit("left_normal_force_n").1, "N");
     }
 
     #[test]

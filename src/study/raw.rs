@@ -21,6 +21,8 @@ pub(super) struct RawStudy {
     pub knob: Vec<Spanned<RawKnob>>,
     #[serde(default)]
     pub recommend: Vec<Spanned<RawTarget>>,
+    #[serde(default)]
+    pub minimise: Vec<Spanned<RawMinimum>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -30,12 +32,19 @@ pub(super) struct RawTarget {
     pub accuracy: Located<Number>,
 }
 
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawMinimum {
+    pub quantity: Located<String>,
+}
+
 /// Mirror of the table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawKnob {
     pub name: Located<String>,
     pub key: Located<String>,
+    pub is: Located<String>,
     pub values: Located<Vec<Spanned<Value>>>,
     pub base: Located<Value>,
     pub size: Located<Value>,

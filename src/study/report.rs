@@ -4,11 +4,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::analysis::{Analysis, FigureAnswer, KnobAnswer, Recommendation};
+use super::analysis::{Analysis, AtDesign, FigureAnswer, KnobAnswer, Recommendation};
+use super::cases::design_words;
 use super::convergence::How;
+use super::designs::Minimum;
 use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::write_json;
+use super::knob::Knob;
 use super::pictures::Picture;
 use super::results::{CaseResult, Cost, Ended, Figures};
 use crate::export::{csv, write_file};
@@ -36,8 +39,8 @@ fn table_of_cases(
     let mut header = vec!["case".to_owned()];
     header.extend(study.knobs.iter().map(|k| k.name.clone()));
     header.extend_from_slice(headings);
-    let errors = analysis.errors.iter();
-    header.extend(errors.map(|e| format!("error_{}", e.heading)));
+    let errors = analysis.with_errors.iter();
+    header.extend(errors.map(|heading| format!("error_{heading}")));
     let of_runs = [
         "processor_seconds",
         "seconds",
@@ -55,7 +58,8 @@ fn table_of_cases(
         let mut row = vec![result.case.slug.clone()];
         row.extend(result.case.labels(study).into_iter().map(str::to_owned));
         row.extend(headings.iter().map(|h| number(result.value(h))));
-        row.extend(analysis.errors.iter().map(|e| number(e.errors[c])));
+        let errors = 0..analysis.with_errors.len();
+        row.extend(errors.map(|figure| number(analysis.error(figure, c))));
         row.extend([
             of_run(&|f| number(f.cost.processor_seconds)),
             of_run(&|f| number(Some(f.cost.seconds))),
@@ -80,39 +84,22 @@ pub fn write_summary(
     results: &[CaseResult],
     analysis: &Analysis,
 ) -> Result<(), StudyError> {
-    let slug = |case: usize| results[case].case.slug.as_str();
     let failed = results.iter().filter_map(|r| match &r.ended {
         Ended::Failed { exit_code, message } => Some(json!({
             "case": r.case.slug, "exit_code": exit_code, "message": message,
         })),
         _ => None,
     });
-    let knobs = study.knobs.iter().zip(&analysis.knobs);
-    let knobs = knobs.map(|(knob, answer)| {
-        json!({
-            "name": knob.name,
-            "values": knob.values.iter().map(|v| &v.label).collect::<Vec<_>>(),
-            "sizes": knob.sizes(),
-            "cases": answer.cases.iter().map(|c| slug(*c)).collect::<Vec<_>>(),
-            "figures": answer.figures,
-        })
-    });
-    let recommendations = analysis.recommendations.iter().map(|r| {
-        let settings = r.settings.as_ref().map(|(values, _)| {
-            let knobs = study.knobs.iter().zip(values);
-            let labels = knobs.map(|(k, v)| (k.name.clone(), json!(k.values[*v].label)));
-            Value::Object(labels.collect())
-        });
-        json!({
-            "figure": r.heading,
-            "accuracy": r.accuracy,
-            "settings": settings,
-            "sum_of_errors": r.settings.as_ref().map(|(_, sum)| sum),
-            "case": r.case.map(slug),
-            "error": r.error,
-            "cost": r.case.and_then(|c| Some(results[c].figures()?.cost.compared_s())),
-        })
-    });
+    let designs = study.knobs.iter().filter(|k| k.is_design());
+    let mut knobs: Vec<Value> = designs.map(about_knob).collect();
+    let mut recommendations = Vec::new();
+    for at in &analysis.at_designs {
+        let of_knob = |answer: &KnobAnswer| numerical_knob(study, results, at, answer);
+        knobs.extend(at.knobs.iter().map(of_knob));
+        let of_one = |r: &Recommendation| recommendation(study, results, at, r);
+        recommendations.extend(at.recommendations.iter().map(of_one));
+    }
+    let minima = analysis.designs.minima.iter();
     let summary = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "study": study.name,
@@ -120,10 +107,83 @@ pub fn write_summary(
         "cases": results.len(),
         "complete": results.iter().filter(|r| r.figures().is_some()).count(),
         "failed": failed.collect::<Vec<_>>(),
-        "knobs": knobs.collect::<Vec<_>>(),
-        "recommendations": recommendations.collect::<Vec<_>>(),
+        "knobs": knobs,
+        "recommendations": recommendations,
+        "minima": minima.map(|m| minimum(study, results, m)).collect::<Vec<_>>(),
     });
     write_json(path, &summary)
+}
+
+/// What is the same for all knobs.
+fn about_knob(knob: &Knob) -> Value {
+    json!({
+        "name": knob.name,
+        "is": knob.kind.word(),
+        "values": knob.values.iter().map(|v| &v.label).collect::<Vec<_>>(),
+    })
+}
+
+/// Name and value of the knobs that are `wanted`.
+fn labels(study: &Study, values: &[usize], wanted: impl Fn(&Knob) -> bool) -> Value {
+    let knobs = study.knobs.iter().zip(values).filter(|(k, _)| wanted(k));
+    let labels = knobs.map(|(k, v)| (k.name.clone(), json!(k.values[*v].label)));
+    Value::Object(labels.collect())
+}
+
+fn numerical_knob(
+    study: &Study,
+    results: &[CaseResult],
+    at: &AtDesign,
+    answer: &KnobAnswer,
+) -> Value {
+    let knob = &study.knobs[answer.knob];
+    let cases = answer.cases.iter().map(|c| results[*c].case.slug.as_str());
+    let mut about = about_knob(knob);
+    about["at"] = labels(study, &at.values, Knob::is_design);
+    about["sizes"] = json!(knob.sizes());
+    about["cases"] = json!(cases.collect::<Vec<_>>());
+    about["figures"] = json!(answer.figures);
+    about
+}
+
+fn recommendation(
+    study: &Study,
+    results: &[CaseResult],
+    at: &AtDesign,
+    r: &Recommendation,
+) -> Value {
+    let settings = r.settings.as_ref();
+    let settings = settings.map(|(values, _)| labels(study, values, |k| !k.is_design()));
+    json!({
+        "figure": r.heading,
+        "accuracy": r.accuracy,
+        "at": labels(study, &at.values, Knob::is_design),
+        "settings": settings,
+        "sum_of_errors": r.settings.as_ref().map(|(_, sum)| sum),
+        "case": r.case.map(|c| results[c].case.slug.as_str()),
+        "error": r.error,
+        "cost": r.case.and_then(|c| Some(results[c].figures()?.cost.compared_s())),
+    })
+}
+
+fn minimum(study: &Study, results: &[CaseResult], minimum: &Minimum) -> Value {
+    let least = minimum.least.as_ref();
+    let ends = least.map(|l| {
+        let ends = l.at_ends.iter();
+        let ends = ends.map(|(k, end)| (study.knobs[*k].name.clone(), json!(end.word())));
+        Value::Object(ends.collect())
+    });
+    json!({
+        "figure": minimum.heading,
+        "value": least.map(|l| l.value),
+        "case": least.map(|l| results[l.case].case.slug.as_str()),
+        "outcome": least.map(|l| results[l.case].outcome()),
+        "peak_at_end_of_range": least.map(|l| results[l.case].peak_at_end_of_range()),
+        "knobs": least.map(|l| labels(study, &results[l.case].case.values, Knob::is_design)),
+        "at_ends": ends,
+        "other_cases": least.map(|l| l.other_cases),
+        "cases_without": minimum.cases_without,
+    })
 }
 
 /// report.md.
@@ -145,17 +205,23 @@ pub fn write_report(
         results.len(),
         env!("CARGO_PKG_VERSION"),
     );
-    if !analysis.recommendations.is_empty() {
-        text += "## Recommended settings\n\n";
-        for recommendation in &analysis.recommendations {
-            let line = recommended(study, results, analysis, recommendation);
-            text += &format!("- {line}\n");
+    for (title, lines) in [
+        ("Least values", least_values(study, results, analysis)),
+        (
+            "Recommended settings",
+            recommended(study, results, analysis),
+        ),
+    ] {
+        if !lines.is_empty() {
+            let lines: String = lines.iter().map(|line| format!("- {line}\n")).collect();
+            text += &format!("## {title}\n\n{lines}\n");
         }
-        text += "\n";
     }
     text += &all_cases(study, results, analysis);
-    for k in 0..study.knobs.len() {
-        text += &one_knob(study, results, k, &analysis.knobs[k]);
+    for at in &analysis.at_designs {
+        for answer in &at.knobs {
+            text += &one_knob(study, results, at, answer);
+        }
     }
     if !pictures.is_empty() {
         text += "## Pictures\n\n";
@@ -166,34 +232,82 @@ pub fn write_report(
     Ok(write_file(path, text.as_bytes())?)
 }
 
-/// One recommendation, on one line.
-pub fn recommended(
+/// The least value of each figure that is to be minimised, on one line each.
+pub fn least_values(study: &Study, results: &[CaseResult], analysis: &Analysis) -> Vec<String> {
+    let minima = analysis.designs.minima.iter();
+    let all = analysis.designs.cases.len();
+    let line = |minimum: &Minimum| {
+        let heading = &minimum.heading;
+        let Some(least) = &minimum.least else {
+            return format!("{heading}: none of {all} cases has a value");
+        };
+        let case = &results[least.case];
+        let mut line = format!(
+            "least {heading}: {} at {} (case {}, {})",
+            rounded(least.value, 5),
+            design_words(study, &case.case.values),
+            case.case.slug,
+            case.outcome(),
+        );
+        for (k, end) in &least.at_ends {
+            let knob = &study.knobs[*k];
+            line += &format!(
+                "; this is the {} value of {}: less may lie beyond",
+                end.word(),
+                knob.name
+            );
+        }
+        if heading.starts_with("peak_") && case.peak_at_end_of_range() {
+            line += "; its peak is at an end of the frequencies and may be higher outside";
+        }
+        match least.other_cases {
+            0 => {}
+            1 => line += "; 1 other case has the same value",
+            n => line += &format!("; {n} other cases have the same value"),
+        }
+        if minimum.cases_without > 0 {
+            line += &format!("; of {all} cases {} have no value", minimum.cases_without);
+        }
+        line
+    };
+    minima.map(line).collect()
+}
+
+/// Each recommendation, on one line.
+pub fn recommended(study: &Study, results: &[CaseResult], analysis: &Analysis) -> Vec<String> {
+    let at_designs = analysis.at_designs.iter();
+    let lines = at_designs.flat_map(|at| {
+        let of_one = |r| one_recommended(study, results, at, r);
+        at.recommendations.iter().map(of_one)
+    });
+    lines.collect()
+}
+
+fn one_recommended(
     study: &Study,
     results: &[CaseResult],
-    analysis: &Analysis,
+    at: &AtDesign,
     recommendation: &Recommendation,
 ) -> String {
     let heading = &recommendation.heading;
     let asked = format!(
-        "{heading} within {} %",
-        plain(100.0 * recommendation.accuracy)
+        "{heading} within {} %{}",
+        plain(100.0 * recommendation.accuracy),
+        at_words(study, at),
     );
     let Some((values, sum)) = &recommendation.settings else {
-        let knobs = study.knobs.iter().zip(&analysis.knobs);
-        let least = knobs.filter_map(|(knob, answer)| {
+        let least = at.knobs.iter().filter_map(|answer| {
             let figure = answer.figures.iter().find(|f| f.heading == *heading)?;
             let errors = figure.estimated_errors.iter().flatten().copied();
-            Some(format!(
-                "{} {}",
-                knob.name,
-                percent(errors.reduce(f64::min)?)
-            ))
+            let least = percent(errors.reduce(f64::min)?);
+            Some(format!("{} {least}", study.knobs[answer.knob].name))
         });
         let least = least.collect::<Vec<_>>().join(", ");
         return format!("{asked}: no settings; the least error of each knob: {least}");
     };
     let knobs = study.knobs.iter().zip(values);
-    let settings = knobs.map(|(k, v)| format!("{} {}", k.name, k.values[*v].label));
+    let numerical = knobs.filter(|(k, _)| !k.is_design());
+    let settings = numerical.map(|(k, v)| format!("{} {}", k.name, k.values[*v].label));
     let settings = settings.collect::<Vec<_>>().join(", ");
     let run = recommendation.case.map(|c| &results[c]);
     match run.and_then(|r| Some((r, r.figures()?))) {
@@ -217,27 +331,53 @@ pub fn recommended(
     }
 }
 
+/// ` at friction 0.3, force_n 1.0`; nothing where there are no design values.
+fn at_words(study: &Study, at: &AtDesign) -> String {
+    match design_words(study, &at.values) {
+        none if none.is_empty() => none,
+        words => format!(" at {words}"),
+    }
+}
+
+/// The table of all cases: with designs to compare it has every figure, else those with errors, as
+/// the tables of knobs have the others.
 fn all_cases(study: &Study, results: &[CaseResult], analysis: &Analysis) -> String {
-    let asked = analysis.errors.iter().map(|e| e.heading.clone());
-    let asked: Vec<String> = asked.collect();
+    let has_designs = !analysis.designs.cases.is_empty();
+    let shown = match has_designs {
+        true => &analysis.headings,
+        false => &analysis.with_errors,
+    };
     let number = |v: f64| rounded(v, 5);
-    let (header, rows) = table_of_cases(study, results, analysis, &asked, &number);
+    let (header, rows) = table_of_cases(study, results, analysis, shown, &number);
     let mut text = format!("## All cases\n\n{}\n", table(&header, &rows));
-    let mut failures = String::new();
+    let fixed = analysis.headings.iter();
+    let fixed = fixed.filter(|h| has_designs && !analysis.designs.changing.contains(h));
+    let fixed: Vec<&str> = fixed.map(String::as_str).collect();
+    if !fixed.is_empty() {
+        let fixed = fixed.join(", ");
+        text += &format!("The same for all designs, and in no picture of them: {fixed}.\n\n");
+    }
+    let mut remarks = String::new();
     for result in results {
+        if result.peak_at_end_of_range() {
+            remarks += &format!(
+                "- the peak of `{}` is at an end of its frequencies and may be higher outside\n",
+                result.case.slug
+            );
+        }
         if let Ended::Failed { exit_code, message } = &result.ended {
             let code = exit_code.map_or("a signal".to_owned(), |code| format!("exit code {code}"));
-            failures += &format!("- `{}` ended with {code}: {message}\n", result.case.slug);
+            remarks += &format!("- `{}` ended with {code}: {message}\n", result.case.slug);
         }
     }
-    if !failures.is_empty() {
-        text += &format!("{failures}\n");
+    if !remarks.is_empty() {
+        text += &format!("{remarks}\n");
     }
     text
 }
 
-fn one_knob(study: &Study, results: &[CaseResult], k: usize, answer: &KnobAnswer) -> String {
-    let knob = &study.knobs[k];
+fn one_knob(study: &Study, results: &[CaseResult], at: &AtDesign, answer: &KnobAnswer) -> String {
+    let knob = &study.knobs[answer.knob];
     let mut header = vec![String::new()];
     header.extend(knob.values.iter().map(|v| v.label.clone()));
     header.extend(["order", "counted from"].map(str::to_owned));
@@ -276,7 +416,12 @@ fn one_knob(study: &Study, results: &[CaseResult], k: usize, answer: &KnobAnswer
         let errors = errors.map(|e| cell(*e, percent)).collect();
         rows.push(row("- error", errors, none()));
     }
-    format!("## Knob {}\n\n{}\n", knob.name, table(&header, &rows))
+    let place = at_words(study, at);
+    format!(
+        "## Knob {}{place}\n\n{}\n",
+        knob.name,
+        table(&header, &rows)
+    )
 }
 
 /// The order that shows, and the value that the errors of a figure are counted from.

@@ -30,6 +30,8 @@ pub struct Figures {
     /// Heading and value; what the run does not have is not there.
     pub values: Vec<(String, f64)>,
     pub cost: Cost,
+    /// The largest amplitude is at an end of the frequencies: it may be higher outside.
+    pub peak_at_end_of_range: bool,
     /// Frequencies, and how many of them did not converge.
     pub points: usize,
     pub unconverged: usize,
@@ -66,6 +68,11 @@ impl CaseResult {
     pub fn value(&self, heading: &str) -> Option<f64> {
         let values = &self.figures()?.values;
         values.iter().find(|(h, _)| h == heading).map(|(_, v)| *v)
+    }
+
+    /// The frequencies may not hold the peak.
+    pub fn peak_at_end_of_range(&self) -> bool {
+        self.figures().is_some_and(|f| f.peak_at_end_of_range)
     }
 
     /// A word for tables.
@@ -134,6 +141,7 @@ fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
             peak_memory_mib: memory.reduce(f64::max),
             from_cache: cached.map(|s| s.id).collect(),
         },
+        peak_at_end_of_range: response.peak_at_end_of_range,
         points: response.points,
         unconverged: response.points.saturating_sub(response.converged_points),
     })
@@ -173,11 +181,13 @@ mod tests {
             points: 3,
             converged_points: 2,
             peak_amplitude_m: Some(0.25),
+            peak_at_end_of_range: true,
             ..ResponseSummary::default()
         });
         let figures = figures(&study, &summary).unwrap();
         assert_eq!(figures.values, [("peak_amplitude_m".to_owned(), 0.25)]);
         assert_eq!((figures.points, figures.unconverged), (3, 1));
+        assert!(figures.peak_at_end_of_range);
         let expected = Cost {
             seconds: 3.5,
             processor_seconds: Some(6.0),

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
-use dovetail::export::plots::{self, AmplitudeScale};
+use dovetail::export::plots::{self, Scale};
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail_solver::dlft::{Outcome, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
@@ -119,8 +119,8 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
         plots::write_response_plot(&out.join(file), "Tip", "tip amplitude", &curves, scale)
             .unwrap();
     };
-    plot("response.svg", AmplitudeScale::Linear);
-    plot("response_log.svg", AmplitudeScale::Logarithmic);
+    plot("response.svg", Scale::Linear);
+    plot("response_log.svg", Scale::Logarithmic);
     plots::write_separation_map(&out.join("separation.svg"), model, response).unwrap();
     plots::write_dissipation_map(&out.join("dissipation.svg"), model, response).unwrap();
     plots::write_static_pressure_map(&out.join("pressure.svg"), model, &run.static_state).unwrap();
@@ -479,7 +479,7 @@ fn figures_show_every_pair_and_every_lost_point() {
     let draw = |response: &Response| {
         let curves = [plots::response_curve("H = 3", response, 0)];
         let path = out.join("one.svg");
-        plots::write_response_plot(&path, "", "tip", &curves, AmplitudeScale::Linear).unwrap();
+        plots::write_response_plot(&path, "", "tip", &curves, Scale::Linear).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         text.matches("stroke=\"#0072B2\"").count()
     };

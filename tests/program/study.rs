@@ -212,6 +212,252 @@ fn a_study_runs_its_cases_and_answers() {
     );
 }
 
+/// Of rows of a table those with this value of a knob.
+fn rows_at<'t>(
+    rows: &'t [Vec<(String, String)>],
+    knob: &str,
+    label: &str,
+) -> Vec<&'t Vec<(String, String)>> {
+    rows.iter().filter(|r| cell(r, knob) == label).collect()
+}
+
+fn number(row: &[(String, String)], heading: &str) -> f64 {
+    cell(row, heading).parse().unwrap()
+}
+
+const FRICTION_AND_FORCE: &str = r#"
+name = "designs"
+scene = "scene.toml"
+mode = "grid"
+quantities = ["stuck_frequency_hz", "peak_amplitude_m", "peak_ratio"]
+
+[[knob]]
+key = "reduced_model.friction"
+values = [0.3, 0.05]
+
+[[knob]]
+key = "reduced_model.force_n"
+values = [1.0, 2.0, 4.0]
+
+[[minimise]]
+quantity = "peak_amplitude_m"
+"#;
+
+/// Design values have no error: such a study answers with values, pictures of them and the least.
+#[test]
+fn a_study_of_designs_answers_without_errors() {
+    let folder = Folder::new("designs", FRICTION_AND_FORCE);
+    let ended = folder.study(&["--jobs", "2"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let rows = folder.table();
+    assert_eq!(rows.len(), 6);
+    let headings: Vec<&str> = rows[0].iter().map(|(h, _)| h.as_str()).collect();
+    let of_knobs_and_figures = [
+        "case",
+        "friction",
+        "force_n",
+        "stuck_frequency_hz",
+        "peak_amplitude_m",
+        "peak_ratio",
+        "processor_seconds",
+    ];
+    assert_eq!(headings[..7], of_knobs_and_figures);
+    // The least of the table, and where its knobs stand among their values.
+    let by_amplitude = |a: &&Vec<(String, String)>, b: &&Vec<(String, String)>| {
+        number(a, "peak_amplitude_m").total_cmp(&number(b, "peak_amplitude_m"))
+    };
+    let least = rows.iter().min_by(by_amplitude).unwrap();
+    let answers = folder.json("out/summary.json");
+    let minimum = &answers["minima"][0];
+    assert_eq!(minimum["figure"], "peak_amplitude_m");
+    assert_eq!(minimum["value"], number(least, "peak_amplitude_m"));
+    assert_eq!(minimum["case"], cell(least, "case"));
+    for knob in ["friction", "force_n"] {
+        assert_eq!(minimum["knobs"][knob], cell(least, knob));
+    }
+    let ends = serde_json::json!({ "friction": "lowest", "force_n": "lowest" });
+    assert_eq!(minimum["at_ends"], ends);
+    assert_eq!(minimum["other_cases"], 0);
+    assert!(
+        ended.stdout.starts_with("least peak_amplitude_m: "),
+        "{}",
+        ended.stdout
+    );
+    let report = folder.text("out/report.md");
+    for words in [
+        &format!("- {}", ended.stdout.trim()),
+        "at friction 0.05, force_n 1.0 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
+        "The same for all designs, and in no picture of them: stuck_frequency_hz.",
+        "![peak_ratio over force_n, by friction.](plots/peak_ratio_over_force_n_by_friction.svg)",
+    ] {
+        assert!(report.contains(words), "{words}: {report}");
+    }
+    // Nothing is told as an error.
+    for text in [
+        &report,
+        &ended.stdout,
+        &folder.text("out/table.csv"),
+        &answers.to_string(),
+    ] {
+        let text = text.to_lowercase();
+        assert!(
+            !text.contains("error") && !text.contains("recommended settings"),
+            "{text}"
+        );
+    }
+    assert_eq!(answers["knobs"][0]["is"], "design");
+    // Low values come first, whatever the order in the file.
+    assert_eq!(
+        answers["knobs"][0]["values"],
+        serde_json::json!(["0.05", "0.3"])
+    );
+    let mut plots: Vec<String> = std::fs::read_dir(folder.0.join("out/plots"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    plots.sort();
+    let expected = ["peak_amplitude_m", "peak_ratio"].map(|figure| {
+        [
+            format!("{figure}_over_force_n_by_friction.svg"),
+            format!("{figure}_over_friction_and_force_n.svg"),
+            format!("{figure}_over_friction_by_force_n.svg"),
+        ]
+    });
+    assert_eq!(plots, expected.concat());
+    // A line of the curves for each value of the other knob, and a cell for each case.
+    let curves = folder.text("out/plots/peak_amplitude_m_over_friction_by_force_n.svg");
+    let lines = curves
+        .lines()
+        .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"3\""));
+    assert_eq!(lines.count(), 3);
+    for words in ["force_n 4.0", "peak_amplitude (mm)", "0.05"] {
+        assert!(curves.lines().any(|l| l == words), "{words}: {curves}");
+    }
+    let map = folder.text("out/plots/peak_amplitude_m_over_friction_and_force_n.svg");
+    for row in &rows {
+        let shown = format!("{:.2}", 1e3 * number(row, "peak_amplitude_m"));
+        assert!(map.lines().any(|l| l == shown), "{shown}: {map}");
+    }
+    // Where the largest amplitude is no peak is said, and of the least one, too.
+    let at_end = |slug: &str| {
+        let summary = folder.json(&format!("out/cases/{slug}/summary.json"));
+        let told = report.contains(&format!("- the peak of `{slug}` is at an end of its"));
+        let is = summary["response"]["peak_at_end_of_range"]
+            .as_bool()
+            .unwrap();
+        assert_eq!(is, told, "{slug}: {report}");
+        is
+    };
+    let at_end: Vec<bool> = rows.iter().map(|r| at_end(cell(r, "case"))).collect();
+    assert!(
+        at_end.contains(&true) && at_end.contains(&false),
+        "{at_end:?}"
+    );
+    let ended = folder.study(&["--set", "response.times_first_stuck_mode=[0.7, 0.8]"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let words = "; its peak is at an end of the frequencies and may be higher outside";
+    assert!(ended.stdout.contains(words), "{}", ended.stdout);
+    let minimum = &folder.json("out/summary.json")["minima"][0];
+    assert_eq!(minimum["peak_at_end_of_range"], true);
+}
+
+/// The errors of numerical knobs are those at one design: another friction is no error.
+#[test]
+fn errors_of_a_mixed_study_are_taken_at_each_design() {
+    let study = r#"
+name = "mixed"
+scene = "scene.toml"
+mode = "grid"
+quantities = ["peak_amplitude_m"]
+[[knob]]
+key = "reduced_model.friction"
+values = [0.05, 0.3]
+[[knob]]
+key = "response.harmonics"
+values = [1, 3]
+[[recommend]]
+quantity = "peak_amplitude_m"
+accuracy = 0.9
+[[minimise]]
+quantity = "peak_amplitude_m"
+"#;
+    let folder = Folder::new("mixed", study);
+    let ended = folder.study(&["--jobs", "2"]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    let rows = folder.table();
+    let (answers, report) = (
+        folder.json("out/summary.json"),
+        folder.text("out/report.md"),
+    );
+    let (mut errors, mut of_fine) = (Vec::new(), Vec::new());
+    for (at, friction) in ["0.05", "0.3"].into_iter().enumerate() {
+        let own = rows_at(&rows, "friction", friction);
+        let [coarse, fine] = [0, 1].map(|i| number(own[i], "peak_amplitude_m"));
+        let expected = [(coarse - fine).abs() / fine, 0.0];
+        for (row, expected) in own.iter().zip(expected) {
+            let found = number(row, "error_peak_amplitude_m");
+            assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+        }
+        errors.push(expected[0]);
+        of_fine.push(fine);
+        let recommended = &answers["recommendations"][at];
+        assert_eq!(
+            recommended["at"],
+            serde_json::json!({ "friction": friction })
+        );
+        assert!(recommended["settings"]["friction"].is_null());
+        let told = format!("peak_amplitude_m within 90 % at friction {friction}: harmonics ");
+        assert!(ended.stdout.contains(&told), "{}", ended.stdout);
+        assert!(report.contains(&format!("## Knob harmonics at friction {friction}\n")));
+        folder.text(&format!(
+            "out/plots/harmonics_seconds__friction_{friction}.svg"
+        ));
+    }
+    assert!(!report.contains("## Knob friction"), "{report}");
+    // The friction changes the figure by far more.
+    let by_friction = (of_fine[0] - of_fine[1]).abs() / of_fine[1];
+    assert!(
+        errors.iter().all(|e| *e < 0.5 * by_friction),
+        "{errors:?} {by_friction}"
+    );
+    // Designs are compared at the finest numerical value.
+    let finest = rows_at(&rows, "harmonics", "3");
+    let amplitudes = finest.iter().map(|r| number(r, "peak_amplitude_m"));
+    let least = amplitudes.reduce(f64::min).unwrap();
+    assert_eq!(answers["minima"][0]["value"], least);
+    folder.text("out/plots/peak_amplitude_m_over_friction.svg");
+}
+
+/// The study of friction and force that is committed, on four frequencies.
+#[test]
+fn the_study_of_friction_and_force_answers() {
+    let folder = Folder::new("friction-force", "");
+    let study = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/friction_force.toml");
+    std::fs::copy(&study, folder.0.join("study.toml")).unwrap();
+    let text = folder.text("study.toml");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/scene.toml");
+    let text = text.replace("../benches/peers/scene.toml", scene.to_str().unwrap());
+    std::fs::write(folder.0.join("study.toml"), text).unwrap();
+    let ended = folder.study(&[
+        "--set",
+        "response.points=4",
+        "--set",
+        "response.harmonics=1",
+    ]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    assert_eq!(folder.table().len(), 24);
+    for quantity in ["peak_ratio", "peak_amplitude_m"] {
+        assert!(
+            ended.stdout.contains(&format!("least {quantity}: ")),
+            "{}",
+            ended.stdout
+        );
+        folder.text(&format!(
+            "out/plots/{quantity}_over_friction_and_force_n.svg"
+        ));
+    }
+}
+
 #[test]
 fn a_killed_study_is_taken_up_where_it_was() {
     let study = HARMONICS.replace("[1, 2, 3]", "[1, 2, 3, 4, 5, 6, 7]");
@@ -447,12 +693,12 @@ values = [3]
     let rows = folder.table();
     assert_eq!(
         (
-            cell(&rows[0], "outcome"),
-            cell(&rows[0], "peak_amplitude_m")
+            cell(&rows[1], "outcome"),
+            cell(&rows[1], "peak_amplitude_m")
         ),
         ("failed", "")
     );
-    assert_eq!(cell(&rows[1], "outcome"), "converged");
+    assert_eq!(cell(&rows[0], "outcome"), "converged");
     // It is tried again, the other is not.
     let ended = folder.study(&["--jobs", "1"]);
     assert!(
@@ -707,7 +953,7 @@ fn every_study_of_the_repository_is_possible() {
         assert!(cases.as_array().unwrap().len() > 6);
         checked += 1;
     }
-    assert_eq!(checked, 3);
+    assert_eq!(checked, 4);
 }
 
 /// A scene that is possible only with what the knobs set: each case counts, not the scene alone.
@@ -753,7 +999,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &[
             "unknown key `knob.0.bse`",
             "did you mean `base`?",
-            "the keys of `knob` are: name, key, values, base, size, order",
+            "the keys of `knob` are: name, key, is, values, base, size, order",
         ],
     );
     told(
@@ -858,6 +1104,63 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "joint",
         &changed("label = \"3 points\", ", ""),
         &["missing field `label`", "{ label = \"4 x 9\""],
+    );
+    told(
+        "is",
+        &changed("base = 2", "base = 2\nis = \"numeric\""),
+        &[
+            "`knob.0.is`: there is no choice \"numeric\"",
+            "did you mean `numerical`?",
+            "\"numerical\", \"design\"",
+        ],
+    );
+    told(
+        "design-size",
+        &changed("base = 2", "base = 2\nis = \"design\""),
+        &[
+            "`knob.0.size` belongs to errors, and a design value has none",
+            "leave `size` out",
+        ],
+    );
+    told(
+        "no-design",
+        &format!("{HARMONICS}\n[[minimise]]\nquantity = \"peak_ratio\"\n"),
+        &[
+            "`minimise.0` asks for the best design, and no knob is a design value (harmonics, grid)",
+            "is = \"design\"",
+        ],
+    );
+    told(
+        "least-of-nothing",
+        &FRICTION_AND_FORCE.replace("quantity = \"peak_amplitude_m\"", "quantity = \"peak\""),
+        &[
+            "there is no choice \"peak\"",
+            "\"peak_ratio\", \"static_pressure_pa\"",
+        ],
+    );
+    told(
+        "not-followed",
+        &FRICTION_AND_FORCE.replace(
+            "quantity = \"peak_amplitude_m\"",
+            "quantity = \"opening_pairs\"",
+        ),
+        &[
+            "`minimise.0.quantity`: opening_pairs is not among the `quantities` of the study",
+            "add \"opening_pairs\" to `quantities`",
+        ],
+    );
+    told(
+        "no-quantity",
+        &FRICTION_AND_FORCE.replace("quantity = \"peak_amplitude_m\"", ""),
+        &["`minimise.0.quantity` is missing"],
+    );
+    told(
+        "no-numerical",
+        &FRICTION_AND_FORCE.replace("[[minimise]]", "[[recommend]]\naccuracy = 0.1"),
+        &[
+            "`recommend.0` asks for an accuracy, and no knob is numerical (friction, force_n)",
+            "[[minimise]] quantity = \"peak_amplitude_m\"",
+        ],
     );
     // The scene of one case: the place is the value in the study, the remedy the scene's.
     told(

@@ -27,6 +27,15 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
+/// Colour of one of `count` series: those of curves, or from dark to light where they are more.
+pub(super) fn of_series(i: usize, count: usize) -> RGBColor {
+    match count <= CURVES.len() {
+        true => of_curve(i),
+        // The lightest colours are lost on white.
+        false => of_value(0.9 * i as f64 / (count - 1) as f64),
+    }
+}
+
 /// Colour of curve `i`, repeating after six.
 pub(super) fn of_curve(i: usize) -> RGBColor {
     CURVES[i % CURVES.len()]

@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix, text_style,
-    tick_label, write_svg,
+    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix,
+    text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
@@ -17,13 +17,6 @@ use dovetail_solver::dlft::{Outcome, Response};
 const SIZE: (u32, u32) = (1280, 800);
 /// Of the width of the axes.
 const LEGEND_WIDTH: f64 = 0.45;
-
-/// Vertical axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AmplitudeScale {
-    Linear,
-    Logarithmic,
-}
 
 /// One line of a plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,20 +81,14 @@ pub fn write_response_plot(
     title: &str,
     quantity: &str,
     curves: &[Curve],
-    scale: AmplitudeScale,
+    scale: Scale,
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| {
         draw(canvas, title, quantity, curves, scale)
     })
 }
 
-fn draw(
-    canvas: &Canvas,
-    title: &str,
-    quantity: &str,
-    curves: &[Curve],
-    scale: AmplitudeScale,
-) -> Drawn {
+fn draw(canvas: &Canvas, title: &str, quantity: &str, curves: &[Curve], scale: Scale) -> Drawn {
     let (low, high) = bounds(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
     let values = || {
         curves
@@ -124,12 +111,12 @@ fn draw(
         .x_label_area_size(74)
         .y_label_area_size(104);
     match scale {
-        AmplitudeScale::Linear => {
+        Scale::Linear => {
             let mut chart = builder.build_cartesian_2d(low..high, 0.0..1.06 * top)?;
             frame(&mut chart, &y_label, &x_text, &y_text)?;
             lines(&mut chart, curves, factor, 0.0)
         }
-        AmplitudeScale::Logarithmic => {
+        Scale::Logarithmic => {
             let smallest = values().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
             let bottom = if smallest.is_finite() {
                 0.8 * smallest * factor

@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_value;
 use super::{
-    Canvas, Drawn, INK, TEXT_PX, TITLE_PX, round_ticks, si_prefix, text_style, tick_label,
+    Bar, Canvas, Drawn, INK, TEXT_PX, TITLE_PX, draw_bar, round_ticks, text_style, tick_label,
     write_svg,
 };
 use crate::export::ExportError;
@@ -103,7 +103,12 @@ pub fn write_flank_map(
     write_svg(path, layout.size(), |canvas| {
         draw_title(canvas, title)?;
         layout.draw(canvas, |pair| of_value((values[pair] - low) / span), None)?;
-        draw_bar(canvas, &layout, low, low + span, unit)
+        let bar = Bar {
+            left: WIDTH - RIGHT + 26,
+            top: TOP + CAPTION,
+            bottom: layout.bottom().max(TOP + 240),
+        };
+        draw_bar(canvas, bar, [low, low + span], unit)
     })
 }
 
@@ -267,39 +272,6 @@ impl Layout {
 fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
     let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
     canvas.draw(&Text::new(title.to_owned(), (WIDTH / 2, TOP / 2), &style))?;
-    Ok(())
-}
-
-fn draw_bar(canvas: &Canvas, layout: &Layout, low: f64, high: f64, unit: &str) -> Drawn {
-    let (prefix, factor) = si_prefix(high.abs().max(low.abs()));
-    let x = WIDTH - RIGHT + 26;
-    let (top, bottom) = (TOP + CAPTION, layout.bottom().max(TOP + 240));
-    for y in top..bottom {
-        let fraction = f64::from(bottom - 1 - y) / f64::from((bottom - top - 1).max(1));
-        // Two pixels high: each row covers the seam under it, and the next one its lower half.
-        let row = Rectangle::new(
-            [(x, y), (x + 26, (y + 2).min(bottom))],
-            of_value(fraction).filled(),
-        );
-        canvas.draw(&row)?;
-    }
-    canvas.draw(&Rectangle::new(
-        [(x, top), (x + 26, bottom)],
-        INK.stroke_width(1),
-    ))?;
-    let (ticks, step) = round_ticks(low * factor, high * factor, 6);
-    let text = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
-    for tick in ticks {
-        let fraction = (tick / factor - low) / (high - low);
-        let y = bottom - (fraction * f64::from(bottom - top)).round() as i32;
-        canvas.draw(&PathElement::new(
-            vec![(x + 26, y), (x + 32, y)],
-            INK.stroke_width(1),
-        ))?;
-        canvas.draw(&Text::new(tick_label(tick, step), (x + 40, y), &text))?;
-    }
-    let name = text_style(TEXT_PX - 1, HPos::Left, VPos::Bottom);
-    canvas.draw(&Text::new(format!("{prefix}{unit}"), (x, top - 10), &name))?;
     Ok(())
 }
 

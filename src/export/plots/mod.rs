@@ -1,5 +1,5 @@
-//! Draws figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), and the two
-//! flanks unrolled (Figures 5 and 6, static pressure).
+//! Draws figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), the two flanks
+//! unrolled (Figures 5 and 6, static pressure), and what a study compares.
 //!
 //! The colours are Okabe and Ito's set and viridis, which colour-blind eyes tell apart.
 
@@ -7,15 +7,17 @@ mod campbell;
 mod colour;
 mod curves;
 mod flanks;
-mod loglog;
+mod heat_map;
+mod series;
 
 pub use campbell::{CampbellFamily, write_campbell};
-pub use curves::{AmplitudeScale, Curve, response_curve, stuck_curve, write_response_plot};
+pub use curves::{Curve, response_curve, stuck_curve, write_response_plot};
 pub use flanks::{
     write_dissipation_map, write_flank_flags, write_flank_map, write_separation_map,
     write_static_pressure_map,
 };
-pub use loglog::{LogSeries, write_loglog};
+pub use heat_map::{HeatMap, write_heat_map};
+pub use series::{Axis, Series, write_series};
 
 use std::path::Path;
 
@@ -24,6 +26,13 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{ExportError, write_file};
+
+/// How values stand along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    Linear,
+    Logarithmic,
+}
 
 /// Where everything is drawn: pixels of an SVG.
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -99,6 +108,61 @@ fn si_prefix(largest: f64) -> (&'static str, f64) {
         .iter()
         .find(|(unit, _)| largest >= *unit * 0.999_999);
     found.map_or(("", 1.0), |&(unit, name)| (name, 1.0 / unit))
+}
+
+/// A unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
+/// without a unit stay as they are.
+fn in_unit(unit: &str, largest: f64) -> (String, f64) {
+    match unit {
+        "" => (String::new(), 1.0),
+        unit => {
+            let (prefix, factor) = si_prefix(largest);
+            (format!("{prefix}{unit}"), factor)
+        }
+    }
+}
+
+/// Left end, top and bottom of a bar of colours, in pixels.
+#[derive(Debug, Clone, Copy)]
+struct Bar {
+    left: i32,
+    top: i32,
+    bottom: i32,
+}
+
+/// The colours of the values from `low` to `high`, more than `low`, as a bar with its ticks and its
+/// unit.
+fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Drawn {
+    let (unit, factor) = in_unit(unit, high.abs().max(low.abs()));
+    let Bar { left, top, bottom } = bar;
+    let right = left + 26;
+    for y in top..bottom {
+        let fraction = f64::from(bottom - 1 - y) / f64::from((bottom - top - 1).max(1));
+        // Two pixels high: each row covers the seam under it, and the next one its lower half.
+        let row = Rectangle::new(
+            [(left, y), (right, (y + 2).min(bottom))],
+            colour::of_value(fraction).filled(),
+        );
+        canvas.draw(&row)?;
+    }
+    canvas.draw(&Rectangle::new(
+        [(left, top), (right, bottom)],
+        INK.stroke_width(1),
+    ))?;
+    let (ticks, step) = round_ticks(low * factor, high * factor, 6);
+    let text = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
+    for tick in ticks {
+        let fraction = (tick / factor - low) / (high - low);
+        let y = bottom - (fraction * f64::from(bottom - top)).round() as i32;
+        canvas.draw(&PathElement::new(
+            vec![(right, y), (right + 6, y)],
+            INK.stroke_width(1),
+        ))?;
+        canvas.draw(&Text::new(tick_label(tick, step), (right + 14, y), &text))?;
+    }
+    let name = text_style(TEXT_PX - 1, HPos::Left, VPos::Bottom);
+    canvas.draw(&Text::new(unit, (left, top - 10), &name))?;
+    Ok(())
 }
 
 /// A number on an axis: no more decimals than the step of the ticks asks for.

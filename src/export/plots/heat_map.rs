@@ -1,0 +1,244 @@
+//! Draws a figure over the values of two design knobs, one cell for each pair of values.
+
+use std::path::Path;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+use super::colour::of_value;
+use super::{
+    Bar, Canvas, Drawn, INK, TEXT_PX, TITLE_PX, draw_bar, in_unit, text_style, tick_label,
+    write_svg,
+};
+use crate::export::ExportError;
+
+const SIZE: (i32, i32) = (1280, 860);
+/// Room for the words at the rows: their least and their most.
+const LEFT: (i32, i32) = (150, 500);
+/// Width of a letter of them.
+const LETTER: i32 = 11;
+const RIGHT: i32 = 190;
+const TOP: i32 = 110;
+const BOTTOM: i32 = 110;
+/// Colour of a cell without a value.
+const EMPTY: RGBColor = RGBColor(214, 219, 224);
+/// A value is written in its cell where the cell is as large as this.
+const ROOM: (i32, i32) = (76, 28);
+
+/// A figure over two knobs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatMap {
+    pub title: String,
+    /// SI unit of the values; empty: they have none.
+    pub unit: &'static str,
+    /// Titles of the axis to the right and of the axis upwards.
+    pub axes: [String; 2],
+    /// Words at the columns and at the rows, from left and from below.
+    pub labels: [Vec<String>; 2],
+    /// Per column and row; `None` where there is no value.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+/// Draws the cells with a bar of their colours, from the least value to the largest.
+///
+/// # Errors
+/// [`ExportError`] where the picture cannot be drawn or written.
+pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
+    let size = (SIZE.0 as u32, SIZE.1 as u32);
+    write_svg(path, size, |canvas| draw(canvas, map))
+}
+
+impl HeatMap {
+    fn value(&self, column: usize, row: usize) -> Option<f64> {
+        let value = self.values.get(column)?.get(row).copied()?;
+        value.filter(|v| v.is_finite())
+    }
+
+    /// Where the cells begin: right of the words at the rows and of the title of the axis.
+    fn left(&self) -> i32 {
+        let longest = self.labels[1].iter().map(|l| l.chars().count()).max();
+        let words = LETTER.saturating_mul(longest.unwrap_or(0).try_into().unwrap_or(i32::MAX));
+        words.saturating_add(70).clamp(LEFT.0, LEFT.1)
+    }
+
+    /// Corners of a cell: left, right, top, bottom.
+    fn cell(&self, column: usize, row: usize) -> [i32; 4] {
+        let along = |i: usize, count: usize, pixels: i32| {
+            (i as f64 / count.max(1) as f64 * f64::from(pixels)).round() as i32
+        };
+        let left = self.left();
+        let (width, height) = (SIZE.0 - left - RIGHT, SIZE.1 - TOP - BOTTOM);
+        let x = |i: usize| left + along(i, self.labels[0].len(), width);
+        let y = |i: usize| SIZE.1 - BOTTOM - along(i, self.labels[1].len(), height);
+        [x(column), x(column + 1), y(row + 1), y(row)]
+    }
+}
+
+fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
+    let title = text_style(TITLE_PX, HPos::Center, VPos::Center);
+    canvas.draw(&Text::new(map.title.clone(), (SIZE.0 / 2, 36), &title))?;
+    let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
+    let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
+    let values = || cells().filter_map(|(c, r)| map.value(c, r));
+    let low = values().fold(f64::INFINITY, f64::min);
+    let high = values().fold(f64::NEG_INFINITY, f64::max);
+    let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
+    let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
+    let step = match values().all(|v| (factor * v).fract() == 0.0) {
+        true => 1.0,
+        false => three_digits,
+    };
+    for (column, row) in cells() {
+        let [left, right, top, bottom] = map.cell(column, row);
+        let value = map.value(column, row);
+        let fraction = value.map(|v| match high > low {
+            true => (v - low) / (high - low),
+            false => 0.0,
+        });
+        let fill = fraction.map_or(EMPTY, of_value);
+        let corners = [(left, top), (right, bottom)];
+        canvas.draw(&Rectangle::new(corners, fill.filled()))?;
+        canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(1)))?;
+        if right - left < ROOM.0 || bottom - top < ROOM.1 {
+            continue;
+        }
+        let words = value.map_or("none".to_owned(), |v| tick_label(factor * v, step));
+        // White letters on the dark half of the colours.
+        let style = text_style(TEXT_PX - 5, HPos::Center, VPos::Center);
+        let style = match fraction {
+            Some(fraction) if fraction < 0.5 => style.color(&WHITE),
+            _ => style,
+        };
+        let middle = ((left + right) / 2, (top + bottom) / 2);
+        canvas.draw(&Text::new(words, middle, &style))?;
+    }
+    draw_axes(canvas, map)?;
+    if low < high {
+        let bar = Bar {
+            left: SIZE.0 - RIGHT + 40,
+            top: TOP,
+            bottom: SIZE.1 - BOTTOM,
+        };
+        draw_bar(canvas, bar, [low, high], map.unit)?;
+    }
+    Ok(())
+}
+
+/// The words at columns and rows, as many as have room, and the titles.
+fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
+    let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
+    let longest = map.labels[0].iter().map(|l| l.chars().count()).max();
+    let width = 14 * longest.unwrap_or(0) as i32 + 14;
+    let start = map.left();
+    let (plot_width, plot_height) = (SIZE.0 - start - RIGHT, SIZE.1 - TOP - BOTTOM);
+    let every = |pixels: i32, room: i32, count: usize| {
+        let fitting = (pixels / room.max(1)).max(1) as usize;
+        count.div_ceil(fitting).max(1)
+    };
+    let below = text_style(TEXT_PX - 3, HPos::Center, VPos::Top);
+    for column in (0..columns).step_by(every(plot_width, width, columns)) {
+        let [left, right, ..] = map.cell(column, 0);
+        let at = ((left + right) / 2, SIZE.1 - BOTTOM + 12);
+        canvas.draw(&Text::new(map.labels[0][column].clone(), at, &below))?;
+    }
+    let beside = text_style(TEXT_PX - 3, HPos::Right, VPos::Center);
+    for row in (0..rows).step_by(every(plot_height, 30, rows)) {
+        let [_, _, top, bottom] = map.cell(0, row);
+        let at = (start - 12, (top + bottom) / 2);
+        canvas.draw(&Text::new(map.labels[1][row].clone(), at, &beside))?;
+    }
+    let name = text_style(TEXT_PX, HPos::Center, VPos::Center).color(&INK);
+    let middle = (start + plot_width / 2, TOP + plot_height / 2);
+    let at = (middle.0, SIZE.1 - 40);
+    canvas.draw(&Text::new(map.axes[0].clone(), at, &name))?;
+    let turned = name.transform(FontTransform::Rotate270);
+    canvas.draw(&Text::new(map.axes[1].clone(), (36, middle.1), &turned))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(unit: &'static str, values: Vec<Vec<Option<f64>>>) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.svg");
+        let map = HeatMap {
+            title: "peak_amplitude".into(),
+            unit,
+            axes: ["friction", "force_n"].map(str::to_owned),
+            labels: [
+                vec!["0.1".into(), "0.3".into()],
+                vec!["1.0".into(), "2.0".into()],
+            ],
+            values,
+        };
+        write_heat_map(&path, &map).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("NaN") && !text.contains("inf"));
+        text
+    }
+
+    /// Left and top edge of the filled rectangle of this colour.
+    fn corner(svg: &str, colour: &str) -> (f64, f64) {
+        let wanted = format!("fill=\"{colour}\"");
+        let line = svg
+            .lines()
+            .find(|l| l.starts_with("<rect") && l.contains(&wanted))
+            .unwrap_or_else(|| panic!("no {colour}"));
+        let number = |name: &str| {
+            let text = line.split(&format!(" {name}=\"")).nth(1).unwrap();
+            text.split('"').next().unwrap().parse().unwrap()
+        };
+        (number("x"), number("y"))
+    }
+
+    #[test]
+    fn cells_stand_to_the_right_and_upwards_and_what_is_missing_is_grey() {
+        let text = svg(
+            "m",
+            vec![vec![Some(1e-6), Some(2e-6)], vec![None, Some(3.5e-6)]],
+        );
+        // The least value is dark and lies at the lower left, the largest light at the upper right.
+        let (dark, light) = (corner(&text, "#440154"), corner(&text, "#FDE725"));
+        let empty = corner(&text, "#D6DBE0");
+        assert!(dark.0 < light.0 && light.1 < dark.1);
+        assert_eq!(empty, (light.0, dark.1));
+        for words in ["1.00", "2.00", "3.50", "none", "µm", "friction", "force_n"] {
+            assert!(text.lines().any(|l| l == words), "{words}: {text}");
+        }
+    }
+
+    #[test]
+    fn words_at_the_rows_have_room_beside_the_title() {
+        let map = |label: &str| HeatMap {
+            title: String::new(),
+            unit: "",
+            axes: ["x", "y"].map(str::to_owned),
+            labels: [vec!["a".into()], vec![label.to_owned()]],
+            values: vec![vec![Some(1.0)]],
+        };
+        let left = |label: &str| map(label).cell(0, 0)[0];
+        assert_eq!(left("0.1"), LEFT.0);
+        let words = "smooth, little damping";
+        assert!(left(words) >= 60 + 10 * words.len() as i32);
+        assert_eq!(left(&"long ".repeat(100)), LEFT.1);
+    }
+
+    #[test]
+    fn counts_have_no_decimals() {
+        let count = |n: u32| Some(f64::from(n));
+        let text = svg("", vec![vec![count(7), count(12)], vec![count(0), None]]);
+        for words in ["7", "12", "0"] {
+            assert!(text.lines().any(|l| l == words), "{words}: {text}");
+        }
+    }
+
+    #[test]
+    fn one_value_or_none_is_still_a_picture() {
+        for value in [Some(0.0), Some(-2.0), None] {
+            let text = svg("m", vec![vec![value; 2]; 2]);
+            assert!(text.contains("friction"));
+        }
+    }
+}
