@@ -235,8 +235,8 @@ impl<'a> Balance<'a> {
                 |signals, pair| {
                     let force = gather(&lambda_u, n, pair, width);
                     let mut lambda = vec![0.0; 3 * width];
-                    let end =
-                        contact_forces(fourier, self.input(pair, &force), signals, &mut lambda);
+                    let input = self.input(pair, &force);
+                    let end = contact_forces(fourier, input, signals, &mut lambda);
                     (end, lambda)
                 },
             )
@@ -258,6 +258,18 @@ impl<'a> Balance<'a> {
             lambda,
             ends,
         }
+    }
+
+    /// Compression -lambda_N of a pair at the samples of its last period, N, from the `lambda_u` of an evaluation.
+    pub fn compressions_n(&self, pair: usize, lambda_u: &[f64], signals: &mut Signals) -> Vec<f64> {
+        let fourier = self.setting.fourier;
+        let width = fourier.width();
+        let force = gather(lambda_u, self.unknowns_per_block(), pair, width);
+        let input = self.input(pair, &force);
+        contact_forces(fourier, input, signals, &mut vec![0.0; 3 * width]);
+        // 0 - x rather than -x: an open pair carries 0, not -0.
+        let normal = signals.lambda[..fourier.samples()].iter();
+        normal.map(|lambda| 0.0 - lambda).collect()
     }
 
     /// J at the U whose evaluation gave `lambda_u`.

@@ -138,13 +138,14 @@ pub struct PairCycle {
     pub slid_m: f64,
     /// Fraction of the period spent open.
     pub open_fraction: f64,
-    /// Mean, smallest and largest compression -lambda_N over the period, N.
+    /// Mean compression -lambda_N over the period, N.
     pub compression_mean_n: f64,
-    /// Smallest.
+    /// Smallest of the compressions that the law gives at the samples, N: 0 where the pair opens.
     pub compression_min_n: f64,
-    /// Largest.
+    /// Largest of them, N.
     pub compression_max_n: f64,
-    /// Friction power, W, from the harmonics.
+    /// Friction power, W: the mean of force times velocity, both of H harmonics. With those of the
+    /// damping it makes up the power put in. Of a pair that hardly slides it can be slightly below zero.
     pub friction_power_w: f64,
 }
 

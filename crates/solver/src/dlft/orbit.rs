@@ -1,11 +1,13 @@
 //! From a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion, pair cycles, powers.
 
+use super::aft::Signals;
 use super::balance::{Balance, Evaluation};
 use super::{Orbit, Outcome, PairCycle, StuckPoint};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::vector::dot;
 use faer::c64;
+use rayon::prelude::*;
 
 /// Instants at which the largest departure from the mean is looked for.
 const AMPLITUDE_INSTANTS: usize = 720;
@@ -27,7 +29,12 @@ pub fn orbit(
     let observed = observe(system, harmonics, Some(u), &modal);
     let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, u, &modal);
     let cycles: Vec<PairCycle> = (0..n / 3)
-        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
+        .into_par_iter()
+        .with_min_len(16)
+        .map_init(
+            || Signals::new(fourier.samples()),
+            |signals, pair| pair_cycle(balance, u, evaluation, signals, pair, frequency_hz),
+        )
         .collect();
     Orbit {
         frequency_hz,
@@ -274,6 +281,7 @@ fn pair_cycle(
     balance: &Balance<'_>,
     u: &[f64],
     evaluation: &Evaluation,
+    signals: &mut Signals,
     pair: usize,
     frequency_hz: f64,
 ) -> PairCycle {
@@ -281,11 +289,8 @@ fn pair_cycle(
     let fourier = balance.setting.fourier;
     let end = &evaluation.ends[pair];
     let slid_m = balance.slid_m(pair, end);
-    let normal: Vec<f64> = (0..fourier.width())
-        .map(|h| evaluation.lambda[h * n + 3 * pair])
-        .collect();
-    let mut signal = vec![0.0; fourier.samples()];
-    fourier.to_time(&normal, &mut signal);
+    // Of the law itself: a sum of harmonics would pull at a pair that opens.
+    let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
     let mut friction = 0.0;
     for k in 1..=fourier.harmonics() {
         let mut work = 0.0;
@@ -302,9 +307,9 @@ fn pair_cycle(
         opens: end.open_samples > 0,
         slid_m,
         open_fraction: end.open_samples as f64 / fourier.samples() as f64,
-        compression_mean_n: -normal[0],
-        compression_min_n: signal.iter().fold(f64::INFINITY, |m, v| m.min(-v)),
-        compression_max_n: signal.iter().fold(f64::NEG_INFINITY, |m, v| m.max(-v)),
+        compression_mean_n: 0.0 - evaluation.lambda[3 * pair],
+        compression_min_n: compressions.iter().copied().fold(f64::INFINITY, f64::min),
+        compression_max_n: compressions.iter().copied().fold(0.0, f64::max),
         friction_power_w: friction,
     }
 }
@@ -485,9 +490,11 @@ mod tests {
             let mut compressions = vec![vec![]; n / 3];
             for i in 0..samples {
                 let phase = TAU * i as f64 / samples as f64;
-                let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
-                for (compression, lambda) in compressions.iter_mut().zip(lambda.chunks_exact(3)) {
-                    compression.push(-lambda[0]);
+                // The normal law has no history: what is predicted, unless that pulls.
+                let [predicted, ..] = at_phase(&evaluation.lambda_u, n, phase);
+                for (pair, compression) in compressions.iter_mut().enumerate() {
+                    let shift_n = setting.eps[3 * pair] * model.pairs[pair].gap_m;
+                    compression.push((-predicted[3 * pair] - shift_n).max(0.0));
                 }
             }
             let farthest_m = orbit.cycles.iter().fold(0.0_f64, |m, c| m.max(c.slid_m));
@@ -517,6 +524,10 @@ mod tests {
                 assert_near(cycle.compression_min_n, least);
                 let most = compression.iter().fold(f64::NEG_INFINITY, |m, c| m.max(*c));
                 assert_near(cycle.compression_max_n, most);
+                assert!(cycle.compression_min_n >= 0.0);
+                if cycle.opens {
+                    assert_eq!(cycle.compression_min_n, 0.0);
+                }
             }
         });
     }
