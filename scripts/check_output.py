@@ -27,7 +27,7 @@ except ImportError as missing:
 SUM = 1e-9
 # A node in the middle of an edge may sit this fraction of the edge off (curved elements).
 MIDDLE = 0.25
-VTK_TET, VTK_TET10, VTK_TRIANGLE = 10, 24, 5
+VTK_TET, VTK_TET10, VTK_QUAD = 10, 24, 9
 # Edges of VTK's ten-node tetrahedron, in the order of its nodes 4 to 9.
 TET10_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 STATIC_STATUS = ["stuck", "slipping", "open"]
@@ -97,6 +97,18 @@ class Grid:
             names = [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
             raise LookupError(f"{self.name}: no array {name}; it has {names}")
         return vtk_to_numpy(array)
+
+    def pairs(self, name):
+        """A field of the flanks at the pairs, which are the first points."""
+        return self.point(name)[: self.cell("pair").max() + 1]
+
+    def of_pairs(self, name):
+        """A state or size of each pair, which all cells of the pair have."""
+        pair, values = self.cell("pair"), self.cell(name)
+        _, first = np.unique(pair, return_index=True)
+        if (values[first][pair] != values).any():
+            problem(f"{self.name}: cells of one pair differ in {name}")
+        return values[first]
 
     def check_finite(self):
         for data in (self.grid.GetPointData(), self.grid.GetCellData()):
@@ -179,11 +191,13 @@ def check_tets(grid):
 
 
 def check_flank_geometry(grid, pairs, table):
-    if set(grid.types().tolist()) - {VTK_TRIANGLE}:
-        problem(f"{grid.name}: cells other than triangles")
+    if set(grid.types().tolist()) - {VTK_QUAD}:
+        problem(f"{grid.name}: cells other than quadrilaterals")
+    if sorted(set(grid.cell("pair").tolist())) != list(range(len(pairs))):
+        problem(f"{grid.name}: {table} has {len(pairs)} pairs, its cells belong to others")
     position = np.column_stack([column(pairs, k, table) for k in ("x_m", "y_m", "z_m")])
-    same(f"{grid.name}: positions against {table}", grid.points(), position)
-    same(f"{grid.name}: area_m2 against {table}", grid.point("area_m2"),
+    same(f"{grid.name}: positions against {table}", grid.points()[: len(pairs)], position)
+    same(f"{grid.name}: area_m2 against {table}", grid.of_pairs("area_m2"),
          column(pairs, "area_m2", table))
     sizes = vtk.vtkCellSizeFilter()
     sizes.SetInputData(grid.grid)
@@ -213,14 +227,14 @@ def check_static(root, grids, summary):
     flank = grids["flank_static.vtu"]
     area_by_vtk = check_flank_geometry(flank, rows, table)
     for name in ("pressure_pa", "normal_force_n", "slip_m", "gap_m"):
-        same(f"{flank.name}: {name} against {table}", flank.point(name), column(rows, name, table))
-    slip_vector, normal = flank.point("slip_vector_m"), flank.point("normal")
+        same(f"{flank.name}: {name} against {table}", flank.pairs(name), column(rows, name, table))
+    slip_vector, normal = flank.pairs("slip_vector_m"), flank.pairs("normal")
     same(f"{flank.name}: |slip_vector_m| against {table}",
          np.linalg.norm(slip_vector, axis=1), slip, relative=SUM, absolute=1e-18)
     check_friction_vectors(flank, rows, slip_vector, normal, table)
-    same(f"{flank.name}: status against {table}", flank.point("status"),
+    same(f"{flank.name}: status against {table}", flank.of_pairs("status"),
          [STATIC_STATUS.index(r["status"]) for r in rows])
-    facts.append(f"{flank.name}: {len(rows)} pairs, {flank.grid.GetNumberOfCells()} triangles, "
+    facts.append(f"{flank.name}: {len(rows)} pairs, {flank.grid.GetNumberOfCells()} shares, "
                  f"{area_by_vtk:.6e} m2 by VTK, {area.sum():.6e} m2 of pairs")
 
     grid = grids["static.vtu"]
@@ -243,7 +257,7 @@ def check_static(root, grids, summary):
 
 def check_friction_vectors(flank, rows, slip_vector, normal, table):
     """friction_vector_n lies in the flank; its size and angle with the slip are the table's."""
-    found = flank.point("friction_vector_n")
+    found = flank.pairs("friction_vector_n")
     friction, slip = (np.column_stack([column(rows, f"{name}_t{i}_{unit}", table) for i in (1, 2)])
                       for name, unit in (("friction", "n"), ("slip", "m")))
     size = np.linalg.norm(friction, axis=1)
@@ -318,19 +332,21 @@ def check_response(root, grids, summary):
         grid = grids[name]
         same(f"{name}: timestep against frequency_hz", by_name[name], frequency[n])
         check_flank_geometry(grid, pairs, "contact.csv")
-        watts = grid.point("dissipation_w_m2") * grid.point("area_m2")
+        watts = grid.pairs("dissipation_w_m2") * grid.of_pairs("area_m2")
         scale = np.abs(watts).sum()
         same(f"{name}: sum of dissipation x area against friction_power_w of {table}",
              watts.sum(), power[n], relative=1e-6, absolute=1e-9 * scale)
-        status = grid.point("status")
+        status = grid.of_pairs("status")
         same(f"{name}: pairs with status 2 against opening_pairs", int((status == 2).sum()),
              int(rows[i]["opening_pairs"]))
         same(f"{name}: pairs with status 0 against stuck_pairs", int((status == 0).sum()),
              int(rows[i]["stuck_pairs"]))
-        low, mean, high = (grid.point(f"pressure_{k}_pa") for k in ("min", "mean", "max"))
+        low, mean, high = (grid.pairs(f"pressure_{k}_pa") for k in ("min", "mean", "max"))
         slack = 1e-9 * np.abs(high).max()
         if (low > mean + slack).any() or (mean > high + slack).any():
             problem(f"{name}: pressures are not ordered min <= mean <= max")
+        if (low < 0).any():
+            problem(f"{name}: a pressure below zero")
         total += watts
         opening += status == 2
     check_sweep(grids["flank_dissipation.vtu"], pairs, total, opening, len(converged))
@@ -342,19 +358,20 @@ def check_response(root, grids, summary):
 
 def check_sweep(grid, pairs, total, opening, points):
     check_flank_geometry(grid, pairs, "contact.csv")
-    found = grid.point("friction_power_sum_w")
+    found = grid.pairs("friction_power_sum_w")
     scale = 1e-9 * np.abs(total).max() if total.size else 0
     same(f"{grid.name}: friction_power_sum_w against the sum of the series", found, total,
          relative=SUM, absolute=scale)
     same(f"{grid.name}: dissipation_sum_w_m2 x area against friction_power_sum_w",
-         grid.point("dissipation_sum_w_m2") * grid.point("area_m2"), found, relative=SUM)
-    same(f"{grid.name}: opening_points against the series", grid.point("opening_points"), opening)
-    same(f"{grid.name}: separates", grid.point("separates"), (opening > 0).astype(int))
+         grid.pairs("dissipation_sum_w_m2") * grid.of_pairs("area_m2"), found, relative=SUM)
+    same(f"{grid.name}: opening_points against the series", grid.of_pairs("opening_points"),
+         opening)
+    same(f"{grid.name}: separates", grid.of_pairs("separates"), (opening > 0).astype(int))
     if points:
         same(f"{grid.name}: friction_power_sum_w against contact.csv", found,
              column(pairs, "friction_power_sum_w", "contact.csv"))
         flags = [int(r["opens_at_any_frequency"] == "true") for r in pairs]
-        same(f"{grid.name}: separates against contact.csv", grid.point("separates"), flags)
+        same(f"{grid.name}: separates against contact.csv", grid.of_pairs("separates"), flags)
 
 
 def check_peak(root, grids, good, converged, pairs, summary):
@@ -368,9 +385,9 @@ def check_peak(root, grids, good, converged, pairs, summary):
         flank = grids[f"flank/flank_{converged[best]:04}.vtu"]
         for name in ("pressure_mean_pa", "pressure_min_pa", "pressure_max_pa", "slid_m",
                      "open_fraction"):
-            same(f"{flank.name}: {name} against contact.csv", flank.point(name),
+            same(f"{flank.name}: {name} against contact.csv", flank.pairs(name),
                  column(pairs, f"peak_{name}", "contact.csv"))
-        same(f"{flank.name}: status against contact.csv", flank.point("status"),
+        same(f"{flank.name}: status against contact.csv", flank.of_pairs("status"),
              [CYCLE_STATUS.index(r["peak_status"]) for r in pairs])
     if summary:
         same("summary.json: peak amplitude against response.csv",

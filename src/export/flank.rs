@@ -1,6 +1,8 @@
-//! Writes the fields on the flanks. Each pair is a point, and each flank facet a triangle.
+//! Writes the fields on the flanks. The first points are the pairs. Each facet is cut into the
+//! shares of its three pairs, so that a state belongs to the share of its pair and nothing is
+//! interpolated between two states.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::ExportError;
@@ -35,28 +37,27 @@ pub fn write_flank_static(
         fields.gap_m.len(),
         model.pairs.len(),
     )?;
-    let mut grid = flank_grid(model);
+    let mut flanks = Flanks::of(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
-    grid.point_array("normal", 3, normals);
+    flanks.field("normal", 3, normals);
     if state.outcome.is_converged() {
-        grid.point_array("pressure_pa", 1, fields.pressure_pa);
-        grid.point_array("normal_force_n", 1, fields.normal_force_n);
-        grid.point_array(
+        flanks.field("pressure_pa", 1, fields.pressure_pa);
+        flanks.field("normal_force_n", 1, fields.normal_force_n);
+        flanks.field(
             "slip_m",
             1,
             fields.slip_m.iter().map(|s| s[0].hypot(s[1])).collect(),
         );
-        grid.point_array("slip_vector_m", 3, in_space(model, &fields.slip_m));
-        grid.point_array("friction_vector_n", 3, in_space(model, &fields.friction_n));
-        grid.point_array("gap_m", 1, fields.gap_m);
-        let code = |s: &PairStatus| match s {
+        flanks.field("slip_vector_m", 3, in_space(model, &fields.slip_m));
+        flanks.field("friction_vector_n", 3, in_space(model, &fields.friction_n));
+        flanks.field("gap_m", 1, fields.gap_m);
+        flanks.integers("status", |pair| match fields.status[pair] {
             PairStatus::Stuck => 0,
             PairStatus::Slipping => 1,
             PairStatus::Open => 2,
-        };
-        grid.point_integers("status", fields.status.iter().map(code).collect());
+        });
     }
-    grid.write(path)
+    flanks.grid.write(path)
 }
 
 /// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep = frequency in Hz, number
@@ -65,7 +66,7 @@ pub fn write_flank_static(
 /// have no file.
 #[derive(Debug)]
 pub struct FlankSeries {
-    still: Grid,
+    still: Flanks,
     pairs: Vec<ContactPair>,
     /// Frequency and file of each row that is written.
     written: BTreeMap<usize, (f64, String)>,
@@ -75,7 +76,7 @@ impl FlankSeries {
     /// Of the flanks of this model; nothing is written yet.
     pub fn new(model: &Model) -> Self {
         Self {
-            still: flank_grid(model),
+            still: Flanks::of(model),
             pairs: model.pairs.clone(),
             written: BTreeMap::new(),
         }
@@ -98,15 +99,15 @@ impl FlankSeries {
         let path = folder.join(&file);
         check_pairs(&path, "pair cycles", orbit.cycles.len(), self.pairs.len())?;
         let fields = cycle_fields(orbit, &self.pairs);
-        let mut grid = self.still.clone();
-        grid.point_array("pressure_mean_pa", 1, fields.pressure_mean_pa);
-        grid.point_array("pressure_min_pa", 1, fields.pressure_min_pa);
-        grid.point_array("pressure_max_pa", 1, fields.pressure_max_pa);
-        grid.point_array("slid_m", 1, fields.slid_m);
-        grid.point_array("open_fraction", 1, fields.open_fraction);
-        grid.point_array("dissipation_w_m2", 1, fields.dissipation_w_m2);
-        grid.point_integers("status", fields.status.iter().map(|&s| s as i32).collect());
-        grid.write(&path)?;
+        let mut flanks = self.still.clone();
+        flanks.field("pressure_mean_pa", 1, fields.pressure_mean_pa);
+        flanks.field("pressure_min_pa", 1, fields.pressure_min_pa);
+        flanks.field("pressure_max_pa", 1, fields.pressure_max_pa);
+        flanks.field("slid_m", 1, fields.slid_m);
+        flanks.field("open_fraction", 1, fields.open_fraction);
+        flanks.field("dissipation_w_m2", 1, fields.dissipation_w_m2);
+        flanks.integers("status", |pair| fields.status[pair] as i32);
+        flanks.grid.write(&path)?;
         self.written.insert(row, (orbit.frequency_hz, file.clone()));
         Ok(Some(file))
     }
@@ -138,20 +139,13 @@ pub fn write_flank_dissipation(
     response: &Response,
 ) -> Result<(), ExportError> {
     let sums = sweep_fields(response, &model.pairs);
-    let mut grid = flank_grid(model);
-    grid.point_array("friction_power_sum_w", 1, sums.friction_power_sum_w);
-    grid.point_array("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
-    let separates = sums
-        .opening_points
-        .iter()
-        .map(|&n| i32::from(n > 0))
-        .collect();
-    grid.point_integers("separates", separates);
-    grid.point_integers(
-        "opening_points",
-        sums.opening_points.iter().map(|&n| n as i32).collect(),
-    );
-    grid.write(path)
+    let mut flanks = Flanks::of(model);
+    flanks.field("friction_power_sum_w", 1, sums.friction_power_sum_w);
+    flanks.field("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
+    let opening = &sums.opening_points;
+    flanks.integers("separates", |pair| i32::from(opening[pair] > 0));
+    flanks.integers("opening_points", |pair| opening[pair] as i32);
+    flanks.grid.write(path)
 }
 
 /// Error unless there is one value per pair.
@@ -164,21 +158,100 @@ pub(super) fn check_pairs(
     check_length(path, field, found, pairs, "one per contact pair")
 }
 
-/// The flanks with what every file of them carries: number, contact and area of each pair.
-fn flank_grid(model: &Model) -> Grid {
-    let points: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
-    let mut grid = Grid::of_triangles(&points, &model.flank_triangles);
-    grid.point_integers("pair", (0..model.pairs.len() as i32).collect());
-    grid.point_integers(
-        "contact",
-        model.pairs.iter().map(|p| p.contact as i32).collect(),
-    );
-    grid.point_array(
-        "area_m2",
-        1,
-        model.pairs.iter().map(|p| p.area_m2).collect(),
-    );
-    grid
+/// The flanks as a grid.
+#[derive(Debug, Clone)]
+struct Flanks {
+    grid: Grid,
+    cut: Cut,
+}
+
+impl Flanks {
+    /// With what every file carries: number, contact and area of the pair of each cell.
+    fn of(model: &Model) -> Self {
+        let cut = Cut::of(&model.flank_triangles);
+        let places: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
+        let points = cut.with_means(3, places.into_flattened());
+        let mut grid = Grid::of_quadrilaterals(points, &cut.cells(model.pairs.len()));
+        let areas = cut.owners().map(|pair| model.pairs[pair].area_m2);
+        grid.cell_array("area_m2", 1, areas.collect());
+        let mut flanks = Self { grid, cut };
+        flanks.integers("pair", |pair| pair as i32);
+        flanks.integers("contact", |pair| model.pairs[pair].contact as i32);
+        flanks
+    }
+
+    /// A field that is linear on each facet, from its values at the pairs.
+    fn field(&mut self, name: &str, components: usize, of_pairs: Vec<f64>) {
+        let values = self.cut.with_means(components, of_pairs);
+        self.grid.point_array(name, components as u32, values);
+    }
+
+    /// A state or number of each pair, the same on all of its cells.
+    fn integers(&mut self, name: &str, of_pair: impl Fn(usize) -> i32) {
+        let values = self.cut.owners().map(of_pair).collect();
+        self.grid.cell_integers(name, values);
+    }
+}
+
+/// Facets cut into the shares of their pairs: each a quadrilateral from a pair over the middle of
+/// one edge and the centroid to the middle of the other edge. The points are the pairs, the middles
+/// of the edges, and the centroids.
+#[derive(Debug, Clone)]
+struct Cut {
+    facets: Vec<[usize; 3]>,
+    /// Lower pair first, ascending.
+    edges: Vec<[usize; 2]>,
+}
+
+impl Cut {
+    fn of(triangles: &[[u32; 3]]) -> Self {
+        let facets: Vec<[usize; 3]> = triangles.iter().map(|t| t.map(|n| n as usize)).collect();
+        let edges: BTreeSet<[usize; 2]> = facets.iter().flat_map(edges).collect();
+        Self {
+            facets,
+            edges: edges.into_iter().collect(),
+        }
+    }
+
+    /// Points of each quadrilateral.
+    fn cells(&self, pairs: usize) -> Vec<[u64; 4]> {
+        let shares = |(f, facet): (usize, &[usize; 3])| {
+            let centroid = pairs + self.edges.len() + f;
+            let middles =
+                edges(facet).map(|edge| pairs + self.edges.partition_point(|e| *e < edge));
+            [0, 1, 2].map(|i| {
+                [facet[i], middles[i], centroid, middles[(i + 2) % 3]].map(|point| point as u64)
+            })
+        };
+        self.facets.iter().enumerate().flat_map(shares).collect()
+    }
+
+    /// The pair of each quadrilateral.
+    fn owners(&self) -> impl Iterator<Item = usize> + '_ {
+        self.facets.iter().flatten().copied()
+    }
+
+    /// Values at the pairs, and after them the means at the other points.
+    fn with_means(&self, components: usize, mut values: Vec<f64>) -> Vec<f64> {
+        let mut add_mean = |pairs: &[usize]| {
+            for c in 0..components {
+                let of_pairs = pairs.iter().map(|pair| values[pair * components + c]);
+                let mean = of_pairs.sum::<f64>() / pairs.len() as f64;
+                values.push(mean);
+            }
+        };
+        self.edges.iter().for_each(|edge| add_mean(edge));
+        self.facets.iter().for_each(|facet| add_mean(facet));
+        values
+    }
+}
+
+/// Edges of a facet, each with its lower pair first; edge i joins corner i and the next.
+fn edges(facet: &[usize; 3]) -> [[usize; 2]; 3] {
+    [0, 1, 2].map(|i| {
+        let (a, b) = (facet[i], facet[(i + 1) % 3]);
+        [a.min(b), a.max(b)]
+    })
 }
 
 /// Components along t1 and t2 as a vector in space.

@@ -204,17 +204,13 @@ impl Grid {
         grid
     }
 
-    /// Triangles on points.
-    pub(super) fn of_triangles(points: &[[f64; 3]], triangles: &[[u32; 3]]) -> Self {
+    /// Quadrilaterals on points.
+    pub(super) fn of_quadrilaterals(points: Vec<f64>, corners: &[[u64; 4]]) -> Self {
         Self::new(
-            points.as_flattened().to_vec(),
-            triangles
-                .as_flattened()
-                .iter()
-                .map(|&n| u64::from(n))
-                .collect(),
-            (1..=triangles.len() as u64).map(|t| 3 * t).collect(),
-            vec![CellType::Triangle; triangles.len()],
+            points,
+            corners.as_flattened().to_vec(),
+            (1..=corners.len() as u64).map(|q| 4 * q).collect(),
+            vec![CellType::Quad; corners.len()],
         )
     }
 
@@ -242,8 +238,8 @@ impl Grid {
         self.arrays.point.push(array(name, components, values));
     }
 
-    pub(super) fn point_integers(&mut self, name: &str, values: Vec<i32>) {
-        self.arrays.point.push(array(name, 1, values));
+    pub(super) fn cell_integers(&mut self, name: &str, values: Vec<i32>) {
+        self.arrays.cell.push(array(name, 1, values));
     }
 
     pub(super) fn cell_array(&mut self, name: &str, components: u32, values: Vec<f64>) {

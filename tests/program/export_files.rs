@@ -13,7 +13,8 @@ use std::process::Command;
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{self, Scale};
 use dovetail::export::{ExportError, csv, flank, vtu};
-use dovetail_solver::dlft::{Outcome, Response};
+use dovetail_numerics::space::{cross, norm, sub};
+use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::results::pairs::PairTable;
@@ -373,8 +374,8 @@ fn slip_and_friction_of_the_flanks_are_vectors_in_space() {
         ("friction_vector_n", &run.static_state.lambda),
     ] {
         let vectors = values(&grid.data.point, name);
-        assert_eq!(vectors.len(), local.len());
         let rows = vectors.chunks_exact(3).zip(local.chunks_exact(3));
+        assert_eq!(rows.len(), run.model.pairs.len());
         for (pair, (vector, local)) in run.model.pairs.iter().zip(rows) {
             let size = vector.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             for (axis, expected) in pair.frame.iter().zip([0.0, local[1], local[2]]) {
@@ -401,11 +402,77 @@ fn flank_files_are_those_of_the_converged_points() {
     let grid = read(&out.join("flank/flank_0010.vtu"));
     let orbit = &run.response.orbits[10];
     let dissipation = values(&grid.data.point, "dissipation_w_m2");
-    let area = values(&grid.data.point, "area_m2");
-    let power: f64 = dissipation.iter().zip(&area).map(|(d, a)| d * a).sum();
+    let areas = run.model.pairs.iter().map(|pair| pair.area_m2);
+    let power: f64 = dissipation.iter().zip(areas).map(|(d, a)| d * a).sum();
     assert!((power - orbit.friction_power_w).abs() < 1e-12 * power);
     let of_flanks = fs::read_dir(out.join("flank")).unwrap();
     assert_eq!(of_flanks.count(), 29);
+}
+
+/// Corners of each cell of a grid of quadrilaterals.
+fn quadrilaterals(grid: &UnstructuredGridPiece) -> Vec<[usize; 4]> {
+    let (connectivity, offsets) = grid.cells.cell_verts.clone().into_xml();
+    assert!(offsets.iter().zip(1..).all(|(end, n)| *end == 4 * n));
+    let corners = connectivity.chunks_exact(4);
+    corners
+        .map(|c| [c[0], c[1], c[2], c[3]].map(|n| n as usize))
+        .collect()
+}
+
+#[test]
+fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
+    let mut run = run(ElementOrder::Linear, 4, 9);
+    let pairs = run.model.pairs.len();
+    let status =
+        |pair: usize| [PairStatus::Stuck, PairStatus::Slipping, PairStatus::Open][pair % 3];
+    run.static_state.status = (0..pairs).map(status).collect();
+    let out = folder("shares");
+    let [at_rest, swept] = ["flank_static.vtu", "flank_dissipation.vtu"].map(|f| out.join(f));
+    flank::write_flank_static(&at_rest, &run.model, &run.static_state).unwrap();
+    flank::write_flank_dissipation(&swept, &run.model, &run.response).unwrap();
+    let opening = sweep_fields(&run.response, &run.model.pairs).opening_points;
+    let [at_rest, swept] = [&at_rest, &swept].map(|path| read(path));
+    let owners = values(&at_rest.data.cell, "pair");
+    assert_eq!(owners.len(), 3 * run.model.flank_triangles.len());
+    let contact = |pair: usize| run.model.pairs[pair].contact;
+    let expected: [(_, _, &dyn Fn(usize) -> usize); 4] = [
+        (&at_rest, "status", &|pair| pair % 3),
+        (&at_rest, "contact", &contact),
+        (&swept, "opening_points", &|pair| opening[pair]),
+        (&swept, "separates", &|pair| usize::from(opening[pair] > 0)),
+    ];
+    for (grid, name, of_pair) in expected {
+        let found = values(&grid.data.cell, name);
+        let expected = owners.iter().map(|&pair| of_pair(pair as usize) as f64);
+        assert!(found.iter().copied().eq(expected), "{name}");
+        assert!(grid.data.point.iter().all(|array| array.name() != name));
+    }
+    // A cell is a third of its facet and has its pair as a corner.
+    let points = at_rest.points.clone().into_vec::<f64>().unwrap();
+    let place = |n: usize| [0, 1, 2].map(|a| points[3 * n + a]);
+    let area = |corners: &[[f64; 3]]| {
+        let diagonals = match corners {
+            [a, b, c] => [sub(*b, *a), sub(*c, *a)],
+            [a, b, c, d] => [sub(*c, *a), sub(*d, *b)],
+            _ => panic!("{} corners", corners.len()),
+        };
+        0.5 * norm(cross(diagonals[0], diagonals[1]))
+    };
+    let facets = run.model.flank_triangles.iter();
+    let facets = facets.flat_map(|t| [t.map(|n| n as usize); 3]);
+    let pressure = values(&at_rest.data.point, "pressure_pa");
+    let mean = |of: &[usize]| of.iter().map(|&n| pressure[n]).sum::<f64>() / of.len() as f64;
+    for ((cell, facet), owner) in quadrilaterals(&at_rest).iter().zip(facets).zip(&owners) {
+        assert_eq!(cell[0], *owner as usize);
+        let third = area(&facet.map(place)) / 3.0;
+        assert!((area(&cell.map(place)) / third - 1.0).abs() < 1e-12);
+        let scale = pressure.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+        assert!((pressure[cell[2]] - mean(&facet)).abs() < 1e-12 * scale);
+        let i = facet.iter().position(|n| *n == cell[0]).unwrap();
+        for (side, other) in [(cell[1], facet[(i + 1) % 3]), (cell[3], facet[(i + 2) % 3])] {
+            assert!((pressure[side] - mean(&[cell[0], other])).abs() < 1e-12 * scale);
+        }
+    }
 }
 
 #[test]
