@@ -21,8 +21,9 @@ use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, MeshSummary, RunState, Summary};
 use crate::export::plots::{
-    Scale, response_curve, stuck_curve, write_campbell, write_dissipation_map, write_response_plot,
-    write_separation_map, write_static_pressure_map,
+    Scale, response_curve, stuck_curve, write_campbell, write_dissipation_map,
+    write_orbit_dissipation_map, write_response_plot, write_separation_map,
+    write_static_pressure_map,
 };
 use crate::export::{ExportError, create_folder, csv, flank, vtu};
 use crate::stage::Stage;
@@ -544,6 +545,11 @@ fn write_response_on_mesh(
     if !model.pairs.is_empty() {
         write_separation_map(&out.file("plots/fig5_separation.svg"), model, response)?;
         write_dissipation_map(&out.file("plots/fig6_dissipation.svg"), model, response)?;
+        if let Some(peak) = peak(response, 0) {
+            let path = out.file("plots/peak_dissipation.svg");
+            let orbit = &response.orbits[peak.index];
+            write_orbit_dissipation_map(&path, model, orbit, "the peak")?;
+        }
     }
     let Some(recovery) = recovery else {
         return Ok(());

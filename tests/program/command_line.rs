@@ -10,7 +10,7 @@ use crate::shared_program::{ended, said};
 const SMALL: &str = "mesh.file=../meshes/dovetail_order1.msh";
 
 /// What a run writes besides the frames of its two animations.
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "contact.csv",
     "flank.pvd",
     "flank_dissipation.vtu",
@@ -21,6 +21,7 @@ const FILES: [&str; 17] = [
     "plots/fig4_tip.svg",
     "plots/fig5_separation.svg",
     "plots/fig6_dissipation.svg",
+    "plots/peak_dissipation.svg",
     "plots/static_pressure.svg",
     "response.csv",
     "response_h1.csv",

@@ -11,12 +11,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
-use dovetail::export::plots::{self, Scale};
+use dovetail::export::plots::{self, Axis, CampbellFamily, HeatMap, Scale, Series};
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::model::{Prestress, Rotation};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
 use made_up_run::{Run, observed, run, scaled};
@@ -125,6 +126,8 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     plots::write_separation_map(&out.join("separation.svg"), model, response).unwrap();
     plots::write_dissipation_map(&out.join("dissipation.svg"), model, response).unwrap();
     plots::write_static_pressure_map(&out.join("pressure.svg"), model, &run.static_state).unwrap();
+    let orbit = &response.orbits[top.index];
+    plots::write_orbit_dissipation_map(&out.join("peak.svg"), model, orbit, "the peak").unwrap();
     out
 }
 
@@ -521,7 +524,12 @@ fn figures_show_every_pair_and_every_lost_point() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = write_all("figures", &run);
     let svg = |name: &str| fs::read_to_string(out.join(name)).unwrap();
-    for file in ["pressure.svg", "dissipation.svg", "separation.svg"] {
+    for file in [
+        "pressure.svg",
+        "dissipation.svg",
+        "separation.svg",
+        "peak.svg",
+    ] {
         assert_eq!(
             svg(file).matches("<polygon").count(),
             72,
@@ -552,6 +560,184 @@ fn figures_show_every_pair_and_every_lost_point() {
     };
     // Two crosses on the axis and one in the legend add two lines each; two gaps add two lines.
     assert_eq!(draw(&run.response), draw(&gapless) + 2 + 6);
+}
+
+/// Corners of the patches in a map of the flanks, in units of its viewBox: patch after patch, in the
+/// order of the pairs.
+fn patches(svg: &str) -> Vec<Vec<[f64; 2]>> {
+    let corner = |text: &str| {
+        let (x, y) = text.split_once(',').unwrap();
+        [x, y].map(|number| number.parse().unwrap())
+    };
+    let polygons = svg.lines().filter(|line| line.starts_with("<polygon"));
+    let corners = polygons.map(|line| {
+        let (_, points) = line.split_once("points=\"").unwrap();
+        let (points, _) = points.split_once('"').unwrap();
+        points.split_whitespace().map(corner).collect()
+    });
+    corners.collect()
+}
+
+/// The text of a picture, each piece of it on a line of its own.
+fn words(svg: &str) -> Vec<&str> {
+    svg.lines().filter(|line| !line.starts_with('<')).collect()
+}
+
+#[test]
+fn flanks_are_drawn_in_one_sense_to_one_scale_with_named_edges() {
+    let mut run = run(ElementOrder::Linear, 4, 9);
+    let out = folder("sense");
+    // The two flanks of the model have opposite t2.
+    let [first, last] = [0, 71].map(|pair| run.model.pairs[pair].frame[2]);
+    assert!(first[2] * last[2] < 0.0);
+    let about = |x: f64| {
+        Some(Rotation {
+            point_m: [0.0, 0.0, -0.5],
+            axis: [x, 0.0, 0.0],
+            speed_rad_s: 500.0,
+            prestress: Prestress::None,
+        })
+    };
+    let ends = ["front end", "rear end"];
+    let heights = ["inner edge", "outer edge"];
+    // Without rotation the edges are named after axes of coordinates.
+    for (rotation, to_the_right, sides, edges) in [
+        (about(1.0), 1.0, ends, heights),
+        (about(-1.0), -1.0, ends, heights),
+        (
+            None,
+            1.0,
+            ["towards −x", "towards +x"],
+            ["towards −z", "towards +z"],
+        ),
+    ] {
+        run.model.rotation = rotation;
+        let path = out.join("pressure.svg");
+        plots::write_static_pressure_map(&path, &run.model, &run.static_state).unwrap();
+        let svg = fs::read_to_string(&path).unwrap();
+        for edge in sides.iter().chain(&edges) {
+            let drawn = words(&svg).iter().filter(|word| *word == edge).count();
+            assert_eq!(drawn, 2, "{edge}: once a flank");
+        }
+        let centres: Vec<[f64; 2]> = patches(&svg)
+            .iter()
+            .map(|corners| {
+                let mean = |axis: usize| corners.iter().map(|c| c[axis]).sum::<f64>();
+                [0, 1].map(|axis| mean(axis) / corners.len() as f64)
+            })
+            .collect();
+        assert_eq!(centres.len(), 72);
+        for contact in [0, 1] {
+            let of_contact = || (0..72).filter(|pair| run.model.pairs[*pair].contact == contact);
+            for (a, b) in of_contact().flat_map(|a| of_contact().map(move |b| (a, b))) {
+                let from_a = sub(run.model.pairs[b].position_m, run.model.pairs[a].position_m);
+                let [x, y] = [0, 1].map(|axis| centres[b][axis] - centres[a][axis]);
+                if from_a[0].abs() > 6e-3 {
+                    assert_eq!((to_the_right * from_a[0]).signum(), x.signum());
+                }
+                if from_a[2].abs() > 1.5e-3 {
+                    assert_eq!(from_a[2].signum(), -y.signum());
+                }
+            }
+        }
+        let extent = |axis: usize| {
+            let corners = patches(&svg).into_iter().take(36).flatten();
+            let (low, high) = corners.fold((f64::INFINITY, 0.0_f64), |(low, high), c| {
+                (low.min(c[axis]), high.max(c[axis]))
+            });
+            high - low
+        };
+        let ratio = extent(0) / extent(1);
+        assert!((ratio - 35.3 / 4.5).abs() < 0.01, "{ratio}");
+    }
+}
+
+/// Pictures of made-up numbers: modes over the speed, and figures over design values.
+fn write_made_up(out: &Path) {
+    let over_speed = |dashed: bool, lowest: f64| CampbellFamily {
+        label: "modes".to_owned(),
+        modes: vec![
+            (0..7)
+                .map(f64::from)
+                .map(|i| (500.0 * i, lowest + i * i))
+                .collect(),
+        ],
+        dashed,
+    };
+    let families = [over_speed(false, 80.0), over_speed(true, 60.0)];
+    plots::write_campbell(&out.join("campbell.svg"), "Speeds", &families).unwrap();
+    let points = (1..20).map(|i| (f64::from(i), Some(1.0 / f64::from(i))));
+    let series = Series {
+        label: "curve".to_owned(),
+        points: points.collect(),
+        names: vec![],
+        joined: true,
+    };
+    let axes = ["cost", "error"].map(Axis::logarithmic);
+    plots::write_series(&out.join("series.svg"), "Series", &axes, &[series]).unwrap();
+    let count = |n: u32| (1..=n).map(|i| i.to_string()).collect::<Vec<_>>();
+    let map = HeatMap {
+        title: "Map".to_owned(),
+        unit: "m",
+        axes: ["x", "y"].map(str::to_owned),
+        labels: [count(7), count(3)],
+        values: (0..7)
+            .map(|x| (0..3).map(|y| Some(f64::from(x * y))).collect())
+            .collect(),
+    };
+    plots::write_heat_map(&out.join("heat_map.svg"), &map).unwrap();
+}
+
+/// The numbers that an attribute has in the elements of a picture.
+fn attributes(svg: &str, name: &str) -> Vec<f64> {
+    let start = format!(" {name}=\"");
+    let values = svg.split(&start).skip(1);
+    let values = values.map(|after| after.split_once('"').unwrap().0);
+    values
+        .flat_map(|value| value.split([',', ' ']))
+        .filter_map(|number| number.parse().ok())
+        .collect()
+}
+
+#[test]
+fn pictures_are_drawn_in_tenths_of_a_pixel() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = write_all("tenths", &run);
+    write_made_up(&out);
+    for file in [
+        "pressure.svg",
+        "separation.svg",
+        "response.svg",
+        "response_log.svg",
+        "campbell.svg",
+        "series.svg",
+        "heat_map.svg",
+    ] {
+        let svg = fs::read_to_string(out.join(file)).unwrap();
+        let (head, drawing) = svg.split_once('\n').unwrap();
+        let shown = ["width", "height"].map(|name| attributes(head, name)[0]);
+        assert!((600.0..2000.0).contains(&shown[0]), "{file}: {head}");
+        let [width, height] = shown.map(|length| 10.0 * length);
+        assert_eq!(attributes(head, "viewBox"), [0.0, 0.0, width, height]);
+        let places = ["points", "x"].map(|name| attributes(drawing, name));
+        let between = places.iter().flatten().filter(|n| *n % 10.0 != 0.0);
+        assert!(between.count() > 5, "{file}");
+        // Lines, letters and marks are of the sizes of pixels. What has no line has no width of one.
+        let drawn = drawing.replace("stroke=\"none\" stroke-width=\"1\"", "");
+        for (name, least) in [("stroke-width", 10.0), ("font-size", 135.0), ("r", 30.0)] {
+            let sizes = attributes(&drawn, name);
+            assert!(
+                sizes.iter().all(|s| *s >= least),
+                "{file}: {name} {sizes:?}"
+            );
+        }
+        // The drawing fills the picture.
+        let reach = |name: &str| attributes(drawing, name).into_iter().fold(0.0, f64::max);
+        assert!(
+            reach("x") > 0.6 * width && reach("y") > 0.8 * height,
+            "{file}"
+        );
+    }
 }
 
 #[test]

@@ -328,7 +328,7 @@ fn a_study_of_designs_answers_without_errors() {
     let curves = folder.text("out/plots/peak_amplitude_m_over_friction_by_force_n.svg");
     let lines = curves
         .lines()
-        .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"3\""));
+        .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"30\""));
     assert_eq!(lines.count(), 3);
     for words in ["force_n 4.0", "peak_amplitude (mm)", "0.05"] {
         assert!(curves.lines().any(|l| l == words), "{words}: {curves}");

@@ -7,8 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_PX, draw_legend, round_ticks, text_style, tick_label,
-    write_svg,
+    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title, px,
+    round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
@@ -46,12 +46,13 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
     let top = if highest > 0.0 { 1.08 * highest } else { 1.0 };
     let (_, x_step) = round_ticks(0.0, fastest, 10);
     let (_, y_step) = round_ticks(0.0, top, 8);
+    draw_title(canvas, title)?;
     let mut chart = ChartBuilder::on(canvas)
-        .caption(title, text_style(TITLE_PX, HPos::Center, VPos::Top))
-        .margin(18)
-        .margin_right(36)
-        .x_label_area_size(74)
-        .y_label_area_size(104)
+        .margin(px(18))
+        .margin_top(TITLE_HEIGHT)
+        .margin_right(px(36))
+        .x_label_area_size(px(74))
+        .y_label_area_size(px(104))
         .build_cartesian_2d(0.0..1.04 * fastest, 0.0..top)?;
     chart
         .configure_mesh()
@@ -60,33 +61,34 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
         .x_labels(10)
         .y_labels(8)
         .max_light_lines(0)
-        .bold_line_style(GRID)
-        .axis_style(INK)
+        .bold_line_style(GRID.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
         .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .x_label_formatter(&|v| tick_label(*v, x_step))
         .y_label_formatter(&|v| tick_label(*v, y_step))
         .draw()?;
-    let order_style = RGBColor(170, 170, 170).stroke_width(1);
+    let order_style = RGBColor(170, 170, 170).stroke_width(px(1));
     for (label, end) in engine_order_ends(fastest, top) {
         chart.draw_series(LineSeries::new([(0.0, 0.0), end], order_style))?;
         let style = text_style(TEXT_PX - 6, HPos::Right, VPos::Bottom);
         chart.draw_series([Text::new(label, end, style)])?;
     }
     for (i, family) in families.iter().enumerate() {
-        let style = of_curve(i).stroke_width(3);
+        let style = of_curve(i).filled().stroke_width(px(3));
         let mut legend = Some(family.label.clone());
         for mode in &family.modes {
             let line = mode.iter().copied();
             let drawn = if family.dashed {
-                chart.draw_series(DashedLineSeries::new(line, 9, 6, style))?
+                chart.draw_series(DashedLineSeries::new(line, px(9), px(6), style))?
             } else {
-                chart.draw_series(LineSeries::new(line, style).point_size(3))?
+                chart.draw_series(LineSeries::new(line, style).point_size(px(3)))?
             };
             if let Some(label) = legend.take() {
                 drawn
                     .label(label)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 39, y)], style));
+                    .legend(move |(x, y)| PathElement::new([(x, y), (x + at_px(39), y)], style));
             }
         }
     }

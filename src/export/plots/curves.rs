@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_PX, draw_legend, round_ticks, si_prefix,
-    text_style, tick_label, write_svg,
+    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title, px,
+    round_ticks, si_prefix, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
@@ -103,13 +103,14 @@ fn draw(canvas: &Canvas, title: &str, quantity: &str, curves: &[Curve], scale: S
     let (_, y_step) = round_ticks(0.0, 1.06 * top, 8);
     let x_text = move |v: &f64| tick_label(*v, x_step);
     let y_text = move |v: &f64| tick_label(*v, y_step);
+    draw_title(canvas, title)?;
     let mut builder = ChartBuilder::on(canvas);
     builder
-        .caption(title, text_style(TITLE_PX, HPos::Center, VPos::Top))
-        .margin(18)
-        .margin_right(36)
-        .x_label_area_size(74)
-        .y_label_area_size(104);
+        .margin(px(18))
+        .margin_top(TITLE_HEIGHT)
+        .margin_right(px(36))
+        .x_label_area_size(px(74))
+        .y_label_area_size(px(104));
     match scale {
         Scale::Linear => {
             let mut chart = builder.build_cartesian_2d(low..high, 0.0..1.06 * top)?;
@@ -149,9 +150,10 @@ where
         .y_desc(y_label)
         .x_labels(10)
         .y_labels(8)
-        .max_light_lines(0)
-        .bold_line_style(GRID)
-        .axis_style(INK)
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
         .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .x_label_formatter(x_text)
@@ -176,68 +178,109 @@ where
         } else {
             next(&mut colours)
         };
-        let style = colour.stroke_width(if curve.reference { 2 } else { 3 });
-        let mut legend = Some(curve.label.clone());
-        for run in converged_runs(&curve.points, factor, bottom) {
-            if run.len() == 1 {
-                chart.draw_series([Circle::new(run[0], 4, colour.filled())])?;
-                continue;
-            }
-            let drawn = if curve.reference {
-                chart.draw_series(DashedLineSeries::new(run, 9, 6, style))?
-            } else {
-                chart.draw_series(LineSeries::new(run, style))?
-            };
-            if let Some(label) = legend.take() {
-                let dashed = curve.reference;
-                drawn.label(label).legend(move |(x, y)| {
-                    let piece = |from: i32, to: i32| PathElement::new([(from, 0), (to, 0)], style);
-                    let gap = if dashed { 5 } else { 0 };
-                    EmptyElement::at((x, y))
-                        + piece(0, 13 - gap)
-                        + piece(13, 26 - gap)
-                        + piece(26, 39 - gap)
-                });
-            }
-        }
-        if !curve.inaccurate.is_empty() {
-            let label = format!(
-                "{}: accuracy not reached at {}",
-                curve.label,
-                points(curve.inaccurate.len())
-            );
-            let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
-            let rings = rings.filter(|ring| ring.1 >= bottom);
-            // Hollow: the line does not run through it.
-            let [inside, mark] = [WHITE.filled(), colour.stroke_width(2)];
-            let ring = move |at| {
-                EmptyElement::at(at) + Circle::new((0, 0), 6, inside) + Circle::new((0, 0), 6, mark)
-            };
-            chart
-                .draw_series(rings.map(ring))?
-                .label(label)
-                .legend(move |(x, y)| {
-                    EmptyElement::at((x + 19, y))
-                        + Circle::new((0, 0), 6, inside)
-                        + Circle::new((0, 0), 6, mark)
-                });
-        }
-        let lost: Vec<f64> = curve
-            .points
-            .iter()
-            .filter(|p| p.1.is_none())
-            .map(|p| p.0)
-            .collect();
-        if !lost.is_empty() {
-            let label = format!("{}: {} did not converge", curve.label, points(lost.len()));
-            let mark = colour.stroke_width(3);
-            chart
-                .draw_series(lost.into_iter().map(|f| Cross::new((f, bottom), 7, mark)))?
-                .label(label)
-                .legend(move |(x, y)| EmptyElement::at((x + 19, y)) + Cross::new((0, 0), 7, mark));
-        }
+        stretches(chart, curve, colour, factor, bottom)?;
+        rings(chart, curve, colour, factor, bottom)?;
+        crosses(chart, curve, colour, bottom)?;
     }
     draw_legend(chart, clear_corner(curves), TEXT_PX - 2)
+}
+
+/// The converged stretches of a curve; a point without neighbours is a dot.
+fn stretches<'a, 'b: 'a, Y>(
+    chart: &mut Chart<'a, 'b, Y>,
+    curve: &Curve,
+    colour: RGBColor,
+    factor: f64,
+    bottom: f64,
+) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    let style = colour.stroke_width(px(if curve.reference { 2 } else { 3 }));
+    let mut legend = Some(curve.label.clone());
+    for run in converged_runs(&curve.points, factor, bottom) {
+        if run.len() == 1 {
+            chart.draw_series([Circle::new(run[0], px(4), colour.filled())])?;
+            continue;
+        }
+        let drawn = if curve.reference {
+            chart.draw_series(DashedLineSeries::new(run, px(9), px(6), style))?
+        } else {
+            chart.draw_series(LineSeries::new(run, style))?
+        };
+        if let Some(label) = legend.take() {
+            let dashed = curve.reference;
+            drawn.label(label).legend(move |(x, y)| {
+                let piece =
+                    |from: i32, to: i32| PathElement::new([from, to].map(|x| (at_px(x), 0)), style);
+                let gap = if dashed { 5 } else { 0 };
+                EmptyElement::at((x, y))
+                    + piece(0, 13 - gap)
+                    + piece(13, 26 - gap)
+                    + piece(26, 39 - gap)
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Rings where the accuracy asked for was not reached.
+fn rings<'a, 'b: 'a, Y>(
+    chart: &mut Chart<'a, 'b, Y>,
+    curve: &Curve,
+    colour: RGBColor,
+    factor: f64,
+    bottom: f64,
+) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    if curve.inaccurate.is_empty() {
+        return Ok(());
+    }
+    let count = points(curve.inaccurate.len());
+    let label = format!("{}: accuracy not reached at {count}", curve.label);
+    let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
+    let rings = rings.filter(|ring| ring.1 >= bottom);
+    // Hollow: the line does not run through it.
+    let [inside, mark] = [WHITE.filled(), colour.stroke_width(px(2))];
+    let circle = |style| Circle::new((0, 0), px(6), style);
+    chart
+        .draw_series(rings.map(|at| EmptyElement::at(at) + circle(inside) + circle(mark)))?
+        .label(label)
+        .legend(move |(x, y)| EmptyElement::at((x + at_px(19), y)) + circle(inside) + circle(mark));
+    Ok(())
+}
+
+/// Crosses on the axis where a frequency did not converge.
+fn crosses<'a, 'b: 'a, Y>(
+    chart: &mut Chart<'a, 'b, Y>,
+    curve: &Curve,
+    colour: RGBColor,
+    bottom: f64,
+) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    let lost: Vec<f64> = curve
+        .points
+        .iter()
+        .filter(|p| p.1.is_none())
+        .map(|p| p.0)
+        .collect();
+    if lost.is_empty() {
+        return Ok(());
+    }
+    let label = format!("{}: {} did not converge", curve.label, points(lost.len()));
+    let mark = colour.stroke_width(px(3));
+    let on_axis = lost.into_iter().map(|f| (f, bottom));
+    chart
+        .draw_series(on_axis.map(|at| Cross::new(at, px(7), mark)))?
+        .label(label)
+        .legend(move |(x, y)| {
+            EmptyElement::at((x + at_px(19), y)) + Cross::new((0, 0), px(7), mark)
+        });
+    Ok(())
 }
 
 /// The upper corner on whose side the curves stay lower: a legend there hides less of them.

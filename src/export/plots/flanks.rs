@@ -1,5 +1,6 @@
-//! Draws the flanks unrolled. Each contact is a panel with the slot's direction to the right. Each
-//! pair is the patch of flank that is its tributary area.
+//! Draws the flanks unrolled. Each contact is a panel, all in one sense: the slot runs to the right,
+//! outwards is up, and the edges have names. Each pair is the patch of flank that is its tributary
+//! area.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,23 +10,30 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_value;
 use super::{
-    Bar, Canvas, Drawn, INK, TEXT_PX, TITLE_PX, draw_bar, round_ticks, text_style, tick_label,
-    write_svg,
+    Bar, Canvas, Drawn, INK, PX, TEXT_PX, TITLE_HEIGHT, at_px, draw_bar, draw_title, px,
+    round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use crate::export::flank::check_pairs;
-use dovetail_solver::dlft::{Response, StaticState};
-use dovetail_solver::model::Model;
-use dovetail_solver::results::quantities::{static_fields, sweep_fields};
+use dovetail_numerics::space::{dot, scaled, sub, unit};
+use dovetail_solver::dlft::{Orbit, Response, StaticState};
+use dovetail_solver::model::{Model, Rotation};
+use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
 
-const WIDTH: i32 = 1400;
-const LEFT: i32 = 96;
-const RIGHT: i32 = 190;
-const TOP: i32 = 64;
-const CAPTION: i32 = 40;
-const AXIS: i32 = 44;
-const AXIS_NAME: i32 = 40;
-const TALLEST_FLANK: f64 = 420.0;
+const WIDTH: i32 = at_px(1400);
+const LEFT: i32 = at_px(136);
+const RIGHT: i32 = at_px(224);
+const CAPTION: i32 = at_px(40);
+/// Under a flank: ticks, and the name of its lower edge.
+const AXIS: i32 = at_px(70);
+const AXIS_NAME: i32 = at_px(40);
+const TALLEST_FLANK: i32 = at_px(420);
+/// Least height of the bar and of the legend.
+const LEAST_HEIGHT: i32 = at_px(240);
+/// From the flanks to the bar or the legend, past the name of an edge.
+const ASIDE: i32 = at_px(50);
+/// A side of a flank is named after a direction of the machine with at least this cosine to it.
+const LEAST_COSINE: f64 = 0.1;
 const SEPARATES: RGBColor = RGBColor(213, 94, 0);
 const STAYS: RGBColor = RGBColor(214, 219, 224);
 
@@ -38,7 +46,7 @@ pub fn write_static_pressure_map(
 ) -> Result<(), ExportError> {
     if !state.outcome.is_converged() {
         let title = format!("Static pressure: {}, no result", state.outcome.word());
-        return write_svg(path, (WIDTH as u32, 100), |canvas| {
+        return write_svg(path, (WIDTH as u32 / PX, 100), |canvas| {
             draw_title(canvas, &title)
         });
     }
@@ -65,6 +73,19 @@ pub fn write_dissipation_map(
         response.orbits.len()
     );
     write_flank_map(path, model, &title, "W/m²", &sums.dissipation_sum_w_m2)
+}
+
+/// Friction power per area of one orbit, W/m2. `what` names it in the title.
+pub fn write_orbit_dissipation_map(
+    path: &Path,
+    model: &Model,
+    orbit: &Orbit,
+    what: &str,
+) -> Result<(), ExportError> {
+    check_pairs(path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
+    let title = format!("Friction power at {what}, {:.3} Hz", orbit.frequency_hz);
+    let fields = cycle_fields(orbit, &model.pairs);
+    write_flank_map(path, model, &title, "W/m²", &fields.dissipation_w_m2)
 }
 
 /// Pairs that separate at any converged frequency (the paper's Figure 5).
@@ -104,9 +125,9 @@ pub fn write_flank_map(
         draw_title(canvas, title)?;
         layout.draw(canvas, |pair| of_value((values[pair] - low) / span), None)?;
         let bar = Bar {
-            left: WIDTH - RIGHT + 26,
-            top: TOP + CAPTION,
-            bottom: layout.bottom().max(TOP + 240),
+            left: WIDTH - RIGHT + ASIDE,
+            top: TITLE_HEIGHT + CAPTION,
+            bottom: layout.bottom().max(TITLE_HEIGHT + LEAST_HEIGHT),
         };
         draw_bar(canvas, bar, [low, low + span], unit)
     })
@@ -128,17 +149,17 @@ pub fn write_flank_flags(
         layout.draw(canvas, colour, Some(WHITE))?;
         let flagged = flags.iter().filter(|f| **f).count();
         let counts = [flagged, flags.len() - flagged];
-        let x = WIDTH - RIGHT + 16;
+        let x = WIDTH - RIGHT + ASIDE;
+        let at = |right: i32, below: i32| (x + at_px(right), below);
         for (i, colour) in [SEPARATES, STAYS].into_iter().enumerate() {
-            let y = TOP + CAPTION + 58 * i as i32;
-            canvas.draw(&Rectangle::new([(x, y), (x + 22, y + 22)], colour.filled()))?;
+            let y = TITLE_HEIGHT + CAPTION + at_px(58 * i as i32);
+            let square = [at(0, y), at(22, y + at_px(22))];
+            canvas.draw(&Rectangle::new(square, colour.filled()))?;
             let style = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
-            canvas.draw(&Text::new(words[i].to_owned(), (x + 30, y + 11), &style))?;
-            canvas.draw(&Text::new(
-                format!("{} pairs", counts[i]),
-                (x + 30, y + 35),
-                &style,
-            ))?;
+            let lines = [words[i].to_owned(), format!("{} pairs", counts[i])];
+            for (line, down) in lines.into_iter().zip([11, 35]) {
+                canvas.draw(&Text::new(line, at(30, y + at_px(down)), &style))?;
+            }
         }
         Ok(())
     })
@@ -147,7 +168,9 @@ pub fn write_flank_flags(
 /// A flank in its own plane.
 struct Panel {
     name: String,
-    /// Pair and outline of its patch, m, along and across the slot.
+    /// The sides left, right, below and above.
+    edges: [String; 4],
+    /// Pair and outline of its patch, m, to the right and up.
     patches: Vec<(usize, Vec<[f64; 2]>)>,
     low: [f64; 2],
     high: [f64; 2],
@@ -155,7 +178,7 @@ struct Panel {
 
 struct Layout {
     panels: Vec<Panel>,
-    pixels_per_m: f64,
+    units_per_m: f64,
 }
 
 impl Layout {
@@ -170,35 +193,34 @@ impl Layout {
                 .fold(f64::MIN_POSITIVE, f64::max)
         };
         let width = f64::from(WIDTH - LEFT - RIGHT);
-        let pixels_per_m = (width / longest(0)).min(TALLEST_FLANK / longest(1));
+        let units_per_m = (width / longest(0)).min(f64::from(TALLEST_FLANK) / longest(1));
         Self {
             panels,
-            pixels_per_m,
+            units_per_m,
         }
     }
 
-    /// Pixels of panel `i` along an axis.
+    /// Units of panel `i` along an axis.
     fn extent(&self, i: usize, axis: usize) -> i32 {
         let metres = self.panels[i].high[axis] - self.panels[i].low[axis];
-        (metres * self.pixels_per_m).ceil().max(2.0) as i32
+        (metres * self.units_per_m).ceil().max(f64::from(at_px(2))) as i32
     }
 
     /// Top of the plotting area of panel `i`.
     fn top(&self, i: usize) -> i32 {
         let above: i32 = (0..i).map(|j| CAPTION + self.extent(j, 1) + AXIS).sum();
-        TOP + above + CAPTION
+        TITLE_HEIGHT + above + CAPTION
     }
 
     fn bottom(&self) -> i32 {
         let last = self.panels.len().checked_sub(1);
-        last.map_or(TOP, |i| self.top(i) + self.extent(i, 1))
+        last.map_or(TITLE_HEIGHT, |i| self.top(i) + self.extent(i, 1))
     }
 
+    /// Of the picture, pixels.
     fn size(&self) -> (u32, u32) {
-        (
-            WIDTH as u32,
-            (self.bottom().max(TOP + 240) + AXIS + AXIS_NAME) as u32,
-        )
+        let height = self.bottom().max(TITLE_HEIGHT + LEAST_HEIGHT) + AXIS + AXIS_NAME;
+        (WIDTH as u32 / PX, (height as u32).div_ceil(PX))
     }
 
     fn draw(
@@ -209,59 +231,68 @@ impl Layout {
     ) -> Drawn {
         for (i, panel) in self.panels.iter().enumerate() {
             let (top, height, width) = (self.top(i), self.extent(i, 1), self.extent(i, 0));
-            let pixel = |p: [f64; 2]| {
-                let x = (p[0] - panel.low[0]) * self.pixels_per_m;
-                let y = (panel.high[1] - p[1]) * self.pixels_per_m;
+            let place = |p: [f64; 2]| {
+                let x = (p[0] - panel.low[0]) * self.units_per_m;
+                let y = (panel.high[1] - p[1]) * self.units_per_m;
                 (LEFT + x.round() as i32, top + y.round() as i32)
             };
             for (pair, corners) in &panel.patches {
-                let mut path: Vec<(i32, i32)> = corners.iter().map(|&c| pixel(c)).collect();
+                let mut path: Vec<(i32, i32)> = corners.iter().map(|&c| place(c)).collect();
                 let fill = colour(*pair);
                 canvas.draw(&Polygon::new(path.clone(), fill.filled()))?;
                 // The outline in the same colour closes the hairlines between patches.
                 path.extend(path.first().copied());
                 canvas.draw(&PathElement::new(
                     path,
-                    outline.unwrap_or(fill).stroke_width(1),
+                    outline.unwrap_or(fill).stroke_width(px(1)),
                 ))?;
             }
             let caption = text_style(TEXT_PX, HPos::Left, VPos::Bottom);
-            canvas.draw(&Text::new(panel.name.clone(), (LEFT, top - 8), &caption))?;
+            canvas.draw(&Text::new(
+                panel.name.clone(),
+                (LEFT, top - at_px(8)),
+                &caption,
+            ))?;
             self.axes(canvas, panel, top, width, height)?;
+            draw_edges(canvas, &panel.edges, [top, width, height])?;
         }
         let name = text_style(TEXT_PX, HPos::Center, VPos::Center);
-        let below = (LEFT + (WIDTH - LEFT - RIGHT) / 2, self.bottom() + AXIS + 12);
+        let below = (
+            LEFT + (WIDTH - LEFT - RIGHT) / 2,
+            self.bottom() + AXIS + at_px(12),
+        );
         canvas.draw(&Text::new("along the slot (mm)", below, &name))?;
         let middle = (self.top(0).min(self.bottom()) + self.bottom()) / 2;
         let turned = name.transform(FontTransform::Rotate270);
-        canvas.draw(&Text::new("across (mm)", (26, middle), &turned))?;
+        canvas.draw(&Text::new("across (mm)", (at_px(26), middle), &turned))?;
         Ok(())
     }
 
     fn axes(&self, canvas: &Canvas, panel: &Panel, top: i32, width: i32, height: i32) -> Drawn {
         let frame = [(LEFT, top), (LEFT + width, top + height)];
-        canvas.draw(&Rectangle::new(frame, INK.stroke_width(1)))?;
+        canvas.draw(&Rectangle::new(frame, INK.stroke_width(px(1))))?;
         for axis in 0..2 {
             let (low, high) = (1e3 * panel.low[axis], 1e3 * panel.high[axis]);
-            let pixels = if axis == 0 { width } else { height };
-            let (ticks, step) = round_ticks(low, high, (pixels / [90, 40][axis]).max(2) as usize);
+            let units = if axis == 0 { width } else { height };
+            let between = at_px([90, 40][axis]);
+            let (ticks, step) = round_ticks(low, high, (units / between).max(2) as usize);
             for tick in ticks {
-                let offset = ((tick - low) * 1e-3 * self.pixels_per_m).round() as i32;
+                let offset = ((tick - low) * 1e-3 * self.units_per_m).round() as i32;
                 let text = tick_label(tick, step);
                 let (from, to, at, style) = if axis == 0 {
                     let (x, y) = (LEFT + offset, top + height);
                     (
                         (x, y),
-                        (x, y + 6),
-                        (x, y + 12),
+                        (x, y + at_px(6)),
+                        (x, y + at_px(12)),
                         text_style(TEXT_PX - 3, HPos::Center, VPos::Top),
                     )
                 } else {
                     let (x, y) = (LEFT, top + height - offset);
                     let style = text_style(TEXT_PX - 3, HPos::Right, VPos::Center);
-                    ((x - 6, y), (x, y), (x - 12, y), style)
+                    ((x - at_px(6), y), (x, y), (x - at_px(12), y), style)
                 };
-                canvas.draw(&PathElement::new(vec![from, to], INK.stroke_width(1)))?;
+                canvas.draw(&PathElement::new(vec![from, to], INK.stroke_width(px(1))))?;
                 canvas.draw(&Text::new(text, at, &style))?;
             }
         }
@@ -269,9 +300,24 @@ impl Layout {
     }
 }
 
-fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
-    let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
-    canvas.draw(&Text::new(title.to_owned(), (WIDTH / 2, TOP / 2), &style))?;
+/// The names of the sides left, right, below and above of a flank with this top, width and height.
+fn draw_edges(canvas: &Canvas, edges: &[String; 4], [top, width, height]: [i32; 3]) -> Drawn {
+    let end = LEFT + width;
+    let upright = |h: HPos, v: VPos| text_style(TEXT_PX - 3, h, v);
+    let sideways = || upright(HPos::Center, VPos::Center).transform(FontTransform::Rotate270);
+    let middle = top + height / 2;
+    let places = [
+        ((LEFT - at_px(70), middle), sideways()),
+        ((end + at_px(20), middle), sideways()),
+        (
+            (end, top + height + at_px(36)),
+            upright(HPos::Right, VPos::Top),
+        ),
+        ((end, top - at_px(8)), upright(HPos::Right, VPos::Bottom)),
+    ];
+    for (name, (place, style)) in edges.iter().zip(&places) {
+        canvas.draw(&Text::new(name.clone(), *place, style))?;
+    }
     Ok(())
 }
 
@@ -285,10 +331,12 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         .collect();
     let origin = model.pairs[triangles.first()?[0]].position_m;
     let [_, t1, t2] = model.pairs[triangles[0][0]].frame;
+    let machine = MachineDirections::at(origin, model.rotation.as_ref());
+    let (right, sides) = turned(t1, machine.axial, ["front end", "rear end"]);
+    let (up, heights) = turned(t2, machine.radial, ["inner edge", "outer edge"]);
     let flat = |pair: usize| {
-        let p = model.pairs[pair].position_m;
-        let along = |t: [f64; 3]| (0..3).map(|a| (p[a] - origin[a]) * t[a]).sum::<f64>();
-        [along(t1), along(t2)]
+        let from_origin = sub(model.pairs[pair].position_m, origin);
+        [dot(from_origin, right), dot(from_origin, up)]
     };
     let mut patches = patches(&triangles, flat);
     let corners = || patches.iter().flat_map(|(_, c)| c);
@@ -304,12 +352,57 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         }
     }
     let name = model.contact_names[contact].clone();
+    let [left, right] = sides;
+    let [below, above] = heights;
     Some(Panel {
         name,
+        edges: [left, right, below, above],
         patches,
         low: [0.0; 2],
         high: [high[0] - low[0], high[1] - low[1]],
     })
+}
+
+/// Directions that a rotating machine has at a point; none without rotation.
+struct MachineDirections {
+    axial: Option<[f64; 3]>,
+    radial: Option<[f64; 3]>,
+}
+
+impl MachineDirections {
+    fn at(point_m: [f64; 3], rotation: Option<&Rotation>) -> Self {
+        let outwards = |r: &Rotation| {
+            let arm = sub(point_m, r.point_m);
+            unit(sub(arm, scaled(r.axis, dot(arm, r.axis))))
+        };
+        Self {
+            axial: rotation.map(|r| r.axis),
+            radial: rotation.and_then(outwards),
+        }
+    }
+}
+
+/// A tangent turned so that it points along a direction of the machine, and the words for the sides
+/// where it comes from and where it leads. Where the machine has no such direction, or the tangent
+/// lies across it, it is turned along the nearest axis of coordinates, which names the sides.
+fn turned(
+    tangent: [f64; 3],
+    machine: Option<[f64; 3]>,
+    words: [&str; 2],
+) -> ([f64; 3], [String; 2]) {
+    let cosine = machine.map_or(0.0, |direction| dot(tangent, direction));
+    if cosine.abs() >= LEAST_COSINE {
+        return (scaled(tangent, cosine.signum()), words.map(str::to_owned));
+    }
+    let largest = tangent.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
+    // The last of equals: of z and y it is z on every flank.
+    let nearest = |axis: &usize| tangent[*axis].abs() >= largest * (1.0 - 1e-6);
+    let axis = (0..3).rev().find(nearest).unwrap_or(2);
+    let letter = ["x", "y", "z"][axis];
+    (
+        scaled(tangent, tangent[axis].signum()),
+        ["−", "+"].map(|sign| format!("towards {sign}{letter}")),
+    )
 }
 
 /// Outline of the share of each pair in its triangles: centroids and edge middles around it, and

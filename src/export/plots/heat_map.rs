@@ -7,23 +7,23 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_value;
 use super::{
-    Bar, Canvas, Drawn, INK, TEXT_PX, TITLE_PX, draw_bar, in_unit, text_style, tick_label,
-    write_svg,
+    Bar, Canvas, Drawn, INK, PX, TEXT_PX, at_px, draw_bar, draw_title, in_unit, px, text_style,
+    tick_label, write_svg,
 };
 use crate::export::ExportError;
 
-const SIZE: (i32, i32) = (1280, 860);
+const SIZE: (i32, i32) = (at_px(1280), at_px(860));
 /// Room for the words at the rows: their least and their most.
-const LEFT: (i32, i32) = (150, 500);
+const LEFT: (i32, i32) = (at_px(150), at_px(500));
 /// Width of a letter of them.
-const LETTER: i32 = 11;
-const RIGHT: i32 = 190;
-const TOP: i32 = 110;
-const BOTTOM: i32 = 110;
+const LETTER: i32 = at_px(11);
+const RIGHT: i32 = at_px(190);
+const TOP: i32 = at_px(110);
+const BOTTOM: i32 = at_px(110);
 /// Colour of a cell without a value.
 const EMPTY: RGBColor = RGBColor(214, 219, 224);
 /// A value is written in its cell where the cell is as large as this.
-const ROOM: (i32, i32) = (76, 28);
+const ROOM: (i32, i32) = (at_px(76), at_px(28));
 
 /// A figure over two knobs.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +44,7 @@ pub struct HeatMap {
 /// # Errors
 /// [`ExportError`] where the picture cannot be drawn or written.
 pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
-    let size = (SIZE.0 as u32, SIZE.1 as u32);
+    let size = (SIZE.0 as u32 / PX, SIZE.1 as u32 / PX);
     write_svg(path, size, |canvas| draw(canvas, map))
 }
 
@@ -58,13 +58,13 @@ impl HeatMap {
     fn left(&self) -> i32 {
         let longest = self.labels[1].iter().map(|l| l.chars().count()).max();
         let words = LETTER.saturating_mul(longest.unwrap_or(0).try_into().unwrap_or(i32::MAX));
-        words.saturating_add(70).clamp(LEFT.0, LEFT.1)
+        words.saturating_add(at_px(70)).clamp(LEFT.0, LEFT.1)
     }
 
     /// Corners of a cell: left, right, top, bottom.
     fn cell(&self, column: usize, row: usize) -> [i32; 4] {
-        let along = |i: usize, count: usize, pixels: i32| {
-            (i as f64 / count.max(1) as f64 * f64::from(pixels)).round() as i32
+        let along = |i: usize, count: usize, length: i32| {
+            (i as f64 / count.max(1) as f64 * f64::from(length)).round() as i32
         };
         let left = self.left();
         let (width, height) = (SIZE.0 - left - RIGHT, SIZE.1 - TOP - BOTTOM);
@@ -75,8 +75,7 @@ impl HeatMap {
 }
 
 fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
-    let title = text_style(TITLE_PX, HPos::Center, VPos::Center);
-    canvas.draw(&Text::new(map.title.clone(), (SIZE.0 / 2, 36), &title))?;
+    draw_title(canvas, &map.title)?;
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
@@ -98,7 +97,7 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
         let fill = fraction.map_or(EMPTY, of_value);
         let corners = [(left, top), (right, bottom)];
         canvas.draw(&Rectangle::new(corners, fill.filled()))?;
-        canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(1)))?;
+        canvas.draw(&Rectangle::new(corners, WHITE.stroke_width(px(1))))?;
         if right - left < ROOM.0 || bottom - top < ROOM.1 {
             continue;
         }
@@ -115,7 +114,7 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
     draw_axes(canvas, map)?;
     if low < high {
         let bar = Bar {
-            left: SIZE.0 - RIGHT + 40,
+            left: SIZE.0 - RIGHT + at_px(40),
             top: TOP,
             bottom: SIZE.1 - BOTTOM,
         };
@@ -128,31 +127,35 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
 fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let longest = map.labels[0].iter().map(|l| l.chars().count()).max();
-    let width = 14 * longest.unwrap_or(0) as i32 + 14;
+    let width = at_px(14) * longest.unwrap_or(0) as i32 + at_px(14);
     let start = map.left();
     let (plot_width, plot_height) = (SIZE.0 - start - RIGHT, SIZE.1 - TOP - BOTTOM);
-    let every = |pixels: i32, room: i32, count: usize| {
-        let fitting = (pixels / room.max(1)).max(1) as usize;
+    let every = |length: i32, room: i32, count: usize| {
+        let fitting = (length / room.max(1)).max(1) as usize;
         count.div_ceil(fitting).max(1)
     };
     let below = text_style(TEXT_PX - 3, HPos::Center, VPos::Top);
     for column in (0..columns).step_by(every(plot_width, width, columns)) {
         let [left, right, ..] = map.cell(column, 0);
-        let at = ((left + right) / 2, SIZE.1 - BOTTOM + 12);
+        let at = ((left + right) / 2, SIZE.1 - BOTTOM + at_px(12));
         canvas.draw(&Text::new(map.labels[0][column].clone(), at, &below))?;
     }
     let beside = text_style(TEXT_PX - 3, HPos::Right, VPos::Center);
-    for row in (0..rows).step_by(every(plot_height, 30, rows)) {
+    for row in (0..rows).step_by(every(plot_height, at_px(30), rows)) {
         let [_, _, top, bottom] = map.cell(0, row);
-        let at = (start - 12, (top + bottom) / 2);
+        let at = (start - at_px(12), (top + bottom) / 2);
         canvas.draw(&Text::new(map.labels[1][row].clone(), at, &beside))?;
     }
     let name = text_style(TEXT_PX, HPos::Center, VPos::Center).color(&INK);
     let middle = (start + plot_width / 2, TOP + plot_height / 2);
-    let at = (middle.0, SIZE.1 - 40);
+    let at = (middle.0, SIZE.1 - at_px(40));
     canvas.draw(&Text::new(map.axes[0].clone(), at, &name))?;
     let turned = name.transform(FontTransform::Rotate270);
-    canvas.draw(&Text::new(map.axes[1].clone(), (36, middle.1), &turned))?;
+    canvas.draw(&Text::new(
+        map.axes[1].clone(),
+        (at_px(36), middle.1),
+        &turned,
+    ))?;
     Ok(())
 }
 
@@ -221,7 +224,7 @@ mod tests {
         let left = |label: &str| map(label).cell(0, 0)[0];
         assert_eq!(left("0.1"), LEFT.0);
         let words = "smooth, little damping";
-        assert!(left(words) >= 60 + 10 * words.len() as i32);
+        assert!(left(words) >= at_px(60 + 10 * words.len() as i32));
         assert_eq!(left(&"long ".repeat(100)), LEFT.1);
     }
 

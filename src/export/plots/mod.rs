@@ -13,8 +13,8 @@ mod series;
 pub use campbell::{CampbellFamily, write_campbell};
 pub use curves::{Curve, response_curve, stuck_curve, write_response_plot};
 pub use flanks::{
-    write_dissipation_map, write_flank_flags, write_flank_map, write_separation_map,
-    write_static_pressure_map,
+    write_dissipation_map, write_flank_flags, write_flank_map, write_orbit_dissipation_map,
+    write_separation_map, write_static_pressure_map,
 };
 pub use heat_map::{HeatMap, write_heat_map};
 pub use series::{Axis, Series, write_series};
@@ -34,18 +34,34 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// Where everything is drawn: pixels of an SVG.
+/// Where everything is drawn: an SVG, in units of which [`PX`] make a pixel.
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// What a drawing function fails with; the reason goes into [`ExportError::Draw`].
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
+/// Units of a drawing in a pixel. plotters rounds every place to whole units; whole pixels would make
+/// stairs of curves that rise slowly.
+const PX: u32 = 10;
+
 const INK: RGBColor = RGBColor(34, 34, 34);
 const GRID: RGBColor = RGBColor(222, 222, 222);
-const TITLE_PX: i32 = 30;
-const TEXT_PX: i32 = 25;
+const TITLE_PX: u32 = 30;
+/// What the title takes at the top, units.
+const TITLE_HEIGHT: i32 = at_px(64);
+const TEXT_PX: u32 = 25;
 
-/// Draws on a white canvas of this size and writes the SVG.
+/// So many pixels, in units of a drawing.
+const fn px(pixels: u32) -> u32 {
+    PX * pixels
+}
+
+/// As [`px`], of a place or a shift.
+const fn at_px(pixels: i32) -> i32 {
+    PX as i32 * pixels
+}
+
+/// Draws on a white canvas of this size, in pixels, and writes the SVG.
 fn write_svg(
     path: &Path,
     size: (u32, u32),
@@ -53,7 +69,8 @@ fn write_svg(
 ) -> Result<(), ExportError> {
     let mut svg = String::new();
     {
-        let canvas = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        let canvas =
+            SVGBackend::with_string(&mut svg, (px(size.0), px(size.1))).into_drawing_area();
         canvas
             .fill(&WHITE)
             .map_err(Into::into)
@@ -64,30 +81,48 @@ fn write_svg(
                 reason: e.to_string(),
             })?;
     }
-    write_file(path, svg.as_bytes())
+    write_file(path, shown_in_pixels(&svg, size).as_bytes())
 }
 
-/// Text of this size, in ink, anchored at (h, v).
-fn text_style(px: i32, h: HPos, v: VPos) -> TextStyle<'static> {
-    TextStyle::from(("sans-serif", px).into_font())
+/// The viewBox stays that of the drawing; it is shown [`PX`] times smaller. Rectangles have no width
+/// of line of their own: it is a pixel.
+fn shown_in_pixels(svg: &str, (width, height): (u32, u32)) -> String {
+    let attributes = |width: u32, height: u32| format!(r#"width="{width}" height="{height}""#);
+    let in_units = attributes(px(width), px(height));
+    let in_pixels = format!(r#"{} stroke-width="{PX}""#, attributes(width, height));
+    svg.replacen(&in_units, &in_pixels, 1)
+}
+
+/// Text of this size in pixels, in ink, anchored at (h, v).
+fn text_style(pixels: u32, h: HPos, v: VPos) -> TextStyle<'static> {
+    TextStyle::from(("sans-serif", px(pixels)).into_font())
         .color(&INK)
         .pos(Pos::new(h, v))
 }
 
-/// The labels of the series, boxed in a corner of the chart, in letters of this size.
+/// The title, centred at the top.
+fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
+    let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
+    let (width, _) = canvas.dim_in_pixel();
+    let place = (width as i32 / 2, TITLE_HEIGHT / 2);
+    canvas.draw(&Text::new(title.to_owned(), place, &style))?;
+    Ok(())
+}
+
+/// The labels of the series, boxed in a corner of the chart, in letters of this size in pixels.
 fn draw_legend<'a, 'b: 'a, C: CoordTranslate>(
     chart: &mut ChartContext<'a, SVGBackend<'b>, C>,
     corner: SeriesLabelPosition,
-    px: i32,
+    letters: u32,
 ) -> Drawn {
     chart
         .configure_series_labels()
         .position(corner)
-        .margin(14)
-        .legend_area_size(48)
+        .margin(px(14))
+        .legend_area_size(px(48))
         .background_style(WHITE.mix(0.9))
-        .border_style(GRID)
-        .label_font(text_style(px, HPos::Left, VPos::Top))
+        .border_style(GRID.stroke_width(px(1)))
+        .label_font(text_style(letters, HPos::Left, VPos::Top))
         .draw()?;
     Ok(())
 }
@@ -122,7 +157,7 @@ fn in_unit(unit: &str, largest: f64) -> (String, f64) {
     }
 }
 
-/// Left end, top and bottom of a bar of colours, in pixels.
+/// Left end, top and bottom of a bar of colours, in units of the drawing.
 #[derive(Debug, Clone, Copy)]
 struct Bar {
     left: i32,
@@ -135,19 +170,21 @@ struct Bar {
 fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Drawn {
     let (unit, factor) = in_unit(unit, high.abs().max(low.abs()));
     let Bar { left, top, bottom } = bar;
-    let right = left + 26;
-    for y in top..bottom {
-        let fraction = f64::from(bottom - 1 - y) / f64::from((bottom - top - 1).max(1));
+    let right = left + at_px(26);
+    let row_height = at_px(1);
+    for y in (top..bottom).step_by(PX as usize) {
+        let fraction =
+            f64::from(bottom - row_height - y) / f64::from((bottom - top - row_height).max(1));
         // Two pixels high: each row covers the seam under it, and the next one its lower half.
         let row = Rectangle::new(
-            [(left, y), (right, (y + 2).min(bottom))],
+            [(left, y), (right, (y + 2 * row_height).min(bottom))],
             colour::of_value(fraction).filled(),
         );
         canvas.draw(&row)?;
     }
     canvas.draw(&Rectangle::new(
         [(left, top), (right, bottom)],
-        INK.stroke_width(1),
+        INK.stroke_width(px(1)),
     ))?;
     let (ticks, step) = round_ticks(low * factor, high * factor, 6);
     let text = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
@@ -155,13 +192,17 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Dra
         let fraction = (tick / factor - low) / (high - low);
         let y = bottom - (fraction * f64::from(bottom - top)).round() as i32;
         canvas.draw(&PathElement::new(
-            vec![(right, y), (right + 6, y)],
-            INK.stroke_width(1),
+            vec![(right, y), (right + at_px(6), y)],
+            INK.stroke_width(px(1)),
         ))?;
-        canvas.draw(&Text::new(tick_label(tick, step), (right + 14, y), &text))?;
+        canvas.draw(&Text::new(
+            tick_label(tick, step),
+            (right + at_px(14), y),
+            &text,
+        ))?;
     }
     let name = text_style(TEXT_PX - 1, HPos::Left, VPos::Bottom);
-    canvas.draw(&Text::new(unit, (left, top - 10), &name))?;
+    canvas.draw(&Text::new(unit, (left, top - at_px(10)), &name))?;
     Ok(())
 }
 

@@ -10,8 +10,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_series;
 use super::{
-    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_PX, draw_legend, in_unit, round_ticks,
-    text_style, tick_label, write_svg,
+    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title,
+    in_unit, px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
@@ -198,20 +198,22 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
     let y = Drawing::of(&axes[1], shown().map(|p| p.1), room);
     let titles = [&x, &y].map(|axis| axis.title.clone());
     let middle = 0.5 * (x.low + x.high);
+    draw_title(canvas, title)?;
     let mut chart = ChartBuilder::on(canvas)
-        .caption(title, text_style(TITLE_PX, HPos::Center, VPos::Top))
-        .margin(18)
-        .margin_right(48)
-        .x_label_area_size(80)
-        .y_label_area_size(124)
+        .margin(px(18))
+        .margin_top(TITLE_HEIGHT)
+        .margin_right(px(48))
+        .x_label_area_size(px(80))
+        .y_label_area_size(px(124))
         .build_cartesian_2d(x, y)?;
     chart
         .configure_mesh()
         .x_desc(titles[0].as_str())
         .y_desc(titles[1].as_str())
         .max_light_lines(0)
-        .bold_line_style(GRID)
-        .axis_style(INK)
+        .bold_line_style(GRID.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
         .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
         .draw()?;
@@ -220,26 +222,26 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
         for run in places.split(Option::is_none).filter(|_| one.joined) {
             let run = run.iter().copied().flatten();
-            chart.draw_series(LineSeries::new(run, colour.stroke_width(3)))?;
+            chart.draw_series(LineSeries::new(run, colour.stroke_width(px(3))))?;
         }
         let dots = places.iter().flatten();
-        let dots = dots.map(|p| Circle::new(*p, 6, colour.filled()));
+        let dots = dots.map(|p| Circle::new(*p, px(6), colour.filled()));
         let drawn = chart.draw_series(dots)?;
         if i % every == 0 {
             drawn
                 .label(one.label.clone())
-                .legend(move |(x, y)| Circle::new((x + 19, y), 6, colour.filled()));
+                .legend(move |(x, y)| Circle::new((x + at_px(19), y), px(6), colour.filled()));
         }
         let named = places.iter().zip(&one.names);
         let named = named.filter_map(|(p, name)| Some(((*p)?, name)));
         let beside = |(p, name): ((f64, f64), &String)| {
             // Towards the middle, so that no name leaves the picture.
             let (side, shift) = match p.0 < middle {
-                true => (HPos::Left, 9),
-                false => (HPos::Right, -9),
+                true => (HPos::Left, at_px(9)),
+                false => (HPos::Right, at_px(-9)),
             };
             let text = text_style(TEXT_PX - 8, side, VPos::Bottom);
-            EmptyElement::at(p) + Text::new(name.clone(), (shift, -5), text)
+            EmptyElement::at(p) + Text::new(name.clone(), (shift, at_px(-5)), text)
         };
         chart.draw_series(named.map(beside))?;
     }
@@ -321,7 +323,7 @@ mod tests {
     fn lines(svg: &str) -> Vec<usize> {
         let wide = svg
             .lines()
-            .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"3\""));
+            .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"30\""));
         let points = wide.filter_map(|l| l.split(" points=\"").nth(1)?.split('"').next());
         points.map(|p| p.split_whitespace().count()).collect()
     }
