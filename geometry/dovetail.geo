@@ -24,6 +24,7 @@ DefineConstant[
   bump    = 1,      // edge grading of the flanks: 1 uniform, < 1 refines towards all four edges
   bump_u  = bump,   //   the same, across only
   bump_v  = bump,   //   the same, along only
+  diag    = 1,      // diagonals of the flanks' cells: 1 all one way, 0 alternating
   order   = 2,      // element order: 1 or 2 (linear tetrahedra are far too stiff for the airfoil)
   lc      = 6,      // far-field size (jaw)
   lc_root = 3,      // largest size in root, neck and platform
@@ -153,7 +154,14 @@ Macro Flank
   // Structured face fi between profile vertices ia (lower edge) and ib (upper edge).
   Transfinite Curve {LS(ia), LS(ib)} = nv Using Bump bump_v;
   Transfinite Curve {CF(fi), CR(fi)} = nu Using Bump bump_u;
-  Transfinite Surface {FS(fi)} = {PF(ia), PR(ia), PR(ib), PF(ib)} Alternate;
+  // Diagonals all one way give the pairs along an edge equal shares; the two flanks are mirrored.
+  If(diag == 0)
+    Transfinite Surface {FS(fi)} = {PF(ia), PR(ia), PR(ib), PF(ib)} Alternate;
+  ElseIf(pt(ia) > 0)
+    Transfinite Surface {FS(fi)} = {PF(ia), PR(ia), PR(ib), PF(ib)} Right;
+  Else
+    Transfinite Surface {FS(fi)} = {PF(ia), PR(ia), PR(ib), PF(ib)} Left;
+  EndIf
 Return
 
 Macro FilletFace

@@ -203,7 +203,7 @@ fn the_flanks_carry_the_centrifugal_load_as_equilibrium_says() {
     println!("blade {load_n:.1} N, theory {theory_n:.1} N per flank, found {normal_n:.1?} N");
     // CalculiX, penalty contact: benches/calculix/contact_statics.py. Found: 0.07 % below it, 0.85
     // % above the theory.
-    for (normal_n, calculix_n) in normal_n.into_iter().zip([4239.7, 4239.0]) {
+    for (normal_n, calculix_n) in normal_n.into_iter().zip([4239.6, 4239.0]) {
         assert!((normal_n / theory_n - 1.0).abs() < 0.02, "{normal_n} N");
         assert!((normal_n / calculix_n - 1.0).abs() < 0.002, "{normal_n} N");
     }
@@ -218,15 +218,15 @@ fn the_static_slip_is_that_of_an_independent_program() {
     let slips = joint().statics.x.chunks(3).map(|x| x[1].hypot(x[2]));
     let largest_m = slips.fold(0.0, f64::max);
     println!("largest slip {:.3} um", 1e6 * largest_m);
-    // CalculiX, penalty contact from surface to surface. Found: 3.0 % below it.
-    assert!((largest_m / 13.86e-6 - 1.0).abs() < 0.05, "{largest_m} m");
+    // CalculiX, penalty contact from surface to surface. Found: 2.7 % below it.
+    assert!((largest_m / 13.78e-6 - 1.0).abs() < 0.05, "{largest_m} m");
 }
 
 #[test]
 fn far_from_resonance_the_response_is_nearly_the_stuck_one() {
     let ratios = ratios(response());
     println!("amplitude over stuck amplitude {ratios:.4?}");
-    // Found: 0.06, 0.25 and 2.3 % above below resonance; 2.4, 0.28 and 0.07 % below above it.
+    // Found: 0.01, 0.25 and 2.3 % above below resonance; 2.4, 0.30 and 0.02 % below above it.
     let last = ratios.len() - 1;
     for (i, most) in [0.002, 0.008, 0.05].into_iter().enumerate() {
         let (low, high) = (ratios[i] - 1.0, 1.0 - ratios[last - i]);
@@ -239,7 +239,7 @@ fn far_from_resonance_the_response_is_nearly_the_stuck_one() {
 fn at_resonance_friction_cuts_the_amplitude_to_less_than_half() {
     let cut = cut(response());
     println!("peak over stuck peak {cut:.4}");
-    // Found: 0.3861.
+    // Found: 0.3858.
     assert!((0.37..0.40).contains(&cut), "{cut}");
 }
 
@@ -261,8 +261,6 @@ fn pairs_slide_and_open_near_resonance_only() {
     }
 }
 
-/// At 1 N without exception. At 2 N the joint opens farther, and here 1 pair of 18 that carried
-/// slightly more than the mean (large tributary area, little pressure) opens as well.
 #[test]
 fn the_pairs_that_open_carried_less_than_the_mean() {
     let at_1_n = share_of_opening_pairs(&respond(&with_force(1.0), 3, &GRID));
@@ -271,8 +269,7 @@ fn the_pairs_that_open_carried_less_than_the_mean() {
     let at_2_n = share_of_opening_pairs(response());
     println!("2 N: {at_2_n:.3?}");
     assert!(at_2_n.len() > at_1_n.len());
-    let more = at_2_n.iter().filter(|share| **share >= 1.0).count();
-    assert!(more <= 1 && at_2_n.iter().all(|share| *share < 1.15));
+    assert!(at_2_n.iter().all(|share| *share < 1.0));
 }
 
 #[test]
@@ -302,12 +299,12 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
 }
 
 /// mu = 1e6 in the dynamics alone: in the statics as well, shear would carry the blade and pairs open.
-/// It is the stuck curve as long as no pair opens: here one does at 0.1 N, at the very top of the peak.
+/// It is the stuck curve as long as no pair opens: here one does at 0.3 N, at the very top of the peak.
 #[test]
 fn rough_flanks_after_the_static_state_give_the_stuck_curve() {
     let slippery = respond(&with_force(0.1), 1, &GRID);
     assert!(slippery.orbits.iter().any(|o| pair_counts(o).slipping > 0));
-    for (force_n, may_open) in [(0.05, 0), (0.1, 1)] {
+    for (force_n, opens_at) in [(0.2, 0), (0.3, 1)] {
         let mut model = with_force(force_n);
         model.pairs.iter_mut().for_each(|pair| pair.friction = 1e6);
         let rough = respond(&model, 1, &GRID);
@@ -318,9 +315,10 @@ fn rough_flanks_after_the_static_state_give_the_stuck_curve() {
             assert!(opening <= 1);
             let allowed = if opening > 0 { 1e-5 } else { 1e-10 };
             let (hz, off) = (orbit.frequency_hz, ratio - 1.0);
+            println!("{force_n} N, {hz:.3} Hz: {opening} open, {off:e} off the stuck curve");
             assert!(off.abs() < allowed, "{force_n} N, {hz} Hz: {off:e}");
         }
-        assert!(open_points <= may_open, "{force_n} N: {open_points}");
+        assert_eq!(open_points, opens_at, "{force_n} N");
     }
 }
 
@@ -359,12 +357,12 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     }
 }
 
-/// 450.0977 Hz, 2 N: 6.2771 mm by integration in time (docs/verification.md). The truncation error at the peak is not
+/// 450.0977 Hz, 2 N: 6.2753 mm by integration in time (docs/verification.md). The truncation error at the peak is not
 /// monotone in the number of harmonics.
 #[test]
 #[ignore = "slow: make verify"]
 fn truncation_explains_what_is_left_at_the_peak() {
-    const INTEGRATED_MM: f64 = 6.2771;
+    const INTEGRATED_MM: f64 = 6.2753;
     let model = &joint().reduced.relative;
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);
