@@ -7,8 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title, px,
-    round_ticks, text_style, tick_label, write_svg,
+    Canvas, DASHED, Drawn, GRID, INK, TEXT_PX, THROUGH, TITLE_HEIGHT, draw_legend, draw_title,
+    legend_line, px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
@@ -86,9 +86,11 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
                 chart.draw_series(LineSeries::new(line, style).point_size(px(3)))?
             };
             if let Some(label) = legend.take() {
-                drawn
-                    .label(label)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + at_px(39), y)], style));
+                let ends = if family.dashed { DASHED } else { THROUGH };
+                drawn.label(label).legend(move |place| {
+                    let [first, second, third] = legend_line(ends, style);
+                    EmptyElement::at(place) + first + second + third
+                });
             }
         }
     }
@@ -111,6 +113,8 @@ fn engine_order_ends(fastest_rpm: f64, top_hz: f64) -> Vec<(String, (f64, f64))>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::export::plots::at_px;
+    use std::collections::BTreeSet;
 
     #[test]
     fn engine_orders_end_at_the_fastest_speed_or_at_the_top() {
@@ -120,18 +124,49 @@ mod tests {
         assert_eq!(ends[5], ("EO 6".to_string(), (5000.0, 500.0)));
     }
 
-    #[test]
-    fn a_diagram_without_modes_is_still_a_picture() {
+    fn svg(families: &[CampbellFamily]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campbell.svg");
+        write_campbell(&path, "t", families).unwrap();
+        std::fs::read_to_string(&path).unwrap()
+    }
+
+    #[test]
+    fn the_legend_shows_dashes() {
+        for (dashed, drawn_px) in [(false, 39), (true, 24)] {
+            // One point has no line: what is drawn is in the legend.
+            let family = CampbellFamily {
+                label: "blade".into(),
+                modes: vec![vec![(0.0, 100.0)]],
+                dashed,
+            };
+            let text = svg(&[family]);
+            let lines = text
+                .lines()
+                .filter(|l| l.starts_with("<polyline") && l.contains("stroke=\"#0072B2\""));
+            let covered: BTreeSet<i32> = lines
+                .flat_map(|l| {
+                    let points = l.split(" points=\"").nth(1).unwrap();
+                    let x = points
+                        .split(' ')
+                        .filter_map(|p| p.split_once(',')?.0.parse().ok());
+                    let ends: Vec<i32> = x.collect();
+                    ends[0]..ends[ends.len() - 1]
+                })
+                .collect();
+            assert_eq!(covered.len() as i32, at_px(drawn_px));
+        }
+    }
+
+    #[test]
+    fn a_diagram_without_modes_is_still_a_picture() {
         for modes in [vec![], vec![vec![(0.0, 100.0)]]] {
             let family = CampbellFamily {
                 label: "blade".into(),
                 modes,
                 dashed: false,
             };
-            write_campbell(&path, "t", &[family]).unwrap();
-            let text = std::fs::read_to_string(&path).unwrap();
+            let text = svg(&[family]);
             assert!(text.contains("EO 1") && !text.contains("NaN"));
         }
     }

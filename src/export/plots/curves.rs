@@ -8,8 +8,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title, px,
-    round_ticks, si_prefix, text_style, tick_label, write_svg,
+    Canvas, DASHED, Drawn, GRID, INK, Scale, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
+    draw_title, legend_line, px, round_ticks, si_prefix, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
@@ -209,15 +209,10 @@ where
             chart.draw_series(LineSeries::new(run, style))?
         };
         if let Some(label) = legend.take() {
-            let dashed = curve.reference;
-            drawn.label(label).legend(move |(x, y)| {
-                let piece =
-                    |from: i32, to: i32| PathElement::new([from, to].map(|x| (at_px(x), 0)), style);
-                let gap = if dashed { 5 } else { 0 };
-                EmptyElement::at((x, y))
-                    + piece(0, 13 - gap)
-                    + piece(13, 26 - gap)
-                    + piece(26, 39 - gap)
+            let ends = if curve.reference { DASHED } else { THROUGH };
+            drawn.label(label).legend(move |place| {
+                let [first, second, third] = legend_line(ends, style);
+                EmptyElement::at(place) + first + second + third
             });
         }
     }

@@ -127,6 +127,19 @@ fn draw_legend<'a, 'b: 'a, C: CoordTranslate>(
     Ok(())
 }
 
+/// Where the three pieces of a line in the legend end, pixels from its beginning: they are dashes, or
+/// the first is all of it and the others have no length.
+const THROUGH: [i32; 3] = [39, 13, 26];
+const DASHED: [i32; 3] = [8, 21, 34];
+
+/// The pieces of a line in the legend, with these ends, from where the line begins.
+fn legend_line(ends: [i32; 3], style: ShapeStyle) -> [PathElement<(i32, i32)>; 3] {
+    [0, 1, 2].map(|i| {
+        let [from, to] = [13 * i as i32, ends[i]].map(at_px);
+        PathElement::new([(from, 0), (to, 0)], style)
+    })
+}
+
 /// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.
 fn si_prefix(largest: f64) -> (&'static str, f64) {
     const PREFIXES: [(f64, &str); 8] = [
