@@ -7,14 +7,18 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, DASHED, Drawn, GRID, INK, TEXT_PX, THROUGH, TITLE_HEIGHT, draw_legend, draw_title,
-    legend_line, px, round_ticks, text_style, tick_label, write_svg,
+    Canvas, DASHED, Drawn, GRID, INK, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
+    draw_title, legend_line, px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 900);
-/// Engine orders drawn, as far as they reach the frequencies shown.
+/// Engine orders drawn, as far as their names have room.
 const ENGINE_ORDERS: [u32; 12] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36];
+/// Room of their names: height, width of a letter, and what is free between line and name.
+const NAME_HEIGHT: i32 = at_px(18);
+const LETTER: i32 = at_px(9);
+const SPACE: i32 = at_px(6);
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,10 +74,13 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
         .y_label_formatter(&|v| tick_label(*v, y_step))
         .draw()?;
     let order_style = RGBColor(170, 170, 170).stroke_width(px(1));
-    for (label, end) in engine_order_ends(fastest, top) {
+    let orders = engine_orders(fastest, top, |end| chart.backend_coord(&end));
+    for EngineOrder { name, end, bounds } in orders {
         chart.draw_series(LineSeries::new([(0.0, 0.0), end], order_style))?;
-        let style = text_style(TEXT_PX - 6, HPos::Right, VPos::Bottom);
-        chart.draw_series([Text::new(label, end, style)])?;
+        let [left, right, above, below] = bounds;
+        let middle = ((left + right) / 2, (above + below) / 2);
+        let style = text_style(TEXT_PX - 6, HPos::Center, VPos::Center);
+        canvas.draw(&Text::new(name, middle, &style))?;
     }
     for (i, family) in families.iter().enumerate() {
         let style = of_curve(i).filled().stroke_width(px(3));
@@ -97,31 +104,100 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
     draw_legend(&mut chart, SeriesLabelPosition::UpperLeft, TEXT_PX - 2)
 }
 
-/// Label and end (rpm, Hz) of the lines of the engine orders: at the fastest speed, or where they
-/// leave the diagram.
-fn engine_order_ends(fastest_rpm: f64, top_hz: f64) -> Vec<(String, (f64, f64))> {
-    ENGINE_ORDERS
-        .into_iter()
-        .map(|order| {
-            let slope = f64::from(order) / 60.0;
-            let speed = fastest_rpm.min(top_hz / slope);
-            (format!("EO {order}"), (speed, slope * speed))
-        })
-        .collect()
+/// The line of an engine order.
+#[derive(Debug, PartialEq)]
+struct EngineOrder {
+    name: String,
+    /// Where the line ends (rpm, Hz): at the fastest speed, or where it leaves the diagram.
+    end: (f64, f64),
+    /// Left, right, top and bottom of the name, beside the end or above it.
+    bounds: [i32; 4],
+}
+
+/// The engine orders, from the lowest, whose names stand clear of those before. `place` says where a
+/// point of the diagram is on the canvas.
+fn engine_orders(
+    fastest_rpm: f64,
+    top_hz: f64,
+    place: impl Fn((f64, f64)) -> (i32, i32),
+) -> Vec<EngineOrder> {
+    let mut clear: Vec<EngineOrder> = Vec::new();
+    for order in ENGINE_ORDERS {
+        let name = format!("EO {order}");
+        let slope = f64::from(order) / 60.0;
+        let speed = fastest_rpm.min(top_hz / slope);
+        let end = (speed, slope * speed);
+        let (x, y) = place(end);
+        let width = LETTER * name.len() as i32;
+        let bounds = if speed < fastest_rpm {
+            [x - width / 2, x + width / 2, y - NAME_HEIGHT, y]
+        } else {
+            let half = NAME_HEIGHT / 2;
+            [x + SPACE, x + SPACE + width, y - half, y + half]
+        };
+        if clear.iter().all(|before| !overlap(before.bounds, bounds)) {
+            clear.push(EngineOrder { name, end, bounds });
+        }
+    }
+    clear
+}
+
+fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
+    a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::plots::at_px;
     use std::collections::BTreeSet;
 
     #[test]
     fn engine_orders_end_at_the_fastest_speed_or_at_the_top() {
-        let ends = engine_order_ends(6000.0, 500.0);
-        assert_eq!(ends[0], ("EO 1".to_string(), (6000.0, 100.0)));
-        assert_eq!(ends[4], ("EO 5".to_string(), (6000.0, 500.0)));
-        assert_eq!(ends[5], ("EO 6".to_string(), (5000.0, 500.0)));
+        // A rpm and a Hz are 2 pixels.
+        let place = |(rpm, hz): (f64, f64)| (20 * rpm as i32, -20 * hz as i32);
+        let orders = engine_orders(6000.0, 500.0, place);
+        let of = |name: &str| orders.iter().find(|o| o.name == name).unwrap();
+        assert_eq!(of("EO 1").end, (6000.0, 100.0));
+        assert_eq!(of("EO 5").end, (6000.0, 500.0));
+        assert_eq!(of("EO 6").end, (5000.0, 500.0));
+        // The name stands beside the end, or above it.
+        assert!(of("EO 5").bounds[0] > 120_000 && of("EO 6").bounds[3] == -10_000);
+    }
+
+    /// Words and places, pixels, of the names of engine orders.
+    fn names(svg: &str) -> Vec<(String, [f64; 2])> {
+        let lines: Vec<&str> = svg.lines().collect();
+        let texts = lines.windows(2).filter(|l| l[1].starts_with("EO "));
+        let place = |element: &str| {
+            ["x", "y"].map(|name| {
+                let after = element.split(&format!(" {name}=\"")).nth(1).unwrap();
+                0.1 * after.split('"').next().unwrap().parse::<f64>().unwrap()
+            })
+        };
+        texts.map(|l| (l[1].to_owned(), place(l[0]))).collect()
+    }
+
+    #[test]
+    fn names_of_engine_orders_stand_clear_of_each_other() {
+        for fastest in [100.0, 3000.0, 6000.0, 16_000.0, 100_000.0, 1e6] {
+            let family = CampbellFamily {
+                label: "blade".into(),
+                modes: vec![vec![(0.0, 100.0), (fastest, 500.0)]],
+                dashed: false,
+            };
+            let text = svg(&[family]);
+            let names = names(&text);
+            assert_eq!(names[0].0, "EO 1");
+            // A line for each name, in the colour of the engine orders.
+            assert_eq!(text.matches("stroke=\"#AAAAAA\"").count(), names.len());
+            for (i, (name, [x, y])) in names.iter().enumerate() {
+                assert!(*x < 1255.0 && *y > 50.0, "{name} leaves the picture");
+                for (other, [u, v]) in &names[..i] {
+                    let apart = (x - u).abs() >= 36.0 || (y - v).abs() >= 18.0;
+                    assert!(apart, "{fastest} rpm: {name} lies over {other}");
+                }
+            }
+        }
     }
 
     fn svg(families: &[CampbellFamily]) -> String {
