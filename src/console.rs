@@ -24,6 +24,9 @@ pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
 /// What a peak may hide between two frequencies, of its amplitude.
 const WORTH_A_WARNING: f64 = 1e-3;
 
+/// Estimated error of an amplitude that is worth a warning.
+const TRUNCATED: f64 = 0.02;
+
 /// Prints what it hears to stderr.
 #[derive(Debug)]
 pub struct Console {
@@ -157,6 +160,9 @@ impl Console {
                 Resolution::MOST_ADAPTED,
             ));
         }
+        if inaccurate == 0 {
+            self.warn_of_truncation(response);
+        }
         for (i, name) in names.iter().enumerate() {
             let Some(peak) = peak(response, i) else {
                 continue;
@@ -178,6 +184,24 @@ impl Console {
             self.note(&format!(
                 "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
                 peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
+            ));
+        }
+    }
+}
+
+impl Console {
+    /// Harmonics that were asked for may be too few.
+    fn warn_of_truncation(&mut self, response: &Response) {
+        let errors = || response.orbits.iter().filter(|o| o.outcome.is_converged());
+        let errors = || errors().filter_map(|o| o.estimated_error);
+        let above = errors().filter(|e| *e > TRUNCATED).count();
+        if above > 0 {
+            self.warning(&format!(
+                "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
+                 (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
+                response.orbits.len(),
+                100.0 * TRUNCATED,
+                100.0 * errors().filter(|e| e.is_finite()).fold(0.0, f64::max),
             ));
         }
     }

@@ -16,8 +16,8 @@ use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    converged, energy_balance_error, pair_counts, peak, peak_is_at_an_end, peak_ratio, peak_rise,
-    static_fields, stuck_peak, sweep_fields,
+    converged, energy_balance_error, largest_estimated_error, pair_counts, peak, peak_is_at_an_end,
+    peak_ratio, peak_rise, static_fields, stuck_peak, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -175,6 +175,11 @@ pub struct ResponseSummary {
     pub converged_points: usize,
     /// Those of them whose error is estimated above the accuracy asked for.
     pub accuracy_not_reached_points: usize,
+    /// Largest estimated error of an observed amplitude for the harmonics left out, relative; `None` where nothing is left
+    /// out or nothing converged.
+    pub largest_estimated_error: Option<f64>,
+    /// That at the peak.
+    pub peak_estimated_error: Option<f64>,
     pub unconverged: Vec<UnconvergedPoint>,
     /// The first observation; `None` where there is none.
     pub observation: Option<String>,
@@ -393,6 +398,8 @@ pub fn response_summary(
         points: response.orbits.len(),
         converged_points: sums.points,
         accuracy_not_reached_points: inaccurate.count(),
+        largest_estimated_error: largest_estimated_error(response).and_then(finite),
+        peak_estimated_error: at_peak.and_then(|o| o.estimated_error).and_then(finite),
         unconverged: unconverged.collect(),
         observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),

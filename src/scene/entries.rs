@@ -574,16 +574,16 @@ const RESPONSE: [Key; 14] = [
     key(
         "accuracy",
         "number",
-        "none",
-        "more than 1e-4, less than 0.5; largest relative error of the observed amplitudes, see \
-         below",
+        "0.01",
+        "more than 1e-4, less than 0.5; largest relative error of the observed amplitudes, where \
+         `harmonics` is not given, see below",
         "accuracy = 0.01  # of the amplitude",
     ),
     key(
         "harmonics",
         "whole number",
-        "3",
-        "1 to 1,000; kept besides the mean",
+        "none",
+        "1 to 1,000; kept besides the mean, in the place of an accuracy",
         "harmonics = 3",
     ),
     key(
@@ -706,7 +706,13 @@ mod tests {
                  [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]"
             ),
         };
-        format!("name = \"s\"\n{subject}\n[damping]\n{damping}\n[static]\n[response]\n{range}\n")
+        let resolution = match key {
+            "samples" | "tolerance" => "harmonics = 3\n",
+            _ => "",
+        };
+        format!(
+            "name = \"s\"\n{subject}\n[damping]\n{damping}\n[static]\n[response]\n{range}\n{resolution}"
+        )
     }
 
     fn parsed(section: &Section, key: &Key, value: &str) -> (String, Vec<Fault>) {

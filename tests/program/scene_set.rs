@@ -146,7 +146,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "excitation.0.phase_deg",
         "static",
         "response.points",
-        "response.harmonics",
         "response.samples",
         "response.eps",
         "response.eps_scale",

@@ -19,14 +19,12 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let raw = raw.get_ref();
     let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
     let range = frequency_range(checker, &at, raw, points);
-    let (resolution, tolerance) = match &raw.accuracy {
-        Some(accuracy) => (
+    let (resolution, tolerance) = match (&raw.accuracy, &raw.harmonics) {
+        (Some(accuracy), _) => (
             adapted(checker, &at, raw, accuracy),
-            raw.accuracy
-                .as_ref()
-                .map(|a| adapted_tolerance(a.get_ref().0)),
+            Some(adapted_tolerance(accuracy.get_ref().0)),
         ),
-        None => (
+        (None, Some(_)) => (
             fixed(checker, &at, raw),
             checker.number(
                 &at,
@@ -35,6 +33,10 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
                 Limits::between(0.0, 1.0),
                 Some(1e-8),
             ),
+        ),
+        (None, None) => (
+            by_default(checker, &at, raw),
+            Some(adapted_tolerance(DEFAULT_ACCURACY)),
         ),
     };
     let compare = raw.compare_harmonics.as_ref().map(|_| {
@@ -123,7 +125,7 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
             checker.fault(none.span(), Fault::NoHarmonic);
             None
         }
-        _ => checker.count(at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 3),
+        _ => checker.count(at, "harmonics", &raw.harmonics, 1..=MOST_HARMONICS, 1),
     };
     let samples = checker.count(at, "samples", &raw.samples, 1..=MOST_SAMPLES, 128);
     let (harmonics, samples) = (harmonics?, samples?);
@@ -142,6 +144,29 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
         checker.fault(span.unwrap_or(at.span.clone()), fault);
     }
     Some(Resolution::Fixed { harmonics, samples })
+}
+
+/// Where neither harmonics nor an accuracy are given.
+fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
+    let of_harmonics = [
+        ("samples", raw.samples.as_ref().map(Spanned::span)),
+        ("tolerance", raw.tolerance.as_ref().map(Spanned::span)),
+    ];
+    for (key, span) in of_harmonics {
+        if let Some(span) = span {
+            let (path, needs) = (at.key(key), at.key("harmonics"));
+            let remedy = "give response.harmonics, too (harmonics = 3), or leave this out: from response.accuracy, by \
+                          default 0.01, harmonics, samples and tolerance follow";
+            let fault = Fault::Lacks {
+                path,
+                needs,
+                remedy,
+            };
+            checker.fault(span, fault);
+            return None;
+        }
+    }
+    Some(Resolution::Accuracy(DEFAULT_ACCURACY))
 }
 
 /// What an accuracy leaves to the program must not be given.
@@ -166,6 +191,9 @@ fn adapted(
 /// Accuracies that can be asked for: below, motions that differ by 1e-3 all satisfy the balance
 /// (docs/method.md).
 const ACCURACY: Limits = Limits::between(1e-4, 0.5);
+
+/// Of a scene that says neither an accuracy nor harmonics.
+const DEFAULT_ACCURACY: f64 = 0.01;
 
 /// Residual that an accuracy needs: what is left of it is far below what is cut off.
 fn adapted_tolerance(accuracy: f64) -> f64 {

@@ -31,12 +31,12 @@ const MOST_LEVELS_UP: usize = 3;
 /// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
 const PLENTY: f64 = 0.2;
 
-/// Refinement in levels: balances with more and more harmonics.
+/// Refinement in levels: balances with more and more harmonics, of which the last serves estimates alone.
 pub struct Refinement<'a> {
     levels: Vec<FrequencySolver<'a>>,
     /// Of each level, as [`Level::check`].
     checks: Vec<Option<FrequencySolver<'a>>>,
-    /// Relative; `None`: there is one level, and nothing is estimated.
+    /// Relative; `None`: the first level is taken, whatever its error.
     accuracy: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ pub struct Refinement<'a> {
 pub struct Resolved<'b> {
     /// The solution that was accepted.
     pub solved: Solution<'b>,
-    /// Of the observed amplitudes, relative.
+    /// Of the observed amplitudes, relative; `None` where the balance was not solved.
     pub estimated_error: Option<f64>,
     /// The estimate is within the accuracy, where one is asked for.
     pub is_accurate: bool,
@@ -73,22 +73,28 @@ pub fn levels(
         eps: eps(harmonics),
         check: None,
     };
-    let checked = |accuracy: f64, harmonics: usize| {
-        let mut own = level(harmonics, samples_for(accuracy, harmonics));
+    let checked = |harmonics: usize, samples: &dyn Fn(usize) -> usize| {
+        let mut own = level(harmonics, samples(harmonics));
         let most = (MOST_EXACT_UNKNOWNS / own.eps.len().max(1)).saturating_sub(1) / 2;
         let further = (4 * harmonics + 3).min(most);
         if further > 2 * harmonics {
-            own.check = Some(Box::new(level(further, samples_for(accuracy, further))));
+            own.check = Some(Box::new(level(further, samples(further))));
         }
         own
     };
     match resolution {
-        Resolution::Fixed { harmonics, samples } => vec![level(harmonics, samples)],
+        Resolution::Fixed { harmonics, samples } => {
+            let carrying = |h| samples.max(Resolution::least_samples(h));
+            let above = |h: &usize| *h > harmonics;
+            let next = STEPS.into_iter().chain([BEYOND]).find(above);
+            let next = next.unwrap_or(2 * harmonics + 1);
+            vec![checked(harmonics, &carrying), level(next, carrying(next))]
+        }
         Resolution::Accuracy(accuracy) => {
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
             steps
                 .chain([BEYOND.max(2 * highest_excited + 1)])
-                .map(|h| checked(accuracy, h))
+                .map(|h| checked(h, &|h| samples_for(accuracy, h)))
                 .collect()
         }
     }
@@ -103,7 +109,7 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 }
 
 impl<'a> Refinement<'a> {
-    /// One level for each of `resolutions`, of which the last serves estimates alone where an accuracy is asked for.
+    /// One level for each of `resolutions`, of which the last serves estimates alone.
     pub fn new(
         setting: Setting<'a>,
         resolutions: &'a [Level],
@@ -139,8 +145,9 @@ impl<'a> Refinement<'a> {
         &self.levels[0]
     }
 
-    /// Solves one frequency by `solve`, beginning at level `from`; by those above where its error is estimated above the
-    /// accuracy. Where more harmonics have no solution the one found stands, with its estimate.
+    /// Solves one frequency by `solve`, beginning at level `from`, and estimates its error; where an accuracy is asked for
+    /// and the estimate is above it, by the levels above. Where more harmonics have no solution the one found stands,
+    /// with its estimate.
     pub fn resolve<'b>(
         &'b self,
         frequency_hz: f64,
@@ -148,15 +155,10 @@ impl<'a> Refinement<'a> {
         work: &mut Work,
         solve: impl Fn(&'b FrequencySolver<'a>, &mut Work) -> Solution<'b>,
     ) -> Resolved<'b> {
-        let Some(accuracy) = self.accuracy else {
-            return Resolved {
-                solved: solve(&self.levels[0], work),
-                estimated_error: None,
-                is_accurate: true,
-                next_level: 0,
-            };
+        let highest = match self.accuracy {
+            Some(_) => self.levels.len() - 2,
+            None => 0,
         };
-        let highest = self.levels.len() - 2;
         let mut level = from.min(highest);
         let mut solved = solve(&self.levels[level], work);
         let last = highest.min(level + MOST_LEVELS_UP);
@@ -173,12 +175,13 @@ impl<'a> Refinement<'a> {
                     next_level: level,
                 };
             }
+            let estimate = work.of_estimate();
             let (corrected, change) = match &self.checks[level] {
-                Some(check) => check.truncation_by_finer_solution(&solved, frequency_hz, work),
-                None => self.levels[level + 1].estimate_truncation(&solved, frequency_hz, work),
+                Some(check) => check.truncation_by_finer_solution(&solved, frequency_hz, estimate),
+                None => self.levels[level + 1].estimate_truncation(&solved, frequency_hz, estimate),
             };
             let estimated_error = SHORTFALL * change;
-            let fine = estimated_error <= accuracy;
+            let fine = self.accuracy.is_none_or(|a| estimated_error <= a);
             if !fine {
                 let start = Neighbour::after(None, frequency_hz, corrected, solved.balance.mean());
                 // A level may have no solution that is found, and the one above it may.
@@ -191,7 +194,7 @@ impl<'a> Refinement<'a> {
                     continue;
                 }
             }
-            let plenty = estimated_error <= PLENTY * accuracy;
+            let plenty = self.accuracy.is_some_and(|a| estimated_error <= PLENTY * a);
             return Resolved {
                 solved,
                 estimated_error: Some(estimated_error),

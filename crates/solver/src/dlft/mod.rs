@@ -118,8 +118,8 @@ pub struct Orbit {
     pub krylov_iterations: usize,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
-    /// Estimated relative error of the observed amplitudes for the harmonics left out, where an accuracy was asked for
-    /// ([`accuracy`]).
+    /// Estimated relative error of the observed amplitudes for the harmonics left out ([`accuracy`]); `None` where
+    /// nothing is left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
     /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
     /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that

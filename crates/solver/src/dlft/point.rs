@@ -95,12 +95,21 @@ pub struct Work {
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
     preconditioner: Preconditioner,
+    /// On the finer balances that errors are estimated with.
+    estimates: Option<Box<Work>>,
 }
 
 impl Work {
     /// Sets the counts to zero.
     pub fn start_counting(&mut self) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
+    }
+
+    /// That of the next estimate, which no count of a frequency has.
+    pub fn of_estimate(&mut self) -> &mut Work {
+        let work = self.estimates.get_or_insert_default();
+        work.start_counting();
+        work
     }
 }
 

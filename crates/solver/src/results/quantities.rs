@@ -293,6 +293,12 @@ pub fn stuck_amplitude(response: &Response, frequency_hz: f64, observation: usiz
     point.observed_amplitude_m.get(observation).copied()
 }
 
+/// Largest estimated error of the converged frequencies; `None` where nothing is estimated.
+pub fn largest_estimated_error(response: &Response) -> Option<f64> {
+    let estimated = converged(response).filter_map(|orbit| orbit.estimated_error);
+    estimated.reduce(f64::max)
+}
+
 /// |input - friction - viscous| over the largest of the three; `None` where all are 0.
 pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
     let (input, friction, viscous) = (
