@@ -1,9 +1,15 @@
 //! The tables of keys in docs/scene.md and docs/study.md are those of the program. After a change
-//! of a key, `UPDATE_DOCS=1 cargo test --test program reference::` writes the tables anew.
+//! of a key, `UPDATE_DOCS=1 cargo test --test program reference::` writes the tables anew. docs/summary.md has the keys
+//! of summary.json.
 
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::process::Command;
 
 use dovetail::reference::{scene_tables, study_tables};
+
+use crate::shared_folder::Folder;
+use crate::shared_program::ended;
 
 const END: &str = "<!-- end -->";
 
@@ -126,4 +132,85 @@ fn keys_that_commands_of_the_book_set_exist() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(checked > 30, "only {checked} keys found");
+}
+
+/// Paths of the keys of a summary, `[]` for the items of a list.
+fn key_paths(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
+    match value {
+        serde_json::Value::Object(entries) => {
+            for (key, value) in entries {
+                let inner = match path {
+                    "" => key.clone(),
+                    path => format!("{path}.{key}"),
+                };
+                key_paths(value, &inner, found);
+            }
+        }
+        serde_json::Value::Array(items) if items.iter().any(serde_json::Value::is_object) => {
+            for item in items {
+                key_paths(item, &format!("{path}[]"), found);
+            }
+        }
+        _ => {
+            found.insert(path.to_owned());
+        }
+    }
+}
+
+/// Of `dovetail COMMAND` on the smallest reduced model, or on the patch of two blocks.
+fn summary_of(command: &str, scene: &str, set: &[&str]) -> serde_json::Value {
+    let out = Folder::new("reference");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([command, scene, "--no-cache", "--quiet", "--out"])
+        .arg(&out);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    ended(program, 0);
+    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn the_page_of_the_summary_has_its_keys() {
+    let patch = "scenes/verification/patch.toml";
+    let jenkins = "scenes/verification/jenkins.toml";
+    let mut found = BTreeSet::new();
+    for summary in [
+        summary_of(
+            "run",
+            patch,
+            &["mesh.file=../../meshes/verification/patch.msh"],
+        ),
+        summary_of("run", jenkins, &[]),
+        summary_of("verify", jenkins, &[]),
+    ] {
+        key_paths(&summary, "", &mut found);
+    }
+    // The two methods have the same figures.
+    found.retain(|key| !key.contains(".integration."));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/summary.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    let rows = page.lines().filter_map(|line| line.strip_prefix("| `"));
+    let written: BTreeSet<String> = rows
+        .flat_map(|row| row.split(" | ").next().unwrap().split(", "))
+        .map(|key| key.trim_matches('`').to_owned())
+        .collect();
+    // An empty list and what is null have no keys of their own.
+    let leads_to = |short: &str, long: &str| {
+        long.strip_prefix(short)
+            .is_some_and(|rest| rest.starts_with(['.', '[']))
+    };
+    let missing: Vec<&String> = found
+        .difference(&written)
+        .filter(|key| !written.iter().any(|w| leads_to(key, w)))
+        .collect();
+    assert!(missing.is_empty(), "not on the page: {missing:?}");
+    let unknown: Vec<&String> = written
+        .difference(&found)
+        .filter(|key| !found.iter().any(|f| leads_to(key, f) || leads_to(f, key)))
+        .filter(|key| !key.ends_with(".integration"))
+        .collect();
+    assert!(unknown.is_empty(), "on the page alone: {unknown:?}");
 }
