@@ -1,6 +1,5 @@
 //! Ends the process with a last word: on Ctrl-C, on SIGTERM, or when standard input ends.
 
-use std::convert::Infallible;
 use std::io;
 use std::process::exit;
 use std::sync::Arc;
@@ -11,10 +10,10 @@ use signal_hook::iterator::Signals;
 
 use crate::exit::ExitStatus;
 
-/// What ends the process by [`leave`]; it is given the name of what made it end.
-type LastWord = Arc<dyn Fn(&str) -> Infallible + Send + Sync>;
+/// What is done before the process ends; it is given the name of what ends it.
+type LastWord = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Has `last_word` end the process when Ctrl-C or SIGTERM comes. A second one ends it at once.
+/// Has `last_word` done when Ctrl-C or SIGTERM comes, and ends the process. A second one ends it at once.
 ///
 /// # Errors
 /// The system refuses to tell of signals.
@@ -33,7 +32,7 @@ pub(super) fn on_signals(last_word: LastWord) -> io::Result<()> {
             };
             let last_word = Arc::clone(&last_word);
             // The last word may have to wait for a file that is being written.
-            std::thread::spawn(move || last_word(name));
+            std::thread::spawn(move || end(&last_word, name));
         }
     });
     Ok(())
@@ -43,11 +42,22 @@ pub(super) fn on_signals(last_word: LastWord) -> io::Result<()> {
 pub(super) fn on_end_of_stdin(last_word: LastWord) {
     std::thread::spawn(move || {
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
-        last_word("the end of standard input")
+        end(&last_word, "the end of standard input");
     });
 }
 
-/// Ends the process.
-pub(super) fn leave() -> ! {
+/// The process ends even where the last word panics.
+fn end(last_word: &LastWord, name: &str) {
+    struct Leaving;
+    impl Drop for Leaving {
+        fn drop(&mut self) {
+            leave();
+        }
+    }
+    let _leaving = Leaving;
+    last_word(name);
+}
+
+fn leave() -> ! {
     exit(i32::from(ExitStatus::Interrupted.code()))
 }
