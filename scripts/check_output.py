@@ -325,7 +325,7 @@ def check_response(root, grids, summary):
     total = np.zeros(len(pairs))
     opening = np.zeros(len(pairs), dtype=int)
     for n, i in enumerate(converged):
-        name = f"flank/flank_{i:04}.vtu"
+        name = f"flank/flank_{int(rows[i]['point']):04}.vtu"
         if name not in by_name:
             problem(f"{name}: missing, row {i} of {table} converged")
             continue
@@ -347,7 +347,8 @@ def check_response(root, grids, summary):
             problem(f"{name}: pressures are not ordered min <= mean <= max")
         if (low < 0).any():
             problem(f"{name}: a pressure below zero")
-        total += watts
+        # Sums take the frequencies that were asked for.
+        total += watts * (rows[i]["added"] == "0")
         opening += status == 2
     check_sweep(grids["flank_dissipation.vtu"], pairs, total, opening, len(converged))
     facts.append(f"flank.pvd: {len(series)} files for {len(converged)} converged points "
@@ -382,7 +383,7 @@ def check_peak(root, grids, good, converged, pairs, summary):
     best = int(np.argmax(amplitude))
     frequency = float(good[best]["frequency_hz"])
     if pairs:
-        flank = grids[f"flank/flank_{converged[best]:04}.vtu"]
+        flank = grids[f"flank/flank_{int(good[best]['point']):04}.vtu"]
         for name in ("pressure_mean_pa", "pressure_min_pa", "pressure_max_pa", "slid_m",
                      "open_fraction"):
             same(f"{flank.name}: {name} against contact.csv", flank.pairs(name),

@@ -12,17 +12,17 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::pipeline::Reduced;
 use crate::pipeline::observer::Observer;
 use crate::stage::{Stage, StageRecord};
+use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
 use dovetail_solver::results::far_slip::TOO_FAR;
-use dovetail_solver::results::quantities::{pair_counts, peak, peak_is_at_an_end, peak_rise};
+use dovetail_solver::results::quantities::{
+    local_peaks, pair_counts, peak, peak_is_at_an_end, peak_rise,
+};
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
-
-/// What a peak may hide between two frequencies, of its amplitude.
-const WORTH_A_WARNING: f64 = 1e-3;
 
 /// Estimated error of an amplitude that is worth a warning.
 const TRUNCATED: f64 = 0.02;
@@ -174,9 +174,10 @@ impl Console {
                     peak.frequency_hz
                 ));
             }
-            if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > WORTH_A_WARNING) {
+            if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > LEAST_RISE) {
                 self.warning(&format!(
-                    "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, or a narrower range",
+                    "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
+                     response.most_added_points",
                     100.0 * rise
                 ));
             }
@@ -185,6 +186,17 @@ impl Console {
                 "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
                 peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
             ));
+            for local in local_peaks(response, i) {
+                let Some(loss_factor) = local.loss_factor else {
+                    continue;
+                };
+                self.note(&format!(
+                    "{name}: {:.4e} m at {:.3} Hz, loss factor {loss_factor:.3e} (Q = {:.0})",
+                    local.at.amplitude_m,
+                    local.at.frequency_hz,
+                    loss_factor.recip()
+                ));
+            }
         }
     }
 }

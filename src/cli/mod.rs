@@ -7,7 +7,7 @@ mod interruption;
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
 use clap::Parser;
 
@@ -22,7 +22,7 @@ use crate::export::manifest::Summary;
 use crate::pipeline::observer::{Both, Observer};
 use crate::pipeline::progress::Progress;
 use crate::pipeline::verify::verify;
-use crate::pipeline::{self, Beginning, Context, Files, RunError, locked};
+use crate::pipeline::{self, Beginning, Context, Files, RunError, SharedFiles};
 use crate::scene;
 use crate::study;
 use crate::terminal;
@@ -104,22 +104,20 @@ fn files(
     context: &Context,
     other: OtherScene,
     console: &Console,
-) -> Result<Arc<Mutex<Files>>, Error> {
+) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
         Command::Run(Run { resume: true, .. }) => Beginning::Resumed,
         _ => Beginning::Anew,
     };
     let files = Files::open(scene, context, other, beginning)?;
-    let files = Arc::new(Mutex::new(files));
+    let files = SharedFiles::new(files);
     let (of_signal, lines) = (Arc::clone(&files), console.lines());
     let last_word = Arc::new(move |signal: &str| {
-        // Held until the process ends: nothing is written after it.
-        let mut files = locked(&of_signal);
-        match files.interrupted(signal) {
-            Ok(message) => lines.last(&message),
-            Err(error) => lines.last(&format!("ended by {signal}: {error}")),
-        }
-        interruption::leave()
+        let message = match of_signal.locked_to_end().interrupted(signal) {
+            Ok(message) => message,
+            Err(error) => format!("ended by {signal}: {error}"),
+        };
+        lines.last(&message);
     });
     interruption::on_signals(last_word.clone()).map_err(Error::Signals)?;
     if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
@@ -133,7 +131,7 @@ fn with_files(
     command: &Command,
     scene: &Scene,
     context: &Context,
-    mut files: Arc<Mutex<Files>>,
+    mut files: Arc<SharedFiles>,
     console: &mut Console,
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
@@ -164,7 +162,7 @@ fn with_files(
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(console);
             let (rows, summary) = noted(pipeline::modes(scene, context, &progress), &files)?;
-            locked(&files).modes(&rows)?;
+            files.locked().modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
             finish(&files, &summary, &Ok(()), console)
@@ -175,7 +173,7 @@ fn with_files(
             let progress = Progress::new(console);
             let campbell = pipeline::campbell(scene, *speeds, context, &progress);
             let campbell = noted(campbell, &files)?;
-            locked(&files).campbell(&campbell)?;
+            files.locked().campbell(&campbell)?;
             print(&campbell.table())?;
             finish(&files, &campbell.summary, &Ok(()), console)
         }
@@ -183,7 +181,7 @@ fn with_files(
             let progress = Progress::new(console);
             let verified = verify(scene, context, &arguments.asked(), &progress);
             let verified = noted(verified, &files)?;
-            locked(&files).verification(&verified.comparisons)?;
+            files.locked().verification(&verified.comparisons)?;
             finish(&files, &verified.summary, &Ok(()), console)?;
             print(&verified.table())?;
             Ok(verified.verdict?)
@@ -194,18 +192,18 @@ fn with_files(
 }
 
 /// The result of a run; where it failed, its folder says so.
-fn noted<T>(result: Result<T, RunError>, files: &Mutex<Files>) -> Result<T, RunError> {
-    result.inspect_err(|error| locked(files).failed(error))
+fn noted<T>(result: Result<T, RunError>, files: &SharedFiles) -> Result<T, RunError> {
+    result.inspect_err(|error| files.locked().failed(error))
 }
 
 /// The last file of a run, and where all of them are.
 fn finish(
-    files: &Mutex<Files>,
+    files: &SharedFiles,
     summary: &Summary,
     verdict: &Result<(), RunError>,
     console: &mut Console,
 ) -> Result<(), Error> {
-    let mut files = locked(files);
+    let mut files = files.locked();
     files.finish(summary, verdict)?;
     console.note(&format!("results in {}", files.folder().display()));
     Ok(())

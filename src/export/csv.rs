@@ -42,7 +42,8 @@ pub struct CampbellRow {
     pub frequency_hz: Option<f64>,
 }
 
-/// response.csv: one row per frequency. Amplitudes are the largest departure from the mean in the
+/// response.csv: one row per frequency, those added at peaks included (`added` is 1; `point` is the number of the
+/// frequency, which its file of the flanks has). Amplitudes are the largest departure from the mean in the
 /// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
 /// the stuck assembly's. A point that did not converge keeps its outcome, iterations, residual and
 /// linear amplitude; its other cells are empty.
@@ -55,8 +56,7 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
         .max()
         .unwrap_or(0);
     let mut table = Table::new(path);
-    table.text("frequency_hz");
-    table.text("outcome");
+    table.header(&["point", "added", "frequency_hz", "outcome"]);
     for name in names {
         table.text(&format!("{name}_amplitude_m"));
         table.text(&format!("{name}_linear_amplitude_m"));
@@ -91,6 +91,8 @@ fn response_row(
     harmonics: usize,
 ) -> Result<(), ExportError> {
     let valid = orbit.outcome.is_converged();
+    table.integer(Some(orbit.point));
+    table.integer(Some(usize::from(response.is_added(orbit))));
     table.number("frequency_hz", Some(orbit.frequency_hz))?;
     table.text(orbit.outcome.word());
     for (i, name) in names.iter().enumerate() {
@@ -242,6 +244,7 @@ pub fn write_contact(
         "peak_open_fraction",
         "peak_friction_power_w",
         "friction_power_sum_w",
+        "friction_power_mean_w",
     ]);
     table.header(&[
         "opening_points",
@@ -275,6 +278,8 @@ pub fn write_contact(
         )?;
         let sum = Some(sums.friction_power_sum_w[i]).filter(|_| summed);
         table.number("friction_power_sum_w", sum)?;
+        let mean = Some(sums.friction_power_mean_w[i]).filter(|_| summed);
+        table.number("friction_power_mean_w", mean)?;
         table.integer(Some(sums.opening_points[i]).filter(|_| summed));
         table.text(match (summed, sums.opening_points[i] > 0) {
             (false, _) => "",

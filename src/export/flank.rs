@@ -61,14 +61,14 @@ pub fn write_flank_static(
 }
 
 /// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep = frequency in Hz, number
-/// in the file name = row of response.csv (0 = first). Per pair: pressure (mean, min, max of the period), slid
+/// in the file name = column `point` of response.csv. Per pair: pressure (mean, min, max of the period), slid
 /// distance, open fraction, dissipation, `status` (0 stuck, 1 slipping, 2 opening). Points that did not converge
 /// have no file.
 #[derive(Debug)]
 pub struct FlankSeries {
     still: Flanks,
     pairs: Vec<ContactPair>,
-    /// Frequency and file of each row that is written.
+    /// Frequency and file of each point that is written.
     written: BTreeMap<usize, (f64, String)>,
 }
 
@@ -82,20 +82,16 @@ impl FlankSeries {
         }
     }
 
-    /// Writes the file of a row, where it converged and is not written yet; its name.
+    /// Writes the file of a point, where it converged and is not written yet; its name.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write(
-        &mut self,
-        folder: &Path,
-        row: usize,
-        orbit: &Orbit,
-    ) -> Result<Option<String>, ExportError> {
-        if !orbit.outcome.is_converged() || self.written.contains_key(&row) {
+    pub fn write(&mut self, folder: &Path, orbit: &Orbit) -> Result<Option<String>, ExportError> {
+        let point = orbit.point;
+        if !orbit.outcome.is_converged() || self.written.contains_key(&point) {
             return Ok(None);
         }
-        let file = format!("flank/flank_{row:04}.vtu");
+        let file = format!("flank/flank_{point:04}.vtu");
         let path = folder.join(&file);
         check_pairs(&path, "pair cycles", orbit.cycles.len(), self.pairs.len())?;
         let fields = cycle_fields(orbit, &self.pairs);
@@ -108,20 +104,21 @@ impl FlankSeries {
         flanks.field("dissipation_w_m2", 1, fields.dissipation_w_m2);
         flanks.integers("status", |pair| fields.status[pair] as i32);
         flanks.grid.write(&path)?;
-        self.written.insert(row, (orbit.frequency_hz, file.clone()));
+        self.written
+            .insert(point, (orbit.frequency_hz, file.clone()));
         Ok(Some(file))
     }
 
-    /// Writes the collection of the files that are written; `rows` is how many frequencies there are. Its name.
+    /// Writes the collection of the files that are written; `points` is how many frequencies there are. Its name.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_collection(&self, folder: &Path, rows: usize) -> Result<String, ExportError> {
+    pub fn write_collection(&self, folder: &Path, points: usize) -> Result<String, ExportError> {
         let entries: Vec<(f64, String)> = self.written.values().cloned().collect();
         let comment = format!(
             "timestep = frequency in Hz; {} points converged, {} did not and are left out",
             entries.len(),
-            rows - entries.len()
+            points - entries.len()
         );
         let file = "flank.pvd".to_owned();
         write_pvd(&folder.join(&file), &entries, &comment)?;
@@ -129,8 +126,8 @@ impl FlankSeries {
     }
 }
 
-/// flank_dissipation.vtu: friction power summed over the converged points, per pair
-/// (`friction_power_sum_w`) and per area (`dissipation_sum_w_m2`, the paper's Figure 6), the number
+/// flank_dissipation.vtu: friction power summed over the converged points that were asked for, per pair
+/// (`friction_power_sum_w`) and per area (`dissipation_sum_w_m2`, the paper's Figure 6), its mean over them, the number
 /// of points at which a pair separates (`opening_points`) and whether it ever does (`separates`, 0
 /// or 1, the paper's Figure 5).
 pub fn write_flank_dissipation(
@@ -142,6 +139,8 @@ pub fn write_flank_dissipation(
     let mut flanks = Flanks::of(model);
     flanks.field("friction_power_sum_w", 1, sums.friction_power_sum_w);
     flanks.field("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
+    flanks.field("friction_power_mean_w", 1, sums.friction_power_mean_w);
+    flanks.field("dissipation_mean_w_m2", 1, sums.dissipation_mean_w_m2);
     let opening = &sums.opening_points;
     flanks.integers("separates", |pair| i32::from(opening[pair] > 0));
     flanks.integers("opening_points", |pair| opening[pair] as i32);

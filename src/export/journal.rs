@@ -212,6 +212,7 @@ mod tests {
     fn solved(frequency_hz: f64) -> SolvedFrequency {
         let orbit = Orbit {
             frequency_hz,
+            point: 5,
             outcome: Outcome::Stagnated,
             harmonics: 1,
             x: vec![0.1 * frequency_hz; 9],
@@ -223,6 +224,7 @@ mod tests {
             friction_power_w: 0.0,
             viscous_power_w: 0.0,
             input_power_w: 0.0,
+            kinetic_energy_j: 0.0,
             newton_iterations: 3,
             krylov_iterations: 4,
             residual: f64::INFINITY,

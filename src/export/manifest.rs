@@ -16,8 +16,8 @@ use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    converged, energy_balance_error, largest_estimated_error, pair_counts, peak, peak_is_at_an_end,
-    peak_ratio, peak_rise, static_fields, stuck_peak, sweep_fields,
+    LocalPeak, converged, energy_balance_error, largest_estimated_error, local_peaks, pair_counts,
+    peak, peak_is_at_an_end, peak_ratio, peak_rise, static_fields, stuck_peak, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -171,7 +171,9 @@ pub struct ContactSummary {
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
+    /// Frequencies that were asked for, and those added at peaks.
     pub points: usize,
+    pub added_points: usize,
     pub converged_points: usize,
     /// Those of them whose error is estimated above the accuracy asked for.
     pub accuracy_not_reached_points: usize,
@@ -192,6 +194,8 @@ pub struct ResponseSummary {
     /// How far the parabola through the peak and its neighbours rises above it, relative; `None` at an end of the
     /// range or beside a frequency without a result.
     pub peak_rise: Option<f64>,
+    /// Every local maximum inside of the range, rising in frequency.
+    pub peaks: Vec<PeakSummary>,
     /// Of the stuck assembly, exact.
     pub linear_peak_amplitude_m: Option<f64>,
     pub linear_peak_frequency_hz: Option<f64>,
@@ -211,6 +215,17 @@ pub struct ResponseSummary {
     pub slip_threshold_m: Option<f64>,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeakSummary {
+    pub row: usize,
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    /// Energy spent in a period over 2 pi times the stored one: twice the equivalent damping ratio.
+    pub loss_factor: Option<f64>,
+    /// Its inverse.
+    pub quality_factor: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -370,6 +385,17 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
     }
 }
 
+fn peak_summary(peak: &LocalPeak) -> PeakSummary {
+    let loss_factor = peak.loss_factor.and_then(finite);
+    PeakSummary {
+        row: peak.at.index,
+        frequency_hz: peak.at.frequency_hz,
+        amplitude_m: peak.at.amplitude_m,
+        loss_factor,
+        quality_factor: loss_factor.map(f64::recip).and_then(finite),
+    }
+}
+
 /// The figures of a response that a reader asks for first.
 /// `observation` is the name of the first.
 pub fn response_summary(
@@ -396,7 +422,12 @@ pub fn response_summary(
     let inaccurate = response.orbits.iter().filter(inaccurate);
     ResponseSummary {
         points: response.orbits.len(),
-        converged_points: sums.points,
+        added_points: response
+            .orbits
+            .iter()
+            .filter(|o| response.is_added(o))
+            .count(),
+        converged_points: converged(response).count(),
         accuracy_not_reached_points: inaccurate.count(),
         largest_estimated_error: largest_estimated_error(response).and_then(finite),
         peak_estimated_error: at_peak.and_then(|o| o.estimated_error).and_then(finite),
@@ -407,6 +438,7 @@ pub fn response_summary(
         peak_row: top.map(|p| p.index),
         peak_at_end_of_range: peak_is_at_an_end(response, 0),
         peak_rise: peak_rise(response, 0),
+        peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
         peak_ratio: peak_ratio(response, 0),

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -273,6 +274,7 @@ impl Solving {
             orbits,
             stuck,
             stuck_curve: Vec::new(),
+            asked: self.frequencies_hz.len(),
             slip_threshold_m: 0.0,
         }
     }
@@ -288,9 +290,8 @@ impl Solving {
         };
         let bits = orbit.frequency_hz.to_bits();
         self.solved.insert(bits, (without_fields, stuck.clone()));
-        let row = self.frequencies_hz.iter().position(|f| f.to_bits() == bits);
-        if let (Some(flanks), Some(row)) = (&mut self.flanks, row) {
-            out.wrote(flanks.write(out.path(), row, orbit)?);
+        if let Some(flanks) = &mut self.flanks {
+            out.wrote(flanks.write(out.path(), orbit)?);
         }
         Ok(())
     }
@@ -399,8 +400,8 @@ impl Observer for Files {
         write_curves(out, &self.summary.scene.name, &names, response, compared)?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             // Some frequencies were solved in a second attempt.
-            for (row, orbit) in response.orbits.iter().enumerate() {
-                out.wrote(flanks.write(out.path(), row, orbit)?);
+            for orbit in &response.orbits {
+                out.wrote(flanks.write(out.path(), orbit)?);
             }
             out.wrote([flanks.write_collection(out.path(), response.orbits.len())?]);
         }
@@ -424,25 +425,61 @@ fn table_of(compared_harmonics: Option<usize>) -> String {
     }
 }
 
-/// What an observer hears that others reach, too.
-impl Observer for Arc<Mutex<Files>> {
+/// Files that more than the run reaches: what ends the run early, too.
+#[derive(Debug)]
+pub struct SharedFiles {
+    files: Mutex<Files>,
+    /// The run is being ended: whoever is not writing yet waits for the end of the process.
+    ending: AtomicBool,
+}
+
+impl SharedFiles {
+    /// Those of one run.
+    pub fn new(files: Files) -> Arc<Self> {
+        Arc::new(Self {
+            files: Mutex::new(files),
+            ending: AtomicBool::new(false),
+        })
+    }
+
+    /// For the run. Does not return once the run is being ended.
+    pub fn locked(&self) -> MutexGuard<'_, Files> {
+        while self.ending.load(Ordering::Acquire) {
+            std::thread::park_timeout(Duration::from_secs(1));
+        }
+        self.whole()
+    }
+
+    /// For who ends the run: nothing is written after what is written with this.
+    pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
+        self.ending.store(true, Ordering::Release);
+        self.whole()
+    }
+
+    /// A panic of another thread leaves what is written whole.
+    fn whole(&self) -> MutexGuard<'_, Files> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Observer for Arc<SharedFiles> {
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
-        locked(self).reduced(reduced)
+        self.locked().reduced(reduced)
     }
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
-        locked(self).static_state(reduced, state)
+        self.locked().static_state(reduced, state)
     }
     fn figures(&mut self, summary: &Summary) {
-        locked(self).figures(summary);
+        self.locked().figures(summary);
     }
     fn response_begins(
         &mut self,
         begins: &ResponseBegins<'_>,
     ) -> Result<Vec<SolvedFrequency>, RunError> {
-        locked(self).response_begins(begins)
+        self.locked().response_begins(begins)
     }
     fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
-        locked(self).frequency(solved)
+        self.locked().frequency(solved)
     }
     fn response(
         &mut self,
@@ -450,16 +487,11 @@ impl Observer for Arc<Mutex<Files>> {
         response: &Response,
         compared: Option<&Compared>,
     ) -> Result<(), RunError> {
-        locked(self).response(reduced, response, compared)
+        self.locked().response(reduced, response, compared)
     }
     fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
-        locked(self).held_modes(reduced, omega2)
+        self.locked().held_modes(reduced, omega2)
     }
-}
-
-/// The files, while no other thread writes.
-pub fn locked(files: &Mutex<Files>) -> MutexGuard<'_, Files> {
-    files.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Rows of modes.csv; `held` are squared frequencies per body with the contacts held.

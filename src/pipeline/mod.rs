@@ -19,7 +19,7 @@ use std::path::PathBuf;
 pub use self::cache::{CacheSettings, executable_hash};
 pub use self::campbell::{Campbell, SpeedRange, SpeedRangeError, campbell};
 pub use self::error::RunError;
-pub use self::files::{Beginning, Files, locked};
+pub use self::files::{Beginning, Files, SharedFiles};
 use self::meshed::Bound;
 use self::observer::{Compared, Observer};
 use self::progress::Progress;

@@ -192,6 +192,7 @@ impl Responses<'_, '_> {
             },
             solver: spec.solver,
             slip_threshold_m: spec.slip_threshold_m,
+            most_added: spec.most_added_points,
             ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
         };
         let begins = ResponseBegins {
@@ -259,8 +260,10 @@ impl Responses<'_, '_> {
                 .collect(),
             stuck_curve: stuck_curve(&system, harmonics, self.frequencies_hz),
             orbits: frequencies()
-                .map(|&f| linear_orbit(&system, harmonics, f))
+                .enumerate()
+                .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
                 .collect(),
+            asked: self.frequencies_hz.len(),
             slip_threshold_m: 0.0,
         }
     }

@@ -6,7 +6,7 @@ use super::reduced::Reduced;
 use super::{Context, solve, summary};
 use crate::export::manifest::{self, Summary};
 use crate::stage::Stage;
-use dovetail_solver::description::Scene;
+use dovetail_solver::description::{ResponseSpec, Scene};
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{MOST_STEPS_IN_ALL, Until};
@@ -164,8 +164,13 @@ fn orbits(
         spec.points = spec.points.min(MOST_POINTS);
         frequencies_hz = solve::frequencies_hz(&spec, reduced.relative())?;
     }
+    // Those that are compared are asked for by the caller, or found on the grid.
+    let spec = ResponseSpec {
+        most_added_points: 0,
+        ..scene.response.clone()
+    };
     let responses = solve::Responses {
-        spec: &scene.response,
+        spec: &spec,
         reduced,
         damping,
         state,

@@ -549,7 +549,7 @@ const STATIC: [Key; 1] = [key(
     "load_steps = 10",
 )];
 
-const RESPONSE: [Key; 14] = [
+const RESPONSE: [Key; 15] = [
     key(
         "frequency_hz",
         "list of 2 numbers, Hz",
@@ -570,6 +570,14 @@ const RESPONSE: [Key; 14] = [
         "200",
         "1 to 1,000,000; evenly spaced, ends included",
         "points = 200",
+    ),
+    key(
+        "most_added_points",
+        "whole number",
+        "12",
+        "0 to 1000; frequencies that may be added at the peaks of the observed amplitudes, until the \
+         parabola through the highest one and its neighbours rises at most 0.1 % above it",
+        "most_added_points = 0",
     ),
     key(
         "accuracy",

@@ -145,6 +145,7 @@ pub struct RawResponse {
     pub frequency_hz: Located<Numbers<2>>,
     pub times_first_stuck_mode: Located<Numbers<2>>,
     pub points: Located<Count>,
+    pub most_added_points: Located<Count>,
     pub accuracy: Located<Number>,
     pub harmonics: Located<Count>,
     pub compare_harmonics: Located<Count>,

@@ -1,9 +1,7 @@
 //! An accuracy in place of knobs: the error it leaves, against a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
@@ -41,15 +39,13 @@ fn respond(resolution: Resolution) -> Response {
     let statics = static_state(model, 10, newton);
     let first_hz = model.omega2[0].sqrt() / TAU;
     let settings = SweepSettings {
-        frequencies_hz: (0..13)
-            .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
-            .collect(),
-        resolution,
-        eps: Penalty::new(EpsChoice::Dynamic),
         newton,
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
-        slip_threshold_m: None,
+        ..SweepSettings::new(
+            (0..13)
+                .map(|i| first_hz * (0.992 + 0.001 * f64::from(i)))
+                .collect(),
+            resolution,
+        )
     };
     sweep(model, damping, &statics, &settings, &[], &|_| ())
 }

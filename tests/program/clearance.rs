@@ -2,9 +2,8 @@
 //! motion.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{PairStatus, Response, StaticState};
@@ -30,16 +29,15 @@ fn respond(
     frequencies_hz: Vec<f64>,
 ) -> Response {
     let settings = SweepSettings {
-        frequencies_hz,
-        resolution: Resolution::Fixed {
-            harmonics,
-            samples: 128,
-        },
         eps: Penalty::new(EpsChoice::Pair),
         newton: NEWTON,
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
-        slip_threshold_m: None,
+        ..SweepSettings::new(
+            frequencies_hz,
+            Resolution::Fixed {
+                harmonics,
+                samples: 128,
+            },
+        )
     };
     let response = sweep(model, damping, statics, &settings, &[], &|_| ());
     assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));

@@ -84,12 +84,12 @@ fn summary(run: &Run) -> Summary {
 fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     let mut flanks = flank::FlankSeries::new(&run.model);
     let orbits = &run.response.orbits;
-    let rows = orbits.iter().enumerate();
-    let mut files: Vec<String> = rows
-        .filter_map(|(row, orbit)| flanks.write(out, row, orbit).unwrap())
+    let mut files: Vec<String> = orbits
+        .iter()
+        .filter_map(|orbit| flanks.write(out, orbit).unwrap())
         .collect();
     // A second time they are there already.
-    assert_eq!(flanks.write(out, 0, &orbits[0]).unwrap(), None);
+    assert_eq!(flanks.write(out, &orbits[0]).unwrap(), None);
     files.push(flanks.write_collection(out, orbits.len()).unwrap());
     files
 }
@@ -206,7 +206,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         .to_owned();
     assert!(
         header.starts_with(
-            "frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
+            "point,added,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_amplitude_m"
         ),
         "{header}"
     );
@@ -214,6 +214,8 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
     assert_eq!(rows.len(), 31);
     let emptied = |k: &str| {
         let kept = [
+            "point",
+            "added",
             "newton_iterations",
             "krylov_iterations",
             "frequency_hz",

@@ -6,9 +6,7 @@ use std::process::Command;
 
 use crate::shared_folder::Folder;
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
@@ -41,24 +39,16 @@ fn respond(
     harmonics: usize,
 ) -> Response {
     let first = model.omega2[0].sqrt();
-    let settings = SweepSettings {
-        frequencies_hz: ratios
+    let settings = SweepSettings::new(
+        ratios
             .iter()
             .map(|r| r * first / std::f64::consts::TAU)
             .collect(),
-        resolution: Resolution::Fixed {
+        Resolution::Fixed {
             harmonics,
             samples: (2 * harmonics + 2).max(64),
         },
-        eps: Penalty::new(EpsChoice::Dynamic),
-        newton: NewtonOptions {
-            tolerance: 1e-8,
-            max_iterations: 60,
-        },
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
-        slip_threshold_m: None,
-    };
+    );
     let damping = Rayleigh {
         stiffness_s: 0.002 / first,
         mass_per_s: 0.0,

@@ -104,7 +104,7 @@ fn summary(out: &Path) -> Summary {
 /// Rows of a table of the response, and that their frequencies rise.
 fn rows(table: &Path) -> usize {
     let text = std::fs::read_to_string(table).unwrap();
-    let frequency = |line: &str| line.split(',').next().unwrap().parse::<f64>().unwrap();
+    let frequency = |line: &str| line.split(',').nth(2).unwrap().parse::<f64>().unwrap();
     let frequencies: Vec<f64> = text.lines().skip(1).map(frequency).collect();
     assert!(frequencies.is_sorted_by(|a, b| a < b));
     frequencies.len()

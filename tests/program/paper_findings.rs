@@ -8,7 +8,6 @@ use std::sync::OnceLock;
 use dovetail::scene;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
@@ -110,16 +109,13 @@ fn respond_with(
 ) -> Response {
     let joint = joint();
     let settings = SweepSettings {
-        frequencies_hz,
-        resolution: Resolution::Fixed { harmonics, samples },
         eps: Penalty {
             choice: joint.scene.response.eps,
             scale: joint.scene.response.eps_scale,
         },
         newton: NEWTON,
-        periods: Periods::UntilPeriodic,
         solver: joint.scene.response.solver,
-        slip_threshold_m: None,
+        ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
     };
     let response = sweep(
         model,

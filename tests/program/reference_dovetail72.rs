@@ -57,17 +57,18 @@ fn respond(
     solver: Solver,
 ) -> Response {
     let settings = SweepSettings {
-        frequencies_hz,
-        resolution: Resolution::Fixed {
-            harmonics,
-            samples: 256,
-        },
         eps: Penalty::new(eps),
         newton: NEWTON,
         // The reference evaluated three periods, whether the forces were periodic by then or not.
         periods: Periods::Exactly(3),
         solver,
-        slip_threshold_m: None,
+        ..SweepSettings::new(
+            frequencies_hz,
+            Resolution::Fixed {
+                harmonics,
+                samples: 256,
+            },
+        )
     };
     sweep(
         model,
@@ -213,16 +214,15 @@ fn a_rough_flank_after_the_static_state_gives_the_stuck_curve() {
     model.pairs.iter_mut().for_each(|p| p.friction = 1e6);
     let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
     let settings = SweepSettings {
-        frequencies_hz: [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
-        resolution: Resolution::Fixed {
-            harmonics: 3,
-            samples: 64,
-        },
         eps: Penalty::new(EpsChoice::Pair),
         newton: NEWTON,
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
-        slip_threshold_m: None,
+        ..SweepSettings::new(
+            [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),
+            Resolution::Fixed {
+                harmonics: 3,
+                samples: 64,
+            },
+        )
     };
     let response = sweep(&model, damping(&model), &statics, &settings, &[], &|_| ());
     for (orbit, stuck) in response.orbits.iter().zip(&response.stuck) {

@@ -3,9 +3,8 @@
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
@@ -97,16 +96,13 @@ fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -
     let model = beam(friction);
     let state = static_state(&model, 10, NEWTON);
     let settings = SweepSettings {
-        frequencies_hz: vec![frequency_hz],
-        resolution,
         eps: Penalty {
             choice: EpsChoice::Dynamic,
             scale,
         },
         newton: NEWTON,
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
         slip_threshold_m: Some(1e-9),
+        ..SweepSettings::new(vec![frequency_hz], resolution)
     };
     let mut response = sweep(&model, DAMPING, &state, &settings, &[], &|_| ());
     response.orbits.remove(0)

@@ -1,9 +1,7 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
@@ -301,16 +299,14 @@ fn balanced(
 ) -> (StaticState, Response) {
     let state = static_state(model, 10, SETTLE);
     let settings = SweepSettings {
-        frequencies_hz,
-        resolution: Resolution::Fixed {
-            harmonics,
-            samples: 256,
-        },
-        eps: Penalty::new(EpsChoice::Dynamic),
         newton: SETTLE,
-        periods: Periods::UntilPeriodic,
-        solver: Solver::NewtonKrylov,
-        slip_threshold_m: None,
+        ..SweepSettings::new(
+            frequencies_hz,
+            Resolution::Fixed {
+                harmonics,
+                samples: 256,
+            },
+        )
     };
     let response = sweep(model, damping_of(model), &state, &settings, &[], &|_| ());
     (state, response)

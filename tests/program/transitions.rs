@@ -3,9 +3,7 @@
 //! point converges, its mean near the static state.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::reduction::damping::Rayleigh;
@@ -44,13 +42,8 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
         let cold = frequencies.map(|f| vec![f]);
         for frequencies_hz in cold.into_iter().chain([warm]) {
             let settings = SweepSettings {
-                frequencies_hz,
-                resolution: Resolution::Fixed { harmonics, samples },
-                eps: Penalty::new(EpsChoice::Dynamic),
                 newton: NEWTON,
-                periods: Periods::UntilPeriodic,
-                solver: Solver::NewtonKrylov,
-                slip_threshold_m: None,
+                ..SweepSettings::new(frequencies_hz, Resolution::Fixed { harmonics, samples })
             };
             let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
             for orbit in response.orbits.iter().take(RATIOS.len()) {

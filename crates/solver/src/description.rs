@@ -67,6 +67,8 @@ pub struct ResponseSpec {
     pub range: FrequencyRange,
     /// Number of frequencies, evenly spaced.
     pub points: usize,
+    /// Frequencies that may be added at the peaks of the observed amplitudes.
+    pub most_added_points: usize,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// A second response with this many harmonics, drawn beside the first.

@@ -18,6 +18,13 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let at = Table::of("response", raw.span(), None);
     let raw = raw.get_ref();
     let points = checker.count(&at, "points", &raw.points, 1..=MOST_POINTS, 200);
+    let added = checker.count(
+        &at,
+        "most_added_points",
+        &raw.most_added_points,
+        0..=1000,
+        12,
+    );
     let range = frequency_range(checker, &at, raw, points);
     let (resolution, tolerance) = match (&raw.accuracy, &raw.harmonics) {
         (Some(accuracy), _) => (
@@ -97,6 +104,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     Some(ResponseSpec {
         range: range?,
         points: points?,
+        most_added_points: added?,
         resolution: resolution?,
         compare_harmonics: match compare {
             None => None,

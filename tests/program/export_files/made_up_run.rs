@@ -345,6 +345,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             .collect();
         Orbit {
             frequency_hz: f,
+            point: i,
             outcome,
             harmonics: HARMONICS,
             x: vec![],
@@ -356,6 +357,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             friction_power_w: friction_power_w * bad,
             viscous_power_w: 0.01 * g * g,
             input_power_w: friction_power_w + 0.01 * g * g,
+            kinetic_energy_j: 0.2 * g * g,
             newton_iterations: 5 + i % 3,
             krylov_iterations: 40,
             estimated_error: Some(0.004),
@@ -375,6 +377,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
         stuck: stuck.clone(),
         stuck_curve: stuck,
         orbits: orbits.collect(),
+        asked: points,
         slip_threshold_m: 1e-7,
     }
 }

@@ -140,6 +140,12 @@ impl<'a> Refinement<'a> {
         }
     }
 
+    /// The first level with at least so many harmonics.
+    pub fn level_of(&self, harmonics: usize) -> usize {
+        let enough = |level: &FrequencySolver<'_>| level.setting.fourier.harmonics() >= harmonics;
+        self.levels.iter().position(enough).unwrap_or(0)
+    }
+
     /// What is the same on all levels.
     pub fn lowest(&self) -> &FrequencySolver<'a> {
         &self.levels[0]

@@ -90,6 +90,8 @@ pub enum PairStatus {
 pub struct Orbit {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
+    /// Its number: that of the frequencies asked for, rising from 0; those that were added follow.
+    pub point: usize,
     /// How the solution ended.
     pub outcome: Outcome,
     /// Harmonics of the motion, H.
@@ -112,6 +114,8 @@ pub struct Orbit {
     pub viscous_power_w: f64,
     /// Power of the excitation, mean over a period.
     pub input_power_w: f64,
+    /// Of the vibration, mean over a period, J.
+    pub kinetic_energy_j: f64,
     /// Newton iterations of all attempts.
     pub newton_iterations: usize,
     /// Iterations of the linear solves of all attempts.
@@ -171,6 +175,13 @@ pub struct SolvedFrequency {
     pub next_level: usize,
 }
 
+impl Response {
+    /// Whether a frequency was added to those asked for.
+    pub fn is_added(&self, orbit: &Orbit) -> bool {
+        orbit.point >= self.asked
+    }
+}
+
 /// A frequency response.
 #[derive(Debug, Clone)]
 pub struct Response {
@@ -178,8 +189,10 @@ pub struct Response {
     pub stuck: Vec<StuckPoint>,
     /// The stuck assembly at those frequencies and at others, so close that no peak is missed, rising.
     pub stuck_curve: Vec<StuckPoint>,
-    /// The motion at each frequency, in the order asked for.
+    /// The motion at each frequency, rising.
     pub orbits: Vec<Orbit>,
+    /// How many frequencies were asked for; the others were added at peaks.
+    pub asked: usize,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
 }
@@ -194,6 +207,7 @@ pub(crate) mod jacobians;
 mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
+pub mod peaks;
 pub mod penalty;
 mod point;
 pub mod retention;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// Instants at which the largest departure from the mean is looked for.
 const AMPLITUDE_INSTANTS: usize = 720;
 
-/// Builds the orbit of U. `residual` and iteration counts are left at zero for the caller.
+/// Builds the orbit of U. Number, `residual` and iteration counts are left at zero for the caller.
 pub fn orbit(
     balance: &Balance<'_>,
     u: &[f64],
@@ -27,7 +27,11 @@ pub fn orbit(
     let omega = std::f64::consts::TAU * frequency_hz;
     let modal = modal_amplitudes(system, harmonics, omega, Some(u));
     let observed = observe(system, harmonics, Some(u), &modal);
-    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, u, &modal);
+    let Powers {
+        input_w,
+        viscous_w,
+        kinetic_energy_j,
+    } = powers(system, harmonics, omega, u, &modal);
     let cycles: Vec<PairCycle> = (0..n / 3)
         .into_par_iter()
         .with_min_len(16)
@@ -38,6 +42,7 @@ pub fn orbit(
         .collect();
     Orbit {
         frequency_hz,
+        point: 0,
         outcome,
         harmonics,
         x: u.to_vec(),
@@ -46,8 +51,9 @@ pub fn orbit(
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
         friction_power_w: cycles.iter().map(|c| c.friction_power_w).sum(),
-        viscous_power_w,
-        input_power_w,
+        viscous_power_w: viscous_w,
+        input_power_w: input_w,
+        kinetic_energy_j,
         cycles,
         newton_iterations: 0,
         krylov_iterations: 0,
@@ -79,13 +85,23 @@ pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f
 }
 
 /// The motion of an assembly without pairs: the stuck assembly's, in closed form.
-pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> Orbit {
+/// Number and frequency come together.
+pub fn linear_orbit(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    (point, frequency_hz): (usize, f64),
+) -> Orbit {
     let omega = std::f64::consts::TAU * frequency_hz;
     let modal = modal_amplitudes(system, harmonics, omega, None);
     let observed = observe(system, harmonics, None, &modal);
-    let (input_power_w, viscous_power_w) = powers(system, harmonics, omega, &[], &modal);
+    let Powers {
+        input_w,
+        viscous_w,
+        kinetic_energy_j,
+    } = powers(system, harmonics, omega, &[], &modal);
     Orbit {
         frequency_hz,
+        point,
         outcome: Outcome::Converged,
         harmonics,
         x: Vec::new(),
@@ -94,8 +110,9 @@ pub fn linear_orbit(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: 
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
         observed,
         friction_power_w: 0.0,
-        viscous_power_w,
-        input_power_w,
+        viscous_power_w: viscous_w,
+        input_power_w: input_w,
+        kinetic_energy_j,
         cycles: Vec::new(),
         newton_iterations: 0,
         krylov_iterations: 0,
@@ -225,20 +242,28 @@ fn observe(
         .collect()
 }
 
-/// Mean power put in by the excitations and spent by the Rayleigh damping, W.
-///
+/// Means over a period.
+struct Powers {
+    /// Put in by the excitations, W.
+    input_w: f64,
+    /// Spent by the Rayleigh damping, W.
+    viscous_w: f64,
+    /// J.
+    kinetic_energy_j: f64,
+}
+
 /// Harmonic k of motion Y: input (k w / 2) Im(conj(f)... ) written out on cosine and sine parts;
-/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle.
+/// viscous (k w)^2 / 2 (a Y^H K Y + b Y^H M Y), i.e. pi k^2 w (...) per cycle; kinetic energy (k w)^2 / 4 Y^H M Y.
 fn powers(
     system: &ContactSystem<'_>,
     harmonics: usize,
     omega: f64,
     u: &[f64],
     modal: &[f64],
-) -> (f64, f64) {
+) -> Powers {
     let model = system.model;
     let (n, m) = (system.unknowns(), model.omega2.len());
-    let (mut input, mut viscous) = (0.0, 0.0);
+    let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
     let mut product = vec![0.0; n];
     for k in 1..=harmonics {
         let kw = k as f64 * omega;
@@ -263,18 +288,21 @@ fn powers(
                     .map(|(q, w2)| w2 * q * q)
                     .sum::<f64>();
             energy += system.damping.stiffness_s * stiff;
-            if system.damping.mass_per_s != 0.0 {
-                super::balance::apply_real(&model.mass, &x, &mut product);
-                let mut mass = dot(&x, &product) + dot(&q, &q);
-                for (j, q) in q.iter().enumerate() {
-                    mass += 2.0 * q * dot(&x, model.coupling.col_as_slice(j));
-                }
-                energy += system.damping.mass_per_s * mass;
+            super::balance::apply_real(&model.mass, &x, &mut product);
+            let mut mass = dot(&x, &product) + dot(&q, &q);
+            for (j, q) in q.iter().enumerate() {
+                mass += 2.0 * q * dot(&x, model.coupling.col_as_slice(j));
             }
+            energy += system.damping.mass_per_s * mass;
             viscous += 0.5 * kw * kw * energy;
+            kinetic += 0.25 * kw * kw * mass;
         }
     }
-    (input, viscous)
+    Powers {
+        input_w: input,
+        viscous_w: viscous,
+        kinetic_energy_j: kinetic,
+    }
 }
 
 fn pair_cycle(
@@ -434,6 +462,7 @@ mod tests {
             let (a, b) = (damping.stiffness_s, damping.mass_per_s);
             let (n, modes) = (system.unknowns(), model.omega2.len());
             let (orbit, evaluation) = orbit_of(balance, u);
+            let mut kinetic = 0.0;
             let (mut input, mut viscous) = (0.0, 0.0);
             let mut friction = vec![0.0; n / 3];
             for i in 0..INSTANTS {
@@ -448,7 +477,10 @@ mod tests {
                     + 2.0 * b * dot(&v, &times(&model.coupling, &q_rate));
                 for (rate, w2) in q_rate.iter().zip(&model.omega2) {
                     viscous += (a * w2 + b) * rate * rate;
+                    kinetic += 0.5 * rate * rate;
                 }
+                kinetic += 0.5 * dot(&v, &times(&model.mass, &v))
+                    + dot(&v, &times(&model.coupling, &q_rate));
                 let pairs = lambda.chunks_exact(3).zip(v.chunks_exact(3));
                 for (sum, (lambda, v)) in friction.iter_mut().zip(pairs) {
                     *sum += dot(lambda, v);
@@ -457,6 +489,7 @@ mod tests {
             let count = INSTANTS as f64;
             assert_near(orbit.input_power_w, input / count);
             assert_near(orbit.viscous_power_w, viscous / count);
+            assert_near(orbit.kinetic_energy_j, kinetic / count);
             for (cycle, friction) in orbit.cycles.iter().zip(&friction) {
                 assert_near(cycle.friction_power_w, friction / count);
             }
@@ -576,7 +609,7 @@ mod tests {
             stiffness_s: a,
             mass_per_s: b,
         };
-        let orbit = linear_orbit(&ContactSystem::new(&model, damping), 1, FREQUENCY_HZ);
+        let orbit = linear_orbit(&ContactSystem::new(&model, damping), 1, (0, FREQUENCY_HZ));
         let w = OMEGA_RAD_S;
         let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));
         let q = force / stiff.hypot(damp);

@@ -244,7 +244,7 @@ impl<'a> FrequencySolver<'a> {
         let mut system = KrylovSystem::new(
             &balance,
             &mut work.preconditioner,
-            KRYLOV_TOLERANCE,
+            LOOSE_KRYLOV_TOLERANCE,
             self.newton.tolerance,
             &anywhere,
         );

@@ -9,11 +9,12 @@ use super::accuracy::{Refinement, Resolved, levels};
 use super::aft::Periods;
 use super::balance::Setting;
 use super::orbit::{orbit, stuck_point};
+use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::Mean;
 use super::stuck_curve::stuck_curve;
-use super::{Orbit, Outcome, Response, SolvedFrequency, StaticState};
+use super::{Orbit, Outcome, Response, SolvedFrequency, StaticState, StuckPoint};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -47,10 +48,12 @@ pub struct SweepSettings {
     pub solver: Solver,
     /// m; `None`: 1e-5 of the largest static slip.
     pub slip_threshold_m: Option<f64>,
+    /// Frequencies that may be added where an observed amplitude has its peak ([`Top::next_hz`]).
+    pub most_added: usize,
 }
 
 impl SweepSettings {
-    /// With what a scene has where it says nothing: the parameter eps of the dynamic stiffness, Newton-Krylov to a
+    /// At these frequencies alone, with what a scene has where it says nothing: the parameter eps of the dynamic stiffness, Newton-Krylov to a
     /// relative residual of 1e-8, pairs marched until they are periodic.
     pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
         Self {
@@ -64,11 +67,12 @@ impl SweepSettings {
             periods: Periods::UntilPeriodic,
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
+            most_added: 0,
         }
     }
 }
 
-/// Response at every frequency. `earlier` are frequencies that a sweep of the same model with the same settings solved
+/// Response at every frequency, and at those added at peaks. `earlier` are frequencies that a sweep of the same model with the same settings solved
 /// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `progress`
 /// is called once per frequency, those of earlier included, from any thread.
 pub fn sweep(
@@ -128,17 +132,20 @@ pub fn sweep(
     };
     let frequencies_hz = &settings.frequencies_hz;
     let middle = frequencies_hz.len().div_ceil(2);
-    let (rising, falling) = frequencies_hz.split_at(middle);
-    let falling: Vec<f64> = falling.iter().rev().copied().collect();
+    let points: Vec<(usize, f64)> = frequencies_hz.iter().copied().enumerate().collect();
+    let (rising, falling) = points.split_at(middle);
+    let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
     let (mut solved, upper) = rayon::join(|| run.half(rising), || run.half(&falling));
     solved.extend(upper.into_iter().rev());
-    let (mut orbits, stuck): (Vec<Orbit>, Vec<_>) =
+    let (mut orbits, mut stuck): (Vec<Orbit>, Vec<_>) =
         solved.into_iter().map(|s| (s.orbit, s.stuck)).unzip();
     run.retry_from_other_side(&mut orbits, middle);
+    run.add_at_peaks(&mut orbits, &mut stuck, settings.most_added);
     Response {
         stuck,
         stuck_curve: stuck_curve(&system, run.harmonics(), frequencies_hz),
         orbits,
+        asked: frequencies_hz.len(),
         slip_threshold_m,
     }
 }
@@ -171,6 +178,15 @@ impl Last {
     }
 }
 
+/// A solved frequency to start another from, after the one before it.
+fn neighbour_of(orbit: &Orbit, before: Option<&Neighbour>) -> Neighbour {
+    let mean = match orbit.retention_n > 0.0 {
+        true => Mean::Retained,
+        false => Mean::Free,
+    };
+    Neighbour::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
+}
+
 struct Run<'a> {
     refinement: Refinement<'a>,
     /// By the bits of their frequency.
@@ -184,18 +200,18 @@ impl Run<'_> {
         self.refinement.lowest().setting.fourier.harmonics()
     }
 
-    /// Half of the range, in the order of the sweep.
-    fn half(&self, frequencies_hz: &[f64]) -> Vec<SolvedFrequency> {
+    /// Half of the range, numbers and frequencies in the order of the sweep.
+    fn half(&self, points: &[(usize, f64)]) -> Vec<SolvedFrequency> {
         let mut last = Last::default();
-        let mut half = Vec::with_capacity(frequencies_hz.len());
-        for stretch in frequencies_hz.chunks(STRETCH) {
+        let mut half = Vec::with_capacity(points.len());
+        for stretch in points.chunks(STRETCH) {
             let mut work = Work::default();
-            let earlier = |f: &f64| self.earlier.get(&f.to_bits()).copied();
+            let earlier = |(_, f): &(usize, f64)| self.earlier.get(&f.to_bits()).copied();
             let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
-            for (i, frequency_hz) in stretch.iter().enumerate() {
+            for (i, point) in stretch.iter().enumerate() {
                 let solved = match &known {
                     Some(known) => known[i].clone(),
-                    None => self.point(*frequency_hz, &last, &mut work),
+                    None => self.point(*point, &last, &mut work),
                 };
                 last.follow(&solved);
                 (self.progress)(&solved);
@@ -205,7 +221,12 @@ impl Run<'_> {
         half
     }
 
-    fn point(&self, frequency_hz: f64, last: &Last, work: &mut Work) -> SolvedFrequency {
+    fn point(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        last: &Last,
+        work: &mut Work,
+    ) -> SolvedFrequency {
         work.start_counting();
         let resolved = self
             .refinement
@@ -216,7 +237,7 @@ impl Run<'_> {
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
-            orbit: self.orbit_of(resolved, frequency_hz, work),
+            orbit: self.orbit_of(resolved, (point, frequency_hz), work),
             stuck: stuck_point(system, self.harmonics(), frequency_hz),
         }
     }
@@ -235,13 +256,7 @@ impl Run<'_> {
             if !failed || !neighbour.outcome.holds() {
                 continue;
             }
-            let mean = if neighbour.retention_n > 0.0 {
-                Mean::Retained
-            } else {
-                Mean::Free
-            };
-            let u = neighbour.x.clone();
-            let neighbour = Neighbour::after(None, neighbour.frequency_hz, u, mean);
+            let neighbour = neighbour_of(neighbour, None);
             let frequency_hz = orbits[i].frequency_hz;
             work.start_counting();
             let resolved = self
@@ -249,7 +264,7 @@ impl Run<'_> {
                 .resolve(frequency_hz, 0, &mut work, |level, work| {
                     level.solve_from(frequency_hz, &neighbour, work)
                 });
-            let mut again = self.orbit_of(resolved, frequency_hz, &work);
+            let mut again = self.orbit_of(resolved, (orbits[i].point, frequency_hz), &work);
             again.newton_iterations += orbits[i].newton_iterations;
             again.krylov_iterations += orbits[i].krylov_iterations;
             if again.outcome.is_converged() {
@@ -261,7 +276,51 @@ impl Run<'_> {
         }
     }
 
-    fn orbit_of(&self, resolved: Resolved<'_>, frequency_hz: f64, work: &Work) -> Orbit {
+    /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
+    /// little above it; at most so many, and none after one that fails.
+    fn add_at_peaks(&self, orbits: &mut Vec<Orbit>, stuck: &mut Vec<StuckPoint>, most: usize) {
+        let asked = orbits.len();
+        let observed = self
+            .refinement
+            .lowest()
+            .setting
+            .system
+            .model
+            .observations
+            .len();
+        while orbits.len() < asked + most {
+            let next = |i| Top::of(orbits, i)?.next_hz();
+            let Some(frequency_hz) = (0..observed).find_map(next) else {
+                return;
+            };
+            let at = orbits.partition_point(|o| o.frequency_hz < frequency_hz);
+            let earlier = self.earlier.get(&frequency_hz.to_bits()).copied().cloned();
+            let solved = earlier.unwrap_or_else(|| {
+                let (below, above) = (&orbits[at - 1], &orbits[at]);
+                let last = Last {
+                    neighbour: Some(neighbour_of(above, Some(&neighbour_of(below, None)))),
+                    level: self
+                        .refinement
+                        .level_of(below.harmonics.max(above.harmonics)),
+                };
+                self.point((orbits.len(), frequency_hz), &last, &mut Work::default())
+            });
+            (self.progress)(&solved);
+            let holds = solved.orbit.outcome.holds();
+            orbits.insert(at, solved.orbit);
+            stuck.insert(at, solved.stuck);
+            if !holds {
+                return;
+            }
+        }
+    }
+
+    fn orbit_of(
+        &self,
+        resolved: Resolved<'_>,
+        (point, frequency_hz): (usize, f64),
+        work: &Work,
+    ) -> Orbit {
         let Solution {
             balance,
             u,
@@ -277,6 +336,7 @@ impl Run<'_> {
             outcome = Outcome::AccuracyNotReached;
         }
         let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
+        orbit.point = point;
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_error;
         orbit.newton_iterations = work.newton_iterations;
@@ -375,6 +435,67 @@ mod tests {
             assert_eq!(taken, rising / 20 * 20 + falling / 20 * 20);
             assert!(format!("{whole:?}") == format!("{resumed:?}"));
         }
+    }
+
+    /// Of frequencies so coarse that the peak lies 9 % above the highest.
+    #[test]
+    fn frequencies_are_added_until_the_peak_is_found() {
+        let model = dovetail72(1.0);
+        let first_hz = model.omega2[0].sqrt() / TAU;
+        let state = static_state(
+            &model,
+            10,
+            SweepSettings::new(vec![], Resolution::Accuracy(0.1)).newton,
+        );
+        let respond =
+            |from: f64, step: f64, count: u32, most_added: usize, earlier: &[SolvedFrequency]| {
+                let frequencies_hz = (0..count).map(|i| first_hz * (from + step * f64::from(i)));
+                let harmonics = 1;
+                let resolution = Resolution::Fixed {
+                    harmonics,
+                    samples: 64,
+                };
+                let settings = SweepSettings {
+                    most_added,
+                    ..SweepSettings::new(frequencies_hz.collect(), resolution)
+                };
+                let told = Mutex::new(Vec::new());
+                let tell = |s: &SolvedFrequency| told.lock().unwrap().push(s.clone());
+                let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
+                (response, told.into_inner().unwrap())
+            };
+        let highest = |response: &Response| {
+            let amplitudes = response.orbits.iter().map(|o| o.observed_amplitude_m[0]);
+            amplitudes.fold(0.0, f64::max)
+        };
+        let fine = highest(&respond(0.99, 1e-4, 120, 0, &[]).0);
+        let coarse = highest(&respond(0.985, 3e-3, 8, 0, &[]).0);
+        assert!(coarse < 0.95 * fine, "{coarse}, {fine}");
+        let (refined, told) = respond(0.985, 3e-3, 8, 12, &[]);
+        assert!((highest(&refined) / fine - 1.0).abs() < 1e-3);
+        let added: Vec<usize> = refined
+            .orbits
+            .iter()
+            .filter(|o| refined.is_added(o))
+            .map(|o| o.point)
+            .collect();
+        assert!((1..12).contains(&added.len()), "{added:?}");
+        assert!(
+            added
+                .iter()
+                .all(|point| (8..8 + added.len()).contains(point))
+        );
+        assert_eq!(told.len(), refined.orbits.len());
+        assert_eq!(refined.stuck.len(), refined.orbits.len());
+        let frequency = |i: usize| refined.orbits[i].frequency_hz;
+        for (i, stuck) in refined.stuck.iter().enumerate() {
+            assert_eq!(stuck.frequency_hz, frequency(i));
+            assert!(i == 0 || frequency(i - 1) < frequency(i));
+        }
+        // No more than are allowed; and a sweep that was broken off among them goes on.
+        assert_eq!(respond(0.985, 3e-3, 8, 1, &[]).0.orbits.len(), 9);
+        let resumed = respond(0.985, 3e-3, 8, 12, &told[..9]).0;
+        assert!(format!("{resumed:?}") == format!("{refined:?}"));
     }
 
     /// Tells a frequency that was solved before from one that is solved again.

@@ -198,9 +198,9 @@ fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::aft::Periods;
+
     use crate::dlft::penalty::Penalty;
-    use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+    use crate::dlft::settings::{EpsChoice, Resolution};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
     use crate::reduction::dovetail72::dovetail72;
@@ -220,16 +220,15 @@ mod tests {
         };
         let rest = static_state(&model, 10, newton);
         let settings = SweepSettings {
-            frequencies_hz: vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],
-            resolution: Resolution::Fixed {
-                harmonics: 1,
-                samples: 128,
-            },
             eps: Penalty::new(EpsChoice::Pair),
             newton,
-            periods: Periods::UntilPeriodic,
-            solver: Solver::NewtonKrylov,
-            slip_threshold_m: None,
+            ..SweepSettings::new(
+                vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],
+                Resolution::Fixed {
+                    harmonics: 1,
+                    samples: 128,
+                },
+            )
         };
         let response = sweep(&model, damping, &rest, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];

@@ -5,7 +5,9 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
+use crate::dlft::peaks::Top;
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use std::f64::consts::TAU;
 
 /// How many pairs do what in one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,14 +167,18 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
 /// What each pair does over all converged frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepFields {
-    /// Number of converged points that were summed.
+    /// Number of converged points that were summed: those asked for, without those added at peaks.
     pub points: usize,
     /// Friction power summed over the points, W (the paper's Figure 6 is this over the area). It
     /// grows with the number of points asked for: compare pairs, not runs on other grids.
     pub friction_power_sum_w: Vec<f64>,
     /// The same over the tributary area, W/m2.
     pub dissipation_sum_w_m2: Vec<f64>,
-    /// Number of points at which the pair separates; the paper's Figure 5 shows where it is not 0.
+    /// The sum over the number of points, W: it does not depend on how many were asked for. 0 where none converged.
+    pub friction_power_mean_w: Vec<f64>,
+    /// The same over the tributary area, W/m2.
+    pub dissipation_mean_w_m2: Vec<f64>,
+    /// Number of frequencies, added ones included, at which the pair separates; the paper's Figure 5 shows where it is not 0.
     pub opening_points: Vec<usize>,
 }
 
@@ -182,16 +188,26 @@ pub fn sweep_fields(response: &Response, pairs: &[impl PairPlace]) -> SweepField
     let mut opening_points = vec![0; pairs.len()];
     let mut points = 0;
     for orbit in converged(response) {
-        points += 1;
+        let added = response.is_added(orbit);
+        points += usize::from(!added);
         for (i, cycle) in orbit.cycles.iter().enumerate() {
-            sum[i] += cycle.friction_power_w;
+            if !added {
+                sum[i] += cycle.friction_power_w;
+            }
             opening_points[i] += usize::from(cycle.opens);
         }
     }
+    let per_area = |power: &[f64]| -> Vec<f64> {
+        let pairs = power.iter().zip(pairs);
+        pairs.map(|(power, pair)| power / area_m2(pair)).collect()
+    };
+    let mean: Vec<f64> = sum.iter().map(|sum| sum / points.max(1) as f64).collect();
     SweepFields {
         points,
-        dissipation_sum_w_m2: sum.iter().zip(pairs).map(|(s, p)| s / area_m2(p)).collect(),
+        dissipation_sum_w_m2: per_area(&sum),
+        dissipation_mean_w_m2: per_area(&mean),
         friction_power_sum_w: sum,
+        friction_power_mean_w: mean,
         opening_points,
     }
 }
@@ -242,24 +258,57 @@ pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
 /// How far the parabola through the highest point and its two neighbours rises above it, relative: what the curve may
 /// hide between its points. `None` at an end of the range, and beside a frequency without a result.
 pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
-    let top = peak(response, observation)?;
-    let around = response
-        .orbits
-        .get(top.index.checked_sub(1)?..=top.index + 1)?;
-    if !around.iter().all(|orbit| orbit.outcome.is_converged()) {
-        return None;
-    }
-    let [low, middle, high] = [0, 1, 2].map(|i| {
-        let amplitude = around[i].observed_amplitude_m[observation];
-        (around[i].frequency_hz, amplitude)
-    });
-    let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
-    let (before, after) = (slope(low, middle), slope(middle, high));
-    // a (f - f_m)^2 + b (f - f_m) + c: its top is c - b^2 / (4 a).
-    let a = (after - before) / (high.0 - low.0);
-    let b = before + a * (middle.0 - low.0);
-    let rise = if a < 0.0 { -b * b / (4.0 * a) } else { 0.0 };
-    Some(rise / middle.1).filter(|rise| rise.is_finite())
+    Some(Top::of(&response.orbits, observation)?.rise)
+}
+
+/// A local maximum of an amplitude over frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalPeak {
+    /// Where it is, in `orbits`.
+    pub at: Peak,
+    /// Energy spent in a period over 2 pi times the largest stored one, P / (w 2 E) with the mean kinetic energy E: twice
+    /// the damping ratio of a linear mode there; its inverse is the quality factor. `None` where nothing moves.
+    pub loss_factor: Option<f64>,
+}
+
+/// A maximum that lies by less than this share above one of the two minima beside it is none.
+const PROMINENT: f64 = 0.01;
+
+/// The local maxima of an observation inside of the range, rising in frequency.
+pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
+    let numbered = response.orbits.iter().enumerate();
+    let heights: Vec<(usize, f64)> = numbered
+        .filter(|(_, orbit)| orbit.outcome.is_converged())
+        .filter_map(|(index, orbit)| Some((index, *orbit.observed_amplitude_m.get(observation)?)))
+        .collect();
+    let local = |i: usize| -> Option<LocalPeak> {
+        let (index, amplitude_m) = heights[i];
+        // The lowest point on the way to a higher one, or to the end of the range.
+        let valley = |side: &mut dyn Iterator<Item = &(usize, f64)>| {
+            let lower = side.take_while(|(_, a)| *a <= amplitude_m);
+            lower.map(|(_, a)| *a).reduce(f64::min)
+        };
+        let before = valley(&mut heights[..i].iter().rev())?;
+        let after = valley(&mut heights[i + 1..].iter())?;
+        // Of equal ones the first.
+        let repeats = i > 0 && heights[i - 1].1 == amplitude_m;
+        let orbit = &response.orbits[index];
+        (before.max(after) < (1.0 - PROMINENT) * amplitude_m && !repeats).then(|| LocalPeak {
+            at: Peak {
+                index,
+                frequency_hz: orbit.frequency_hz,
+                amplitude_m,
+            },
+            loss_factor: loss_factor(orbit),
+        })
+    };
+    (0..heights.len()).filter_map(local).collect()
+}
+
+/// As in [`LocalPeak`].
+fn loss_factor(orbit: &Orbit) -> Option<f64> {
+    let stored_w = TAU * orbit.frequency_hz * 2.0 * orbit.kinetic_energy_j;
+    (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
 }
 
 /// Largest amplitude of the stuck assembly in the range of the response; its index counts in `stuck_curve`.
@@ -376,6 +425,8 @@ mod tests {
             friction_power_w: 5.0,
             viscous_power_w: 1.0,
             input_power_w: 6.0,
+            kinetic_energy_j: 0.25,
+            point: 0,
             newton_iterations: 3,
             krylov_iterations: 9,
             estimated_error: None,
@@ -399,6 +450,7 @@ mod tests {
                 orbit(20.0, Outcome::Stagnated, 99.0),
                 orbit(30.0, Outcome::Converged, 2.0),
             ],
+            asked: 3,
             slip_threshold_m: 1e-9,
         }
     }
@@ -481,6 +533,63 @@ mod tests {
         assert_eq!(peak(&response(), 1), None);
         assert_eq!(stuck_amplitude(&response(), 30.0, 0), Some(2.0));
         assert_eq!(stuck_amplitude(&response(), 30.5, 0), None);
+    }
+
+    #[test]
+    fn every_peak_that_stands_out_is_listed_with_its_losses() {
+        // A shoulder at 22, a ripple of half a percent at 42, two equal points at 52 and 53, a rise to the end.
+        let curve = [
+            (10.0, 1.0),
+            (20.0, 5.0),
+            (21.0, 4.0),
+            (22.0, 4.0),
+            (30.0, 2.0),
+            (40.0, 2.5),
+            (41.0, 2.49),
+            (42.0, 2.495),
+            (50.0, 1.0),
+            (52.0, 3.0),
+            (53.0, 3.0),
+            (60.0, 2.0),
+            (70.0, 9.0),
+        ];
+        let mut listed = response();
+        listed.orbits = curve.map(|(f, a)| orbit(f, Outcome::Converged, a)).to_vec();
+        // A frequency without a result is passed over.
+        listed
+            .orbits
+            .insert(1, orbit(15.0, Outcome::Stagnated, 99.0));
+        let peaks = local_peaks(&listed, 0);
+        let found: Vec<(usize, f64)> = peaks
+            .iter()
+            .map(|p| (p.at.index, p.at.frequency_hz))
+            .collect();
+        assert_eq!(found, [(2, 20.0), (6, 40.0), (10, 52.0)]);
+        // 6 W of losses; 2 E = 0.5 J.
+        let expected = 6.0 / (TAU * 20.0 * 0.5);
+        assert!((peaks[0].loss_factor.unwrap() / expected - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sums_take_the_frequencies_that_were_asked_for() {
+        let pairs = [pair(0.5), pair(2.0), pair(1.0)];
+        let mut response = response();
+        let alone = sweep_fields(&response, &pairs);
+        let mut added = orbit(25.0, Outcome::Converged, 9.0);
+        added.point = 3;
+        response.orbits.insert(2, added);
+        let found = sweep_fields(&response, &pairs);
+        assert_eq!(found.friction_power_sum_w, alone.friction_power_sum_w);
+        assert_eq!((found.points, alone.points), (2, 2));
+        for (sum, mean) in found
+            .friction_power_sum_w
+            .iter()
+            .zip(&found.friction_power_mean_w)
+        {
+            assert_eq!(*mean, sum / 2.0);
+        }
+        // Whether a pair opens is known there, too.
+        assert_eq!(found.opening_points[0], alone.opening_points[0] + 1);
     }
 
     #[test]

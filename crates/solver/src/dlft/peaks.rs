@@ -1,0 +1,152 @@
+//! Where a curve has its peak between the frequencies at which it is known.
+
+use super::Orbit;
+
+/// The parabola through the highest point and its neighbours may rise so far above it, relative, without a frequency
+/// being added.
+pub const LEAST_RISE: f64 = 1e-3;
+
+/// No frequency is added nearer to another than this share of the distance between the two beside it.
+const NEAREST: f64 = 0.02;
+/// The parabola says little where one interval is so many times wider than the other.
+const UNEVEN: f64 = 2.0;
+/// Frequencies that differ by less, relative, are one.
+const ONE_FREQUENCY: f64 = 1e-7;
+
+/// The highest of three points and its neighbours, each a frequency (Hz) and an amplitude.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Top {
+    /// In the order of their frequencies.
+    pub points: [(f64, f64); 3],
+    /// Top of the parabola through them, Hz.
+    pub vertex_hz: f64,
+    /// How far it rises above the middle one, relative.
+    pub rise: f64,
+}
+
+impl Top {
+    /// Around the largest converged amplitude of an observation. `None` at an end of the range, and beside a frequency
+    /// without a result.
+    pub fn of(orbits: &[Orbit], observation: usize) -> Option<Self> {
+        let converged = |o: &&Orbit| o.outcome.is_converged();
+        let amplitude = |o: &Orbit| o.observed_amplitude_m.get(observation).copied();
+        let numbered = orbits.iter().enumerate();
+        let heights =
+            numbered.filter_map(|(i, o)| Some((i, amplitude(Some(o).filter(converged)?)?)));
+        // Of equal ones the first.
+        let (top, _) = heights.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        let around = orbits.get(top.checked_sub(1)?..=top + 1)?;
+        let mut points = [(0.0, 0.0); 3];
+        for (point, orbit) in points.iter_mut().zip(around) {
+            *point = (
+                orbit.frequency_hz,
+                amplitude(Some(orbit).filter(converged)?)?,
+            );
+        }
+        Self::through(points)
+    }
+
+    /// Of three points of which the middle one is highest; `None` where no finite parabola goes through them.
+    fn through(points: [(f64, f64); 3]) -> Option<Self> {
+        let [low, middle, high] = points;
+        let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+        let (before, after) = (slope(low, middle), slope(middle, high));
+        // a (f - f_m)^2 + b (f - f_m) + c: its top is c - b^2 / (4 a).
+        let a = (after - before) / (high.0 - low.0);
+        let b = before + a * (middle.0 - low.0);
+        let (rise, off) = match a < 0.0 {
+            true => (-b * b / (4.0 * a), -b / (2.0 * a)),
+            false => (0.0, 0.0),
+        };
+        let top = Self {
+            points,
+            vertex_hz: middle.0 + off,
+            rise: rise / middle.1,
+        };
+        (top.rise.is_finite() && top.vertex_hz.is_finite()).then_some(top)
+    }
+
+    /// Where to look for the peak next; `None` where the parabola rises too little, or its points are too near each other.
+    ///
+    /// That is the vertex, unless it is next to a point: then the middle of the wider interval. Where one interval is much
+    /// wider than the other the parabola says little: beside a step of the curve the peak may lie anywhere in the wider one,
+    /// as high as the slope of the narrow one leads. Then it is the middle of that.
+    pub fn next_hz(&self) -> Option<f64> {
+        let [low, middle, high] = self.points;
+        let (below, above) = (middle.0 - low.0, high.0 - middle.0);
+        if below + above < ONE_FREQUENCY * middle.0 {
+            return None;
+        }
+        let wide = match below > above {
+            true => 0.5 * (low.0 + middle.0),
+            false => 0.5 * (middle.0 + high.0),
+        };
+        let (narrow, fall) = match below > above {
+            true => (above, middle.1 - high.1),
+            false => (below, middle.1 - low.1),
+        };
+        let widths = below.max(above) / narrow;
+        if widths > UNEVEN && fall * widths > LEAST_RISE * middle.1 {
+            return Some(wide);
+        }
+        if self.rise <= LEAST_RISE {
+            return None;
+        }
+        let (from, to) = match self.vertex_hz < middle.0 {
+            true => (low.0, middle.0),
+            false => (middle.0, high.0),
+        };
+        let margin = NEAREST * (to - from);
+        let is_free = (from + margin..=to - margin).contains(&self.vertex_hz);
+        Some(if is_free { self.vertex_hz } else { wide })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_vertex_of_a_parabola_is_found() {
+        let parabola = |f: f64| (f, 4.0 - (f - 21.0).powi(2) / 100.0);
+        let top = Top::through([10.0, 20.0, 33.0].map(parabola)).unwrap();
+        assert!((top.vertex_hz - 21.0).abs() < 1e-12);
+        assert!((top.rise - (4.0 / parabola(20.0).1 - 1.0)).abs() < 1e-12);
+        assert_eq!(top.next_hz(), Some(top.vertex_hz));
+    }
+
+    /// Where the curve drops beside its peak the vertex lies between the two before it, again and again.
+    #[test]
+    fn a_peak_is_found_beside_a_step_and_at_a_kink() {
+        let step = |f: f64| if f < 10.0 { 1.0 + 0.05 * f } else { 0.2 };
+        let kink = |f: f64| 1.0 - 0.1 * (f - 10.0_f64).abs();
+        for (curve, highest) in [(&step as &dyn Fn(f64) -> f64, 1.5), (&kink, 1.0)] {
+            let mut points: Vec<(f64, f64)> =
+                [7.3, 9.1, 10.9, 12.7].map(|f| (f, curve(f))).to_vec();
+            for _ in 0..40 {
+                let top = (0..points.len())
+                    .max_by(|a, b| points[*a].1.total_cmp(&points[*b].1))
+                    .unwrap();
+                let around = [points[top - 1], points[top], points[top + 1]];
+                let Some(next) = Top::through(around).unwrap().next_hz() else {
+                    break;
+                };
+                let at = points.partition_point(|p| p.0 < next);
+                points.insert(at, (next, curve(next)));
+            }
+            let found = points.iter().fold(0.0_f64, |m, p| m.max(p.1));
+            assert!(
+                found > (1.0 - 2e-3) * highest,
+                "{found} of {highest}, {} points",
+                points.len()
+            );
+            assert!(points.len() < 24, "{} points", points.len());
+        }
+    }
+
+    #[test]
+    fn a_flat_top_asks_for_no_point() {
+        let top = Top::through([(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]).unwrap();
+        assert_eq!((top.rise, top.next_hz()), (0.0, None));
+    }
+}
