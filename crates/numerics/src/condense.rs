@@ -23,8 +23,7 @@
 use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 
-use super::elimination::{EliminationError, eliminate};
-use super::factor::{Cholesky, FactorError, Symbolic, zeros};
+use super::factor::{Cholesky, FactorError, Symbolic};
 
 /// K_ii = L L^T, and what is left on the boundary.
 #[derive(Debug)]
@@ -49,24 +48,13 @@ pub fn condense(
     inner: &CscMatrix<f64>,
     symbolic: &Symbolic,
 ) -> Result<Condensed, FactorError> {
-    symbolic.check(inner)?;
-    symbolic.ask_for_memory(&[stiffness, mass])?;
-    let mut values = zeros(symbolic.factor_entries(), inner.ncols())?;
-    match eliminate(symbolic, &[stiffness, mass], &mut values) {
-        Ok(left) => {
-            let [stiffness, mass] = left.try_into().unwrap_or_else(|_| [Mat::new(), Mat::new()]);
-            Ok(Condensed {
-                factor: symbolic.factored(values, inner)?,
-                stiffness,
-                mass,
-            })
-        }
-        Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
-        Err(EliminationError::NotPositiveDefinite) => {
-            drop(values);
-            Err(symbolic.refused(inner))
-        }
-    }
+    let (factor, left) = symbolic.eliminated(&[stiffness, mass], inner)?;
+    let [stiffness, mass] = left.try_into().unwrap_or_else(|_| [Mat::new(), Mat::new()]);
+    Ok(Condensed {
+        factor,
+        stiffness,
+        mass,
+    })
 }
 
 #[cfg(test)]

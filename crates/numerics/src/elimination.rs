@@ -15,67 +15,78 @@ use super::fronts::{
 };
 use super::symbolic::Symbolic;
 
-/// Eliminates the unknowns of `symbolic`, which come first in the matrices: the stiffness, and the mass where
-/// its derivative is asked for, both triangles stored. Writes the factor into `values` and gives what is
-/// left of each matrix on the other unknowns.
-pub(super) fn eliminate(
-    symbolic: &Symbolic,
-    matrices: &[&CscMatrix<f64>],
-    values: &mut [f64],
-) -> Result<Vec<Mat<f64>>, EliminationError> {
-    let interior = symbolic.unknowns();
-    let mut sums: Vec<Mat<f64>> = matrices
-        .iter()
-        .map(|matrix| Mat::zeros(matrix.ncols() - interior, matrix.ncols() - interior))
-        .collect();
-    if let (Some(supernodes), Some(stiffness)) = (symbolic.supernodal(), matrices.first()) {
-        let tree = Tree::new(supernodes, symbolic, stiffness);
-        let slots = slots(&tree, values);
-        let elimination = Elimination {
-            tree: &tree,
+/// The elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and the mass where
+/// its derivative is asked for, both triangles stored.
+pub(super) struct Plan<'a> {
+    symbolic: &'a Symbolic,
+    matrices: &'a [&'a CscMatrix<f64>],
+    /// `None` where nothing is eliminated.
+    tree: Option<Tree<'a>>,
+}
+
+impl<'a> Plan<'a> {
+    pub fn new(symbolic: &'a Symbolic, matrices: &'a [&'a CscMatrix<f64>]) -> Self {
+        let parts = symbolic.supernodal().zip(matrices.first());
+        let tree = parts.map(|(supernodes, stiffness)| Tree::new(supernodes, symbolic, stiffness));
+        Self {
+            symbolic,
             matrices,
-            slots,
-        };
-        let roots: Vec<Contributions> = tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
-        for (&root, contributions) in tree.roots.iter().zip(roots) {
-            for (sum, contribution) in sums.iter_mut().zip(contributions) {
-                contribution.add_to(sum, &tree.boundary[root]);
-            }
+            tree,
         }
     }
-    for (sum, matrix) in sums.iter_mut().zip(matrices) {
-        for j in 0..sum.ncols() {
-            let column = matrix.col(interior + j);
-            for (&i, v) in column.row_indices().iter().zip(column.values()) {
-                if let Some(i) = i.checked_sub(interior).filter(|&i| i >= j) {
-                    sum[(i, j)] += v;
+
+    /// Bytes that it takes at its peak, the factor and what is left included, about: branches that are eliminated
+    /// side by side are taken to reach their peaks at once.
+    pub fn needed_bytes(&self) -> u64 {
+        let left: usize = self.left().map(|order| order.pow(2)).sum();
+        let need = |tree| Need {
+            tree,
+            matrices: self.matrices.len(),
+        };
+        let fronts = self.tree.as_ref().map_or(0, |tree| {
+            need(tree).of_branches(&tree.roots, rayon::current_num_threads())
+        });
+        8 * (self.symbolic.factor_entries() + left + fronts) as u64
+    }
+
+    /// Writes the factor into `values` and gives what is left of each matrix on the other unknowns.
+    pub fn eliminate(&self, values: &mut [f64]) -> Result<Vec<Mat<f64>>, EliminationError> {
+        let mut sums: Vec<Mat<f64>> = self.left().map(|order| Mat::zeros(order, order)).collect();
+        if let Some(tree) = &self.tree {
+            let slots = slots(tree, values);
+            let elimination = Elimination {
+                tree,
+                matrices: self.matrices,
+                slots,
+            };
+            let roots: Vec<Contributions> =
+                tree.branches(&tree.roots, |s| elimination.eliminate(s))?;
+            for (&root, contributions) in tree.roots.iter().zip(roots) {
+                for (sum, contribution) in sums.iter_mut().zip(contributions) {
+                    contribution.add_to(sum, &tree.boundary[root]);
                 }
             }
         }
-        mirror(sum.as_mut());
-    }
-    Ok(sums)
-}
-
-/// Bytes that [`eliminate`] takes at its peak, the factor and what is left included, about: branches that are
-/// eliminated side by side are taken to reach their peaks at once.
-pub(super) fn needed_bytes(symbolic: &Symbolic, matrices: &[&CscMatrix<f64>]) -> u64 {
-    let left: usize = matrices
-        .iter()
-        .map(|matrix| (matrix.ncols() - symbolic.unknowns()).pow(2))
-        .sum();
-    let fronts = match (symbolic.supernodal(), matrices.first()) {
-        (Some(supernodes), Some(stiffness)) => {
-            let tree = Tree::new(supernodes, symbolic, stiffness);
-            let need = Need {
-                tree: &tree,
-                matrices: matrices.len(),
-            };
-            need.of_branches(&tree.roots, rayon::current_num_threads())
+        let interior = self.symbolic.unknowns();
+        for (sum, matrix) in sums.iter_mut().zip(self.matrices) {
+            for j in 0..sum.ncols() {
+                let column = matrix.col(interior + j);
+                for (&i, v) in column.row_indices().iter().zip(column.values()) {
+                    if let Some(i) = i.checked_sub(interior).filter(|&i| i >= j) {
+                        sum[(i, j)] += v;
+                    }
+                }
+            }
+            mirror(sum.as_mut());
         }
-        _ => 0,
-    };
-    8 * (symbolic.factor_entries() + left + fronts) as u64
+        Ok(sums)
+    }
+
+    /// Unknowns of each matrix that are not eliminated.
+    fn left(&self) -> impl Iterator<Item = usize> {
+        let all = self.matrices.iter().map(|matrix| matrix.ncols());
+        all.map(|all| all - self.symbolic.unknowns())
+    }
 }
 
 /// Counts the numbers that fronts and contributions hold.

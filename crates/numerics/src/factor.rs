@@ -6,10 +6,10 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::{LdltError, LdltRegularization};
 use faer::sparse::linalg::cholesky::{LltRef, supernodal::SupernodalLltRef};
-use faer::{Conj, MatMut, Par, Side};
+use faer::{Conj, Mat, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 
-use super::elimination::{EliminationError, eliminate, needed_bytes};
+use super::elimination::{EliminationError, Plan};
 use super::memory;
 use super::solve::Factor;
 use super::sparse::view;
@@ -26,16 +26,28 @@ impl Symbolic {
     /// [`FactorError::NotPositiveDefinite`], [`FactorError::Singular`], a pattern other than the one
     /// analysed, entries that are not finite, too little memory.
     pub fn cholesky(&self, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
-        self.check(matrix)?;
-        self.ask_for_memory(&[matrix])?;
-        let symbolic = self.analysis();
-        let mut values = zeros(symbolic.len_val(), symbolic.nrows())?;
-        match eliminate(self, &[matrix], &mut values) {
-            Ok(_) => self.factored(values, matrix),
+        Ok(self.eliminated(&[matrix], matrix)?.0)
+    }
+
+    /// Eliminates the unknowns of `inner` = K_ii, which come first in the matrices ([`Plan`]): its factor, and what is left of
+    /// each matrix on the others.
+    pub(super) fn eliminated(
+        &self,
+        matrices: &[&CscMatrix<f64>],
+        inner: &CscMatrix<f64>,
+    ) -> Result<(Cholesky, Vec<Mat<f64>>), FactorError> {
+        self.check(inner)?;
+        let plan = Plan::new(self, matrices);
+        let unknowns = self.unknowns();
+        memory::ask_for(plan.needed_bytes())
+            .map_err(|source| FactorError::TooLittleMemory { unknowns, source })?;
+        let mut values = zeros(self.factor_entries(), unknowns)?;
+        match plan.eliminate(&mut values) {
+            Ok(left) => Ok((self.factored(values, inner)?, left)),
             Err(EliminationError::PatternDiffers) => Err(FactorError::PatternDiffers),
             Err(EliminationError::NotPositiveDefinite) => {
                 drop(values);
-                Err(self.refused(matrix))
+                Err(self.refused(inner))
             }
         }
     }
@@ -76,18 +88,9 @@ impl Symbolic {
         }
     }
 
-    /// Whether there is memory for the elimination of this block of the matrices ([`eliminate`]).
-    pub(super) fn ask_for_memory(&self, matrices: &[&CscMatrix<f64>]) -> Result<(), FactorError> {
-        let needed = needed_bytes(self, matrices);
-        memory::ask_for(needed).map_err(|source| FactorError::TooLittleMemory {
-            unknowns: self.unknowns(),
-            source,
-        })
-    }
-
     /// Why there is no Cholesky factor: the first pivot that is not clearly positive is rounding of zero, or
     /// negative.
-    pub(super) fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
+    fn refused(&self, matrix: &CscMatrix<f64>) -> FactorError {
         let mut first = None;
         match self.ldlt(matrix) {
             Ok(ldlt) => self.pivots(&ldlt.values, |position, pivot| {
@@ -110,11 +113,7 @@ impl Symbolic {
     }
 
     /// The Cholesky factor of `matrix` from its values, laid out by supernodes.
-    pub(super) fn factored(
-        &self,
-        values: Vec<f64>,
-        matrix: &CscMatrix<f64>,
-    ) -> Result<Cholesky, FactorError> {
+    fn factored(&self, values: Vec<f64>, matrix: &CscMatrix<f64>) -> Result<Cholesky, FactorError> {
         let factor = Cholesky {
             symbolic: self.clone(),
             values,
@@ -238,7 +237,7 @@ fn diagonal(matrix: &CscMatrix<f64>, dof: usize) -> f64 {
         .map_or(0.0, |entry| entry.into_value())
 }
 
-pub(super) fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
+fn zeros(len: usize, unknowns: usize) -> Result<Vec<f64>, FactorError> {
     let mut values = Vec::new();
     values
         .try_reserve_exact(len)
