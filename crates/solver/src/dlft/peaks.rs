@@ -13,6 +13,18 @@ const UNEVEN: f64 = 2.0;
 /// Frequencies that differ by less, relative, are one.
 const ONE_FREQUENCY: f64 = 1e-7;
 
+/// Amplitude of an observation, where the frequency converged.
+fn height(orbit: &Orbit, observation: usize) -> Option<f64> {
+    let amplitude = orbit.observed_amplitude_m.get(observation).copied();
+    amplitude.filter(|a| orbit.outcome.is_converged() && a.is_finite())
+}
+
+/// The amplitudes of an observation, each with its position among the orbits; those that converged.
+pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (usize, f64)> {
+    let numbered = orbits.iter().enumerate();
+    numbered.filter_map(move |(i, orbit)| Some((i, height(orbit, observation)?)))
+}
+
 /// The highest of three points and its neighbours, each a frequency (Hz) and an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Top {
@@ -28,20 +40,12 @@ impl Top {
     /// Around the largest converged amplitude of an observation. `None` at an end of the range, and beside a frequency
     /// without a result.
     pub fn of(orbits: &[Orbit], observation: usize) -> Option<Self> {
-        let converged = |o: &&Orbit| o.outcome.is_converged();
-        let amplitude = |o: &Orbit| o.observed_amplitude_m.get(observation).copied();
-        let numbered = orbits.iter().enumerate();
-        let heights =
-            numbered.filter_map(|(i, o)| Some((i, amplitude(Some(o).filter(converged)?)?)));
         // Of equal ones the first.
-        let (top, _) = heights.reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        let (top, _) = heights(orbits, observation).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
         let around = orbits.get(top.checked_sub(1)?..=top + 1)?;
         let mut points = [(0.0, 0.0); 3];
         for (point, orbit) in points.iter_mut().zip(around) {
-            *point = (
-                orbit.frequency_hz,
-                amplitude(Some(orbit).filter(converged)?)?,
-            );
+            *point = (orbit.frequency_hz, height(orbit, observation)?);
         }
         Self::through(points)
     }

@@ -5,7 +5,7 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
-use crate::dlft::peaks::Top;
+use crate::dlft::peaks::{Top, heights};
 use crate::dlft::{Orbit, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
@@ -231,21 +231,12 @@ pub struct Peak {
 /// Largest converged amplitude of an observation; `None` where nothing converged or there is no
 /// such observation.
 pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
-    largest(
-        response
-            .orbits
-            .iter()
-            .enumerate()
-            .filter(|(_, o)| o.outcome.is_converged())
-            .filter_map(|(index, o)| {
-                let amplitude_m = *o.observed_amplitude_m.get(observation)?;
-                Some(Peak {
-                    index,
-                    frequency_hz: o.frequency_hz,
-                    amplitude_m,
-                })
-            }),
-    )
+    let heights = heights(&response.orbits, observation);
+    largest(heights.map(|(index, amplitude_m)| Peak {
+        index,
+        frequency_hz: response.orbits[index].frequency_hz,
+        amplitude_m,
+    }))
 }
 
 /// Whether the largest amplitude is at an end of a range of several frequencies: the curve may go on rising outside.
@@ -276,11 +267,7 @@ const PROMINENT: f64 = 0.01;
 
 /// The local maxima of an observation inside of the range, rising in frequency.
 pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
-    let numbered = response.orbits.iter().enumerate();
-    let heights: Vec<(usize, f64)> = numbered
-        .filter(|(_, orbit)| orbit.outcome.is_converged())
-        .filter_map(|(index, orbit)| Some((index, *orbit.observed_amplitude_m.get(observation)?)))
-        .collect();
+    let heights: Vec<(usize, f64)> = heights(&response.orbits, observation).collect();
     let local = |i: usize| -> Option<LocalPeak> {
         let (index, amplitude_m) = heights[i];
         // The lowest point on the way to a higher one, or to the end of the range.
