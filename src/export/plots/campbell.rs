@@ -7,8 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, DASHED, Drawn, GRID, INK, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
-    draw_title, legend_line, px, round_ticks, text_style, tick_label, write_svg,
+    Canvas, DASHED, Drawn, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend, draw_mesh,
+    draw_title, list_line, px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
@@ -58,21 +58,17 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
         .x_label_area_size(px(74))
         .y_label_area_size(px(104))
         .build_cartesian_2d(0.0..1.04 * fastest, 0.0..top)?;
-    chart
-        .configure_mesh()
-        .x_desc("speed (rpm)")
-        .y_desc("frequency (Hz)")
-        .x_labels(10)
-        .y_labels(8)
-        .max_light_lines(0)
-        .bold_line_style(GRID.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .x_label_formatter(&|v| tick_label(*v, x_step))
-        .y_label_formatter(&|v| tick_label(*v, y_step))
-        .draw()?;
+    draw_mesh(
+        chart
+            .configure_mesh()
+            .x_desc("speed (rpm)")
+            .y_desc("frequency (Hz)")
+            .x_labels(10)
+            .y_labels(8)
+            .max_light_lines(0)
+            .x_label_formatter(&|v| tick_label(*v, x_step))
+            .y_label_formatter(&|v| tick_label(*v, y_step)),
+    )?;
     let order_style = RGBColor(170, 170, 170).stroke_width(px(1));
     let orders = engine_orders(fastest, top, |end| chart.backend_coord(&end));
     for EngineOrder { name, end, bounds } in orders {
@@ -94,10 +90,7 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
             };
             if let Some(label) = legend.take() {
                 let ends = if family.dashed { DASHED } else { THROUGH };
-                drawn.label(label).legend(move |place| {
-                    let [first, second, third] = legend_line(ends, style);
-                    EmptyElement::at(place) + first + second + third
-                });
+                list_line(drawn, label, ends, style);
             }
         }
     }

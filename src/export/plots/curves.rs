@@ -4,12 +4,11 @@ use std::path::Path;
 
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
 use super::{
-    Canvas, DASHED, Drawn, GRID, INK, Scale, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
-    draw_title, legend_line, px, round_ticks, si_prefix, text_style, tick_label, write_svg,
+    Canvas, DASHED, Drawn, INK, Scale, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
+    draw_mesh, draw_title, list_line, px, round_ticks, si_prefix, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
@@ -144,22 +143,17 @@ fn frame<Y>(
 where
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
-    chart
-        .configure_mesh()
-        .x_desc("frequency (Hz)")
-        .y_desc(y_label)
-        .x_labels(10)
-        .y_labels(8)
-        .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .x_label_formatter(x_text)
-        .y_label_formatter(y_text)
-        .draw()?;
-    Ok(())
+    draw_mesh(
+        chart
+            .configure_mesh()
+            .x_desc("frequency (Hz)")
+            .y_desc(y_label)
+            .x_labels(10)
+            .y_labels(8)
+            .light_line_style(TRANSPARENT)
+            .x_label_formatter(x_text)
+            .y_label_formatter(y_text),
+    )
 }
 
 fn lines<'a, 'b: 'a, Y>(
@@ -210,10 +204,7 @@ where
         };
         if let Some(label) = legend.take() {
             let ends = if curve.reference { DASHED } else { THROUGH };
-            drawn.label(label).legend(move |place| {
-                let [first, second, third] = legend_line(ends, style);
-                EmptyElement::at(place) + first + second + third
-            });
+            list_line(drawn, label, ends, style);
         }
     }
     Ok(())

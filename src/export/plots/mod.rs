@@ -21,7 +21,9 @@ pub use series::{Axis, Series, write_series};
 
 use std::path::Path;
 
+use plotters::chart::{MeshStyle, SeriesAnno};
 use plotters::coord::CoordTranslate;
+use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -127,17 +129,40 @@ fn draw_legend<'a, 'b: 'a, C: CoordTranslate>(
     Ok(())
 }
 
+/// Grid and axes in their colours, and the letters beside them.
+fn draw_mesh<X, Y>(mesh: &mut MeshStyle<'_, '_, X, Y, SVGBackend<'_>>) -> Drawn
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
+    mesh.bold_line_style(GRID.stroke_width(px(1)))
+        .axis_style(INK.stroke_width(px(1)))
+        .set_all_tick_mark_size(px(5))
+        .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
+        .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
+        .draw()?;
+    Ok(())
+}
+
 /// Where the three pieces of a line in the legend end, pixels from its beginning: they are dashes, or
 /// the first is all of it and the others have no length.
 const THROUGH: [i32; 3] = [39, 13, 26];
 const DASHED: [i32; 3] = [8, 21, 34];
 
-/// The pieces of a line in the legend, with these ends, from where the line begins.
-fn legend_line(ends: [i32; 3], style: ShapeStyle) -> [PathElement<(i32, i32)>; 3] {
-    [0, 1, 2].map(|i| {
-        let [from, to] = [13 * i as i32, ends[i]].map(at_px);
-        PathElement::new([(from, 0), (to, 0)], style)
-    })
+/// Lists drawn lines in the legend, by a line of which the pieces have these ends.
+fn list_line<'a, 'b: 'a>(
+    drawn: &mut SeriesAnno<'a, SVGBackend<'b>>,
+    label: String,
+    ends: [i32; 3],
+    style: ShapeStyle,
+) {
+    drawn.label(label).legend(move |place| {
+        let [first, second, third] = [0, 1, 2].map(|i| {
+            let [from, to] = [13 * i as i32, ends[i]].map(at_px);
+            PathElement::new([(from, 0), (to, 0)], style)
+        });
+        EmptyElement::at(place) + first + second + third
+    });
 }
 
 /// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.

@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_series;
 use super::{
-    Canvas, Drawn, GRID, INK, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_title,
+    Canvas, Drawn, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_mesh, draw_title,
     in_unit, px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
@@ -206,17 +206,13 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         .x_label_area_size(px(80))
         .y_label_area_size(px(124))
         .build_cartesian_2d(x, y)?;
-    chart
-        .configure_mesh()
-        .x_desc(titles[0].as_str())
-        .y_desc(titles[1].as_str())
-        .max_light_lines(0)
-        .bold_line_style(GRID.stroke_width(px(1)))
-        .axis_style(INK.stroke_width(px(1)))
-        .set_all_tick_mark_size(px(5))
-        .label_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .axis_desc_style(text_style(TEXT_PX, HPos::Center, VPos::Center))
-        .draw()?;
+    draw_mesh(
+        chart
+            .configure_mesh()
+            .x_desc(titles[0].as_str())
+            .y_desc(titles[1].as_str())
+            .max_light_lines(0),
+    )?;
     for (i, one) in series.iter().enumerate() {
         let colour = of_series(i, series.len());
         let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
