@@ -118,7 +118,6 @@ fn print(message: &str) {
 impl Console {
     /// The figures of a response that a reader asks for first, and what to mind about it.
     pub fn figures(&mut self, reduced: &Reduced, response: &Response) {
-        let names = reduced.observations();
         let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
         let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
         if !held.is_empty() {
@@ -163,45 +162,50 @@ impl Console {
         if inaccurate == 0 {
             self.warn_of_truncation(response);
         }
-        for (i, name) in names.iter().enumerate() {
-            let Some(peak) = peak(response, i) else {
-                continue;
-            };
-            if peak_is_at_an_end(response, i) {
-                self.warning(&format!(
-                    "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
-                     or response.times_first_stuck_mode",
-                    peak.frequency_hz
-                ));
-            }
-            if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > LEAST_RISE) {
-                self.warning(&format!(
-                    "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
-                     response.most_added_points",
-                    100.0 * rise
-                ));
-            }
-            let counts = pair_counts(&response.orbits[peak.index]);
-            self.note(&format!(
-                "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
-                peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
-            ));
-            for local in local_peaks(response, i) {
-                let Some(loss_factor) = local.loss_factor else {
-                    continue;
-                };
-                self.note(&format!(
-                    "{name}: {:.4e} m at {:.3} Hz, loss factor {loss_factor:.3e} (Q = {:.0})",
-                    local.at.amplitude_m,
-                    local.at.frequency_hz,
-                    loss_factor.recip()
-                ));
-            }
+        for (i, name) in reduced.observations().into_iter().enumerate() {
+            self.peaks(name, i, response);
         }
     }
 }
 
 impl Console {
+    /// Where an observation is largest, and what may be hidden there.
+    fn peaks(&mut self, name: &str, i: usize, response: &Response) {
+        let Some(peak) = peak(response, i) else {
+            return;
+        };
+        if peak_is_at_an_end(response, i) {
+            self.warning(&format!(
+                "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
+                 or response.times_first_stuck_mode",
+                peak.frequency_hz
+            ));
+        }
+        if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > LEAST_RISE) {
+            self.warning(&format!(
+                "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
+                 response.most_added_points",
+                100.0 * rise
+            ));
+        }
+        let counts = pair_counts(&response.orbits[peak.index]);
+        self.note(&format!(
+            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
+            peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
+        ));
+        for local in local_peaks(response, i) {
+            let Some(loss_factor) = local.loss_factor else {
+                continue;
+            };
+            self.note(&format!(
+                "{name}: {:.4e} m at {:.3} Hz, loss factor {loss_factor:.3e} (Q = {:.0})",
+                local.at.amplitude_m,
+                local.at.frequency_hz,
+                loss_factor.recip()
+            ));
+        }
+    }
+
     /// Harmonics that were asked for may be too few.
     fn warn_of_truncation(&mut self, response: &Response) {
         let errors = || response.orbits.iter().filter(|o| o.outcome.is_converged());

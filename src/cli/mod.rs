@@ -92,7 +92,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
             let files = files(command, &scene, &context, other, console)?;
-            with_files(command, &scene, &context, files, console)
+            with_files(command, &scene, &context, &files, console)
         }
     }
 }
@@ -131,58 +131,59 @@ fn with_files(
     command: &Command,
     scene: &Scene,
     context: &Context,
-    mut files: Arc<SharedFiles>,
+    files: &Arc<SharedFiles>,
     console: &mut Console,
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
-    let shared = Arc::clone(&files);
     match command {
         Command::Run(_) => {
-            let observers = &mut Both(&mut files, console);
-            let run = noted(pipeline::solve(scene, context, observers), &shared)?;
+            let mut writer = Arc::clone(files);
+            let observers = &mut Both(&mut writer, console);
+            let run = noted(pipeline::solve(scene, context, observers), files)?;
             let verdict = run.verdict();
-            finish(&shared, &run.summary, &verdict, console)?;
+            finish(files, &run.summary, &verdict, console)?;
             if let Some(response) = &run.response {
                 console.figures(&run.reduced, response);
             }
             Ok(verdict?)
         }
         Command::Static(_) => {
-            let observers = &mut Both(&mut files, console);
+            let mut writer = Arc::clone(files);
+            let observers = &mut Both(&mut writer, console);
             let state = pipeline::static_state(scene, context, observers);
-            let (summary, verdict) = noted(state, &shared)?;
-            finish(&shared, &summary, &verdict, console)?;
+            let (summary, verdict) = noted(state, files)?;
+            finish(files, &summary, &verdict, console)?;
             Ok(verdict?)
         }
         Command::Mesh(_) => {
             let progress = Progress::new(console);
-            let summary = noted(pipeline::mesh(scene, context, &progress), &files)?;
-            finish(&files, &summary, &Ok(()), console)
+            let summary = noted(pipeline::mesh(scene, context, &progress), files)?;
+            finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(console);
-            let (rows, summary) = noted(pipeline::modes(scene, context, &progress), &files)?;
+            let (rows, summary) = noted(pipeline::modes(scene, context, &progress), files)?;
             files.locked().modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            finish(&files, &summary, &Ok(()), console)
+            finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes {
             rpm: Some(speeds), ..
         }) => {
             let progress = Progress::new(console);
             let campbell = pipeline::campbell(scene, *speeds, context, &progress);
-            let campbell = noted(campbell, &files)?;
+            let campbell = noted(campbell, files)?;
             files.locked().campbell(&campbell)?;
             print(&campbell.table())?;
-            finish(&files, &campbell.summary, &Ok(()), console)
+            finish(files, &campbell.summary, &Ok(()), console)
         }
         Command::Verify(arguments) => {
             let progress = Progress::new(console);
             let verified = verify(scene, context, &arguments.asked(), &progress);
-            let verified = noted(verified, &files)?;
+            let verified = noted(verified, files)?;
             files.locked().verification(&verified.comparisons)?;
-            finish(&files, &verified.summary, &Ok(()), console)?;
+            finish(files, &verified.summary, &Ok(()), console)?;
             print(&verified.table())?;
             Ok(verified.verdict?)
         }

@@ -158,7 +158,11 @@ impl Files {
         if self.beginning == Beginning::Resumed {
             self.out.remove_earlier()?;
         }
-        self.remove_journal()?;
+        // What was solved stands in the tables.
+        if !self.solving.is_empty() {
+            self.journal.clear()?;
+        }
+        self.remove_empty_journal()?;
         let (state, why) = match verdict {
             Err(error) if error.exit_status() == ExitStatus::Failed => {
                 (RunState::Failed, Some(told(error)))
@@ -175,9 +179,9 @@ impl Files {
         }
     }
 
-    /// The journal of a run that has come to its end, or that holds nothing.
-    fn remove_journal(&self) -> Result<(), RunError> {
-        if !self.solving.is_empty() || self.journal.is_empty() {
+    /// The journal, where it holds nothing to go on from.
+    fn remove_empty_journal(&self) -> Result<(), RunError> {
+        if self.journal.is_empty() {
             self.journal.remove()?;
             self.out.forget(JOURNAL);
         }
@@ -186,9 +190,7 @@ impl Files {
 
     /// summary.json of a run that failed. Where it cannot be written, the error of the run is the one to report.
     pub fn failed(&self, error: &RunError) {
-        if self.journal.is_empty() {
-            let _ = self.remove_journal();
-        }
+        let _ = self.remove_empty_journal();
         let _ = self.write_summary(RunState::Failed, Some(told(error)));
     }
 
@@ -200,7 +202,7 @@ impl Files {
     pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
         let folder = self.out.path().display().to_string();
         let Some(solving) = self.solving.last() else {
-            self.remove_journal()?;
+            self.remove_empty_journal()?;
             let why = format!("{signal} before the first frequency");
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
             return Ok(format!(
@@ -574,12 +576,12 @@ fn write_response_on_mesh(
     recovery: Option<&Recovery>,
     response: &Response,
 ) -> Result<(), RunError> {
+    let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
     if !model.pairs.is_empty() {
         write_separation_map(&out.file("plots/fig5_separation.svg"), model, response)?;
         write_dissipation_map(&out.file("plots/fig6_dissipation.svg"), model, response)?;
-        if let Some(peak) = peak(response, 0) {
+        if let Some(orbit) = at_peak {
             let path = out.file("plots/peak_dissipation.svg");
-            let orbit = &response.orbits[peak.index];
             write_orbit_dissipation_map(&path, model, orbit, "the peak")?;
         }
     }
@@ -589,8 +591,8 @@ fn write_response_on_mesh(
     if !model.pairs.is_empty() {
         flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
     }
-    if let Some(peak) = peak(response, 0) {
-        write_peak_motion(out, model, recovery, &response.orbits[peak.index])?;
+    if let Some(orbit) = at_peak {
+        write_peak_motion(out, model, recovery, orbit)?;
     }
     Ok(())
 }

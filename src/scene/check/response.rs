@@ -26,26 +26,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         12,
     );
     let range = frequency_range(checker, &at, raw, points);
-    let (resolution, tolerance) = match (&raw.accuracy, &raw.harmonics) {
-        (Some(accuracy), _) => (
-            adapted(checker, &at, raw, accuracy),
-            Some(adapted_tolerance(accuracy.get_ref().0)),
-        ),
-        (None, Some(_)) => (
-            fixed(checker, &at, raw),
-            checker.number(
-                &at,
-                "tolerance",
-                &raw.tolerance,
-                Limits::between(0.0, 1.0),
-                Some(1e-8),
-            ),
-        ),
-        (None, None) => (
-            by_default(checker, &at, raw),
-            Some(adapted_tolerance(DEFAULT_ACCURACY)),
-        ),
-    };
+    let (resolution, tolerance) = resolution(checker, &at, raw);
     let compare = raw.compare_harmonics.as_ref().map(|_| {
         let most = resolution.map_or(MOST_HARMONICS, Resolution::most_harmonics);
         checker.count(
@@ -124,6 +105,34 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
             Some(threshold) => Some(threshold?),
         },
     })
+}
+
+/// Harmonics and samples or an accuracy, and the tolerance that is given or follows.
+fn resolution(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawResponse,
+) -> (Option<Resolution>, Option<f64>) {
+    match (&raw.accuracy, &raw.harmonics) {
+        (Some(accuracy), _) => (
+            adapted(checker, at, raw, accuracy),
+            Some(adapted_tolerance(accuracy.get_ref().0)),
+        ),
+        (None, Some(_)) => (
+            fixed(checker, at, raw),
+            checker.number(
+                at,
+                "tolerance",
+                &raw.tolerance,
+                Limits::between(0.0, 1.0),
+                Some(1e-8),
+            ),
+        ),
+        (None, None) => (
+            by_default(checker, at, raw),
+            Some(adapted_tolerance(DEFAULT_ACCURACY)),
+        ),
+    }
 }
 
 /// Harmonics and samples as given.
