@@ -33,7 +33,7 @@ def flank(nu, nv, scale, factor=1.0):
 
 def run(out, sets, points):
     line = [str(PROGRAM), "run", "scenes/paper.toml", "--out", str(out), "--quiet", "--no-fields", "--no-cache", "--threads", "1"]
-    line += ["--set", "response.times_first_stuck_mode=[0.995, 1.003]", "--set", f"response.points={points}"]
+    line += ["--set", "response.times_first_linear_mode=[0.995, 1.003]", "--set", f"response.points={points}"]
     line += ["--set", "response.compare_harmonics="]
     for key in sets:
         line += ["--set", key]

@@ -168,6 +168,7 @@ fn dlft(c: &mut Criterion) {
         fourier: &fourier,
         eps: &eps,
         x_static: &statics.x,
+        at_rest: &statics.status,
         static_mean: Mean::Free,
         pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,

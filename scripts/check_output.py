@@ -31,7 +31,7 @@ VTK_TET, VTK_TET10, VTK_QUAD = 10, 24, 9
 # Edges of VTK's ten-node tetrahedron, in the order of its nodes 4 to 9.
 TET10_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 STATIC_STATUS = ["stuck", "slipping", "open"]
-CYCLE_STATUS = ["stuck", "slipping", "opening"]
+CYCLE_STATUS = ["stuck", "slipping", "opening", "open_at_rest"]
 
 problems = []
 facts = []

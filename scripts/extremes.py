@@ -35,7 +35,7 @@ force_n = 2.0
 [damping]
 ratio = 0.001
 [response]
-times_first_stuck_mode = [0.98, 1.02]
+times_first_linear_mode = [0.98, 1.02]
 points = 11
 """
 
@@ -78,7 +78,7 @@ name = "tip"
 points = "corner"
 direction = [1, 0, 0]
 [response]
-times_first_stuck_mode = [0.9, 1.1]
+times_first_linear_mode = [0.9, 1.1]
 points = 11
 """
 
@@ -332,7 +332,7 @@ def main():
             f"{force} N, exactly at the first stuck mode",
             "damping.ratio=0",
             f"reduced_model.force_n={force}",
-            "response.times_first_stuck_mode=[1,1]",
+            "response.times_first_linear_mode=[1,1]",
             "response.points=1",
             expect="no damping.*damping.ratio",
         )

@@ -31,9 +31,9 @@ friction = 0.3
 force_n = 1.0
 [damping]
 ratio = 0.001
-stuck_mode = 1
+linear_mode = 1
 [response]
-times_first_stuck_mode = [0.97, 1.03]
+times_first_linear_mode = [0.97, 1.03]
 points = {points}
 harmonics = 3
 samples = 128

@@ -177,7 +177,7 @@ impl Console {
         if peak_is_at_an_end(response, i) {
             self.warning(&format!(
                 "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
-                 or response.times_first_stuck_mode",
+                 or response.times_first_linear_mode",
                 peak.frequency_hz
             ));
         }
@@ -189,8 +189,12 @@ impl Console {
             ));
         }
         let counts = pair_counts(&response.orbits[peak.index]);
+        let at_rest = match counts.open_at_rest {
+            0 => String::new(),
+            pairs => format!(", {pairs} are open at rest"),
+        };
         self.note(&format!(
-            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick",
+            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick{at_rest}",
             peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
         ));
         for local in local_peaks(response, i) {

@@ -81,6 +81,6 @@ def read_case(scene_path, harmonics):
         stiffness_s=2 * scene["damping"]["ratio"] / np.sqrt(w2[0]),
         eps=np.column_stack([diagonal[:, 0], tangential, tangential]).ravel(),
     )
-    first, last = response["times_first_stuck_mode"]
+    first, last = response["times_first_linear_mode"]
     hz = np.linspace(first, last, response["points"]) * np.sqrt(w2[0]) / (2 * np.pi)
     return Case(model, hz, harmonics, response["samples"], response["tolerance"], scene["static"]["load_steps"])

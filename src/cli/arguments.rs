@@ -30,7 +30,7 @@ KEY is a dotted path; elements of a list are meant by name, by number or all by 
   --set 'contact.*.friction=0.1'
 VALUE is TOML, or else a text; paths count from the folder of the scene. KEY= with nothing
 after it removes the key (--set rotation=). Of keys that exclude each other, such as
-response.frequency_hz and response.times_first_stuck_mode, the one set replaces the file's.";
+response.frequency_hz and response.times_first_linear_mode, the one set replaces the file's.";
 
 /// Vibration of blades held by dovetail joints: friction, lift-off, and where the energy goes
 #[derive(Debug, Parser)]

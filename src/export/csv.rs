@@ -13,13 +13,14 @@ use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, pair_counts, peak, phasors, static_fields, stuck_amplitude, sweep_fields,
+    cycle_fields, linear_amplitude, pair_counts, peak, phasors, static_fields, sweep_fields,
 };
 
 /// One row of modes.csv.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeRow {
-    /// What was held: `stuck` (assembly with all pairs stuck), `fixed_interface` (Craig-Bampton)...
+    /// What was held: `stuck` (assembly with all pairs stuck), `linear` (those that are open in the static state
+    /// released), `fixed_interface` (Craig-Bampton)...
     pub kind: String,
     /// Name of the body, `assembly` for both.
     pub body: String,
@@ -45,7 +46,7 @@ pub struct CampbellRow {
 /// response.csv: one row per frequency, those added at peaks included (`added` is 1; `point` is the number of the
 /// frequency, which its file of the flanks has). Amplitudes are the largest departure from the mean in the
 /// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
-/// the stuck assembly's. A point that did not converge keeps its outcome, iterations, residual and
+/// the linear reference's. A point that did not converge keeps its outcome, iterations, residual and
 /// linear amplitude; its other cells are empty.
 /// `names` are those of the observations.
 pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
@@ -70,6 +71,7 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     table.header(&[
         "slipping_pairs",
         "opening_pairs",
+        "open_at_rest_pairs",
         "stuck_pairs",
         "friction_power_w",
     ]);
@@ -98,7 +100,7 @@ fn response_row(
     for (i, name) in names.iter().enumerate() {
         let amplitude = orbit.observed_amplitude_m.get(i).copied().filter(|_| valid);
         table.number(name, amplitude)?;
-        table.number(name, stuck_amplitude(response, orbit.frequency_hz, i))?;
+        table.number(name, linear_amplitude(response, orbit.frequency_hz, i))?;
     }
     for (i, name) in names.iter().enumerate() {
         let phasors = orbit
@@ -115,6 +117,7 @@ fn response_row(
     let counts = Some(pair_counts(orbit)).filter(|_| valid);
     table.integer(counts.map(|c| c.slipping));
     table.integer(counts.map(|c| c.opening));
+    table.integer(counts.map(|c| c.open_at_rest));
     table.integer(counts.map(|c| c.stuck));
     table.number(
         "friction_power_w",

@@ -62,7 +62,7 @@ pub fn write_flank_static(
 
 /// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep = frequency in Hz, number
 /// in the file name = column `point` of response.csv. Per pair: pressure (mean, min, max of the period), slid
-/// distance, open fraction, dissipation, `status` (0 stuck, 1 slipping, 2 opening). Points that did not converge
+/// distance, open fraction, dissipation, `status` (0 stuck, 1 slipping, 2 opening, 3 open at rest). Points that did not converge
 /// have no file.
 #[derive(Debug)]
 pub struct FlankSeries {

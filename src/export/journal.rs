@@ -205,7 +205,7 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ExportError {
 mod tests {
     use super::*;
     use dovetail_solver::dlft::retention::Mean;
-    use dovetail_solver::dlft::{Orbit, Outcome, StuckPoint};
+    use dovetail_solver::dlft::{LinearPoint, Orbit, Outcome};
 
     const INPUTS: Inputs = [7; HASH];
 
@@ -231,13 +231,13 @@ mod tests {
             estimated_error: None,
             retention_n: 0.0,
         };
-        let stuck = StuckPoint {
+        let linear = LinearPoint {
             frequency_hz,
             observed_amplitude_m: vec![1.0],
         };
         SolvedFrequency {
             orbit,
-            stuck,
+            linear,
             mean: Mean::Retained,
             next_level: 2,
         }

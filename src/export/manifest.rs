@@ -16,8 +16,8 @@ use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    LocalPeak, converged, energy_balance_error, largest_estimated_error, local_peaks, pair_counts,
-    peak, peak_is_at_an_end, peak_ratio, peak_rise, static_fields, stuck_peak, sweep_fields,
+    LocalPeak, converged, energy_balance_error, largest_estimated_error, linear_peak, local_peaks,
+    pair_counts, peak, peak_is_at_an_end, peak_ratio, peak_rise, static_fields, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -44,6 +44,9 @@ pub struct Summary {
     pub pairs: usize,
     /// First frequency of the fully stuck assembly.
     pub stuck_frequency_hz: Option<f64>,
+    /// First frequency of the linear reference: pairs that are open in the static state are released. `None` where there
+    /// is no static state yet.
+    pub linear_frequency_hz: Option<f64>,
     /// First frequency of the first body with its flanks held; `None` where it was not asked for.
     pub blade_frequency_hz: Option<f64>,
     /// Wall clock of the whole run, s.
@@ -196,17 +199,17 @@ pub struct ResponseSummary {
     pub peak_rise: Option<f64>,
     /// Every local maximum inside of the range, rising in frequency.
     pub peaks: Vec<PeakSummary>,
-    /// Of the stuck assembly, exact.
+    /// Of the linear reference, exact.
     pub linear_peak_amplitude_m: Option<f64>,
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
     pub peak_ratio: Option<f64>,
-    /// At the peak, over a period: pairs that slip, pairs that separate, mean powers.
+    /// At the peak, over a period: pairs that slip, pairs that are closed in the static state and separate, mean powers.
     pub peak_slipping_pairs: Option<usize>,
     pub peak_opening_pairs: Option<usize>,
     pub peak_friction_power_w: Option<f64>,
     pub peak_damping_power_w: Option<f64>,
-    /// Pairs that separate at any converged frequency.
+    /// Pairs, closed in the static state, that separate at any converged frequency.
     pub pairs_that_open: usize,
     /// Their share of the area of the flanks; `None` where the area of a pair is unknown.
     pub area_share_that_opens: Option<f64>,
@@ -405,7 +408,7 @@ pub fn response_summary(
 ) -> ResponseSummary {
     let top = peak(response, 0);
     let at_peak = top.map(|p| &response.orbits[p.index]);
-    let linear = stuck_peak(response, 0);
+    let linear = linear_peak(response, 0);
     let sums = sweep_fields(response, &pairs.rows);
     let unconverged = response
         .orbits

@@ -55,16 +55,16 @@ pub enum RunError {
     NoMesh { scene: String },
 
     /// The frequency range counts from a mode that does not exist.
-    #[error("response.times_first_stuck_mode: this model has no stuck mode to count from")]
+    #[error("response.times_first_linear_mode: this model has no mode to count from")]
     #[diagnostic(help(
         "give the range in hertz, for example: response.frequency_hz = [440.0, 460.0]"
     ))]
-    NoStuckMode,
+    NoLinearMode,
 
     /// A resonance without damping.
     #[error(
-        "{frequency_hz} Hz: harmonic {harmonic} is at the frequency of stuck mode {mode}, and there is no damping: where all \
-         pairs stick the answer is infinite"
+        "{frequency_hz} Hz: harmonic {harmonic} is at the frequency of {kind} mode {mode}, and there is no damping: where no pair \
+         slips, opens or closes the answer is infinite"
     )]
     #[diagnostic(help(
         "give some damping (damping.ratio = 0.001), or move the range or the number of points of [response] so that \
@@ -73,6 +73,8 @@ pub enum RunError {
     UndampedMode {
         frequency_hz: f64,
         harmonic: usize,
+        /// `stuck` or `linear`, as in modes.csv.
+        kind: &'static str,
         mode: usize,
     },
 
@@ -199,7 +201,7 @@ impl RunError {
             | Self::Quality(_)
             | Self::Model(_)
             | Self::NoMesh { .. }
-            | Self::NoStuckMode
+            | Self::NoLinearMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)
             | Self::AllBonded { .. }

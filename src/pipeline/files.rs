@@ -15,21 +15,21 @@ use super::meshing::MESH_FILE;
 use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, hertz, summary};
+use super::{Context, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
 use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, MeshSummary, RunState, Summary};
 use crate::export::plots::{
-    Scale, response_curve, stuck_curve, write_campbell, write_dissipation_map,
+    Scale, linear_curve, response_curve, write_campbell, write_dissipation_map,
     write_orbit_dissipation_map, write_response_plot, write_separation_map,
     write_static_pressure_map,
 };
 use crate::export::{ExportError, create_folder, csv, flank, vtu};
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::{Orbit, Response, SolvedFrequency, StaticState, StuckPoint};
+use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
 use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
@@ -261,7 +261,7 @@ struct Solving {
     /// All that were asked for.
     frequencies_hz: Vec<f64>,
     /// Without the fields of the orbits, by the bits of their frequencies: rising.
-    solved: BTreeMap<u64, (Orbit, StuckPoint)>,
+    solved: BTreeMap<u64, (Orbit, LinearPoint)>,
     /// Of the scene's own response, where fields are written.
     flanks: Option<FlankSeries>,
     /// When the tables were written last, and how long that took.
@@ -271,11 +271,11 @@ struct Solving {
 impl Solving {
     /// What there is of the response, for tables.
     fn partial(&self) -> Response {
-        let (orbits, stuck) = self.solved.values().cloned().unzip();
+        let (orbits, linear) = self.solved.values().cloned().unzip();
         Response {
             orbits,
-            stuck,
-            stuck_curve: Vec::new(),
+            linear,
+            linear_curve: Vec::new(),
             asked: self.frequencies_hz.len(),
             slip_threshold_m: 0.0,
         }
@@ -283,7 +283,7 @@ impl Solving {
 
     /// One frequency more: its file of the flanks is written.
     fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
-        let SolvedFrequency { orbit, stuck, .. } = solved;
+        let SolvedFrequency { orbit, linear, .. } = solved;
         let without_fields = Orbit {
             x: Vec::new(),
             lambda: Vec::new(),
@@ -291,7 +291,7 @@ impl Solving {
             ..orbit.clone()
         };
         let bits = orbit.frequency_hz.to_bits();
-        self.solved.insert(bits, (without_fields, stuck.clone()));
+        self.solved.insert(bits, (without_fields, linear.clone()));
         if let Some(flanks) = &mut self.flanks {
             out.wrote(flanks.write(out.path(), orbit)?);
         }
@@ -314,13 +314,16 @@ impl Observer for Files {
     /// modes.csv.
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.list_mesh(reduced.meshed().map(Meshed::summary).as_ref());
-        self.held_modes(reduced, &[])
+        self.modes(&mode_rows(reduced, None, &[]))
     }
 
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         let recovery = self.recovery(reduced);
         let recovery = recovery.filter(|_| state.outcome.is_converged());
         write_static_state(&self.out, reduced, recovery, state)?;
+        if solve::usable(state).is_ok() {
+            self.modes(&mode_rows(reduced, Some(state), &[]))?;
+        }
         match self.beginning {
             Beginning::Anew => Ok(self.out.remove_earlier()?),
             Beginning::Resumed => Ok(()),
@@ -414,8 +417,13 @@ impl Observer for Files {
     }
 
     /// modes.csv once more, with the modes of the bodies.
-    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
-        self.modes(&mode_rows(reduced, omega2))
+    fn held_modes(
+        &mut self,
+        reduced: &Reduced,
+        state: &StaticState,
+        omega2: &[Vec<f64>],
+    ) -> Result<(), RunError> {
+        self.modes(&mode_rows(reduced, Some(state), omega2))
     }
 }
 
@@ -491,13 +499,23 @@ impl Observer for Arc<SharedFiles> {
     ) -> Result<(), RunError> {
         self.locked().response(reduced, response, compared)
     }
-    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
-        self.locked().held_modes(reduced, omega2)
+    fn held_modes(
+        &mut self,
+        reduced: &Reduced,
+        state: &StaticState,
+        omega2: &[Vec<f64>],
+    ) -> Result<(), RunError> {
+        self.locked().held_modes(reduced, state, omega2)
     }
 }
 
-/// Rows of modes.csv; `held` are squared frequencies per body with the contacts held.
-pub(super) fn mode_rows(reduced: &Reduced, held: &[Vec<f64>]) -> Vec<csv::ModeRow> {
+/// Rows of modes.csv; with a static state the linear modes about it; `held` are squared frequencies per body with the
+/// contacts held.
+pub(super) fn mode_rows(
+    reduced: &Reduced,
+    state: Option<&StaticState>,
+    held: &[Vec<f64>],
+) -> Vec<csv::ModeRow> {
     let mut rows = Vec::new();
     let mut add = |kind: &str, body: &str, omega2: &[f64]| {
         for (i, w2) in omega2.iter().enumerate() {
@@ -519,6 +537,9 @@ pub(super) fn mode_rows(reduced: &Reduced, held: &[Vec<f64>]) -> Vec<csv::ModeRo
         }
     }
     add("stuck", "assembly", reduced.stuck_omega2());
+    if let Some(state) = state {
+        add("linear", "assembly", reduced.linear_omega2(state));
+    }
     rows
 }
 
@@ -608,9 +629,9 @@ fn write_curves(
     let label = |h: usize| format!("H = {h}");
     for (i, name) in names.iter().enumerate() {
         let quantity = format!("amplitude of {name}");
-        let stuck = stuck_curve("linear (stuck)", response, i);
+        let linear = linear_curve("linear", response, i);
         let own = response_curve(&harmonics_label(response), response, i);
-        let mut plots = vec![("fig4", vec![stuck.clone(), own.clone()])];
+        let mut plots = vec![("fig4", vec![linear.clone(), own.clone()])];
         if let Some(Compared {
             harmonics,
             response,
@@ -618,7 +639,7 @@ fn write_curves(
         {
             let other = response_curve(&label(*harmonics), response, i);
             plots[0].1.insert(1, other.clone());
-            plots.push(("fig3", vec![stuck, other]));
+            plots.push(("fig3", vec![linear, other]));
         }
         for (figure, curves) in plots {
             let path = out.file(&format!("plots/{figure}_{name}.svg"));

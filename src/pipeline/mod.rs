@@ -85,10 +85,6 @@ pub fn solve(
     let progress = &Progress::new(observer);
     let reduced = Reduced::of(scene, context, progress)?;
     let relative = reduced.relative();
-    let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
-    let frequencies_hz = solve::frequencies_hz(&scene.response, relative)?;
-    let most_harmonics = scene.response.resolution.most_harmonics();
-    solve::off_undamped_modes(relative, damping, &frequencies_hz, most_harmonics)?;
     let (static_state, mut summary) = solve_static(scene, context, &reduced, progress)?;
     if solve::usable(&static_state).is_err() {
         summary::take_down(progress, &mut summary);
@@ -100,6 +96,11 @@ pub fn solve(
             summary,
         });
     }
+    let linear_omega2 = reduced.linear_omega2(&static_state);
+    let damping = rayleigh(&scene.damping, linear_omega2)?;
+    let frequencies_hz = solve::frequencies_hz(&scene.response, linear_omega2)?;
+    let harmonics = scene.response.resolution.most_harmonics();
+    solve::off_undamped_modes(relative, &static_state, damping, &frequencies_hz, harmonics)?;
     let responses = solve::Responses {
         spec: &scene.response,
         reduced: &reduced,
@@ -128,7 +129,7 @@ pub fn solve(
     summary.response = Some(manifest::response_summary(&reduced.pairs, first, &response));
     if let (Some(meshed), true) = (reduced.meshed(), context.held_modes) {
         let held = meshed.held_modes(progress)?;
-        progress.tell(|o| o.held_modes(&reduced, &held))?;
+        progress.tell(|o| o.held_modes(&reduced, &static_state, &held))?;
         summary.blade_frequency_hz = first_hz(&held);
     }
     summary::take_down(progress, &mut summary);
@@ -154,6 +155,11 @@ fn solve_static(
     solve::warn_of_far_slides("in the static state", farthest, progress);
     let mut summary = summary::of_reduced(scene, context, reduced);
     summary.static_state = summary::static_summary(reduced, &state);
+    if solve::usable(&state).is_ok() {
+        solve::tell_of_linear_reference(reduced, &state, progress);
+        let linear_omega2 = reduced.linear_omega2(&state);
+        summary.linear_frequency_hz = linear_omega2.first().copied().map(hertz);
+    }
     progress.tell(|o| o.figures(&summary));
     if let Some(meshed) = reduced.meshed().filter(|_| context.fields) {
         meshed.recover(progress)?;
@@ -201,7 +207,7 @@ pub fn modes(
         Some(meshed) => meshed.held_modes(progress)?,
         None => Vec::new(),
     };
-    let rows = files::mode_rows(&reduced, &held);
+    let rows = files::mode_rows(&reduced, None, &held);
     let mut summary = summary::of_reduced(scene, context, &reduced);
     summary.blade_frequency_hz = first_hz(&held);
     summary::take_down(progress, &mut summary);

@@ -78,7 +78,12 @@ pub trait Observer: Send {
     ///
     /// # Errors
     /// The observer's own.
-    fn held_modes(&mut self, _reduced: &Reduced, _omega2: &[Vec<f64>]) -> Result<(), RunError> {
+    fn held_modes(
+        &mut self,
+        _reduced: &Reduced,
+        _state: &StaticState,
+        _omega2: &[Vec<f64>],
+    ) -> Result<(), RunError> {
         Ok(())
     }
 }
@@ -176,8 +181,13 @@ impl Observer for Both<'_> {
         self.0.response(reduced, response, compared)?;
         self.1.response(reduced, response, compared)
     }
-    fn held_modes(&mut self, reduced: &Reduced, omega2: &[Vec<f64>]) -> Result<(), RunError> {
-        self.0.held_modes(reduced, omega2)?;
-        self.1.held_modes(reduced, omega2)
+    fn held_modes(
+        &mut self,
+        reduced: &Reduced,
+        state: &StaticState,
+        omega2: &[Vec<f64>],
+    ) -> Result<(), RunError> {
+        self.0.held_modes(reduced, state, omega2)?;
+        self.1.held_modes(reduced, state, omega2)
     }
 }

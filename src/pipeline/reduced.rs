@@ -8,6 +8,7 @@ use super::{Context, hertz};
 use crate::export::manifest::TruncationSummary;
 use crate::stage::Stage;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
+use dovetail_solver::dlft::StaticState;
 use dovetail_solver::reduction::superelement;
 use dovetail_solver::reduction::{Highest, PairLaw, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
@@ -92,6 +93,12 @@ impl Reduced {
             .map_or(all, |meshed| &all[..meshed.modes.stuck])
     }
 
+    /// Squared angular frequencies of the linear reference about a static state: as many modes as [`Self::stuck_omega2`].
+    pub(super) fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
+        let all = &state.linear.omega2;
+        &all[..self.stuck_omega2().len().min(all.len())]
+    }
+
     /// What the modes left out may cost, where the reduction was made here.
     pub(super) fn truncation(&self) -> Option<TruncationSummary> {
         let truncation = &self.meshed()?.modes.truncation;
@@ -122,7 +129,7 @@ pub(super) fn stuck_modes(scene: &Scene) -> StuckModes {
     let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
     let highest = match scene.response.range {
         FrequencyRange::Hz { to_hz, .. } => Highest::RadS(harmonic * std::f64::consts::TAU * to_hz),
-        FrequencyRange::OfFirstStuckMode { to, .. } => Highest::OfFirstStuckMode(harmonic * to),
+        FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(harmonic * to),
     };
     StuckModes {
         count: scene.response.stuck_modes,

@@ -14,15 +14,15 @@ use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
 use dovetail_solver::dlft::accuracy::samples_for;
-use dovetail_solver::dlft::orbit::{linear_orbit, stuck_point};
+use dovetail_solver::dlft::linear_curve::linear_curve;
+use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
-use dovetail_solver::dlft::stuck_curve::stuck_curve;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, SolvedFrequency, StaticState};
-use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{LinearReference, RelativeModel};
 use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
 
 /// Newton iterations allowed for one step of the static load.
@@ -39,6 +39,7 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
             newton_iterations: 0,
             residual: 0.0,
             retention_n: None,
+            linear: LinearReference::stuck(relative),
         };
     }
     let stage = progress.stage(Stage::StaticState);
@@ -76,18 +77,40 @@ pub(super) fn usable(state: &StaticState) -> Result<(), RunError> {
     Ok(())
 }
 
+/// What is linear where pairs are open in the static state.
+pub(super) fn tell_of_linear_reference(
+    reduced: &Reduced,
+    state: &StaticState,
+    progress: &Progress,
+) {
+    let is_open = |s: &&PairStatus| **s == PairStatus::Open;
+    let open = state.status.iter().filter(is_open).count();
+    let first = reduced.linear_omega2(state).first();
+    if let Some(why) = &state.linear.not_released {
+        progress.warning(&format!(
+            "without the {open} pairs that are open in the static state the assembly has no linear modes ({why}): the linear curve, \
+             damping.ratio and response.times_first_linear_mode take them as stuck"
+        ));
+    } else if let (Some(omega2), 1..) = (first, open) {
+        progress.note(&format!(
+            "first linear mode {:.4} Hz, with the {open} pairs released that are open in the static state",
+            hertz(*omega2)
+        ));
+    }
+}
+
 /// The frequencies of the response, rising.
 ///
 /// # Errors
-/// [`RunError::NoStuckMode`] where they are counted from a stuck mode of a model that has none.
+/// [`RunError::NoLinearMode`] where they are counted from the first of the linear modes `omega2`, and there is none.
 pub(super) fn frequencies_hz(
     response: &ResponseSpec,
-    relative: &RelativeModel,
+    omega2: &[f64],
 ) -> Result<Vec<f64>, RunError> {
     let (from, to) = match response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
-        FrequencyRange::OfFirstStuckMode { from, to } => {
-            let first = hertz(*relative.omega2.first().ok_or(RunError::NoStuckMode)?);
+        FrequencyRange::OfFirstLinearMode { from, to } => {
+            let first = hertz(*omega2.first().ok_or(RunError::NoLinearMode)?);
             (from * first, to * first)
         }
     };
@@ -98,15 +121,17 @@ pub(super) fn frequencies_hz(
         .collect())
 }
 
-/// Nearer to an undamped stuck mode than this, relative, a harmonic of the response is taken to lie on it.
+/// Nearer to an undamped mode than this, relative, a harmonic of the response is taken to lie on it.
 const ON_A_MODE: f64 = 1e-9;
 
-/// Without damping the stuck answer is infinite at the frequency of a stuck mode.
+/// Without damping the linear answer is infinite at the frequency of a linear mode. At that of a stuck mode the
+/// condensed stiffness is.
 ///
 /// # Errors
 /// [`RunError::UndampedMode`] where a harmonic of some frequency lies there.
 pub(super) fn off_undamped_modes(
     relative: &RelativeModel,
+    state: &StaticState,
     damping: Rayleigh,
     frequencies_hz: &[f64],
     harmonics: usize,
@@ -114,19 +139,26 @@ pub(super) fn off_undamped_modes(
     if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
         return Ok(());
     }
-    let modes_hz: Vec<f64> = relative.omega2.iter().map(|w2| hertz(*w2)).collect();
-    for &frequency_hz in frequencies_hz {
-        for harmonic in 1..=harmonics {
-            let of_harmonic = harmonic as f64 * frequency_hz;
-            // Ascending: the first mode not below the window around the harmonic.
-            let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
-            let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
-            if modes_hz.get(mode).is_some_and(on_it) {
-                return Err(RunError::UndampedMode {
-                    frequency_hz,
-                    harmonic,
-                    mode: mode + 1,
-                });
+    let modes = [
+        ("stuck", &relative.omega2),
+        ("linear", &state.linear.omega2),
+    ];
+    for (kind, omega2) in modes {
+        let modes_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
+        for &frequency_hz in frequencies_hz {
+            for harmonic in 1..=harmonics {
+                let of_harmonic = harmonic as f64 * frequency_hz;
+                // Ascending: the first mode not below the window around the harmonic.
+                let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
+                let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
+                if modes_hz.get(mode).is_some_and(on_it) {
+                    return Err(RunError::UndampedMode {
+                        frequency_hz,
+                        harmonic,
+                        kind,
+                        mode: mode + 1,
+                    });
+                }
             }
         }
     }
@@ -235,14 +267,15 @@ impl Responses<'_, '_> {
         // Numbers are written so that they read back to the bit.
         let Self { damping, state, .. } = self;
         let (loads, laws) = (&relative.excitations, &relative.pairs);
-        hasher.update(format!("{loads:?}{laws:?}{damping:?}{state:?}{settings:?}").as_bytes());
+        let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
+        hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}").as_bytes());
         if postcard::to_io(relative, &mut hasher).is_err() {
             unreachable!("a hasher takes all bytes");
         }
         *hasher.finalize().as_bytes()
     }
 
-    /// Where all flanks are bonded: the stuck modes' answer, each by itself.
+    /// Where all flanks are bonded: the modes' answer, each by itself.
     fn linear(&self, resolution: Resolution) -> Response {
         let _stage = self
             .progress
@@ -255,10 +288,10 @@ impl Responses<'_, '_> {
         let system = ContactSystem::new(relative, self.damping);
         let frequencies = || self.frequencies_hz.iter();
         Response {
-            stuck: frequencies()
-                .map(|&f| stuck_point(&system, harmonics, f))
+            linear: frequencies()
+                .map(|&f| linear_point(&system, harmonics, f))
                 .collect(),
-            stuck_curve: stuck_curve(&system, harmonics, self.frequencies_hz),
+            linear_curve: linear_curve(&system, harmonics, self.frequencies_hz),
             orbits: frequencies()
                 .enumerate()
                 .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))

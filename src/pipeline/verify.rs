@@ -84,9 +84,9 @@ pub fn verify(
         let why = "the response is linear and in closed form, there is nothing to compare";
         return Err(RunError::AllBonded { why });
     }
-    let damping = rayleigh(&scene.damping, reduced.stuck_omega2())?;
     let state = solve::statics(scene, relative, progress);
     solve::usable(&state)?;
+    let damping = rayleigh(&scene.damping, reduced.linear_omega2(&state))?;
     let (response, chosen) = orbits(scene, &reduced, damping, &state, asked, progress)?;
     let failed = chosen
         .iter()
@@ -162,7 +162,7 @@ fn orbits(
     if !given {
         let mut spec = scene.response.clone();
         spec.points = spec.points.min(MOST_POINTS);
-        frequencies_hz = solve::frequencies_hz(&spec, reduced.relative())?;
+        frequencies_hz = solve::frequencies_hz(&spec, reduced.linear_omega2(state))?;
     }
     // Those that are compared are asked for by the caller, or found on the grid.
     let spec = ResponseSpec {

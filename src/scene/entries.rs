@@ -452,16 +452,16 @@ const DAMPING: [Key; 4] = [
         "ratio",
         "number",
         "-",
-        "0 or more, less than 1; share of critical damping on mode `stuck_mode`, by \
+        "0 or more, less than 1; share of critical damping on linear mode `linear_mode`, by \
          stiffness-proportional damping",
         "ratio = 0.001",
     ),
     key(
-        "stuck_mode",
+        "linear_mode",
         "whole number",
         "1",
         "1 to 10,000; no more than `response.stuck_modes` where that is given; only with `ratio`",
-        "stuck_mode = 1",
+        "linear_mode = 1",
     ),
     key(
         "stiffness_s",
@@ -558,11 +558,11 @@ const RESPONSE: [Key; 15] = [
         "frequency_hz = [440.0, 460.0]",
     ),
     key(
-        "times_first_stuck_mode",
+        "times_first_linear_mode",
         "list of 2 numbers",
         "-",
-        "the same, in multiples of the first stuck frequency",
-        "times_first_stuck_mode = [0.98, 1.02]",
+        "the same, in multiples of the first linear frequency",
+        "times_first_linear_mode = [0.98, 1.02]",
     ),
     key(
         "points",
@@ -695,7 +695,7 @@ mod tests {
         };
         let range = match key {
             "frequency_hz" => "frequency_hz = [1, 2]",
-            _ => "times_first_stuck_mode = [0.9, 1.1]",
+            _ => "times_first_linear_mode = [0.9, 1.1]",
         };
         let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
         let subject = match section {

@@ -194,8 +194,8 @@ pub enum Fault {
         harmonic: usize,
         harmonics: usize,
     },
-    #[error("`damping.stuck_mode` is {stuck_mode}, but only {kept} stuck modes are kept")]
-    StuckModeNotKept { stuck_mode: usize, kept: usize },
+    #[error("`damping.linear_mode` is {linear_mode}, but only {kept} stuck modes are kept")]
+    LinearModeNotKept { linear_mode: usize, kept: usize },
     #[error("the scene has {found} bodies; it needs one or two")]
     BodyCount { found: usize },
     #[error("`{path}` is given, and the scene has no second [[body]]")]
@@ -273,7 +273,7 @@ impl Fault {
             Self::NoHarmonic => "at least 1".to_owned(),
             Self::TooFewSamples { least, .. } => format!("at least {least}"),
             Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
-            Self::StuckModeNotKept { kept, .. } => format!("at most {kept}"),
+            Self::LinearModeNotKept { kept, .. } => format!("at most {kept}"),
             Self::BodyCount { found: 0 } => "a body is needed".to_owned(),
             Self::NoSecondBody { .. } => "no such body".to_owned(),
             Self::BodyCount { .. } => "one body too many".to_owned(),
@@ -337,8 +337,8 @@ impl Fault {
             Self::HarmonicNotKept { harmonic, .. } => {
                 format!("set response.harmonics to {harmonic} or more, or excite a lower harmonic")
             }
-            Self::StuckModeNotKept { stuck_mode, .. } => format!(
-                "set response.stuck_modes to {stuck_mode} or more, or leave it out to keep as many as are needed"
+            Self::LinearModeNotKept { linear_mode, .. } => format!(
+                "set response.stuck_modes to {linear_mode} or more, or leave it out to keep as many as are needed"
             ),
             Self::BodyCount { .. } => "write two [[body]] tables: first the one that vibrates (blade), then the one \
                  that holds it (jaw); or only the first, held by rigid ground"

@@ -31,11 +31,11 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 4] = [
     ),
     (
         "damping",
-        &[&["ratio", "stuck_mode"], &["stiffness_s", "mass_per_s"]],
+        &[&["ratio", "linear_mode"], &["stiffness_s", "mass_per_s"]],
     ),
     (
         "response",
-        &[&["frequency_hz"], &["times_first_stuck_mode"]],
+        &[&["frequency_hz"], &["times_first_linear_mode"]],
     ),
     (
         "response",

@@ -110,7 +110,7 @@ pub struct RawLoad {
 #[serde(deny_unknown_fields)]
 pub struct RawDamping {
     pub ratio: Located<Number>,
-    pub stuck_mode: Located<Count>,
+    pub linear_mode: Located<Count>,
     pub stiffness_s: Located<Number>,
     pub mass_per_s: Located<Number>,
 }
@@ -143,7 +143,7 @@ pub struct RawStatic {
 #[serde(deny_unknown_fields)]
 pub struct RawResponse {
     pub frequency_hz: Located<Numbers<2>>,
-    pub times_first_stuck_mode: Located<Numbers<2>>,
+    pub times_first_linear_mode: Located<Numbers<2>>,
     pub points: Located<Count>,
     pub most_added_points: Located<Count>,
     pub accuracy: Located<Number>,

@@ -51,8 +51,9 @@ pub const PEAK_AMPLITUDE: Quantity =
 const NORMAL_FORCE: Quantity = number("normal_force_n", Of::Contact(|c| c.normal_force_n));
 
 /// In the order of the columns of table.csv.
-pub const ALL: [Quantity; 14] = [
+pub const ALL: [Quantity; 15] = [
     number("stuck_frequency_hz", Of::Run(|s| s.stuck_frequency_hz)),
+    number("linear_frequency_hz", Of::Run(|s| s.linear_frequency_hz)),
     BLADE_FREQUENCY,
     PEAK_AMPLITUDE,
     number("peak_frequency_hz", Of::Response(|r| r.peak_frequency_hz)),

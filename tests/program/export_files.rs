@@ -56,6 +56,7 @@ fn summary(run: &Run) -> Summary {
         stuck_modes: Some(3),
         pairs: run.model.pairs.len(),
         stuck_frequency_hz: Some(377.0),
+        linear_frequency_hz: Some(376.0),
         blade_frequency_hz: None,
         seconds: 2.5,
         processor_seconds: Some(2.0),
@@ -114,7 +115,7 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     vtu::write_motion(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
     manifest::write_summary(&out.join("summary.json"), &summary(run)).unwrap();
     let curves = [
-        plots::stuck_curve("all pairs stuck", response, 0),
+        plots::linear_curve("all pairs stuck", response, 0),
         plots::response_curve("H = 3", response, 0),
     ];
     let plot = |file: &str, scale| {
@@ -232,7 +233,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
             assert_eq!(cell.is_empty(), !converged, "row {i}, {name}: '{cell}'");
         }
         let linear: f64 = row["tip_linear_amplitude_m"].parse().unwrap();
-        assert_eq!(linear, run.response.stuck[i].observed_amplitude_m[0]);
+        assert_eq!(linear, run.response.linear[i].observed_amplitude_m[0]);
         assert!(!row["newton_iterations"].is_empty());
     }
     assert_eq!(rows[3]["outcome"], "iteration_limit");

@@ -183,7 +183,7 @@ fn said(sets: &[&str]) -> (Option<i32>, String) {
     let scene = folder.join("extreme.toml");
     let text = format!(
         "name = \"extreme\"\n[reduced_model]\nfolder = \"{root}/tests/data/dovetail72\"\nfriction = 0.3\nforce_n = 1.0\n\
-         [damping]\nratio = 0.001\n[response]\ntimes_first_stuck_mode = [1.0, 1.0]\npoints = 1\nharmonics = 1\n"
+         [damping]\nratio = 0.001\n[response]\ntimes_first_linear_mode = [1.0, 1.0]\npoints = 1\nharmonics = 1\n"
     );
     std::fs::write(&scene, text).unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));

@@ -140,7 +140,7 @@ fn response() -> &'static Response {
 
 /// Amplitudes over those of the stuck assembly, frequency by frequency.
 fn ratios(response: &Response) -> Vec<f64> {
-    let pairs = response.orbits.iter().zip(&response.stuck);
+    let pairs = response.orbits.iter().zip(&response.linear);
     pairs
         .map(|(orbit, stuck)| orbit.observed_amplitude_m[0] / stuck.observed_amplitude_m[0])
         .collect()
@@ -150,7 +150,7 @@ fn ratios(response: &Response) -> Vec<f64> {
 fn cut(response: &Response) -> f64 {
     let largest = |amplitudes: &mut dyn Iterator<Item = f64>| amplitudes.fold(0.0, f64::max);
     largest(&mut response.orbits.iter().map(|o| o.observed_amplitude_m[0]))
-        / largest(&mut response.stuck.iter().map(|s| s.observed_amplitude_m[0]))
+        / largest(&mut response.linear.iter().map(|s| s.observed_amplitude_m[0]))
 }
 
 /// For each pair that opens at some frequency: its static normal force over the mean of all pairs.
@@ -297,7 +297,7 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
 /// mu = 1e6 in the dynamics alone: in the statics as well, shear would carry the blade and pairs open.
 /// It is the stuck curve as long as no pair opens: here one does at 0.3 N, at the very top of the peak.
 #[test]
-fn rough_flanks_after_the_static_state_give_the_stuck_curve() {
+fn rough_flanks_after_the_static_state_give_the_linear_curve() {
     let slippery = respond(&with_force(0.1), 1, &GRID);
     assert!(slippery.orbits.iter().any(|o| pair_counts(o).slipping > 0));
     for (force_n, opens_at) in [(0.2, 0), (0.3, 1)] {

@@ -54,7 +54,7 @@ force_n = 1.0
 [damping]
 ratio = 0.001
 [response]
-times_first_stuck_mode = [0.99, 1.01]
+times_first_linear_mode = [0.99, 1.01]
 points = 3
 harmonics = 1
 "#;
@@ -239,10 +239,10 @@ fn what_a_folder_lacks_is_said() {
         "damping.mass_per_s",
     ];
     wrong(den_hartog, "run", &["damping.ratio=0.001"], &words);
-    let set = ["response.times_first_stuck_mode=[0.9, 1.1]"];
+    let set = ["response.times_first_linear_mode=[0.9, 1.1]"];
     let words = [
-        "response.times_first_stuck_mode",
-        "no stuck mode",
+        "response.times_first_linear_mode",
+        "no mode to count from",
         "response.frequency_hz",
     ];
     wrong(den_hartog, "run", &set, &words);
@@ -298,7 +298,7 @@ fn reduce(scene: &Path, out: &Path, set: &[&str]) -> String {
 /// A scene about what [`reduce`] told, on the two frequencies of `TWO_POINTS`.
 fn scene_of(told: &str) -> String {
     format!(
-        "name = \"again\"\n{told}\n[damping]\nratio = 0.001\n[response]\ntimes_first_stuck_mode = [0.98, 1.02]\n\
+        "name = \"again\"\n{told}\n[damping]\nratio = 0.001\n[response]\ntimes_first_linear_mode = [0.98, 1.02]\n\
          points = 2\nharmonics = 1\n"
     )
 }

@@ -230,7 +230,7 @@ fn vectors_and_ranges_have_their_lengths() {
         "[0.98, 1.02]",
         "[0.98]",
         &[
-            "`response.times_first_stuck_mode`",
+            "`response.times_first_linear_mode`",
             "a list of 2 finite numbers",
         ],
     );
@@ -331,9 +331,9 @@ fn impossible_numbers_are_refused() {
         &["`damping.ratio`", "0 or more and less than 1"],
     );
     refused(
-        "stuck_mode = 1",
-        "stuck_mode = 0",
-        &["`damping.stuck_mode` is 0", "from 1 to"],
+        "linear_mode = 1",
+        "linear_mode = 0",
+        &["`damping.linear_mode` is 0", "from 1 to"],
     );
     refused(
         "force_n = 2.0",
@@ -423,7 +423,7 @@ fn an_excitation_above_the_kept_harmonics_is_refused() {
 fn a_range_runs_upwards_from_above_zero() {
     for range in ["[1.02, 0.98]", "[1.0, 1.0]", "[0.0, 1.0]", "[-1.0, 1.0]"] {
         let words = [
-            "`response.times_first_stuck_mode` runs from",
+            "`response.times_first_linear_mode` runs from",
             "[from, to] with 0 < from < to",
         ];
         refused("[0.98, 1.02]", range, &words);
@@ -517,10 +517,10 @@ fn keys_that_exclude_each_other_are_refused_together() {
     ];
     refused_on(&text, line_of(&text, "geometry ="), &words);
     let words = ["`damping.ratio` and `damping.mass_per_s` exclude each other"];
-    refused("stuck_mode = 1", "mass_per_s = 0.1", &words);
+    refused("linear_mode = 1", "mass_per_s = 0.1", &words);
     let (text, _) = edited("points = 200", 0, "frequency_hz = [440, 460]");
     let words =
-        ["`response.frequency_hz` and `response.times_first_stuck_mode` exclude each other"];
+        ["`response.frequency_hz` and `response.times_first_linear_mode` exclude each other"];
     refused_on(&text, line_of(&text, "times_first"), &words);
 }
 
@@ -593,12 +593,12 @@ fn a_missing_key_points_at_the_heading_of_its_table() {
 
 #[test]
 fn a_table_that_needs_one_of_several_keys_names_them() {
-    let (text, _) = edited("times_first_stuck_mode", 0, "# ");
-    let words = ["neither `response.frequency_hz` nor `response.times_first_stuck_mode`"];
+    let (text, _) = edited("times_first_linear_mode", 0, "# ");
+    let words = ["neither `response.frequency_hz` nor `response.times_first_linear_mode`"];
     refused_on(&text, line_of(&text, "[response]"), &words);
     let text = edited("ratio = 0.001", 0, "")
         .0
-        .replace("stuck_mode = 1 ", "");
+        .replace("linear_mode = 1 ", "");
     refused_on(
         &text,
         line_of(&text, "[damping]"),
@@ -608,8 +608,8 @@ fn a_table_that_needs_one_of_several_keys_names_them() {
     let words = ["`mesh.fallback` is given without `mesh.fallback_parameters`"];
     refused_on(&text, line_of(&text, "fallback ="), &words);
     let (text, _) = edited("ratio = 0.001", 0, "");
-    let words = ["`damping.stuck_mode` is given without `damping.ratio`"];
-    refused_on(&text, line_of(&text, "stuck_mode = 1"), &words);
+    let words = ["`damping.linear_mode` is given without `damping.ratio`"];
+    refused_on(&text, line_of(&text, "linear_mode = 1"), &words);
 }
 
 #[test]
@@ -775,7 +775,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
         scene.damping,
         DampingSpec::Ratio {
             ratio: 0.001,
-            stuck_mode: 1
+            linear_mode: 1
         }
     );
     let response = &scene.response;

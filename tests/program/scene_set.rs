@@ -102,7 +102,7 @@ fn a_key_displaces_those_of_the_file_that_it_excludes() {
     // Two arguments that exclude each other are the caller's contradiction.
     let both = [
         "response.frequency_hz=[1, 2]",
-        "response.times_first_stuck_mode=[1, 2]",
+        "response.times_first_linear_mode=[1, 2]",
     ];
     refused(&both, &["exclude each other"]);
     // One frequency is a range when it is the only one.
@@ -141,7 +141,7 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "rotation.bodies",
         "rotation.prestress",
         "contact.*.gap_m",
-        "damping.stuck_mode",
+        "damping.linear_mode",
         "excitation.0.harmonic",
         "excitation.0.phase_deg",
         "static",
@@ -235,7 +235,7 @@ fn a_wrong_value_is_refused_as_in_the_file_but_shown_in_the_argument() {
         &["set response.samples to 16 or more"],
     );
     refused(
-        &["response.stuck_modes=2", "damping.stuck_mode=3"],
+        &["response.stuck_modes=2", "damping.linear_mode=3"],
         &["only 2 stuck modes are kept"],
     );
     refused(

@@ -25,7 +25,7 @@ force_n = 1.0
 [damping]
 ratio = 0.001
 [response]
-times_first_stuck_mode = [0.99, 1.01]
+times_first_linear_mode = [0.99, 1.01]
 points = 3
 harmonics = 1
 stuck_modes = 40
@@ -45,8 +45,8 @@ size = "1/(value+1)"
 [[knob]]
 name = "grid"
 values = [
-    { label = "3 points", set = { "response.points" = 3, "response.times_first_stuck_mode" = [0.99, 1.01] } },
-    { label = "5 points", set = { "response.points" = 5, "response.times_first_stuck_mode" = [0.99, 1.01] } },
+    { label = "3 points", set = { "response.points" = 3, "response.times_first_linear_mode" = [0.99, 1.01] } },
+    { label = "5 points", set = { "response.points" = 5, "response.times_first_linear_mode" = [0.99, 1.01] } },
 ]
 base = "3 points"
 
@@ -353,7 +353,7 @@ fn a_study_of_designs_answers_without_errors() {
         at_end.contains(&true) && at_end.contains(&false),
         "{at_end:?}"
     );
-    let ended = folder.study(&["--set", "response.times_first_stuck_mode=[0.7, 0.8]"]);
+    let ended = folder.study(&["--set", "response.times_first_linear_mode=[0.7, 0.8]"]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     let words = "; its peak is at an end of the frequencies and may be higher outside";
     assert!(ended.stdout.contains(words), "{}", ended.stdout);

@@ -170,7 +170,7 @@ fn what_the_tutorial_says_is_what_happens() {
     let words: Vec<&str> = prose.split_whitespace().collect();
     let sentences = [
         format!("peak falls from {rough} to {slippery} um"),
-        format!("With friction the peak is {ratio} of the stuck one."),
+        format!("With friction the peak is {ratio} of the linear one."),
     ];
     for sentence in sentences {
         let length = sentence.split_whitespace().count();

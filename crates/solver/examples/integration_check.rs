@@ -44,7 +44,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let model = superelement::read(&folder, law, force_n)?.relative;
     let ratio = DampingSpec::Ratio {
         ratio: 0.001,
-        stuck_mode: 1,
+        linear_mode: 1,
     };
     let damping = rayleigh(&ratio, &model.omega2)?;
     let newton = NewtonOptions {

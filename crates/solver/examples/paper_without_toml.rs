@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         statuses.iter().filter(sliding).count(),
         statuses.len()
     );
-    for (orbit, stuck) in answer.response.orbits.iter().zip(&answer.response.stuck) {
+    for (orbit, stuck) in answer.response.orbits.iter().zip(&answer.response.linear) {
         println!(
             "{:.4} Hz: {}, tip {:.3} mm, {:.3} mm with all pairs stuck, friction {:.2} W",
             orbit.frequency_hz,
@@ -68,7 +68,7 @@ pub fn solve() -> Result<Answer, Box<dyn Error>> {
     let relative = reduce(&model, &structure, wanted)?.relative;
     let ratio = DampingSpec::Ratio {
         ratio: 0.001,
-        stuck_mode: 1,
+        linear_mode: 1,
     };
     let damping = rayleigh(&ratio, &relative.omega2)?;
     let newton = NewtonOptions {

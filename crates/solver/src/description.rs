@@ -101,8 +101,8 @@ pub enum FrequencyRange {
         /// Last.
         to_hz: f64,
     },
-    /// Multiples of the first stuck frequency.
-    OfFirstStuckMode {
+    /// Multiples of the first frequency of the [linear reference](crate::reduction::LinearReference).
+    OfFirstLinearMode {
         /// First.
         from: f64,
         /// Last.

@@ -53,9 +53,9 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
     }
 }
 
-/// Amplitude of an observation of the stuck assembly.
-pub fn stuck_curve(label: &str, response: &Response, observation: usize) -> Curve {
-    let point = |s: &dovetail_solver::dlft::StuckPoint| {
+/// Amplitude of an observation of the linear reference.
+pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Curve {
+    let point = |s: &dovetail_solver::dlft::LinearPoint| {
         (
             s.frequency_hz,
             s.observed_amplitude_m
@@ -64,7 +64,7 @@ pub fn stuck_curve(label: &str, response: &Response, observation: usize) -> Curv
                 .filter(|a| a.is_finite()),
         )
     };
-    let points = response.stuck_curve.iter().map(point).collect();
+    let points = response.linear_curve.iter().map(point).collect();
     Curve {
         label: label.to_owned(),
         points,

@@ -11,7 +11,7 @@ mod heat_map;
 mod series;
 
 pub use campbell::{CampbellFamily, write_campbell};
-pub use curves::{Curve, response_curve, stuck_curve, write_response_plot};
+pub use curves::{Curve, linear_curve, response_curve, write_response_plot};
 pub use flanks::{
     write_dissipation_map, write_flank_flags, write_flank_map, write_orbit_dissipation_map,
     write_separation_map, write_static_pressure_map,

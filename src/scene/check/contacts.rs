@@ -133,28 +133,28 @@ pub fn damping(
         ("stiffness_s", raw.stiffness_s.as_ref().map(Spanned::span)),
         ("mass_per_s", raw.mass_per_s.as_ref().map(Spanned::span)),
     ];
-    let remedy = "keep `ratio` (with `stuck_mode`), or `stiffness_s` and `mass_per_s`, not both";
+    let remedy = "keep `ratio` (with `linear_mode`), or `stiffness_s` and `mass_per_s`, not both";
     if let Some(given) = &raw.ratio {
         checker.exclude(&at, ("ratio", given.span()), &rayleigh, remedy)?;
         let ratio = checker.number(&at, "ratio", &raw.ratio, Limits::from_zero_to(1.0), None);
-        let stuck_mode = checker.count(&at, "stuck_mode", &raw.stuck_mode, 1..=10_000, 1)?;
+        let linear_mode = checker.count(&at, "linear_mode", &raw.linear_mode, 1..=10_000, 1)?;
         if let Some(kept) = response
             .and_then(|r| r.stuck_modes)
-            .filter(|&kept| stuck_mode > kept)
+            .filter(|&kept| linear_mode > kept)
         {
-            let span = raw.stuck_mode.as_ref().map_or(at.span, Spanned::span);
-            checker.fault(span, Fault::StuckModeNotKept { stuck_mode, kept });
+            let span = raw.linear_mode.as_ref().map_or(at.span, Spanned::span);
+            checker.fault(span, Fault::LinearModeNotKept { linear_mode, kept });
         }
         return Some(DampingSpec::Ratio {
             ratio: ratio?,
-            stuck_mode,
+            linear_mode,
         });
     }
-    if let Some(mode) = &raw.stuck_mode {
-        checker.exclude(&at, ("stuck_mode", mode.span()), &rayleigh, remedy)?;
+    if let Some(mode) = &raw.linear_mode {
+        checker.exclude(&at, ("linear_mode", mode.span()), &rayleigh, remedy)?;
         checker.lacks(
             &at,
-            "stuck_mode",
+            "linear_mode",
             "ratio",
             mode.span(),
             "say which ratio of critical damping that mode has",

@@ -223,19 +223,19 @@ fn frequency_range(
     raw: &RawResponse,
     points: Option<usize>,
 ) -> Option<FrequencyRange> {
-    let (key, value) = match (&raw.frequency_hz, &raw.times_first_stuck_mode) {
+    let (key, value) = match (&raw.frequency_hz, &raw.times_first_linear_mode) {
         (Some(hz), None) => ("frequency_hz", hz),
-        (None, Some(times)) => ("times_first_stuck_mode", times),
+        (None, Some(times)) => ("times_first_linear_mode", times),
         (Some(hz), Some(times)) => {
-            let times = [("times_first_stuck_mode", Some(times.span()))];
+            let times = [("times_first_linear_mode", Some(times.span()))];
             let remedy =
-                "keep `frequency_hz` (in Hz) or `times_first_stuck_mode` (relative), not both";
+                "keep `frequency_hz` (in Hz) or `times_first_linear_mode` (relative), not both";
             checker.exclude(at, ("frequency_hz", hz.span()), &times, remedy)?;
             return None;
         }
         (None, None) => {
-            let paths = vec![at.key("frequency_hz"), at.key("times_first_stuck_mode")];
-            let example = entries::example("response", "times_first_stuck_mode");
+            let paths = vec![at.key("frequency_hz"), at.key("times_first_linear_mode")];
+            let example = entries::example("response", "times_first_linear_mode");
             checker.fault(at.span.clone(), Fault::NoneOf { paths, example });
             return None;
         }
@@ -258,6 +258,6 @@ fn frequency_range(
             from_hz: from,
             to_hz: to,
         },
-        _ => FrequencyRange::OfFirstStuckMode { from, to },
+        _ => FrequencyRange::OfFirstLinearMode { from, to },
     })
 }

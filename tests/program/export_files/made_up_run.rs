@@ -4,12 +4,14 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail_solver::dlft::{
-    Orbit, Outcome, PairCycle, PairStatus, Response, StaticState, StuckPoint,
+    LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::Material;
 use dovetail_solver::model::{Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation};
+use dovetail_solver::reduction::{LinearReference, Load, RelativeModel};
 use dovetail_solver::results::recovery::NodalField;
+use faer::Mat;
 
 const HARMONICS: usize = 3;
 
@@ -280,6 +282,24 @@ fn static_state(model: &Model) -> StaticState {
         newton_iterations: 7,
         residual: 1e-12,
         retention_n: None,
+        linear: LinearReference::stuck(&without_pairs()),
+    }
+}
+
+/// One mode that nothing excites.
+fn without_pairs() -> RelativeModel {
+    RelativeModel {
+        stiffness: Mat::zeros(0, 0),
+        mass: Mat::zeros(0, 0),
+        coupling: Mat::zeros(0, 1),
+        omega2: vec![1.0],
+        static_load: Load {
+            on_x: vec![],
+            on_modes: vec![0.0],
+        },
+        excitations: vec![],
+        observations: vec![],
+        pairs: vec![],
     }
 }
 
@@ -328,7 +348,8 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
                 let slid = 1e-6 * g * (p % 4) as f64;
                 PairCycle {
                     slips: slid > 1e-7,
-                    opens: swing > mean,
+                    opens: p > 0 && swing > mean,
+                    open_at_rest: p == 0,
                     slid_m: slid,
                     open_fraction: if swing > mean { 0.1 } else { 0.0 },
                     compression_mean_n: mean,
@@ -365,17 +386,17 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             residual: 1e-9 * bad,
         }
     });
-    let stuck = (0..points).map(|i| StuckPoint {
+    let linear = (0..points).map(|i| LinearPoint {
         frequency_hz: frequency(i),
         observed_amplitude_m: shape
             .iter()
             .map(|s| amplitude(s) * gain(frequency(i), 0.001))
             .collect(),
     });
-    let stuck: Vec<StuckPoint> = stuck.collect();
+    let linear: Vec<LinearPoint> = linear.collect();
     Response {
-        stuck: stuck.clone(),
-        stuck_curve: stuck,
+        linear: linear.clone(),
+        linear_curve: linear,
         orbits: orbits.collect(),
         asked: points,
         slip_threshold_m: 1e-7,

@@ -4,6 +4,7 @@
 //! A pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
 //! once, and only the other ("active") pairs enter the linear solve.
 
+use super::PairStatus;
 use super::aft::{PairEnd, PairInput, Periods, Signals, contact_force_derivative, contact_forces};
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
@@ -28,6 +29,8 @@ pub struct Setting<'a> {
     pub eps: &'a [f64],
     /// Static relative displacement, m, n: where the time evaluation of a pair starts.
     pub x_static: &'a [f64],
+    /// What each pair does in the static state.
+    pub at_rest: &'a [PairStatus],
     /// The mean of the static state along the slot; where it is retained, so is that of every motion about it.
     pub static_mean: Mean,
     /// Sum of the pairs' compression in the static state, N.
@@ -423,6 +426,7 @@ mod tests {
             let setting = Setting {
                 eps: &eps,
                 x_static: &x_static,
+                at_rest: &[],
                 ..*sample.setting
             };
             let balance = Balance::new(&setting, OMEGA_RAD_S);

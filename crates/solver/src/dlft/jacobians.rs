@@ -2,6 +2,7 @@
 //! stick, slip and open. Here the points, and the linear solves of the Newton-Krylov method; the
 //! other solvers have their tests beside them.
 
+use super::PairStatus;
 use super::aft::Periods;
 use super::balance::{Balance, Setting};
 use super::newton_krylov::{KrylovSystem, Preconditioner};
@@ -98,6 +99,9 @@ pub fn model(pairs: usize) -> RelativeModel {
     }
 }
 
+/// Of the nine pairs of a balance the one that is open in the static state. It lifts off in the first kind of motions.
+pub const OPEN_AT_REST: usize = 5;
+
 /// Nine pairs of which most take part in the linear solves, and nine of which two do.
 const MANY: [Motion; 9] = [
     Motion::Sticks,
@@ -157,6 +161,8 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         };
         let n = model.stiffness.nrows();
         let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
+        let mut at_rest = vec![PairStatus::Stuck; n / 3];
+        at_rest[OPEN_AT_REST] = PairStatus::Open;
         let system = ContactSystem::new(&model, damping);
         let penalty = Penalty {
             choice: EpsChoice::Pair,
@@ -173,6 +179,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             fourier: &fourier,
             eps: &eps,
             x_static: &x_static,
+            at_rest: &at_rest,
             static_mean: Mean::Free,
             pressing_n: 1.0,
             periods: Periods::UntilPeriodic,

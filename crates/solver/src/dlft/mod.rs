@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::reduction::LinearReference;
+
 /// How the solution of one frequency (or of the static state) ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -72,6 +74,8 @@ pub struct StaticState {
     /// Force that retains the blade along its slot, N, where friction does not hold it and it is retained
     /// at rest ([`retention`]); `None` where friction holds it.
     pub retention_n: Option<f64>,
+    /// What small vibrations about this state obey.
+    pub linear: LinearReference,
 }
 
 /// State of a pair in the static state.
@@ -136,8 +140,10 @@ pub struct Orbit {
 pub struct PairCycle {
     /// Slides farther than the threshold.
     pub slips: bool,
-    /// Separates at some sample.
+    /// Is closed in the static state, and separates at some sample.
     pub opens: bool,
+    /// Is open in the static state, whether it closes in the period or not.
+    pub open_at_rest: bool,
     /// Distance slid in a period, m.
     pub slid_m: f64,
     /// Fraction of the period spent open.
@@ -153,9 +159,9 @@ pub struct PairCycle {
     pub friction_power_w: f64,
 }
 
-/// Answer of the fully stuck assembly at one frequency.
+/// Answer of the [linear reference](LinearReference) at one frequency.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct StuckPoint {
+pub struct LinearPoint {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
     /// Largest departure from the mean of each observed displacement, m.
@@ -167,8 +173,8 @@ pub struct StuckPoint {
 pub struct SolvedFrequency {
     /// The motion.
     pub orbit: Orbit,
-    /// The stuck assembly there.
-    pub stuck: StuckPoint,
+    /// The linear reference there.
+    pub linear: LinearPoint,
     /// Along the slot.
     pub mean: retention::Mean,
     /// Of the levels of [`accuracy`], the one that the next frequency begins on.
@@ -185,10 +191,10 @@ impl Response {
 /// A frequency response.
 #[derive(Debug, Clone)]
 pub struct Response {
-    /// The stuck assembly, at the frequencies of `orbits`.
-    pub stuck: Vec<StuckPoint>,
-    /// The stuck assembly at those frequencies and at others, so close that no peak is missed, rising.
-    pub stuck_curve: Vec<StuckPoint>,
+    /// The linear reference, at the frequencies of `orbits`.
+    pub linear: Vec<LinearPoint>,
+    /// The linear reference at those asked for and at others, so close that no peak is missed, rising.
+    pub linear_curve: Vec<LinearPoint>,
     /// The motion at each frequency, rising.
     pub orbits: Vec<Orbit>,
     /// How many frequencies were asked for; the others were added at peaks.
@@ -204,6 +210,7 @@ mod coarse;
 pub mod dense;
 #[cfg(test)]
 pub(crate) mod jacobians;
+pub mod linear_curve;
 mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
@@ -213,7 +220,6 @@ mod point;
 pub mod retention;
 pub mod settings;
 pub mod static_state;
-pub mod stuck_curve;
 pub mod sweep;
 mod two_level;
 

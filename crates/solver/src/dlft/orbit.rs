@@ -2,7 +2,7 @@
 
 use super::aft::Signals;
 use super::balance::{Balance, Evaluation};
-use super::{Orbit, Outcome, PairCycle, StuckPoint};
+use super::{LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::vector::dot;
@@ -25,8 +25,8 @@ pub fn orbit(
     let fourier = balance.setting.fourier;
     let harmonics = fourier.harmonics();
     let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
-    let observed = observe(system, harmonics, Some(u), &modal);
+    let modal = modal_amplitudes(system, harmonics, omega, u);
+    let observed = observe(system, harmonics, u, &modal);
     let Powers {
         input_w,
         viscous_w,
@@ -68,23 +68,27 @@ pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64
     let system = balance.setting.system;
     let harmonics = balance.setting.fourier.harmonics();
     let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, Some(u));
-    let observed = observe(system, harmonics, Some(u), &modal);
+    let modal = modal_amplitudes(system, harmonics, omega, u);
+    let observed = observe(system, harmonics, u, &modal);
     observed.iter().map(|c| amplitude(c)).collect()
 }
 
-/// The fully stuck assembly at one frequency (X = 0 in every harmonic): no contact to solve.
-pub fn stuck_point(system: &ContactSystem<'_>, harmonics: usize, frequency_hz: f64) -> StuckPoint {
+/// An assembly without pairs at one frequency: no contact to solve.
+pub fn linear_point(
+    system: &ContactSystem<'_>,
+    harmonics: usize,
+    frequency_hz: f64,
+) -> LinearPoint {
     let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, None);
-    let observed = observe(system, harmonics, None, &modal);
-    StuckPoint {
+    let modal = modal_amplitudes(system, harmonics, omega, &[]);
+    let observed = observe(system, harmonics, &[], &modal);
+    LinearPoint {
         frequency_hz,
         observed_amplitude_m: observed.iter().map(|c| amplitude(c)).collect(),
     }
 }
 
-/// The motion of an assembly without pairs: the stuck assembly's, in closed form.
+/// The motion of an assembly without pairs, in closed form.
 /// Number and frequency come together.
 pub fn linear_orbit(
     system: &ContactSystem<'_>,
@@ -92,8 +96,8 @@ pub fn linear_orbit(
     (point, frequency_hz): (usize, f64),
 ) -> Orbit {
     let omega = std::f64::consts::TAU * frequency_hz;
-    let modal = modal_amplitudes(system, harmonics, omega, None);
-    let observed = observe(system, harmonics, None, &modal);
+    let modal = modal_amplitudes(system, harmonics, omega, &[]);
+    let observed = observe(system, harmonics, &[], &modal);
     let Powers {
         input_w,
         viscous_w,
@@ -193,12 +197,12 @@ fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
     c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
 }
 
-/// Stuck-mode amplitudes, (2H+1) m, harmonic-major; `u = None` stands for X = 0.
+/// Stuck-mode amplitudes, (2H+1) m, harmonic-major.
 fn modal_amplitudes(
     system: &ContactSystem<'_>,
     harmonics: usize,
     omega: f64,
-    u: Option<&[f64]>,
+    u: &[f64],
 ) -> Vec<f64> {
     let (n, m) = (system.unknowns(), system.model.omega2.len());
     let mut out = vec![0.0; (2 * harmonics + 1) * m];
@@ -207,10 +211,7 @@ fn modal_amplitudes(
         out[i] = f / w2;
     }
     for k in 1..=harmonics {
-        let x = match u {
-            Some(u) => complex_block(u, n, k),
-            None => vec![c64::new(0.0, 0.0); n],
-        };
+        let x = complex_block(u, n, k);
         let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k));
         for (i, q) in q.iter().enumerate() {
             out[(2 * k - 1) * m + i] = q.re;
@@ -223,7 +224,7 @@ fn modal_amplitudes(
 fn observe(
     system: &ContactSystem<'_>,
     harmonics: usize,
-    u: Option<&[f64]>,
+    u: &[f64],
     modal: &[f64],
 ) -> Vec<Vec<f64>> {
     let (n, m) = (system.unknowns(), system.model.omega2.len());
@@ -234,8 +235,8 @@ fn observe(
         .map(|point| {
             (0..2 * harmonics + 1)
                 .map(|h| {
-                    let of_x = u.map_or(0.0, |u| dot(&point.on_x, &u[h * n..(h + 1) * n]));
-                    of_x + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
+                    dot(&point.on_x, &u[h * n..(h + 1) * n])
+                        + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
                 })
                 .collect()
         })
@@ -317,6 +318,7 @@ fn pair_cycle(
     let fourier = balance.setting.fourier;
     let end = &evaluation.ends[pair];
     let slid_m = balance.slid_m(pair, end);
+    let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
     // Of the law itself: a sum of harmonics would pull at a pair that opens.
     let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
     let mut friction = 0.0;
@@ -332,7 +334,8 @@ fn pair_cycle(
     }
     PairCycle {
         slips: balance.slips(pair, end),
-        opens: end.open_samples > 0,
+        opens: !open_at_rest && end.open_samples > 0,
+        open_at_rest,
         slid_m,
         open_fraction: end.open_samples as f64 / fourier.samples() as f64,
         compression_mean_n: 0.0 - evaluation.lambda[3 * pair],
@@ -346,9 +349,11 @@ fn pair_cycle(
 mod tests {
     use super::*;
     use crate::dlft::balance::Setting;
-    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+    use crate::reduction::{
+        HarmonicLoad, LinearReference, Load, ObservedDisplacement, RelativeModel,
+    };
     use faer::Mat;
     use std::f64::consts::TAU;
 
@@ -546,7 +551,8 @@ mod tests {
                 let (end, compression) = (&evaluation.ends[pair], &compressions[pair]);
                 assert_near(cycle.slid_m * setting.eps[3 * pair + 1], end.slid_n);
                 assert_eq!(cycle.slips, end.slid_n > 0.0);
-                assert_eq!(cycle.opens, end.open_samples > 0);
+                assert_eq!(cycle.open_at_rest, pair == OPEN_AT_REST);
+                assert_eq!(cycle.opens, end.open_samples > 0 && pair != OPEN_AT_REST);
                 assert_near(
                     cycle.open_fraction,
                     end.open_samples as f64 / samples as f64,
@@ -558,7 +564,7 @@ mod tests {
                 let most = compression.iter().fold(f64::NEG_INFINITY, |m, c| m.max(*c));
                 assert_near(cycle.compression_max_n, most);
                 assert!(cycle.compression_min_n >= 0.0);
-                if cycle.opens {
+                if end.open_samples > 0 {
                     assert_eq!(cycle.compression_min_n, 0.0);
                 }
             }
@@ -571,7 +577,9 @@ mod tests {
             let still = vec![0.0; u.len()];
             let system = balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
-            let stuck = stuck_point(system, harmonics, FREQUENCY_HZ);
+            let stuck = LinearReference::stuck(system.model).model(system.model);
+            let stuck = ContactSystem::new(&stuck, system.damping);
+            let stuck = linear_point(&stuck, harmonics, FREQUENCY_HZ);
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
             assert_eq!(stuck.observed_amplitude_m, expected);
             assert!(expected.iter().all(|a| *a > 0.0));

@@ -12,7 +12,7 @@ use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
-use crate::reduction::{PairLaw, RelativeModel};
+use crate::reduction::{LinearReference, PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use dovetail_numerics::refresh::RefreshPolicy;
@@ -23,12 +23,25 @@ use std::sync::Arc;
 
 /// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
 /// stuck, unloaded state; retained along the slot where friction alone does not hold it. eps is the stiffness of each
-/// pair: the state does not depend on it, only the way there does.
+/// pair: the state does not depend on it, only the way there does. Where it does not converge, or nothing holds the
+/// blade, all pairs of its linear reference stick.
 pub fn static_state(
     model: &RelativeModel,
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
+    let mut state = settle(model, load_steps, options);
+    let statuses = state.status.iter().enumerate();
+    let open = statuses.filter(|(_, status)| **status == PairStatus::Open);
+    let open: Vec<usize> = open.map(|(pair, _)| pair).collect();
+    if state.outcome.is_converged() && open.len() < model.pairs.len() {
+        state.linear = LinearReference::about(model, &open);
+    }
+    state
+}
+
+/// The state, with a linear reference whose pairs all stick.
+fn settle(model: &RelativeModel, load_steps: usize, options: NewtonOptions) -> StaticState {
     let eps = &model.diagonal_stiffness();
     let all: Vec<usize> = (0..model.pairs.len()).collect();
     let inexact = InexactModel::new(model).taking_part(&all, None);
@@ -274,6 +287,7 @@ impl<'a> StaticSystem<'a> {
             status,
             newton_iterations: end.iterations,
             residual: end.measure,
+            linear: LinearReference::stuck(self.model),
         }
     }
 

@@ -8,13 +8,13 @@
 use super::accuracy::{Refinement, Resolved, levels};
 use super::aft::Periods;
 use super::balance::Setting;
-use super::orbit::{orbit, stuck_point};
+use super::linear_curve::linear_curve;
+use super::orbit::{linear_point, orbit};
 use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::Mean;
-use super::stuck_curve::stuck_curve;
-use super::{Orbit, Outcome, Response, SolvedFrequency, StaticState, StuckPoint};
+use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -89,6 +89,7 @@ pub fn sweep(
             .eps
             .of(&system, middle(&settings.frequencies_hz), harmonics)
     });
+    let linear = static_state.linear.model(model);
     let retention = OnceLock::new();
     let largest_slip = static_state
         .x
@@ -107,6 +108,7 @@ pub fn sweep(
         fourier: &levels[0].fourier,
         eps: &levels[0].eps,
         x_static: &static_state.x,
+        at_rest: &static_state.status,
         static_mean: match static_state.retention_n {
             None => Mean::Free,
             Some(_) => Mean::Retained,
@@ -116,6 +118,7 @@ pub fn sweep(
         slip_threshold_m,
     };
     let run = Run {
+        linear: ContactSystem::new(&linear, damping),
         refinement: Refinement::new(
             setting,
             &levels,
@@ -137,13 +140,13 @@ pub fn sweep(
     let falling: Vec<(usize, f64)> = falling.iter().rev().copied().collect();
     let (mut solved, upper) = rayon::join(|| run.half(rising), || run.half(&falling));
     solved.extend(upper.into_iter().rev());
-    let (mut orbits, mut stuck): (Vec<Orbit>, Vec<_>) =
-        solved.into_iter().map(|s| (s.orbit, s.stuck)).unzip();
+    let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
+        solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
     run.retry_from_other_side(&mut orbits, middle);
-    run.add_at_peaks(&mut orbits, &mut stuck, settings.most_added);
+    run.add_at_peaks(&mut orbits, &mut linear, settings.most_added);
     Response {
-        stuck,
-        stuck_curve: stuck_curve(&system, run.harmonics(), frequencies_hz),
+        linear,
+        linear_curve: linear_curve(&run.linear, run.harmonics(), frequencies_hz),
         orbits,
         asked: frequencies_hz.len(),
         slip_threshold_m,
@@ -188,6 +191,7 @@ fn neighbour_of(orbit: &Orbit, before: Option<&Neighbour>) -> Neighbour {
 }
 
 struct Run<'a> {
+    linear: ContactSystem<'a>,
     refinement: Refinement<'a>,
     /// By the bits of their frequency.
     earlier: HashMap<u64, &'a SolvedFrequency>,
@@ -233,12 +237,11 @@ impl Run<'_> {
             .resolve(frequency_hz, last.level, work, |level, work| {
                 level.solve(frequency_hz, last.neighbour.as_ref(), work)
             });
-        let system = self.refinement.lowest().setting.system;
         SolvedFrequency {
             mean: resolved.solved.balance.mean(),
             next_level: resolved.next_level,
             orbit: self.orbit_of(resolved, (point, frequency_hz), work),
-            stuck: stuck_point(system, self.harmonics(), frequency_hz),
+            linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
         }
     }
 
@@ -278,7 +281,7 @@ impl Run<'_> {
 
     /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
     /// little above it; at most so many, and none after one that fails.
-    fn add_at_peaks(&self, orbits: &mut Vec<Orbit>, stuck: &mut Vec<StuckPoint>, most: usize) {
+    fn add_at_peaks(&self, orbits: &mut Vec<Orbit>, linear: &mut Vec<LinearPoint>, most: usize) {
         let asked = orbits.len();
         let observed = self
             .refinement
@@ -308,7 +311,7 @@ impl Run<'_> {
             (self.progress)(&solved);
             let holds = solved.orbit.outcome.holds();
             orbits.insert(at, solved.orbit);
-            stuck.insert(at, solved.stuck);
+            linear.insert(at, solved.linear);
             if !holds {
                 return;
             }
@@ -486,10 +489,10 @@ mod tests {
                 .all(|point| (8..8 + added.len()).contains(point))
         );
         assert_eq!(told.len(), refined.orbits.len());
-        assert_eq!(refined.stuck.len(), refined.orbits.len());
+        assert_eq!(refined.linear.len(), refined.orbits.len());
         let frequency = |i: usize| refined.orbits[i].frequency_hz;
-        for (i, stuck) in refined.stuck.iter().enumerate() {
-            assert_eq!(stuck.frequency_hz, frequency(i));
+        for (i, linear) in refined.linear.iter().enumerate() {
+            assert_eq!(linear.frequency_hz, frequency(i));
             assert!(i == 0 || frequency(i - 1) < frequency(i));
         }
         // No more than are allowed; and a sweep that was broken off among them goes on.

@@ -112,7 +112,7 @@ pub fn compare(
         frequency_hz: orbit.frequency_hz,
         harmonics: orbit.harmonics,
         balance: of_orbit(orbit),
-        integration: of_integration(&settled, slip_threshold_m),
+        integration: of_integration(&settled, orbit, slip_threshold_m),
         periods: settled.periods,
         steady: settled.steady,
         transient_left: settled.transient_left,
@@ -177,8 +177,11 @@ fn of_orbit(orbit: &Orbit) -> Figures {
     }
 }
 
-fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
+/// Of the motion that the integration settled to from `orbit`, or to compare with it.
+fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Figures {
     let cycle = &settled.cycle;
+    let pairs = cycle.open_fraction.iter().zip(&orbit.cycles);
+    let opening = pairs.filter(|(open, of_orbit)| **open > 0.0 && !of_orbit.open_at_rest);
     let observed = cycle.observed.first();
     Figures {
         amplitude_m: observed.map(|o| o.amplitude_m),
@@ -191,7 +194,7 @@ fn of_integration(settled: &Settled, slip_threshold_m: f64) -> Figures {
             .iter()
             .filter(|s| **s > slip_threshold_m)
             .count(),
-        opening_pairs: cycle.open_fraction.iter().filter(|f| **f > 0.0).count(),
+        opening_pairs: opening.count(),
     }
 }
 

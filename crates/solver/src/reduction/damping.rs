@@ -10,12 +10,13 @@ pub enum DampingSpec {
         /// b, 1/s.
         mass_per_s: f64,
     },
-    /// Stiffness-proportional damping that gives this ratio of critical on one stuck mode (1 = first).
+    /// Stiffness-proportional damping that gives this ratio of critical on one mode of the
+    /// [linear reference](super::LinearReference) (1 = first).
     Ratio {
         /// Of critical.
         ratio: f64,
         /// Counted from 1.
-        stuck_mode: usize,
+        linear_mode: usize,
     },
 }
 
@@ -33,16 +34,16 @@ pub struct Rayleigh {
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum DampingError {
     #[error(
-        "damping.stuck_mode = {asked}, but the stuck assembly has {available} modes: choose 1 to {available}, or keep more stuck modes"
+        "damping.linear_mode = {asked}, but the linear assembly has {available} modes: choose 1 to {available}, or keep more response.stuck_modes"
     )]
     NoSuchMode { asked: usize, available: usize },
     #[error(
-        "damping.ratio is that of a stuck mode, and this model has none: give damping.stiffness_s or damping.mass_per_s instead"
+        "damping.ratio is that of a mode, and this model has none: give damping.stiffness_s or damping.mass_per_s instead"
     )]
     NoModes,
 }
 
-/// Coefficients from the scene; `omega2` are the stuck modes. A ratio zeta of critical on mode k is
+/// Coefficients from the scene; `omega2` are the modes that a ratio may be given for. A ratio zeta of critical on mode k is
 /// reached by stiffness-proportional damping with a = 2 zeta / omega_k.
 ///
 /// # Errors
@@ -56,15 +57,15 @@ pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingE
             stiffness_s,
             mass_per_s,
         }),
-        DampingSpec::Ratio { ratio, stuck_mode } => {
+        DampingSpec::Ratio { ratio, linear_mode } => {
             let missing = match omega2.len() {
                 0 => DampingError::NoModes,
                 available => DampingError::NoSuchMode {
-                    asked: stuck_mode,
+                    asked: linear_mode,
                     available,
                 },
             };
-            let mode = stuck_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
+            let mode = linear_mode.checked_sub(1).ok_or_else(|| missing.clone())?;
             let omega2 = omega2.get(mode).ok_or(missing)?;
             Ok(Rayleigh {
                 stiffness_s: 2.0 * ratio / omega2.sqrt(),
@@ -84,7 +85,7 @@ mod tests {
         let c = rayleigh(
             &DampingSpec::Ratio {
                 ratio: 0.01,
-                stuck_mode: 2,
+                linear_mode: 2,
             },
             &omega2,
         )
@@ -101,11 +102,11 @@ mod tests {
 
     #[test]
     fn a_mode_that_does_not_exist_is_an_error() {
-        for stuck_mode in [0, 3] {
+        for linear_mode in [0, 3] {
             let error = rayleigh(
                 &DampingSpec::Ratio {
                     ratio: 0.01,
-                    stuck_mode,
+                    linear_mode,
                 },
                 &[4.0, 25.0],
             );
@@ -113,7 +114,7 @@ mod tests {
         }
         let ratio = DampingSpec::Ratio {
             ratio: 0.01,
-            stuck_mode: 1,
+            linear_mode: 1,
         };
         assert_eq!(rayleigh(&ratio, &[]), Err(DampingError::NoModes));
     }

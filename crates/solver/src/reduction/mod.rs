@@ -4,6 +4,7 @@
 mod assembly;
 pub mod craig_bampton;
 pub mod damping;
+mod linearised;
 mod matrix_market;
 pub mod recovery;
 mod residual;
@@ -28,6 +29,7 @@ use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
 
 pub use assembly::{reduce, stuck_modes};
+pub use linearised::LinearReference;
 pub use recovery::Recovery;
 pub use residual::ResidualError;
 pub use truncation::Truncation;
@@ -50,7 +52,7 @@ pub struct StuckModes {
 pub enum Highest {
     /// In rad/s.
     RadS(f64),
-    /// As a multiple of the first stuck frequency.
+    /// As a multiple of the first stuck frequency, above which the first one with open pairs released never lies.
     OfFirstStuckMode(f64),
 }
 

@@ -6,7 +6,7 @@
 
 use super::pairs::PairPlace;
 use crate::dlft::peaks::{Top, heights};
-use crate::dlft::{Orbit, PairStatus, Response, StaticState};
+use crate::dlft::{Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
 /// How many pairs do what in one period.
@@ -14,20 +14,22 @@ use std::f64::consts::TAU;
 pub struct PairCounts {
     /// Slide farther than the threshold (some of them may open as well).
     pub slipping: usize,
-    /// Separate at some sample (some of them may slip as well).
+    /// Are closed in the static state and separate at some sample (some of them may slip as well).
     pub opening: usize,
-    /// Neither slip nor open.
+    /// Are open in the static state (some of them may close in the period, and slip).
+    pub open_at_rest: usize,
+    /// Neither slip nor open, nor are open in the static state.
     pub stuck: usize,
 }
 
 /// Counts of one orbit.
 pub fn pair_counts(orbit: &Orbit) -> PairCounts {
-    let count =
-        |p: fn(&crate::dlft::PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
+    let count = |p: fn(&PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
     PairCounts {
         slipping: count(|c| c.slips),
         opening: count(|c| c.opens),
-        stuck: count(|c| !c.slips && !c.opens),
+        open_at_rest: count(|c| c.open_at_rest),
+        stuck: count(|c| status(c) == CycleStatus::Stuck),
     }
 }
 
@@ -60,8 +62,10 @@ pub enum CycleStatus {
     Stuck = 0,
     /// Slides farther than the threshold, and stays closed.
     Slipping = 1,
-    /// Separates at some sample, whether it slips besides or not.
+    /// Is closed in the static state and separates at some sample, whether it slips besides or not.
     Opening = 2,
+    /// Is open in the static state, whether it closes at some sample or not.
+    OpenAtRest = 3,
 }
 
 impl CycleStatus {
@@ -71,6 +75,7 @@ impl CycleStatus {
             Self::Stuck => "stuck",
             Self::Slipping => "slipping",
             Self::Opening => "opening",
+            Self::OpenAtRest => "open_at_rest",
         }
     }
 }
@@ -94,9 +99,20 @@ pub struct CycleFields {
     pub dissipation_w_m2: Vec<f64>,
 }
 
+fn status(cycle: &PairCycle) -> CycleStatus {
+    match cycle {
+        PairCycle {
+            open_at_rest: true, ..
+        } => CycleStatus::OpenAtRest,
+        PairCycle { opens: true, .. } => CycleStatus::Opening,
+        PairCycle { slips: true, .. } => CycleStatus::Slipping,
+        _ => CycleStatus::Stuck,
+    }
+}
+
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
-    let per_area = |value: fn(&crate::dlft::PairCycle) -> f64| {
+    let per_area = |value: fn(&PairCycle) -> f64| {
         orbit
             .cycles
             .iter()
@@ -105,15 +121,7 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
             .collect()
     };
     CycleFields {
-        status: orbit
-            .cycles
-            .iter()
-            .map(|c| match (c.opens, c.slips) {
-                (true, _) => CycleStatus::Opening,
-                (false, true) => CycleStatus::Slipping,
-                (false, false) => CycleStatus::Stuck,
-            })
-            .collect(),
+        status: orbit.cycles.iter().map(status).collect(),
         pressure_mean_pa: per_area(|c| c.compression_mean_n),
         pressure_min_pa: per_area(|c| c.compression_min_n),
         pressure_max_pa: per_area(|c| c.compression_max_n),
@@ -178,7 +186,8 @@ pub struct SweepFields {
     pub friction_power_mean_w: Vec<f64>,
     /// The same over the tributary area, W/m2.
     pub dissipation_mean_w_m2: Vec<f64>,
-    /// Number of frequencies, added ones included, at which the pair separates; the paper's Figure 5 shows where it is not 0.
+    /// Number of frequencies, added ones included, at which the pair, closed in the static state, separates; the paper's
+    /// Figure 5 shows where it is not 0.
     pub opening_points: Vec<usize>,
 }
 
@@ -298,9 +307,9 @@ fn loss_factor(orbit: &Orbit) -> Option<f64> {
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
 }
 
-/// Largest amplitude of the stuck assembly in the range of the response; its index counts in `stuck_curve`.
-pub fn stuck_peak(response: &Response, observation: usize) -> Option<Peak> {
-    let points = response.stuck_curve.iter().enumerate();
+/// Largest amplitude of the linear reference in the range of the response; its index counts in `linear_curve`.
+pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
+    let points = response.linear_curve.iter().enumerate();
     largest(points.filter_map(|(index, s)| {
         let amplitude_m = *s.observed_amplitude_m.get(observation)?;
         Some(Peak {
@@ -311,19 +320,19 @@ pub fn stuck_peak(response: &Response, observation: usize) -> Option<Peak> {
     }))
 }
 
-/// Peak amplitude over the stuck peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
+/// Peak amplitude over the linear peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
 pub fn peak_ratio(response: &Response, observation: usize) -> Option<f64> {
     let (with, without) = (
         peak(response, observation)?,
-        stuck_peak(response, observation)?,
+        linear_peak(response, observation)?,
     );
     (without.amplitude_m > 0.0).then(|| with.amplitude_m / without.amplitude_m)
 }
 
-/// Amplitude of the stuck assembly at exactly this frequency, m, if it was computed there.
-pub fn stuck_amplitude(response: &Response, frequency_hz: f64, observation: usize) -> Option<f64> {
+/// Amplitude of the linear reference at exactly this frequency, m, if it was computed there.
+pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usize) -> Option<f64> {
     let point = response
-        .stuck
+        .linear
         .iter()
         .find(|s| s.frequency_hz == frequency_hz)?;
     point.observed_amplitude_m.get(observation).copied()
@@ -365,8 +374,10 @@ fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::{Outcome, PairCycle, StuckPoint};
+    use crate::dlft::{LinearPoint, Outcome, PairCycle};
     use crate::model::ContactPair;
+    use crate::reduction::LinearReference;
+    use crate::reduction::dovetail72::dovetail72;
 
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {
@@ -385,6 +396,7 @@ mod tests {
         PairCycle {
             slips,
             opens,
+            open_at_rest: false,
             slid_m: 1e-6,
             open_fraction: if opens { 0.25 } else { 0.0 },
             compression_mean_n: 10.0,
@@ -423,15 +435,15 @@ mod tests {
     }
 
     fn response() -> Response {
-        let stuck = [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
-            .map(|(frequency_hz, a)| StuckPoint {
+        let linear = [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
+            .map(|(frequency_hz, a)| LinearPoint {
                 frequency_hz,
                 observed_amplitude_m: vec![a],
             })
             .to_vec();
         Response {
-            stuck: stuck.clone(),
-            stuck_curve: stuck,
+            linear: linear.clone(),
+            linear_curve: linear,
             orbits: vec![
                 orbit(10.0, Outcome::Converged, 1.0),
                 orbit(20.0, Outcome::Stagnated, 99.0),
@@ -450,6 +462,7 @@ mod tests {
             PairCounts {
                 slipping: 2,
                 opening: 1,
+                open_at_rest: 0,
                 stuck: 1
             }
         );
@@ -463,6 +476,31 @@ mod tests {
         orbit.cycles = cycles.map(|(s, o)| cycle(s, o, 0.0)).to_vec();
         let counts = pair_counts(&orbit);
         assert_eq!((counts.slipping, counts.opening, counts.stuck), (4, 2, 1));
+    }
+
+    /// One stays open, one closes and slips: neither separates, and neither sticks.
+    #[test]
+    fn a_pair_that_is_open_at_rest_neither_opens_nor_sticks() {
+        let mut orbit = orbit(1.0, Outcome::Converged, 0.0);
+        orbit.cycles = [false, true].map(|slips| cycle(slips, false, 0.0)).to_vec();
+        orbit.cycles.iter_mut().for_each(|c| c.open_at_rest = true);
+        assert_eq!(
+            pair_counts(&orbit),
+            PairCounts {
+                slipping: 1,
+                opening: 0,
+                open_at_rest: 2,
+                stuck: 0
+            }
+        );
+        let fields = cycle_fields(&orbit, &[pair(1.0), pair(1.0)]);
+        assert_eq!(fields.status, [CycleStatus::OpenAtRest; 2]);
+        let mut response = response();
+        response.orbits[0].cycles.truncate(2);
+        response.orbits.truncate(1);
+        response.orbits[0].cycles.clone_from(&orbit.cycles);
+        let sums = sweep_fields(&response, &[pair(1.0), pair(1.0)]);
+        assert_eq!(sums.opening_points, [0, 0]);
     }
 
     #[test]
@@ -515,11 +553,11 @@ mod tests {
             (top.index, top.frequency_hz, top.amplitude_m),
             (2, 30.0, 2.0)
         );
-        assert_eq!(stuck_peak(&response(), 0).unwrap().frequency_hz, 20.0);
+        assert_eq!(linear_peak(&response(), 0).unwrap().frequency_hz, 20.0);
         assert_eq!(peak_ratio(&response(), 0), Some(0.25));
         assert_eq!(peak(&response(), 1), None);
-        assert_eq!(stuck_amplitude(&response(), 30.0, 0), Some(2.0));
-        assert_eq!(stuck_amplitude(&response(), 30.5, 0), None);
+        assert_eq!(linear_amplitude(&response(), 30.0, 0), Some(2.0));
+        assert_eq!(linear_amplitude(&response(), 30.5, 0), None);
     }
 
     #[test]
@@ -608,7 +646,7 @@ mod tests {
         level.orbits[2].observed_amplitude_m = vec![1.0];
         assert_eq!(peak(&level, 0).unwrap().index, 0);
         let mut still = response();
-        for point in &mut still.stuck_curve {
+        for point in &mut still.linear_curve {
             point.observed_amplitude_m = vec![0.0];
         }
         assert_eq!(peak_ratio(&still, 0), None);
@@ -624,6 +662,7 @@ mod tests {
             newton_iterations: 1,
             residual: 0.0,
             retention_n: None,
+            linear: LinearReference::stuck(&dovetail72(1.0)),
         };
         let fields = static_fields(&state, &[pair(0.5), pair(2.0)]);
         assert_eq!(fields.pressure_pa, [16.0, 0.0]);

@@ -1,10 +1,10 @@
-//! The response of the fully stuck assembly over a range. It is in closed form, so that none of its peaks has to be
+//! The response of the linear reference over a range. It is in closed form, so that none of its peaks has to be
 //! missed between two frequencies, however little damping there is.
 
 use std::f64::consts::TAU;
 
-use super::StuckPoint;
-use super::orbit::stuck_point;
+use super::LinearPoint;
+use super::orbit::linear_point;
 use crate::contact::dynamic_stiffness::ContactSystem;
 
 /// Steps of the search for a peak; each leaves 0.618 of the range that the peak is in.
@@ -12,13 +12,14 @@ const STEPS: usize = 30;
 
 /// The points of the curve, rising in frequency: those asked for, and where a peak lies between them those that lead
 /// to it. Without damping a peak is infinite, and the curve has the frequencies asked for alone.
-pub fn stuck_curve(
+/// `system` has no pairs.
+pub fn linear_curve(
     system: &ContactSystem<'_>,
     harmonics: usize,
     frequencies_hz: &[f64],
-) -> Vec<StuckPoint> {
-    let at = |frequency_hz: f64| stuck_point(system, harmonics, frequency_hz);
-    let mut points: Vec<StuckPoint> = frequencies_hz.iter().map(|f| at(*f)).collect();
+) -> Vec<LinearPoint> {
+    let at = |frequency_hz: f64| linear_point(system, harmonics, frequency_hz);
+    let mut points: Vec<LinearPoint> = frequencies_hz.iter().map(|f| at(*f)).collect();
     if system.damping.stiffness_s <= 0.0 && system.damping.mass_per_s <= 0.0 {
         // Its peaks are infinite.
         return points;
@@ -37,7 +38,7 @@ pub fn stuck_curve(
     let observations = points.first().map_or(0, |p| p.observed_amplitude_m.len());
     let mut between = Vec::new();
     for observation in 0..observations {
-        let amplitude = |p: &StuckPoint| p.observed_amplitude_m[observation];
+        let amplitude = |p: &LinearPoint| p.observed_amplitude_m[observation];
         for three in points.windows(3) {
             if amplitude(&three[1]) >= amplitude(&three[0])
                 && amplitude(&three[1]) > amplitude(&three[2])
@@ -55,9 +56,9 @@ pub fn stuck_curve(
 /// Golden section: the points that it visits.
 fn lead_to_peak(
     [mut low, mut high]: [f64; 2],
-    at: &impl Fn(f64) -> StuckPoint,
-    amplitude: &impl Fn(&StuckPoint) -> f64,
-    visited: &mut Vec<StuckPoint>,
+    at: &impl Fn(f64) -> LinearPoint,
+    amplitude: &impl Fn(&LinearPoint) -> f64,
+    visited: &mut Vec<LinearPoint>,
 ) {
     let share = (5.0_f64.sqrt() - 1.0) / 2.0;
     let mut left = at(high - share * (high - low));
@@ -76,7 +77,7 @@ fn lead_to_peak(
     visited.extend([left, right]);
 }
 
-fn in_order(points: &mut Vec<StuckPoint>) {
+fn in_order(points: &mut Vec<LinearPoint>) {
     points.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     points.dedup_by(|a, b| a.frequency_hz == b.frequency_hz);
 }
@@ -86,12 +87,18 @@ mod tests {
     use super::*;
     use crate::reduction::damping::Rayleigh;
     use crate::reduction::dovetail72::dovetail72;
+    use crate::reduction::{LinearReference, RelativeModel};
+
+    fn without_pairs() -> RelativeModel {
+        let model = dovetail72(1.0);
+        LinearReference::stuck(&model).model(&model)
+    }
 
     /// Of 0.01 % of critical damping the grid is a hundred times coarser than the resonance is wide. Of 10 % the peak
     /// is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
-        let model = dovetail72(1.0);
+        let model = without_pairs();
         let omega = model.omega2[0].sqrt();
         for (ratio, step, tolerance) in [(1e-4, 1e-6, 1e-4), (0.1, 1e-4, 1e-6)] {
             let damping = Rayleigh {
@@ -103,29 +110,29 @@ mod tests {
             let grid: Vec<f64> = (0..10)
                 .map(|i| first_hz * (0.95 + 0.011 * f64::from(i)))
                 .collect();
-            let curve = stuck_curve(&system, 3, &grid);
-            let amplitude = |p: &StuckPoint| p.observed_amplitude_m[0];
-            let top = |points: &[StuckPoint]| points.iter().map(amplitude).fold(0.0, f64::max);
-            let fine: Vec<StuckPoint> = (-400..=400)
-                .map(|i| stuck_point(&system, 3, first_hz * (1.0 + step * f64::from(i))))
+            let curve = linear_curve(&system, 3, &grid);
+            let amplitude = |p: &LinearPoint| p.observed_amplitude_m[0];
+            let top = |points: &[LinearPoint]| points.iter().map(amplitude).fold(0.0, f64::max);
+            let fine: Vec<LinearPoint> = (-400..=400)
+                .map(|i| linear_point(&system, 3, first_hz * (1.0 + step * f64::from(i))))
                 .collect();
             let error = top(&curve) / top(&fine) - 1.0;
             assert!(error.abs() < tolerance, "{ratio}: {error:e}");
             if ratio < 1e-3 {
-                let on_grid = grid.iter().map(|f| stuck_point(&system, 3, *f));
+                let on_grid = grid.iter().map(|f| linear_point(&system, 3, *f));
                 assert!(top(&on_grid.collect::<Vec<_>>()) < 0.1 * top(&fine));
             }
             for f in &grid {
                 assert!(curve.iter().any(|p| p.frequency_hz == *f));
             }
-            let rises = |w: &[StuckPoint]| w[0].frequency_hz < w[1].frequency_hz;
+            let rises = |w: &[LinearPoint]| w[0].frequency_hz < w[1].frequency_hz;
             assert!(curve.windows(2).all(rises));
         }
     }
 
     #[test]
     fn without_damping_no_peak_is_looked_for() {
-        let model = dovetail72(1.0);
+        let model = without_pairs();
         let damping = Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 0.0,
@@ -133,18 +140,18 @@ mod tests {
         let system = ContactSystem::new(&model, damping);
         let first_hz = model.omega2[0].sqrt() / TAU;
         let grid = [0.9 * first_hz, 0.999 * first_hz, 1.1 * first_hz];
-        assert_eq!(stuck_curve(&system, 1, &grid).len(), 3);
+        assert_eq!(linear_curve(&system, 1, &grid).len(), 3);
     }
 
     #[test]
     fn one_frequency_is_one_point() {
-        let model = dovetail72(1.0);
+        let model = without_pairs();
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 0.0,
         };
         let system = ContactSystem::new(&model, damping);
-        assert_eq!(stuck_curve(&system, 1, &[450.0]).len(), 1);
-        assert!(stuck_curve(&system, 1, &[]).is_empty());
+        assert_eq!(linear_curve(&system, 1, &[450.0]).len(), 1);
+        assert!(linear_curve(&system, 1, &[]).is_empty());
     }
 }

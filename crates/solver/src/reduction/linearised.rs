@@ -1,0 +1,134 @@
+//! The assembly linearised about a static state: pairs that are closed there stick, open ones stay open.
+//!
+//! With the rows o of K, M and p of the open pairs, the others being held (X = 0),
+//!
+//! ```text
+//! | K_oo    0   | | X_o |   | M_oo   p_o | | X_o'' |   | f_o |
+//! |  0    Omega^2| |  q  | + | p_o^T   1  | |  q''  | = | f_q |
+//! ```
+//!
+//! is what vibrations too small to open, close or slide a pair obey. Its modes diagonalise it, Rayleigh damping
+//! included.
+
+use faer::Mat;
+
+use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_numerics::eigen::{EigenError, Modes, dense};
+use dovetail_numerics::sparse::product;
+
+/// What small vibrations about a static state obey.
+#[derive(Debug, Clone)]
+pub struct LinearReference {
+    /// Squared angular frequencies of its modes, rad2/s2, ascending.
+    pub omega2: Vec<f64>,
+    /// Why open pairs are held like the others; `None` where they are released.
+    pub not_released: Option<String>,
+    /// `None` where all pairs stick: its modes are the stuck ones.
+    released: Option<Released>,
+}
+
+#[derive(Debug, Clone)]
+struct Released {
+    /// The relative displacements that are free, and ...
+    rows: Vec<usize>,
+    /// ... how they and the stuck modes move in each mode, of unit modal mass.
+    vectors: Mat<f64>,
+}
+
+impl LinearReference {
+    /// About a state in which the pairs of these numbers are open. Where nothing holds the assembly with them
+    /// released, or no modes are found, all pairs stick.
+    pub fn about(relative: &RelativeModel, open_pairs: &[usize]) -> Self {
+        if open_pairs.is_empty() {
+            return Self::stuck(relative);
+        }
+        let of_pair = |pair: &usize| 3 * pair..3 * pair + 3;
+        let rows: Vec<usize> = open_pairs.iter().flat_map(of_pair).collect();
+        match modes(relative, &rows) {
+            Ok(Modes { omega2, vectors }) => Self {
+                omega2,
+                not_released: None,
+                released: Some(Released { rows, vectors }),
+            },
+            Err(error) => Self {
+                not_released: Some(error.to_string()),
+                ..Self::stuck(relative)
+            },
+        }
+    }
+
+    /// With all pairs stuck.
+    pub fn stuck(relative: &RelativeModel) -> Self {
+        Self {
+            omega2: relative.omega2.clone(),
+            not_released: None,
+            released: None,
+        }
+    }
+
+    /// On its modes alone, without any pair, under the loads of `relative`, which it was made from. Displacements count
+    /// from the static state.
+    pub fn model(&self, relative: &RelativeModel) -> RelativeModel {
+        let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
+            harmonic: excitation.harmonic,
+            cosine: self.on_modes(&excitation.cosine),
+            sine: self.on_modes(&excitation.sine),
+        };
+        let observed = |observed: &ObservedDisplacement| {
+            let Load { on_x, on_modes } = self.on_modes(&Load {
+                on_x: observed.on_x.clone(),
+                on_modes: observed.on_modes.clone(),
+            });
+            ObservedDisplacement {
+                name: observed.name.clone(),
+                on_x,
+                on_modes,
+            }
+        };
+        RelativeModel {
+            stiffness: Mat::zeros(0, 0),
+            mass: Mat::zeros(0, 0),
+            coupling: Mat::zeros(0, self.omega2.len()),
+            omega2: self.omega2.clone(),
+            static_load: self.on_modes(&relative.static_load),
+            excitations: relative.excitations.iter().map(harmonic).collect(),
+            observations: relative.observations.iter().map(observed).collect(),
+            pairs: Vec::new(),
+        }
+    }
+
+    /// The share of each mode in a load.
+    fn on_modes(&self, load: &Load) -> Load {
+        let on_modes = match &self.released {
+            None => load.on_modes.clone(),
+            Some(Released { rows, vectors }) => {
+                let on_open = rows.iter().map(|i| load.on_x[*i]);
+                let all: Vec<f64> = on_open.chain(load.on_modes.iter().copied()).collect();
+                let column = Mat::from_fn(all.len(), 1, |i, _| all[i]);
+                let shares = product(vectors.transpose(), column.as_ref());
+                shares.col_as_slice(0).to_vec()
+            }
+        };
+        Load {
+            on_x: Vec::new(),
+            on_modes,
+        }
+    }
+}
+
+/// With these rows of X free, all others held.
+fn modes(relative: &RelativeModel, rows: &[usize]) -> Result<Modes, EigenError> {
+    let (n, m) = (rows.len(), relative.omega2.len());
+    let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => relative.stiffness[(rows[i], rows[j])],
+        (false, false) if i == j => relative.omega2[i - n],
+        _ => 0.0,
+    });
+    let mass = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
+        (true, true) => relative.mass[(rows[i], rows[j])],
+        (true, false) => relative.coupling[(rows[i], j - n)],
+        (false, true) => relative.coupling[(rows[j], i - n)],
+        (false, false) => f64::from(u8::from(i == j)),
+    });
+    dense::modes(stiffness.as_ref(), mass.as_ref())
+}
