@@ -143,7 +143,7 @@ class Run:
         if response and response["peak_amplitude_m"] is not None:
             parts.append(
                 f"peak {response['peak_amplitude_m']:.4g} m at {response['peak_frequency_hz']:.6g} Hz"
-                f" (stuck {response['linear_peak_amplitude_m']:.4g} m)"
+                f" (linear {response['linear_peak_amplitude_m']:.4g} m)"
             )
         if static and static["open_pairs"] is not None:
             parts.append(

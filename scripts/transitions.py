@@ -5,7 +5,7 @@
 
 Each mesh is reduced once (`dovetail reduce`), then solved at ten levels of excitation from 0.01 to 20 N over 0.97 to
 1.03 of its first stuck mode, three harmonics, 128 samples. Prints a Markdown table, a line per mesh and level:
-frequencies that converged, iterations, peak over that of the stuck blade, pairs open there. Exit code 1 when a
+frequencies that converged, iterations, peak over that of the linear curve, pairs open there. Exit code 1 when a
 frequency has not converged. Needs target/release/dovetail and, for the finer meshes, gmsh.
 """
 
@@ -54,7 +54,7 @@ def main():
     parser.add_argument("--mesh", choices=list(MESHES), action="append", help="this one alone")
     parser.add_argument("--levels", type=float, nargs="+", default=LEVELS_N, help="N")
     arguments = parser.parse_args()
-    print("| flank | excitation, N | converged | Newton iterations | most for one | peak over stuck | pairs open at the peak | held | seconds |")
+    print("| flank | excitation, N | converged | Newton iterations | most for one | peak over linear | pairs open at the peak | held | seconds |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     points = failed = iterations = 0
     for name in arguments.mesh or MESHES:
