@@ -21,7 +21,7 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PROGRAM = os.path.join(ROOT, "target/release/dovetail")
-TIME_LIMIT_S = 600
+TIME_LIMIT_S = 120
 PAPER = os.path.join(ROOT, "scenes/paper.toml")
 READY = ["mesh.file=../meshes/dovetail.msh", "response.points=11", "response.compare_harmonics="]
 SMALL = ["mesh.file=../meshes/dovetail_small.msh"] + READY[1:]
@@ -37,6 +37,7 @@ ratio = 0.001
 [response]
 times_first_linear_mode = [0.98, 1.02]
 points = 11
+harmonics = 3
 """
 
 # Two unit cubes of millimetres on each other, nine pairs of which four are corners of a cube.
@@ -80,6 +81,7 @@ direction = [1, 0, 0]
 [response]
 times_first_linear_mode = [0.9, 1.1]
 points = 11
+harmonics = 3
 """
 
 
@@ -365,7 +367,7 @@ def main():
         reduced("samples", samples, f"response.samples={samples}", expect=expect)
     for choice in ["pair", "spectral_radius"]:
         for scale in ["1e-4", "1e-2", "1", "1e2", "1e4"]:
-            expect = EITHER if scale in ("1e-4", "1e4") else CONVERGED
+            expect = EITHER if scale in ("1e-4", "1e2", "1e4") else CONVERGED
             sets = [f"response.eps={choice}", f"response.eps_scale={scale}", "response.points=3"]
             reduced("eps", f"{choice} x {scale}", *sets, expect=expect)
     for poisson in ["-0.99", "0", "0.4999", "0.5"]:
@@ -388,7 +390,7 @@ def main():
     table.cell("nine pairs", "two cubes", write(os.path.join(out, "blocks.toml"), BLOCKS_SCENE.format(mesh=cubes)))
     if shutil.which("gmsh"):
         two = ["mesh.parameters={nu=2,nv=2,order=1}", *READY[1:]]
-        table.cell("flank of 2 x 2 nodes", "paper's blade", PAPER, two)
+        table.cell("flank of 2 x 2 nodes", "paper's blade", PAPER, two, expect=EITHER)
     else:
         print("gmsh is missing: the flank of 2 x 2 nodes is left out")
 
