@@ -1,12 +1,11 @@
-//! Dense matrices as MatrixMarket text. The dense format is read line by line: a flank of some thousand pairs has a
-//! stiffness of gigabytes of text. Every other format is left to nalgebra-sparse.
+//! Dense matrices as MatrixMarket text, written as arrays and read from every form with real entries.
+//! They are read line by line: a flank of some thousand pairs has a stiffness of gigabytes of text.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 
 use faer::{Mat, MatRef};
-use nalgebra_sparse::io::load_coo_from_matrix_market_str;
 
 use crate::input;
 
@@ -37,136 +36,211 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let file = input::open(path).map_err(said)?;
     let bytes = file.metadata().map_err(said)?.len();
     let mut lines = Lines::of(file);
-    let header = lines.next()?.unwrap_or_default();
-    // Some writers put one percent sign where the format wants two.
-    let header = format!("%%{}", header.trim_start_matches('%'));
-    let form = Form::of(&header)?;
-    let size = loop {
-        match lines.next()? {
-            Some(text) if !text.is_empty() && !text.starts_with('%') => break text.to_owned(),
-            Some(_) => {}
-            None => return Err("the line with the size is missing".to_owned()),
-        }
+    let form = Form::of(lines.next()?.unwrap_or_default())?;
+    let size = match lines.content()? {
+        Some(text) => form.size(text, bytes),
+        None => return Err("the line with the size is missing".to_owned()),
     };
-    let announced = form.announced(&size, bytes);
-    let announced = announced.map_err(|why| format!("line {}: {why}", lines.number))?;
-    if form == Form::Dense {
-        return dense(&mut lines, announced);
+    let size = size.map_err(|why| lines.here(&why))?;
+    let mut a = Mat::zeros(size.rows, size.columns);
+    let mut places = form.symmetry.places(&size);
+    let mut found = 0;
+    while let Some(text) = lines.content()? {
+        found += 1;
+        let entry = match form.is_placed {
+            true => form.placed(text, &size).map(Some),
+            false => number(text).map(|value| places.next().map(|place| (place, value))),
+        };
+        // There may be more entries than places: all are counted.
+        if let Some(((row, column), value)) = entry.map_err(|why| lines.here(&why))? {
+            a[(row, column)] += value;
+            if row != column {
+                a[(column, row)] += match form.symmetry {
+                    Symmetry::General => continue,
+                    Symmetry::Symmetric => value,
+                    Symmetry::Skew => -value,
+                };
+            }
+        }
     }
-    let mut text = format!("{header}\n{size}\n");
-    io::Read::read_to_string(&mut lines.file, &mut text).map_err(said)?;
-    let entries = load_coo_from_matrix_market_str::<f64>(&text).map_err(|e| one_line(&e))?;
-    let mut a = Mat::zeros(entries.nrows(), entries.ncols());
-    for (i, j, value) in entries.triplet_iter() {
-        a[(i, j)] += *value;
+    match found == size.entries {
+        true => Ok(a),
+        false => Err(format!(
+            "{} entries are announced, {found} found",
+            size.entries
+        )),
     }
-    Ok(a)
 }
 
 /// How the entries stand in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Form {
-    /// [`DENSE`].
-    Dense,
-    /// Dense, one half left out, or other numbers.
-    OtherArray { half: bool },
-    /// A line per entry, with its row and its column.
-    Coordinate,
+struct Form {
+    /// Each with its row and its column; else column by column.
+    is_placed: bool,
+    /// Else only the places stand there, for ones.
+    has_values: bool,
+    symmetry: Symmetry,
+}
+
+/// What of a matrix stands in the file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Symmetry {
+    General,
+    /// The lower triangle.
+    Symmetric,
+    /// The lower triangle without its diagonal.
+    Skew,
+}
+
+impl Symmetry {
+    /// Where the entries of an array stand that come one after another.
+    fn places(self, size: &Size) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let rows = size.rows;
+        (0..size.columns).flat_map(move |j| (self.first_row(j)..rows).map(move |i| (i, j)))
+    }
+
+    fn first_row(self, column: usize) -> usize {
+        match self {
+            Self::General => 0,
+            Self::Symmetric => column,
+            Self::Skew => column + 1,
+        }
+    }
+}
+
+/// What a file announces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Size {
+    rows: usize,
+    columns: usize,
+    /// That stand in the file.
+    entries: usize,
 }
 
 impl Form {
     fn of(header: &str) -> Result<Self, String> {
-        let header = header.to_lowercase();
+        // Some writers put one percent sign where the format wants two.
+        let header = header.trim_start_matches('%').to_lowercase();
         let words: Vec<&str> = header.split_whitespace().collect();
-        match words[..] {
-            ["%%matrixmarket", "matrix", "array", "real", "general"] => Ok(Self::Dense),
-            ["%%matrixmarket", "matrix", "array", _, symmetry] => Ok(Self::OtherArray {
-                half: symmetry != "general",
-            }),
-            ["%%matrixmarket", "matrix", "coordinate", _, _] => Ok(Self::Coordinate),
-            _ => Err(format!("the first line is not \"{DENSE}\"")),
-        }
+        let symmetry = match words.last() {
+            Some(&"general") => Some(Symmetry::General),
+            Some(&"symmetric") => Some(Symmetry::Symmetric),
+            Some(&"skew-symmetric") => Some(Symmetry::Skew),
+            _ => None,
+        };
+        let (is_placed, has_values) = match words[..] {
+            ["matrixmarket", "matrix", "array", "real" | "integer", _] => (false, true),
+            [
+                "matrixmarket",
+                "matrix",
+                "coordinate",
+                "real" | "integer",
+                _,
+            ] => (true, true),
+            ["matrixmarket", "matrix", "coordinate", "pattern", _] => (true, false),
+            _ => return Err(not_a_header()),
+        };
+        Ok(Self {
+            is_placed,
+            has_values,
+            symmetry: symmetry.ok_or_else(not_a_header)?,
+        })
     }
 
-    /// Rows and columns by the line of the size, where a file of so many bytes can hold the
-    /// entries.
-    fn announced(self, size: &str, bytes: u64) -> Result<[usize; 2], String> {
-        let numbers: Option<Vec<usize>> = size.split_whitespace().map(|s| s.parse().ok()).collect();
-        let (rows, columns, entries) = match (self, numbers.as_deref()) {
-            (Self::Coordinate, Some(&[rows, columns, entries])) => (rows, columns, Some(entries)),
-            (Self::Coordinate, _) => {
+    /// What the line of the size announces, where a file of so many bytes can hold it.
+    fn size(self, text: &str, bytes: u64) -> Result<Size, String> {
+        let numbers: Option<Vec<usize>> = text.split_whitespace().map(|s| s.parse().ok()).collect();
+        let (rows, columns, announced) = match (self.is_placed, numbers.as_deref()) {
+            (true, Some(&[rows, columns, entries])) => (rows, columns, Some(entries)),
+            (false, Some(&[rows, columns])) => (rows, columns, None),
+            (true, _) => {
                 return Err(format!(
-                    "\"{size}\" is not a number of rows, of columns and of entries"
+                    "\"{text}\" is not a number of rows, of columns and of entries"
                 ));
             }
-            (Self::Dense | Self::OtherArray { .. }, Some(&[rows, columns])) => {
-                (rows, columns, None)
-            }
-            _ => {
-                return Err(format!("\"{size}\" is not a number of rows and of columns"));
+            (false, _) => {
+                return Err(format!("\"{text}\" is not a number of rows and of columns"));
             }
         };
-        let most = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let in_all = rows.checked_mul(columns);
-        let fits = match self {
-            Self::Dense => in_all.is_some_and(|n| n <= most / BYTES_OF_AN_ENTRY + 1),
-            Self::OtherArray { half: is_half } => in_all.is_some_and(|n| {
-                // Skew matrices leave out the diagonal, too.
-                let stand = if is_half {
-                    n.saturating_sub(rows) / 2
-                } else {
-                    n
-                };
-                stand <= most / BYTES_OF_AN_ENTRY + 1
-            }),
-            Self::Coordinate => {
-                entries.is_some_and(|n| n <= most / BYTES_OF_A_PLACED_ENTRY + 1)
-                    && in_all.is_some_and(|n| n <= most.saturating_mul(ENTRIES_TO_A_BYTE))
-            }
-        };
-        // A matrix without rows may still announce more columns than could ever be gone through.
-        if fits && rows.max(columns) <= most {
-            return Ok([rows, columns]);
+        if self.symmetry != Symmetry::General && rows != columns {
+            return Err(format!(
+                "a symmetric matrix is square, not {rows} x {columns}"
+            ));
         }
-        let entries = entries.map_or(String::new(), |n| format!(" with {n} entries"));
-        Err(format!(
-            "a matrix of {rows} x {columns}{entries} does not stand in a file of {bytes} bytes"
-        ))
+        let most = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let fitting = rows.checked_mul(columns).and_then(|in_all| {
+            let entries = announced.unwrap_or(match self.symmetry {
+                Symmetry::General => in_all,
+                Symmetry::Symmetric => (in_all - rows) / 2 + rows,
+                Symmetry::Skew => (in_all - rows) / 2,
+            });
+            let fits = entries <= most / self.bytes_of_an_entry() + 1
+                && (!self.is_placed || in_all <= most.saturating_mul(ENTRIES_TO_A_BYTE));
+            // A matrix without rows may still announce more columns than could ever be gone through.
+            (fits && rows.max(columns) <= most).then_some(Size {
+                rows,
+                columns,
+                entries,
+            })
+        });
+        fitting.ok_or_else(|| {
+            let entries = announced.map_or(String::new(), |n| format!(" with {n} entries"));
+            format!(
+                "a matrix of {rows} x {columns}{entries} does not stand in a file of {bytes} bytes"
+            )
+        })
+    }
+
+    /// The least: a digit each for row, column and value, blanks between them and a line end.
+    fn bytes_of_an_entry(self) -> usize {
+        let numbers = 2 * usize::from(self.is_placed) + usize::from(self.has_values);
+        2 * numbers
+    }
+
+    /// An entry with its place.
+    fn placed(self, text: &str, size: &Size) -> Result<((usize, usize), f64), String> {
+        let mut words = text.split_whitespace();
+        let mut index = |what: &str, most: usize| {
+            let word = words.next().unwrap_or_default();
+            let number = word.parse().ok().filter(|n| (1..=most).contains(n));
+            let index = number.map(|n: usize| n - 1);
+            index.ok_or_else(|| format!("\"{word}\" is not a {what} from 1 to {most}"))
+        };
+        let (row, column) = (index("row", size.rows)?, index("column", size.columns)?);
+        let value = match self.has_values {
+            true => number(words.next().unwrap_or_default())?,
+            false => 1.0,
+        };
+        if let Some(word) = words.next() {
+            return Err(format!("nothing may follow the entry, there is \"{word}\""));
+        }
+        if row < self.symmetry.first_row(column) {
+            return Err(format!(
+                "entry ({}, {}) is not in the lower triangle, which alone stands in the file of a \
+                 symmetric matrix",
+                row + 1,
+                column + 1
+            ));
+        }
+        Ok(((row, column), value))
     }
 }
 
-/// A digit and a line end.
-const BYTES_OF_AN_ENTRY: usize = 2;
-/// Row, column and value, a digit each, two blanks and a line end.
-const BYTES_OF_A_PLACED_ENTRY: usize = 6;
+fn not_a_header() -> String {
+    format!(
+        "the first line is not \"{DENSE}\"; in the place of array, real and general coordinate, \
+         integer or (with coordinate) pattern, symmetric or skew-symmetric may stand"
+    )
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let value = text.parse();
+    value.map_err(|_| format!("\"{text}\" is not a number"))
+}
+
 /// Most entries, zeros with them, that a matrix given entry by entry may have for each byte of its
 /// file: what is read is dense, 64 bytes of memory for one of the file.
 const ENTRIES_TO_A_BYTE: usize = 8;
-
-/// The entries of a dense array, what follows its size.
-fn dense(lines: &mut Lines, [rows, columns]: [usize; 2]) -> Result<Mat<f64>, String> {
-    let mut a = Mat::zeros(rows, columns);
-    let expected = rows * columns;
-    let mut found = 0;
-    while let Some(text) = lines.next()? {
-        if text.is_empty() || text.starts_with('%') {
-            continue;
-        }
-        let value: Result<f64, _> = text.parse();
-        let Ok(value) = value else {
-            let message = format!("\"{text}\" is not a number");
-            return Err(format!("line {}: {message}", lines.number));
-        };
-        if found < expected {
-            a[(found % rows, found / rows)] = value;
-        }
-        found += 1;
-    }
-    match found == expected {
-        true => Ok(a),
-        false => Err(format!("{expected} entries are announced, {found} found")),
-    }
-}
 
 /// Most bytes of a line.
 const MOST_OF_A_LINE: u64 = 4096;
@@ -202,12 +276,21 @@ impl Lines {
         }
         Ok((read > 0).then(|| self.line.trim()))
     }
-}
 
-/// A message of several lines on one.
-fn one_line(message: &impl ToString) -> String {
-    let message = message.to_string();
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
+    /// The next line that is neither empty nor a comment.
+    fn content(&mut self) -> Result<Option<&str>, String> {
+        while let Some(text) = self.next()? {
+            if !text.is_empty() && !text.starts_with('%') {
+                return Ok(Some(self.line.trim()));
+            }
+        }
+        Ok(None)
+    }
+
+    /// What is wrong, with the line that was read last.
+    fn here(&self, why: &str) -> String {
+        format!("line {}: {why}", self.number)
+    }
 }
 
 #[cfg(test)]
@@ -253,14 +336,48 @@ mod tests {
 
     #[test]
     fn matrices_of_every_form_are_read() {
-        let array = "%%MatrixMarket matrix array real general\n2 2\n1\n2\n2\n5";
-        let half = "%%MatrixMarket matrix array real symmetric\n2 2\n1\n2\n5\n";
-        let placed =
-            "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 1 2\n2 2 5\n";
-        for text in [array, half, placed] {
-            let a = read_text("forms", text).unwrap();
+        for (header, text, expected) in [
+            (
+                "array real general",
+                "2 2\n1\n2\n2\n5",
+                [1.0, 2.0, 2.0, 5.0],
+            ),
+            (
+                "array real symmetric",
+                "2 2\n1\n\n2\n% 3\n5\n",
+                [1.0, 2.0, 2.0, 5.0],
+            ),
+            (
+                "array integer skew-symmetric",
+                "2 2\n3\n",
+                [0.0, -3.0, 3.0, 0.0],
+            ),
+            (
+                "coordinate real symmetric",
+                "2 2 3\n1 1 1\n2 1 2\n2 2 5\n",
+                [1.0, 2.0, 2.0, 5.0],
+            ),
+            // Entries of one place are added.
+            (
+                "coordinate integer general",
+                "2 2 3\n1 2 4\n1 2 3\n2 2 5",
+                [0.0, 7.0, 0.0, 5.0],
+            ),
+            (
+                "coordinate real skew-symmetric",
+                "2 2 1\n2 1 3\n",
+                [0.0, -3.0, 3.0, 0.0],
+            ),
+            (
+                "coordinate pattern general",
+                "2 2 2\n1 1\n2 1\n",
+                [1.0, 0.0, 1.0, 0.0],
+            ),
+        ] {
+            let text = format!("%%MatrixMarket matrix {header}\n{text}");
+            let a = read_text("forms", &text).unwrap();
             let found = [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
-            assert_eq!(found, [1.0, 2.0, 2.0, 5.0], "{text}");
+            assert_eq!(found, expected, "{text}");
         }
         // A digit and a line end an entry, the last without: as short as a file can be.
         let shortest = format!(
@@ -268,6 +385,89 @@ mod tests {
             "1\n".repeat(80)
         );
         assert_eq!(read_text("shortest", &shortest).unwrap()[(8, 8)], 7.0);
+        let places = |i: usize| format!("{} {}\n", i / 9 + 1, i % 9 + 1);
+        let places: String = (0..81).map(places).collect();
+        let shortest = format!("%MatrixMarket matrix coordinate pattern general\n9 9 81\n{places}");
+        assert_eq!(read_text("shortest", shortest.trim()).unwrap()[(8, 8)], 1.0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        let (placed, array) = ("coordinate real general", "array real general");
+        let (half, skew) = (
+            "coordinate real symmetric",
+            "coordinate real skew-symmetric",
+        );
+        let pattern = "coordinate pattern general";
+        for (header, text, line, words) in [
+            (
+                placed,
+                "1 3 1\n1 99999999999999999999 1",
+                3,
+                "is not a column from 1 to 3",
+            ),
+            (placed, "1 3 1\n0 1 1", 3, "\"0\" is not a row from 1 to 1"),
+            (placed, "1 3 1\n2 1 1", 3, "\"2\" is not a row from 1 to 1"),
+            (placed, "1 3 1\n1", 3, "\"\" is not a column"),
+            (placed, "1 3 1\n1 1", 3, "\"\" is not a number"),
+            (placed, "1 3 1\n1 1 1 1", 3, "nothing may follow"),
+            (pattern, "1 3 1\n1 1 1", 3, "nothing may follow"),
+            (
+                half,
+                "2 2 1\n1 2 1",
+                3,
+                "(1, 2) is not in the lower triangle",
+            ),
+            (
+                skew,
+                "2 2 1\n2 2 1",
+                3,
+                "(2, 2) is not in the lower triangle",
+            ),
+            (array, "1 3\nx", 3, "\"x\" is not a number"),
+            (
+                array,
+                "3",
+                2,
+                "\"3\" is not a number of rows and of columns",
+            ),
+            (array, "3 3 3", 2, "is not a number of rows and of columns"),
+            (
+                placed,
+                "3 3",
+                2,
+                "is not a number of rows, of columns and of entries",
+            ),
+            (placed, "3 -3 1", 2, "is not a number of rows"),
+            (half, "2 3 1", 2, "is square, not 2 x 3"),
+            (skew, "0 3 0", 2, "is square, not 0 x 3"),
+        ] {
+            let text = format!("%%MatrixMarket matrix {header}\n{text}\n");
+            let message = read_text("wrong", &text).unwrap_err();
+            let is_told = message.starts_with(&format!("line {line}: ")) && message.contains(words);
+            assert!(is_told, "{text}: {message}");
+        }
+        for (header, text, words) in [
+            (
+                "array complex general",
+                "1 1\n1",
+                "skew-symmetric may stand",
+            ),
+            (
+                "array pattern general",
+                "1 1\n1",
+                "skew-symmetric may stand",
+            ),
+            ("array real hermitian", "1 1\n1", "skew-symmetric may stand"),
+            (array, "1 2\n1", "2 entries are announced, 1 found"),
+            (array, "1 2\n1\n2\n3", "2 entries are announced, 3 found"),
+        ] {
+            let text = format!("%%MatrixMarket matrix {header}\n{text}\n");
+            let message = read_text("wrong", &text).unwrap_err();
+            assert!(message.contains(words), "{text}: {message}");
+        }
+        let nothing = "%%MatrixMarket matrix array real skew-symmetric\n0 0\n";
+        assert_eq!(read_text("nothing", nothing).unwrap().nrows(), 0);
     }
 
     #[test]
