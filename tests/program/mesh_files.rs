@@ -263,6 +263,7 @@ fn wrong_content_is_named_for_what_it_is() {
         ("Malformed", header("Elements", 0, huge)),
         ("NotFinite", node("nan 0 0")),
         ("NotFinite", node("1e308 1e999 0")),
+        ("NotFinite", node("0 -1e13 0")),
         ("Malformed", node("0 0 zero")),
         ("MissingNode", element(1, "4000")),
         ("TagTwice", element(0, "1")),
@@ -308,6 +309,15 @@ fn wrong_content_is_named_for_what_it_is() {
                 let end = lines.iter().position(|l| l == "$EndEntities").unwrap();
                 lines.drain(at..=end);
             }),
+        ),
+        ("Malformed", line("$Entities", "$")),
+        ("Malformed", line("$EndElements", "$EndElements\nElements")),
+        (
+            "Malformed",
+            line(
+                "$EndElements",
+                "$EndElements\n$Nodes\n1 1 1 1\n3 1 0 0\n$EndNodes",
+            ),
         ),
         (
             "MissingSection",
@@ -389,6 +399,28 @@ fn survives(bytes: Vec<u8>) -> bool {
             assert!(error.to_string().len() < 2000);
             false
         }
+    }
+}
+
+/// A comment may quote a mesh file: no line of it is a section.
+#[test]
+fn what_looks_like_a_section_in_a_comment_is_none() {
+    let quoted = "$EndMeshFormat\n$Comments\n$PartitionedEntities\n$PhysicalNames\n1\n\
+                  3 1 \"quoted\"\n$EndPhysicalNames\n$Nodes\n1 1 1 1\n$Elements\n1 1 1 1\n$EndComments";
+    let commented = edited("blocks_order1.msh", |lines| {
+        replace(lines, "$EndMeshFormat", quoted);
+    });
+    assert_eq!(
+        mesh::parse(commented, MM).unwrap(),
+        ready("blocks_order1.msh")
+    );
+    for name in ["Nodes", "Elements"] {
+        let error = error_of(|lines| {
+            let header = &mut section(lines, name)[0];
+            *header = "1 0 1 1".to_string();
+            replace(lines, "$EndMeshFormat", quoted);
+        });
+        assert!(matches!(error, MeshError::Empty { .. }), "{name}: {error}");
     }
 }
 

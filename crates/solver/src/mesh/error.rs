@@ -71,7 +71,11 @@ pub enum MeshError {
     TagTwice { what: &'static str, tag: u64 },
     #[error("{found} {what} are more than the {limit} that can be numbered", limit = u32::MAX)]
     TooMany { what: &'static str, found: u64 },
-    #[error("node {tag} is at ({x}, {y}, {z}): not a finite position", x = at[0], y = at[1], z = at[2])]
+    #[error(
+        "node {tag} is at ({x:e}, {y:e}, {z:e}) in the unit of the file: give finite coordinates of \
+         at most {most:e} m, and look at metres_per_unit",
+        x = at[0], y = at[1], z = at[2], most = super::FARTHEST_M
+    )]
     NotFinite { tag: u64, at: [f64; 3] },
     #[error("element {element} names node {node}, which the file does not have")]
     MissingNode { element: u64, node: u64 },

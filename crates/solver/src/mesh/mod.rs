@@ -48,6 +48,9 @@ impl ElementOrder {
     }
 }
 
+/// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
+pub const FARTHEST_M: f64 = 1e9;
+
 /// A named (physical) group of the Gmsh file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {

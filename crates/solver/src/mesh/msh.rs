@@ -15,10 +15,10 @@ use std::path::Path;
 use mshio::mshfile::{ElementBlock, ElementType, Entities, MshFile, Nodes};
 
 use super::sections::{
-    Names, blank_other_sections, check_elements_header, encoding, keep_node_tags, physical_names,
-    section_start,
+    Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
+    physical_names, sections,
 };
-use super::{ElementOrder, Group, Mesh, MeshError};
+use super::{ElementOrder, FARTHEST_M, Group, Mesh, MeshError};
 use crate::input;
 
 /// Reads a mesh file. Lengths are multiplied by `metres_per_unit`.
@@ -46,13 +46,14 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
     }
     let mut bytes = bytes.into();
     let encoding = encoding(&bytes)?;
-    if section_start(&bytes, "PartitionedEntities").is_some() {
+    let sections = sections(&bytes)?;
+    if content(&sections, "PartitionedEntities").is_some() {
         return Err(MeshError::Partitioned);
     }
-    let names = physical_names(&bytes)?;
-    check_elements_header(&bytes, encoding)?;
-    blank_other_sections(&mut bytes)?;
-    let max_node_tag = keep_node_tags(&mut bytes, encoding)?;
+    let names = physical_names(&bytes, &sections)?;
+    check_elements_header(&bytes, encoding, &sections)?;
+    blank_other_sections(&mut bytes, &sections);
+    let max_node_tag = keep_node_tags(&mut bytes, encoding, &sections)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|e| malformed(&bytes, &e))?;
     assemble(file, &names, max_node_tag, metres_per_unit)
 }
@@ -374,7 +375,7 @@ fn keep_used_nodes(
         }
         *new = mesh.nodes_m.len() as u32;
         let at = positions[old].map(|x| x * metres_per_unit);
-        if at.iter().any(|x| !x.is_finite()) {
+        if at.iter().any(|x| !x.is_finite() || x.abs() > FARTHEST_M) {
             return Err(MeshError::NotFinite {
                 tag: tags[old],
                 at: positions[old],

@@ -44,59 +44,86 @@ fn skip_line_end(bytes: &[u8]) -> Option<&[u8]> {
         .or_else(|| bytes.strip_prefix(b"\n"))
 }
 
-/// Where the content of a section begins.
-pub(super) fn section_start(bytes: &[u8], name: &str) -> Option<usize> {
-    let mark = format!("\n${name}");
-    let mut from = 0;
-    while let Some(at) = find(&bytes[from..], mark.as_bytes()) {
-        let after = from + at + mark.len();
-        if let Some(rest) = skip_line_end(&bytes[after..]) {
-            return Some(bytes.len() - rest.len());
-        }
-        from = after;
-    }
-    None
-}
-
 fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     haystack.windows(needle.len()).position(|w| w == needle)
 }
 
-/// Sections that mshio reads.
-const READ: [&[u8]; 3] = [b"Entities", b"Nodes", b"Elements"];
+/// A section behind the header of the file.
+pub(super) struct Section {
+    name: String,
+    /// From the `$` of its name to the end of its `$End`.
+    whole: Range<usize>,
+    /// Between the line of its name and its `$End`.
+    content: Range<usize>,
+}
 
-/// Overwrites all other sections with blanks: what is left stands where it stood. Stops at what is
-/// no section, for mshio to report.
-pub(super) fn blank_other_sections(bytes: &mut [u8]) -> Result<(), MeshError> {
+/// All sections, one behind the other up to the end of the file. What only looks like the beginning
+/// of a section inside another is none.
+pub(super) fn sections(bytes: &[u8]) -> Result<Vec<Section>, MeshError> {
     const HEADER_END: &[u8] = b"$EndMeshFormat";
-    let Some(mut at) = find(bytes, HEADER_END).map(|at| at + HEADER_END.len()) else {
-        return Ok(());
+    let malformed = |byte: usize, name: &str, reason: String| MeshError::Malformed {
+        byte,
+        at: format!("section ${name}"),
+        reason,
     };
+    let mut at = match find(bytes, HEADER_END) {
+        Some(at) => at + HEADER_END.len(),
+        None => {
+            let reason = "it has no $EndMeshFormat".to_string();
+            return Err(malformed(bytes.len(), "MeshFormat", reason));
+        }
+    };
+    let mut found: Vec<Section> = Vec::new();
     loop {
         let blanks = bytes[at..].iter().take_while(|b| b.is_ascii_whitespace());
         at += blanks.count();
-        let Some(rest) = bytes[at..].strip_prefix(b"$") else {
-            return Ok(());
-        };
-        let letters = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
-        let (name, content) = rest.split_at(letters);
-        if skip_line_end(content).is_none() {
-            return Ok(());
+        if at == bytes.len() {
+            return Ok(found);
         }
-        let end = [b"$End", name].concat();
-        let Some(length) = find(content, &end) else {
+        let rest = bytes[at..].strip_prefix(b"$").unwrap_or_default();
+        let letters = rest.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+        let (name, behind) = rest.split_at(letters);
+        let name = String::from_utf8_lossy(name).into_owned();
+        let Some(content) = skip_line_end(behind) else {
             return Err(MeshError::Malformed {
                 byte: at,
-                at: format!("section ${}", String::from_utf8_lossy(name)),
-                reason: format!("it has no {}", String::from_utf8_lossy(&end)),
+                at: "between the sections".to_string(),
+                reason: "expected a line with `$` and the name of a section".to_string(),
             });
         };
-        let is_read = READ.contains(&name);
-        let next = at + 1 + letters + length + end.len();
-        if !is_read {
-            bytes[at..next].fill(b' ');
+        let end = format!("$End{name}");
+        let Some(length) = find(content, end.as_bytes()) else {
+            return Err(malformed(at, &name, format!("it has no {end}")));
+        };
+        if found.iter().any(|s| s.name == name) && USED.contains(&name.as_str()) {
+            return Err(malformed(at, &name, "the file has it twice".to_string()));
         }
-        at = next;
+        let begin = bytes.len() - content.len();
+        let content = begin..begin + length;
+        let whole = at..content.end + end.len();
+        at = whole.end;
+        found.push(Section {
+            name,
+            whole,
+            content,
+        });
+    }
+}
+
+/// Where the content of a section stands.
+pub(super) fn content(sections: &[Section], name: &str) -> Option<Range<usize>> {
+    let section = sections.iter().find(|s| s.name == name);
+    section.map(|s| s.content.clone())
+}
+
+/// Sections whose content counts: those that mshio reads, and the names of the groups.
+const USED: [&str; 4] = ["Entities", "Nodes", "Elements", "PhysicalNames"];
+
+/// Overwrites all sections that mshio does not read with blanks: what is left stands where it stood.
+pub(super) fn blank_other_sections(bytes: &mut [u8], sections: &[Section]) {
+    let is_read = |s: &&Section| USED[..3].contains(&s.name.as_str());
+    for section in sections.iter().filter(|s| !is_read(s)) {
+        bytes[section.whole.clone()].fill(b' ');
     }
 }
 
@@ -105,12 +132,14 @@ pub(super) fn blank_other_sections(bytes: &mut [u8]) -> Result<(), MeshError> {
 fn section_header(
     bytes: &[u8],
     encoding: Encoding,
+    sections: &[Section],
     section: &'static str,
 ) -> Result<([u64; 4], Range<usize>), MeshError> {
     let missing = || MeshError::MissingSection { section };
-    let start = section_start(bytes, section).ok_or_else(missing)?;
+    let content = content(sections, section).ok_or_else(missing)?;
+    let bytes = &bytes[..content.end];
     let mut counts = [0; 4];
-    let mut at = start..start;
+    let mut at = content.start..content.start;
     for count in &mut counts {
         if encoding == Encoding::Ascii {
             let is_space = |b: &u8| b.is_ascii_whitespace();
@@ -143,8 +172,12 @@ fn section_header(
 }
 
 /// mshio subtracts one from the total: an empty section must not reach it.
-pub(super) fn check_elements_header(bytes: &[u8], encoding: Encoding) -> Result<(), MeshError> {
-    match section_header(bytes, encoding, "Elements")?.0 {
+pub(super) fn check_elements_header(
+    bytes: &[u8],
+    encoding: Encoding,
+    sections: &[Section],
+) -> Result<(), MeshError> {
+    match section_header(bytes, encoding, sections, "Elements")?.0 {
         [_, 0, ..] => Err(MeshError::Empty { what: "elements" }),
         _ => Ok(()),
     }
@@ -152,8 +185,12 @@ pub(super) fn check_elements_header(bytes: &[u8], encoding: Encoding) -> Result<
 
 /// Raises the highest node tag in the header of `$Nodes`, so that mshio takes the tags for sparse
 /// and keeps them. Returns the file's own highest tag.
-pub(super) fn keep_node_tags(bytes: &mut Vec<u8>, encoding: Encoding) -> Result<u64, MeshError> {
-    let ([_, total, min, max], at) = section_header(bytes, encoding, "Nodes")?;
+pub(super) fn keep_node_tags(
+    bytes: &mut Vec<u8>,
+    encoding: Encoding,
+    sections: &[Section],
+) -> Result<u64, MeshError> {
+    let ([_, total, min, max], at) = section_header(bytes, encoding, sections, "Nodes")?;
     if total == 0 {
         return Err(MeshError::Empty { what: "nodes" });
     }
@@ -175,14 +212,11 @@ pub(super) fn keep_node_tags(bytes: &mut Vec<u8>, encoding: Encoding) -> Result<
 pub(super) type Names = BTreeMap<(u8, u32), String>;
 
 /// `$PhysicalNames`, which is text in binary files too: (dimension, tag) -> name.
-pub(super) fn physical_names(bytes: &[u8]) -> Result<Names, MeshError> {
-    let Some(start) = section_start(bytes, "PhysicalNames") else {
+pub(super) fn physical_names(bytes: &[u8], sections: &[Section]) -> Result<Names, MeshError> {
+    let Some(content) = content(sections, "PhysicalNames") else {
         return Ok(Names::new());
     };
-    let section = "PhysicalNames";
-    let len =
-        find(&bytes[start..], b"$EndPhysicalNames").ok_or(MeshError::MissingSection { section })?;
-    let text = String::from_utf8_lossy(&bytes[start..start + len]);
+    let text = String::from_utf8_lossy(&bytes[content]);
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
     let said = lines.next().unwrap_or("nothing").to_string();
     let mut names = Names::new();
