@@ -42,7 +42,8 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
 /// Finds the first syntax error of each line. What follows on the same line is mostly a
 /// consequence.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
-    let line = |at: usize| source.text.bytes().take(at).filter(|b| *b == b'\n').count();
+    let ends: Vec<usize> = source.text.match_indices('\n').map(|(at, _)| at).collect();
+    let line = |at: usize| ends.partition_point(|end| *end < at);
     let mut lines = Vec::new();
     let mut problems = Vec::new();
     for error in errors {

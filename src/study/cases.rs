@@ -1,5 +1,7 @@
 //! A study's knobs -> its cases, each a run of its own.
 
+use std::collections::{HashMap, HashSet};
+
 use super::file::{Mode, Study};
 use super::knob::Knob;
 
@@ -36,16 +38,16 @@ pub fn cases(study: &Study) -> Vec<Case> {
         Mode::OneAtATime => one_at_a_time(&study.knobs),
         Mode::Grid => grid(&study.knobs),
     };
-    let mut cases: Vec<Case> = Vec::with_capacity(combinations.len());
-    for values in combinations {
+    let mut slugs = Slugs::default();
+    let case = |values: Vec<usize>| {
         let slug = match study.mode {
             Mode::OneAtATime => slug_off_base(&study.knobs, &values),
             Mode::Grid => slug(study.knobs.iter().zip(&values)),
         };
-        let slug = distinct(slug, &cases);
-        cases.push(Case { slug, values });
-    }
-    cases
+        let slug = slugs.distinct(&slug);
+        Case { slug, values }
+    };
+    combinations.into_iter().map(case).collect()
 }
 
 /// The designs at which numerical knobs are turned, each by a value of every knob (numerical ones at
@@ -98,8 +100,13 @@ fn design_values<'s>(
 /// A case of other values than those of `cases`, named after what differs from the base.
 pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
     let slug = format!("combined__{}", slug_off_base(&study.knobs, &values));
+    let taken = cases.iter().map(|case| case.slug.to_ascii_lowercase());
+    let mut slugs = Slugs {
+        taken: taken.collect(),
+        last: HashMap::new(),
+    };
     Case {
-        slug: distinct(slug, cases),
+        slug: slugs.distinct(&slug),
         values,
     }
 }
@@ -164,19 +171,38 @@ fn clean(label: &str) -> String {
     }
 }
 
-fn distinct(slug: String, taken: &[Case]) -> String {
-    let slug: String = slug.chars().take(180).collect();
-    let free = |candidate: &String| !taken.iter().any(|c| c.slug.eq_ignore_ascii_case(candidate));
-    std::iter::once(slug.clone())
-        .chain((2..).map(|i| format!("{slug}-{i}")))
-        .find(free)
-        .unwrap_or(slug)
+/// Names of folders, on systems too that take small letters for capitals.
+#[derive(Default)]
+struct Slugs {
+    /// In small letters.
+    taken: HashSet<String>,
+    /// The last number that was put behind a name, which is in small letters here.
+    last: HashMap<String, usize>,
+}
+
+impl Slugs {
+    /// The first 180 characters, with a number behind them where they are taken.
+    fn distinct(&mut self, slug: &str) -> String {
+        let slug: String = slug.chars().take(180).collect();
+        let last = self.last.entry(slug.to_ascii_lowercase()).or_default();
+        loop {
+            *last += 1;
+            let candidate = match *last {
+                1 => slug.clone(),
+                number => format!("{slug}-{number}"),
+            };
+            if self.taken.insert(candidate.to_ascii_lowercase()) {
+                return candidate;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::study::knob::{Kind, KnobValue};
+    use std::time::{Duration, Instant};
 
     fn knob(name: &str, labels: &[&str], base: usize) -> Knob {
         let value = |label: &&str| KnobValue {
@@ -264,5 +290,23 @@ mod tests {
         study.knobs = vec![knob("k", &["a b", "a-b", "a/b"], 0)];
         let slugs: Vec<String> = cases(&study).into_iter().map(|c| c.slug).collect();
         assert_eq!(slugs, ["base", "k_a-b", "k_a-b-2"]);
+    }
+
+    /// Ten thousand names that differ behind the letters that are kept.
+    #[test]
+    fn many_cases_with_one_name_are_told_apart_at_once() {
+        let begin = Instant::now();
+        let labels: Vec<String> = (0..10_000)
+            .map(|i| format!("{}{i}", "x".repeat(40)))
+            .collect();
+        let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
+        let mut study = study(Mode::Grid);
+        study.knobs = vec![knob("k", &labels, 0)];
+        let cases = cases(&study);
+        assert_eq!(cases.len(), 10_000);
+        assert!(cases[9_999].slug.ends_with("x-10000"), "{:?}", cases[9_999]);
+        let distinct: HashSet<&str> = cases.iter().map(|c| c.slug.as_str()).collect();
+        assert_eq!(distinct.len(), 10_000);
+        assert!(begin.elapsed() < Duration::from_secs(5));
     }
 }

@@ -10,7 +10,7 @@ use toml::Value;
 use super::keys::STUDY;
 use super::raw::RawKnob;
 use crate::scene::Fault;
-use crate::scene::check::fields::{Checker, Limits, Table};
+use crate::scene::check::fields::{Checker, Limits, Table, is_name};
 use crate::scene::raw::Located;
 
 /// Most cases of a grid.
@@ -127,11 +127,7 @@ pub fn check(
     let (span, raw) = (raw.span(), raw.get_ref());
     let at = Table::of("knob", span.clone(), Some((index, &None)));
     let name = match (&raw.name, &raw.key) {
-        (None, Some(key)) => key
-            .get_ref()
-            .rsplit('.')
-            .next()
-            .map(|w| w.trim().to_owned()),
+        (None, Some(key)) => name_of_key(checker, &at, key),
         (name, _) => checker.required_name(&at, name),
     };
     let order = checker.number(&at, "order", &raw.order, Limits::POSITIVE, Some(2.0));
@@ -169,6 +165,26 @@ pub fn check(
         order: order?,
         span,
     })
+}
+
+/// The last word of a key, which names the knob where nothing else does.
+fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Option<String> {
+    let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
+    if is_name(word) {
+        return Some(word.to_owned());
+    }
+    let fault = Fault::Particular {
+        message: format!(
+            "`{}`: \"{word}\", the last word of the key, is no name for the knob",
+            at.key("key")
+        ),
+        label: "names the knob",
+        remedy: "give the knob a `name` of its own, which begins with a letter and has letters, \
+                 digits, `_` and `-`: it becomes part of the names of folders"
+            .to_owned(),
+    };
+    checker.fault(key.span(), fault);
+    None
 }
 
 /// What `is` says, else what the keys are: a knob that sets a design value is one. Sizes and orders

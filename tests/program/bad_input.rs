@@ -198,6 +198,19 @@ fn twenty_thousand_faults_are_one_short_report() {
 }
 
 #[test]
+fn many_faults_of_one_line_cost_no_time() {
+    let folder = Folder::new("one-line");
+    let scene = folder.write("a.toml", format!("name = \"{}\"\n", "\\q".repeat(500_000)));
+    let begin = Instant::now();
+    let (code, said) = dovetail(&folder, &["check", &scene]);
+    assert!(
+        code == 2 && said.contains("missing escaped value"),
+        "{said}"
+    );
+    assert!(begin.elapsed() < Duration::from_secs(10), "{said}");
+}
+
+#[test]
 fn blanks_in_a_mesh_cost_no_time() {
     let folder = Folder::new("blanks");
     let mesh = std::fs::read(root("meshes/dovetail_small.msh")).unwrap();

@@ -1015,6 +1015,15 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
             "the values are: 1, 2, 3",
         ],
     );
+    // The knob's name becomes part of the names of folders.
+    told(
+        "name-of-key",
+        &changed("response.harmonics", "mesh.parameters./tmp/nu"),
+        &[
+            "`knob.0.key`: \"/tmp/nu\", the last word of the key, is no name for the knob",
+            "give the knob a `name` of its own",
+        ],
+    );
     told(
         "size",
         &changed("1/(value+1)", "1/value2"),

@@ -149,11 +149,7 @@ impl Checker<'_> {
     /// Gives a name that is fit for file names, column headings and the paths of `--set`.
     pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
         let name = value.get_ref();
-        let fit = name.starts_with(|c: char| c.is_ascii_alphabetic())
-            && name
-                .chars()
-                .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
-            && name.len() <= 100;
+        let fit = is_name(name);
         if !fit {
             self.fault(
                 value.span(),
@@ -287,6 +283,15 @@ impl Checker<'_> {
             }
         }
     }
+}
+
+/// Whether a word is fit for file names, column headings and the paths of `--set`.
+pub fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic())
+        && word
+            .chars()
+            .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+        && word.len() <= 100
 }
 
 /// Unit vector along `v`; `None` when it is zero. Scaled first: squares of very large or very small
