@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint deny book bench peers extremes study mutants setup vtk clean
+.PHONY: run test verify calculix lint deny book bench peers extremes study mutants fuzz setup vtk clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -17,10 +17,12 @@ test: setup vtk
 	    --set response.points=21
 	$(PYTHON) scripts/check_output.py output/check
 
-# The slow tests, the comparisons with CalculiX where it is there, and the extremes: see
-# docs/verification.md, which has their figures and what they take.
+# The slow tests, the comparisons with CalculiX where it is there, the extremes, and that the targets
+# of `make fuzz` compile: see docs/verification.md, which has their figures and what they take.
 verify: setup
 	@tools/setup.sh calculix
+	@tools/setup.sh fuzz
+	cargo check --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
 	cargo build --release --locked
 	cargo test --release --locked --workspace -- --ignored
 	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
@@ -36,6 +38,7 @@ calculix:
 
 lint:
 	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
 
@@ -85,6 +88,14 @@ mutants: setup vtk
 	    dlft::balance dlft::dense dlft::aft dlft::orbit dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
+
+# Texts and files that a user gives, as inputs that a fuzzer changes: each target for so many
+# seconds. See docs/verification.md.
+FUZZ_SECONDS := 3600
+fuzz: setup
+	@tools/setup.sh fuzz
+	@cargo fuzz --version >/dev/null 2>&1 || cargo install --locked cargo-fuzz
+	fuzz/run.sh $(FUZZ_SECONDS)
 
 setup:
 	@tools/setup.sh

@@ -37,14 +37,22 @@ pub fn print(results: &str) -> io::Result<()> {
 
 /// Prints an error to stderr: with colour and lines on a terminal, plain text elsewhere.
 pub fn report(error: &dyn Diagnostic) {
+    // A stderr that is gone is no reason to panic.
+    let _ = writeln!(
+        std::io::stderr(),
+        "{}",
+        rendered(error, std::io::stderr().is_terminal())
+    );
+}
+
+/// The report of an error, as [`report`] prints it on a terminal or elsewhere.
+pub fn rendered(error: &dyn Diagnostic, on_terminal: bool) -> String {
     let options = MietteHandlerOpts::new();
-    let handler = match std::io::stderr().is_terminal() {
+    let handler = match on_terminal {
         true => options.build(),
         false => options.unicode(false).color(false).width(110).build(),
     };
-    let shown = Shown::of(error);
-    // A stderr that is gone is no reason to panic.
-    let _ = writeln!(std::io::stderr(), "{}", Rendered(&handler, &shown));
+    Rendered(&handler, &Shown::of(error)).to_string()
 }
 
 struct Rendered<'a>(&'a dyn ReportHandler, &'a Shown<'a>);

@@ -2,6 +2,7 @@
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `vtk`: a Python environment in target/venv with VTK, for the read-back check.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
+# With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
 # Does nothing where all is there; says what is missing where it cannot install it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -53,6 +54,10 @@ calculix)
     python_packages scipy.sparse numpy scipy
     command -v ccx >/dev/null || install calculix-ccx ||
         say "CalculiX (ccx) is missing: the comparisons with it are left out"
+    exit 0
+    ;;
+fuzz)
+    command -v c++ >/dev/null || install g++ || { say "a C++ compiler is needed to build the fuzzer"; exit 1; }
     exit 0
     ;;
 esac

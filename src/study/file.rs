@@ -62,16 +62,23 @@ pub struct StudyText {
 }
 
 impl StudyText {
+    /// # Errors
+    /// [`StudyError::Read`] where the file cannot be read.
     pub fn read(file: &Path) -> Result<Self, StudyError> {
         let text = input::text(file).map_err(|source| StudyError::Read {
             path: file.to_owned(),
             source,
         })?;
-        Ok(Self {
+        Ok(Self::of(&text, file))
+    }
+
+    /// A text that stands, or could stand, in `file`, which is not read.
+    pub fn of(text: &str, file: &Path) -> Self {
+        Self {
             name: file.display().to_string(),
             folder: file.parent().unwrap_or(Path::new("")).to_owned(),
             text: text.into(),
-        })
+        }
     }
 
     fn source(&self) -> Source<'_> {

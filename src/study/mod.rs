@@ -27,11 +27,12 @@ use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
 
+pub use self::cases::{Case, cases};
 pub use self::error::StudyError;
+pub use self::file::{Study, StudyText};
 
 use self::analysis::{Analysis, analyse};
-use self::cases::{Case, cases, combination};
-use self::file::{Study, StudyText};
+use self::cases::combination;
 use self::folder::{Found, Settings};
 use self::results::{CaseResult, Ended, collect};
 use crate::pipeline;

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use dovetail::scene;
+use dovetail::study::{StudyText, cases};
 use dovetail_solver::dlft::settings::Resolution;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
@@ -55,6 +56,24 @@ fn survives(text: &str, overrides: &[String]) {
         assert!(material.density_kg_m3 > 0.0 && material.density_kg_m3.is_finite());
         assert!(material.poisson > -1.0 && material.poisson < 0.5);
     }
+}
+
+/// What `make fuzz` begins with beside the files that other tests read.
+#[test]
+fn the_seeds_of_fuzzing_are_possible() {
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    for file in [
+        "fuzz_targets/blocks.toml",
+        "seeds/scene/geometry.toml",
+        "seeds/scene/reduced_model.toml",
+    ] {
+        let read = scene::load(&fuzz.join(file), &[]);
+        assert!(read.is_ok(), "{file}: {read:?}");
+    }
+    let file = fuzz.join("seeds/study/grid.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let study = StudyText::of(&text, &file).parse(&[]);
+    assert_eq!(cases(&study.unwrap()).len(), 12);
 }
 
 /// Pieces likely to bring a scene to the edge of validity.

@@ -421,6 +421,7 @@ fn paths_that_the_book_names_exist() {
         "benches/",
         "crates/",
         "docs/",
+        "fuzz/",
         "geometry/",
         "meshes/",
         "scenes/",
