@@ -68,7 +68,7 @@ extremes: setup
 	python3 scripts/extremes.py
 
 # What the settings of the solution cost and buy on the paper's scene; see docs/study_results.md.
-# The study of the flank mesh takes hours and 3 GB:
+# The study of the flank mesh takes a quarter of an hour and 3 GB:
 # dovetail study studies/flank_mesh.toml --jobs 1 --threads 2.
 study: setup
 	cargo build --release --locked
