@@ -81,11 +81,11 @@ def main():
             column = next(key for key in rows[0] if key.endswith("_linear_amplitude_m"))
             amplitude = column.replace("_linear", "")
             peak = max(good, key=lambda row: float(row[amplitude]))
-            stuck = max(float(row[column]) for row in rows)
+            linear = max(float(row[column]) for row in rows)
             held = sum(float(row["retention_n"]) > 0 for row in good)
             opens = peak["opening_pairs"]
             print(f"| {name} | {level} | {len(good)} of {len(rows)} | {sum(newton)} | {max(newton)} "
-                  f"| {float(peak[amplitude]) / stuck:.4f} | {opens} | {held} | {seconds:.1f} |", flush=True)
+                  f"| {float(peak[amplitude]) / linear:.4f} | {opens} | {held} | {seconds:.1f} |", flush=True)
             for row in bad:
                 print(f"    {name}, {level} N, {row['frequency_hz']} Hz: {row['outcome']}, residual {row['residual']}", file=sys.stderr)
             points, failed, iterations = points + len(rows), failed + len(bad), iterations + sum(newton)

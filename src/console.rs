@@ -166,9 +166,7 @@ impl Console {
             self.peaks(name, i, response);
         }
     }
-}
 
-impl Console {
     /// Where an observation is largest, and what may be hidden there.
     fn peaks(&mut self, name: &str, i: usize, response: &Response) {
         let Some(peak) = peak(response, i) else {

@@ -20,7 +20,7 @@ use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Outcome, PairStatus, Response, SolvedFrequency, StaticState};
+use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{LinearReference, RelativeModel};
 use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
@@ -60,8 +60,7 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
 
 /// Whether there is a static state to vibrate about.
 pub(super) fn usable(state: &StaticState) -> Result<(), RunError> {
-    let open = |s: &PairStatus| *s == PairStatus::Open;
-    if !state.status.is_empty() && state.status.iter().all(open) {
+    if !state.status.is_empty() && state.all_open() {
         return Err(RunError::NothingHolds);
     }
     if state.outcome == Outcome::SlidesTooFar {
@@ -83,8 +82,7 @@ pub(super) fn tell_of_linear_reference(
     state: &StaticState,
     progress: &Progress,
 ) {
-    let is_open = |s: &&PairStatus| **s == PairStatus::Open;
-    let open = state.status.iter().filter(is_open).count();
+    let open = state.open_pairs().len();
     let first = reduced.linear_omega2(state).first();
     if let Some(why) = &state.linear.not_released {
         progress.warning(&format!(
@@ -146,23 +144,26 @@ pub(super) fn off_undamped_modes(
     for (kind, omega2) in modes {
         let modes_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
         for &frequency_hz in frequencies_hz {
-            for harmonic in 1..=harmonics {
-                let of_harmonic = harmonic as f64 * frequency_hz;
-                // Ascending: the first mode not below the window around the harmonic.
-                let mode = modes_hz.partition_point(|m| *m < of_harmonic * (1.0 - ON_A_MODE));
-                let on_it = |m: &f64| (m / of_harmonic - 1.0).abs() <= ON_A_MODE;
-                if modes_hz.get(mode).is_some_and(on_it) {
-                    return Err(RunError::UndampedMode {
-                        frequency_hz,
-                        harmonic,
-                        kind,
-                        mode: mode + 1,
-                    });
-                }
+            let on_it = |h: usize| Some((h, mode_at(&modes_hz, h as f64 * frequency_hz)?));
+            if let Some((harmonic, mode)) = (1..=harmonics).find_map(on_it) {
+                return Err(RunError::UndampedMode {
+                    frequency_hz,
+                    harmonic,
+                    kind,
+                    mode: mode + 1,
+                });
             }
         }
     }
     Ok(())
+}
+
+/// The mode, of ascending ones, that lies at a frequency.
+fn mode_at(modes_hz: &[f64], frequency_hz: f64) -> Option<usize> {
+    // The first one not below the window around it.
+    let mode = modes_hz.partition_point(|m| *m < frequency_hz * (1.0 - ON_A_MODE));
+    let is_there = |m: &f64| (m / frequency_hz - 1.0).abs() <= ON_A_MODE;
+    modes_hz.get(mode).is_some_and(is_there).then_some(mode)
 }
 
 /// A response with `harmonics` beside one of another resolution: with its samples, where it says how many.

@@ -78,6 +78,19 @@ pub struct StaticState {
     pub linear: LinearReference,
 }
 
+impl StaticState {
+    /// Numbers of the pairs that carry no force, ascending.
+    pub fn open_pairs(&self) -> Vec<usize> {
+        let is_open = |pair: &usize| self.status[*pair] == PairStatus::Open;
+        (0..self.status.len()).filter(is_open).collect()
+    }
+
+    /// Whether no pair carries a force.
+    pub fn all_open(&self) -> bool {
+        self.status.iter().all(|s| *s == PairStatus::Open)
+    }
+}
+
 /// State of a pair in the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairStatus {

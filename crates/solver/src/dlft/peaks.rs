@@ -81,13 +81,9 @@ impl Top {
         if below + above < ONE_FREQUENCY * middle.0 {
             return None;
         }
-        let wide = match below > above {
-            true => 0.5 * (low.0 + middle.0),
-            false => 0.5 * (middle.0 + high.0),
-        };
-        let (narrow, fall) = match below > above {
-            true => (above, middle.1 - high.1),
-            false => (below, middle.1 - low.1),
+        let (wide, narrow, fall) = match below > above {
+            true => (0.5 * (low.0 + middle.0), above, middle.1 - high.1),
+            false => (0.5 * (middle.0 + high.0), below, middle.1 - low.1),
         };
         let widths = below.max(above) / narrow;
         if widths > UNEVEN && fall * widths > LEAST_RISE * middle.1 {

@@ -31,11 +31,8 @@ pub fn static_state(
     options: NewtonOptions,
 ) -> StaticState {
     let mut state = settle(model, load_steps, options);
-    let statuses = state.status.iter().enumerate();
-    let open = statuses.filter(|(_, status)| **status == PairStatus::Open);
-    let open: Vec<usize> = open.map(|(pair, _)| pair).collect();
-    if state.outcome.is_converged() && open.len() < model.pairs.len() {
-        state.linear = LinearReference::about(model, &open);
+    if state.outcome.is_converged() && !state.all_open() {
+        state.linear = LinearReference::about(model, &state.open_pairs());
     }
     state
 }
@@ -49,14 +46,13 @@ fn settle(model: &RelativeModel, load_steps: usize, options: NewtonOptions) -> S
         StaticSystem::new(model, &inexact, eps, retention).load_up(start, load_steps, options)
     };
     let mut free = load_up(None, Start::Unloaded);
-    let is_open = |state: &StaticState| state.status.iter().all(|s| *s == PairStatus::Open);
     let mut start = Start::Unloaded;
-    let is_lost = |state: &StaticState| is_open(state) || !state.outcome.is_converged();
+    let is_lost = |state: &StaticState| state.all_open() || !state.outcome.is_converged();
     if is_lost(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
         // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
         // any stiffness: start with the flanks together.
         let other = load_up(None, Start::ClearancesClosed);
-        if !is_lost(&other) || is_open(&free) && !is_open(&other) {
+        if !is_lost(&other) || free.all_open() && !other.all_open() {
             (free, start) = (other, Start::ClearancesClosed);
         }
     }

@@ -10,7 +10,7 @@
 //! is what vibrations too small to open, close or slide a pair obey. Its modes diagonalise it, Rayleigh damping
 //! included.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
@@ -69,50 +69,42 @@ impl LinearReference {
     /// On its modes alone, without any pair, under the loads of `relative`, which it was made from. Displacements count
     /// from the static state.
     pub fn model(&self, relative: &RelativeModel) -> RelativeModel {
+        let load = |load: &Load| Load {
+            on_x: Vec::new(),
+            on_modes: self.shares(&load.on_x, &load.on_modes),
+        };
         let harmonic = |excitation: &HarmonicLoad| HarmonicLoad {
             harmonic: excitation.harmonic,
-            cosine: self.on_modes(&excitation.cosine),
-            sine: self.on_modes(&excitation.sine),
+            cosine: load(&excitation.cosine),
+            sine: load(&excitation.sine),
         };
-        let observed = |observed: &ObservedDisplacement| {
-            let Load { on_x, on_modes } = self.on_modes(&Load {
-                on_x: observed.on_x.clone(),
-                on_modes: observed.on_modes.clone(),
-            });
-            ObservedDisplacement {
-                name: observed.name.clone(),
-                on_x,
-                on_modes,
-            }
+        let observed = |observed: &ObservedDisplacement| ObservedDisplacement {
+            name: observed.name.clone(),
+            on_x: Vec::new(),
+            on_modes: self.shares(&observed.on_x, &observed.on_modes),
         };
         RelativeModel {
             stiffness: Mat::zeros(0, 0),
             mass: Mat::zeros(0, 0),
             coupling: Mat::zeros(0, self.omega2.len()),
             omega2: self.omega2.clone(),
-            static_load: self.on_modes(&relative.static_load),
+            static_load: load(&relative.static_load),
             excitations: relative.excitations.iter().map(harmonic).collect(),
             observations: relative.observations.iter().map(observed).collect(),
             pairs: Vec::new(),
         }
     }
 
-    /// The share of each mode in a load.
-    fn on_modes(&self, load: &Load) -> Load {
-        let on_modes = match &self.released {
-            None => load.on_modes.clone(),
-            Some(Released { rows, vectors }) => {
-                let on_open = rows.iter().map(|i| load.on_x[*i]);
-                let all: Vec<f64> = on_open.chain(load.on_modes.iter().copied()).collect();
-                let column = Mat::from_fn(all.len(), 1, |i, _| all[i]);
-                let shares = product(vectors.transpose(), column.as_ref());
-                shares.col_as_slice(0).to_vec()
-            }
+    /// What weights of the relative displacements and of the stuck modes, a load or what is observed, are on each mode.
+    fn shares(&self, on_x: &[f64], on_modes: &[f64]) -> Vec<f64> {
+        let Some(Released { rows, vectors }) = &self.released else {
+            return on_modes.to_vec();
         };
-        Load {
-            on_x: Vec::new(),
-            on_modes,
-        }
+        let on_open = rows.iter().map(|i| on_x[*i]);
+        let all: Vec<f64> = on_open.chain(on_modes.iter().copied()).collect();
+        let column = MatRef::from_column_major_slice(&all, all.len(), 1);
+        let shares = product(vectors.transpose(), column);
+        shares.col_as_slice(0).to_vec()
     }
 }
 
