@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint deny book bench peers extremes study mutants fuzz setup vtk clean
+.PHONY: run test verify calculix lint deny book bench peers extremes study mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -10,7 +10,7 @@ run: setup
 	cargo run --release --locked -- run scenes/paper.toml
 
 # Every test, then a run whose files VTK's own reader reads back.
-test: setup vtk
+test: setup checks
 	cargo test --locked --workspace
 	cargo build --release --locked
 	target/release/dovetail run scenes/paper.toml --out output/check --quiet \
@@ -78,7 +78,7 @@ study: setup
 # See docs/verification.md.
 MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
     $(if $(SHARD),--shard $(SHARD))
-mutants: setup vtk
+mutants: setup checks
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
 	mkdir -p output
 	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
@@ -100,8 +100,8 @@ fuzz: setup
 setup:
 	@tools/setup.sh
 
-vtk:
-	@tools/setup.sh vtk
+checks:
+	@tools/setup.sh checks
 
 clean:
 	cargo clean

@@ -12,20 +12,12 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::pipeline::Reduced;
 use crate::pipeline::observer::Observer;
 use crate::stage::{Stage, StageRecord};
-use dovetail_solver::dlft::peaks::LEAST_RISE;
-use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::{Orbit, Outcome, Response};
-use dovetail_solver::results::far_slip::TOO_FAR;
-use dovetail_solver::results::quantities::{
-    local_peaks, pair_counts, peak, peak_is_at_an_end, peak_rise,
-};
+use dovetail_solver::dlft::Response;
+use dovetail_solver::results::quantities::{local_peaks, pair_counts, peak};
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
-
-/// Estimated error of an amplitude that is worth a warning.
-const TRUNCATED: f64 = 0.02;
 
 /// Prints what it hears to stderr.
 #[derive(Debug)]
@@ -116,76 +108,18 @@ fn print(message: &str) {
 }
 
 impl Console {
-    /// The figures of a response that a reader asks for first, and what to mind about it.
+    /// The figures of a response that a reader asks for first.
     pub fn figures(&mut self, reduced: &Reduced, response: &Response) {
-        let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
-        let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
-        if !held.is_empty() {
-            let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
-            self.warning(&format!(
-                "at {} of {} frequencies friction does not hold the blade along its slot: its mean position was held there, \
-                 as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
-                held.len(),
-                response.orbits.len(),
-            ));
-        }
-        let leaves = |o: &&Orbit| o.outcome == Outcome::LeavesSlot;
-        let leaving = response.orbits.iter().filter(leaves).count();
-        if leaving > 0 {
-            self.warning(&format!(
-                "at {leaving} of {} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
-                 flanks than the steady load presses them together; excite it less (force_n), or press it harder \
-                 (rotation.speed_rpm, [[load]])",
-                response.orbits.len(),
-            ));
-        }
-        let sliding = |o: &&Orbit| o.outcome == Outcome::SlidesTooFar;
-        let sliding = response.orbits.iter().filter(sliding).count();
-        if sliding > 0 {
-            self.warning(&format!(
-                "at {sliding} of {} frequencies a pair slides farther than {} % of the shorter side of its flank, which contact between \
-                 pairs of nodes does not cover (outcome slides_too_far of response.csv)",
-                response.orbits.len(),
-                100.0 * TOO_FAR,
-            ));
-        }
-        let inaccurate = |o: &&Orbit| o.outcome == Outcome::AccuracyNotReached;
-        let inaccurate = response.orbits.iter().filter(inaccurate).count();
-        if inaccurate > 0 {
-            self.warning(&format!(
-                "at {inaccurate} of {} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
-                 motion was found or the estimate did not fall (outcome accuracy_not_reached and column estimated_error of response.csv)",
-                response.orbits.len(),
-                Resolution::MOST_ADAPTED,
-            ));
-        }
-        if inaccurate == 0 {
-            self.warn_of_truncation(response);
-        }
         for (i, name) in reduced.observations().into_iter().enumerate() {
             self.peaks(name, i, response);
         }
     }
 
-    /// Where an observation is largest, and what may be hidden there.
+    /// Where an observation is largest.
     fn peaks(&mut self, name: &str, i: usize, response: &Response) {
         let Some(peak) = peak(response, i) else {
             return;
         };
-        if peak_is_at_an_end(response, i) {
-            self.warning(&format!(
-                "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
-                 or response.times_first_linear_mode",
-                peak.frequency_hz
-            ));
-        }
-        if let Some(rise) = peak_rise(response, i).filter(|rise| *rise > LEAST_RISE) {
-            self.warning(&format!(
-                "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
-                 response.most_added_points",
-                100.0 * rise
-            ));
-        }
         let counts = pair_counts(&response.orbits[peak.index]);
         let at_rest = match counts.open_at_rest {
             0 => String::new(),
@@ -204,22 +138,6 @@ impl Console {
                 local.at.amplitude_m,
                 local.at.frequency_hz,
                 loss_factor.recip()
-            ));
-        }
-    }
-
-    /// Harmonics that were asked for may be too few.
-    fn warn_of_truncation(&mut self, response: &Response) {
-        let errors = || response.orbits.iter().filter(|o| o.outcome.is_converged());
-        let errors = || errors().filter_map(|o| o.estimated_error);
-        let above = errors().filter(|e| *e > TRUNCATED).count();
-        if above > 0 {
-            self.warning(&format!(
-                "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
-                 (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
-                response.orbits.len(),
-                100.0 * TRUNCATED,
-                100.0 * errors().filter(|e| e.is_finite()).fold(0.0, f64::max),
             ));
         }
     }

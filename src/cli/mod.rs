@@ -136,23 +136,20 @@ fn with_files(
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match command {
-        Command::Run(_) => {
+        Command::Run(_) | Command::Static(_) => {
             let mut writer = Arc::clone(files);
             let observers = &mut Both(&mut writer, console);
-            let run = noted(pipeline::solve(scene, context, observers), files)?;
+            let run = match command {
+                Command::Static(_) => pipeline::static_state(scene, context, observers),
+                _ => pipeline::solve(scene, context, observers),
+            };
+            let run = noted(run, files)?;
             let verdict = run.verdict();
+            files.locked().report(scene, &run, &verdict)?;
             finish(files, &run.summary, &verdict, console)?;
             if let Some(response) = &run.response {
                 console.figures(&run.reduced, response);
             }
-            Ok(verdict?)
-        }
-        Command::Static(_) => {
-            let mut writer = Arc::clone(files);
-            let observers = &mut Both(&mut writer, console);
-            let state = pipeline::static_state(scene, context, observers);
-            let (summary, verdict) = noted(state, files)?;
-            finish(files, &summary, &verdict, console)?;
             Ok(verdict?)
         }
         Command::Mesh(_) => {
@@ -163,9 +160,9 @@ fn with_files(
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(console);
             let (rows, summary) = noted(pipeline::modes(scene, context, &progress), files)?;
-            files.locked().modes(&rows)?;
             let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
+            files.locked().modes(rows)?;
             finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes {

@@ -11,6 +11,8 @@ pub mod folder;
 pub mod journal;
 pub mod manifest;
 pub mod plots;
+pub mod report;
+mod unrolled;
 pub mod vtu;
 
 pub use error::ExportError;

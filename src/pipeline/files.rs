@@ -15,7 +15,7 @@ use super::meshing::MESH_FILE;
 use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, hertz, solve, summary};
+use super::{Context, Run, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
 use crate::export::folder::{OtherScene, OutputFolder};
@@ -26,7 +26,7 @@ use crate::export::plots::{
     write_orbit_dissipation_map, write_response_plot, write_separation_map,
     write_static_pressure_map,
 };
-use crate::export::{ExportError, create_folder, csv, flank, vtu};
+use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency, StaticState};
@@ -69,6 +69,12 @@ pub struct Files {
     journal: Journal,
     /// The responses that have begun, the scene's own first.
     solving: Vec<Solving>,
+    /// What there was to mind.
+    warnings: Vec<String>,
+    /// Rows of modes.csv.
+    rows: Vec<csv::ModeRow>,
+    /// At the peak, of each body, where fields are written.
+    motion: Option<Vec<Vec<NodalField>>>,
 }
 
 impl Files {
@@ -99,6 +105,9 @@ impl Files {
             beginning,
             journal,
             solving: Vec::new(),
+            warnings: Vec::new(),
+            rows: Vec::new(),
+            motion: None,
         })
     }
 
@@ -111,8 +120,10 @@ impl Files {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn modes(&self, rows: &[csv::ModeRow]) -> Result<(), RunError> {
-        Ok(csv::write_modes(&self.out.file("modes.csv"), rows)?)
+    pub fn modes(&mut self, rows: Vec<csv::ModeRow>) -> Result<(), RunError> {
+        csv::write_modes(&self.out.file("modes.csv"), &rows)?;
+        self.rows = rows;
+        Ok(())
     }
 
     /// modes_campbell.csv and plots/campbell.svg.
@@ -163,13 +174,45 @@ impl Files {
             self.journal.clear()?;
         }
         self.remove_empty_journal()?;
-        let (state, why) = match verdict {
-            Err(error) if error.exit_status() == ExitStatus::Failed => {
-                (RunState::Failed, Some(told(error)))
-            }
-            _ => (RunState::Finished, None),
-        };
+        let (state, why) = ended(verdict);
         Ok(self.out.write_summary(summary.clone(), state, why)?)
+    }
+
+    /// report.html of a run with this verdict.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn report(
+        &mut self,
+        scene: &Scene,
+        run: &Run,
+        verdict: &Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let (state, why) = ended(verdict);
+        let summary = Summary {
+            state,
+            why,
+            ..run.summary.clone()
+        };
+        let compared = run.compared.as_ref();
+        let compared = compared.map(|c| (format!("H = {}", c.harmonics), &c.response));
+        let contents = report::Contents {
+            scene,
+            summary: &summary,
+            observations: &run.reduced.observations(),
+            pairs: &run.reduced.pairs,
+            model: run.reduced.meshed().map(|meshed| &meshed.model),
+            modes: &self.rows,
+            static_state: Some(&run.static_state),
+            sweep: run.response.as_ref().map(|response| report::Sweep {
+                response,
+                label: harmonics_label(response),
+                compared: compared.as_ref().map(|(label, r)| (label.as_str(), *r)),
+            }),
+            motion: self.motion.as_deref(),
+            warnings: &self.warnings,
+        };
+        Ok(report::write(&self.out.file("report.html"), &contents)?)
     }
 
     /// The mesh that gmsh wrote.
@@ -299,6 +342,16 @@ impl Solving {
     }
 }
 
+/// How a run with this verdict ended, and why it failed.
+fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
+    match verdict {
+        Err(error) if error.exit_status() == ExitStatus::Failed => {
+            (RunState::Failed, Some(told(error)))
+        }
+        _ => (RunState::Finished, None),
+    }
+}
+
 /// An error with its causes.
 fn told(error: &RunError) -> String {
     let mut text = error.to_string();
@@ -314,7 +367,7 @@ impl Observer for Files {
     /// modes.csv.
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.list_mesh(reduced.meshed().map(Meshed::summary).as_ref());
-        self.modes(&mode_rows(reduced, None, &[]))
+        self.modes(mode_rows(reduced, None, &[]))
     }
 
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
@@ -322,12 +375,16 @@ impl Observer for Files {
         let recovery = recovery.filter(|_| state.outcome.is_converged());
         write_static_state(&self.out, reduced, recovery, state)?;
         if solve::usable(state).is_ok() {
-            self.modes(&mode_rows(reduced, Some(state), &[]))?;
+            self.modes(mode_rows(reduced, Some(state), &[]))?;
         }
         match self.beginning {
             Beginning::Anew => Ok(self.out.remove_earlier()?),
             Beginning::Resumed => Ok(()),
         }
+    }
+
+    fn warning(&mut self, message: &str) {
+        self.warnings.push(message.to_owned());
     }
 
     fn figures(&mut self, summary: &Summary) {
@@ -411,7 +468,8 @@ impl Observer for Files {
             out.wrote([flanks.write_collection(out.path(), response.orbits.len())?]);
         }
         if let Some(meshed) = reduced.meshed() {
-            write_response_on_mesh(out, &meshed.model, self.recovery(reduced), response)?;
+            let recovery = self.recovery(reduced);
+            self.motion = write_response_on_mesh(out, &meshed.model, recovery, response)?;
         }
         Ok(())
     }
@@ -423,7 +481,7 @@ impl Observer for Files {
         state: &StaticState,
         omega2: &[Vec<f64>],
     ) -> Result<(), RunError> {
-        self.modes(&mode_rows(reduced, Some(state), omega2))
+        self.modes(mode_rows(reduced, Some(state), omega2))
     }
 }
 
@@ -478,6 +536,9 @@ impl Observer for Arc<SharedFiles> {
     }
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         self.locked().static_state(reduced, state)
+    }
+    fn warning(&mut self, message: &str) {
+        self.locked().warning(message);
     }
     fn figures(&mut self, summary: &Summary) {
         self.locked().figures(summary);
@@ -590,13 +651,13 @@ fn write_static_state(
     Ok(())
 }
 
-/// Maps of the flanks; with `recovery` the flanks at each frequency and the motion of the bodies at the peak.
+/// Maps of the flanks; with `recovery` the fields on them and the motion of the bodies at the peak, which it gives.
 fn write_response_on_mesh(
     out: &OutputFolder,
     model: &Model,
     recovery: Option<&Recovery>,
     response: &Response,
-) -> Result<(), RunError> {
+) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
     let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
     if !model.pairs.is_empty() {
         write_separation_map(&out.file("plots/fig5_separation.svg"), model, response)?;
@@ -607,15 +668,13 @@ fn write_response_on_mesh(
         }
     }
     let Some(recovery) = recovery else {
-        return Ok(());
+        return Ok(None);
     };
     if !model.pairs.is_empty() {
         flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
     }
-    if let Some(orbit) = at_peak {
-        write_peak_motion(out, model, recovery, orbit)?;
-    }
-    Ok(())
+    let write = |orbit| write_peak_motion(out, model, recovery, orbit);
+    at_peak.map(write).transpose()
 }
 
 /// Amplitude against frequency, per observation.
@@ -660,13 +719,13 @@ fn harmonics_label(response: &Response) -> String {
     }
 }
 
-/// Both bodies over one period of an orbit.
+/// Both bodies over one period of an orbit; gives the 2H+1 fields of each.
 fn write_peak_motion(
     out: &OutputFolder,
     model: &Model,
     recovery: &Recovery,
     orbit: &Orbit,
-) -> Result<(), RunError> {
+) -> Result<Vec<Vec<NodalField>>, RunError> {
     let blocks = 2 * orbit.harmonics + 1;
     let columns = |v: &[f64]| {
         let rows = v.len() / blocks;
@@ -696,7 +755,7 @@ fn write_peak_motion(
         frequency_hz,
         FRAMES,
     )?);
-    Ok(())
+    Ok(fields)
 }
 
 /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.

@@ -4,6 +4,7 @@ mod cache;
 mod campbell;
 mod error;
 mod files;
+mod findings;
 mod meshed;
 mod meshing;
 pub mod observer;
@@ -51,7 +52,7 @@ pub struct Context {
 pub struct Run {
     pub reduced: Reduced,
     pub static_state: StaticState,
-    /// `None` where there is no static state to vibrate about.
+    /// `None` where there is no static state to vibrate about, or none was asked for.
     pub response: Option<Response>,
     /// The response with another number of harmonics, where the scene asks for one.
     pub compared: Option<Compared>,
@@ -121,6 +122,9 @@ pub fn solve(
         })
     };
     let compared = compared.map(compare).transpose()?;
+    for warning in findings::warnings(&reduced, &response) {
+        progress.warning(&warning);
+    }
     {
         let _stage = progress.stage(Stage::ResponseFiles);
         progress.tell(|o| o.response(&reduced, &response, compared.as_ref()))?;
@@ -268,20 +272,26 @@ fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
     (scaled, force_n)
 }
 
-/// Up to the static state under rotation; the summary, and whether there is such a state.
+/// Up to the static state under rotation: a run without a response.
 ///
 /// # Errors
-/// Those of [`modes`], or the observer's; the second one [`RunError::StaticState`] or [`RunError::NothingHolds`].
+/// Those of [`modes`], or the observer's.
 pub fn static_state(
     scene: &Scene,
     context: &Context,
     observer: &mut dyn Observer,
-) -> Result<(Summary, Result<(), RunError>), RunError> {
+) -> Result<Run, RunError> {
     let progress = &Progress::new(observer);
     let reduced = Reduced::of(scene, context, progress)?;
-    let (state, mut summary) = solve_static(scene, context, &reduced, progress)?;
+    let (static_state, mut summary) = solve_static(scene, context, &reduced, progress)?;
     summary::take_down(progress, &mut summary);
-    Ok((summary, solve::usable(&state)))
+    Ok(Run {
+        reduced,
+        static_state,
+        response: None,
+        compared: None,
+        summary,
+    })
 }
 
 /// Says that the scene is sound; nothing is computed or written.

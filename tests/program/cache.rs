@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder::Folder;
+use crate::shared_folder::{Folder, without_effort};
 use crate::shared_program::{ended, said, said_in_one_line};
 
 const SCENE: &str = "scenes/verification/patch.toml";
@@ -100,7 +100,7 @@ impl Bench {
                     folders.push(path);
                 } else if !path.ends_with("summary.json") {
                     let name = path.strip_prefix(&root).unwrap().to_path_buf();
-                    files.insert(name, std::fs::read(&path).unwrap());
+                    files.insert(name, without_effort(std::fs::read(&path).unwrap()));
                 }
             }
         }

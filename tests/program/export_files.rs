@@ -1,6 +1,6 @@
 //! Files written from a made-up model and response are read back: by `vtkio`, as text, and by VTK
 //! itself through scripts/check_output.py. That needs an interpreter of Python with vtk and numpy:
-//! the one of `tools/setup.sh vtk`, or another one named by `DOVETAIL_PYTHON`; without one these
+//! the one of `tools/setup.sh checks`, or another one named by `DOVETAIL_PYTHON`; without one these
 //! tests fail.
 
 mod made_up_run;
@@ -889,7 +889,7 @@ fn python_with_vtk() -> PathBuf {
         .output();
     assert!(
         found.is_ok_and(|o| o.status.success()),
-        "{} is missing or cannot import vtk and numpy: run `make test` or `tools/setup.sh vtk`, \
+        "{} is missing or cannot import vtk and numpy: run `make test` or `tools/setup.sh checks`, \
          which install them, or name an interpreter that has them in DOVETAIL_PYTHON",
         python.display()
     );

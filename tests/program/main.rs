@@ -31,6 +31,7 @@ mod reduced_scenes;
 mod reduction;
 mod reference;
 mod reference_dovetail72;
+mod report;
 mod rubbing_beam;
 mod run_as_value;
 mod scene_any_text;

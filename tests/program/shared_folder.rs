@@ -29,3 +29,14 @@ impl AsRef<OsStr> for Folder {
         self.0.path().as_os_str()
     }
 }
+
+/// The bytes of a file of a run; of a report without the section that says what the run took.
+pub fn without_effort(bytes: Vec<u8>) -> Vec<u8> {
+    const SECTION: &str = "<section id=\"effort\">";
+    let text = String::from_utf8_lossy(&bytes);
+    let Some((before, after)) = text.split_once(SECTION) else {
+        return bytes;
+    };
+    let (_, after) = after.split_once("</section>").unwrap();
+    format!("{before}{after}").into_bytes()
+}

@@ -1,0 +1,338 @@
+//! What the scripts of a report draw, as JSON.
+
+use std::f64::consts::TAU;
+
+use serde::Serialize;
+
+use super::packed::{Scaled, bytes, scaled};
+use super::skin::Skin;
+use super::{Contents, Sweep};
+use crate::export::unrolled::panels;
+use dovetail_numerics::fourier::Fourier;
+use dovetail_solver::dlft::{Orbit, Response};
+use dovetail_solver::model::Model;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
+    cycle_fields, linear_amplitude, pair_counts, phasors, static_fields, sweep_fields,
+};
+
+/// Hysteresis loops that are shown.
+const LOOPS: usize = 4;
+/// Points of a loop.
+const INSTANTS: usize = 128;
+
+/// All that is drawn.
+#[derive(Debug, Serialize)]
+pub(super) struct Data {
+    curves: Vec<Curve>,
+    counts: Option<Counts>,
+    flanks: Vec<Flank>,
+    fields: Vec<Field>,
+    statuses: Option<Statuses>,
+    loops: Vec<Loop>,
+    skin: Option<Skin>,
+}
+
+/// Amplitude of an observation over frequency.
+#[derive(Debug, Serialize)]
+struct Curve {
+    name: String,
+    frequency_hz: Vec<f64>,
+    amplitude_m: Vec<Option<f64>>,
+    /// Relative.
+    estimated_error: Vec<Option<f64>>,
+    linear_m: Vec<Option<f64>>,
+    /// Lag of the first harmonic, degrees.
+    phase_deg: Vec<Option<f64>>,
+    /// With more points, where its peaks are.
+    linear: Line,
+    compared: Option<Line>,
+    label: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Line {
+    label: String,
+    frequency_hz: Vec<f64>,
+    amplitude_m: Vec<Option<f64>>,
+}
+
+/// Pairs and powers over frequency.
+#[derive(Debug, Serialize)]
+struct Counts {
+    frequency_hz: Vec<f64>,
+    slipping: Vec<Option<usize>>,
+    opening: Vec<Option<usize>>,
+    open_at_rest: Vec<Option<usize>>,
+    stuck: Vec<Option<usize>>,
+    friction_w: Vec<Option<f64>>,
+    damping_w: Vec<Option<f64>>,
+}
+
+/// A flank in its own plane, m.
+#[derive(Debug, Serialize)]
+struct Flank {
+    name: String,
+    /// Left, right, below, above.
+    edges: [String; 4],
+    size: [f64; 2],
+    patches: Vec<Patch>,
+}
+
+#[derive(Debug, Serialize)]
+struct Patch {
+    pair: usize,
+    outline: Vec<[f64; 2]>,
+}
+
+/// A value per pair.
+#[derive(Debug, Serialize)]
+struct Field {
+    title: &'static str,
+    unit: &'static str,
+    values: Scaled,
+}
+
+/// What each pair does at each converged frequency: pairs of the first, of the second, ... as codes of the status.
+#[derive(Debug, Serialize)]
+struct Statuses {
+    frequency_hz: Vec<f64>,
+    peak: Option<usize>,
+    codes: String,
+}
+
+/// Friction force over displacement of a pair in a period, along the direction that it moves in most.
+#[derive(Debug, Serialize)]
+struct Loop {
+    title: String,
+    displacement_m: Vec<f64>,
+    force_n: Vec<f64>,
+    friction_power_w: f64,
+}
+
+impl Data {
+    pub fn of(contents: &Contents<'_>) -> Self {
+        let model = contents.model.filter(|model| !model.pairs.is_empty());
+        let sweep = contents.sweep.as_ref();
+        let pairs = contents.pairs;
+        Self {
+            curves: sweep.map_or_else(Vec::new, |sweep| curves(contents.observations, sweep)),
+            counts: sweep
+                .filter(|_| !pairs.rows.is_empty())
+                .map(|sweep| counts(sweep.response)),
+            flanks: model.map_or_else(Vec::new, flanks),
+            fields: model.map_or_else(Vec::new, |model| fields(contents, model)),
+            statuses: sweep
+                .filter(|_| model.is_some())
+                .map(|sweep| statuses(sweep, pairs)),
+            loops: sweep
+                .and_then(|sweep| sweep.at_peak())
+                .map_or_else(Vec::new, |orbit| loops(orbit, pairs)),
+            skin: contents.model.map(|model| Skin::of(model, contents.motion)),
+        }
+    }
+}
+
+/// Six digits: what a reader reads off, and no more bytes.
+fn short(v: f64) -> f64 {
+    format!("{v:.6e}").parse().unwrap_or(v)
+}
+
+fn valid<T>(orbit: &Orbit, value: T) -> Option<T> {
+    orbit.outcome.is_converged().then_some(value)
+}
+
+fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
+    let response = sweep.response;
+    let orbits = || response.orbits.iter();
+    let line = |label: &str, response: &Response, i: usize| Line {
+        label: label.to_owned(),
+        frequency_hz: response.orbits.iter().map(|o| o.frequency_hz).collect(),
+        amplitude_m: response
+            .orbits
+            .iter()
+            .map(|o| valid(o, short(*o.observed_amplitude_m.get(i)?)))
+            .collect(),
+    };
+    let curve = |(i, name): (usize, &&str)| {
+        let own = line("", response, i);
+        let linear = |o: &Orbit| linear_amplitude(response, o.frequency_hz, i).map(short);
+        let phase = |o: &Orbit| {
+            let first = *phasors(o.observed.get(i)?).first()?;
+            valid(o, short(first.phase_rad.to_degrees()))
+        };
+        Curve {
+            name: (*name).to_owned(),
+            frequency_hz: own.frequency_hz,
+            amplitude_m: own.amplitude_m,
+            estimated_error: orbits()
+                .map(|o| o.estimated_error.filter(|e| e.is_finite()).map(short))
+                .collect(),
+            linear_m: orbits().map(linear).collect(),
+            phase_deg: orbits().map(phase).collect(),
+            linear: Line {
+                label: "linear".to_owned(),
+                frequency_hz: response
+                    .linear_curve
+                    .iter()
+                    .map(|p| p.frequency_hz)
+                    .collect(),
+                amplitude_m: response
+                    .linear_curve
+                    .iter()
+                    .map(|p| p.observed_amplitude_m.get(i).copied().map(short))
+                    .collect(),
+            },
+            compared: sweep
+                .compared
+                .map(|(label, response)| line(label, response, i)),
+            label: sweep.label.clone(),
+        }
+    };
+    names.iter().enumerate().map(curve).collect()
+}
+
+fn counts(response: &Response) -> Counts {
+    let orbits = || response.orbits.iter();
+    let count = |of: fn(&Orbit) -> usize| orbits().map(|o| valid(o, of(o))).collect();
+    Counts {
+        frequency_hz: orbits().map(|o| o.frequency_hz).collect(),
+        slipping: count(|o| pair_counts(o).slipping),
+        opening: count(|o| pair_counts(o).opening),
+        open_at_rest: count(|o| pair_counts(o).open_at_rest),
+        stuck: count(|o| pair_counts(o).stuck),
+        friction_w: orbits()
+            .map(|o| valid(o, short(o.friction_power_w)))
+            .collect(),
+        damping_w: orbits()
+            .map(|o| valid(o, short(o.viscous_power_w)))
+            .collect(),
+    }
+}
+
+fn flanks(model: &Model) -> Vec<Flank> {
+    let panel = |panel: crate::export::unrolled::Panel| Flank {
+        name: panel.name,
+        edges: panel.edges,
+        size: [panel.high[0] - panel.low[0], panel.high[1] - panel.low[1]],
+        patches: panel
+            .patches
+            .into_iter()
+            .map(|(pair, outline)| Patch {
+                pair,
+                outline: outline.iter().map(|p| p.map(short)).collect(),
+            })
+            .collect(),
+    };
+    panels(model).into_iter().map(panel).collect()
+}
+
+fn fields(contents: &Contents<'_>, model: &Model) -> Vec<Field> {
+    let mut fields = Vec::new();
+    let mut add = |title, unit, values: &[f64]| {
+        fields.push(Field {
+            title,
+            unit,
+            values: scaled(values.iter().copied()),
+        });
+    };
+    if let Some(sweep) = &contents.sweep {
+        if let Some(orbit) = sweep.at_peak() {
+            let cycle = cycle_fields(orbit, &model.pairs);
+            add(
+                "friction power at the peak",
+                "W/m²",
+                &cycle.dissipation_w_m2,
+            );
+            add("distance slid in a period at the peak", "m", &cycle.slid_m);
+            add("largest pressure at the peak", "Pa", &cycle.pressure_max_pa);
+            add("mean pressure at the peak", "Pa", &cycle.pressure_mean_pa);
+            add(
+                "share of the period spent open at the peak",
+                "",
+                &cycle.open_fraction,
+            );
+        }
+        let sums = sweep_fields(sweep.response, &model.pairs);
+        add(
+            "friction power, mean over the frequencies",
+            "W/m²",
+            &sums.dissipation_mean_w_m2,
+        );
+    }
+    if let Some(state) = contents.static_state.filter(|s| s.outcome.is_converged()) {
+        let at_rest = static_fields(state, &model.pairs);
+        add("static pressure", "Pa", &at_rest.pressure_pa);
+        let slip: Vec<f64> = at_rest.slip_m.iter().map(|s| s[0].hypot(s[1])).collect();
+        add("static slip", "m", &slip);
+    }
+    fields
+}
+
+fn statuses(sweep: &Sweep<'_>, pairs: &PairTable) -> Statuses {
+    let converged = || {
+        let orbits = sweep.response.orbits.iter();
+        orbits.filter(|o| o.outcome.is_converged())
+    };
+    let codes: Vec<u8> = converged()
+        .flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status)
+        .map(|status| status as u8)
+        .collect();
+    let peak_hz = sweep.at_peak().map(|orbit| orbit.frequency_hz);
+    Statuses {
+        frequency_hz: converged().map(|o| o.frequency_hz).collect(),
+        peak: converged().position(|o| Some(o.frequency_hz) == peak_hz),
+        codes: bytes(&codes),
+    }
+}
+
+/// Of the pairs with the largest friction power.
+fn loops(orbit: &Orbit, pairs: &PairTable) -> Vec<Loop> {
+    let mut order: Vec<usize> = (0..orbit.cycles.len()).collect();
+    let power = |pair: &usize| orbit.cycles[*pair].friction_power_w;
+    order.sort_by(|a, b| power(b).total_cmp(&power(a)));
+    let spends = order.into_iter().filter(|pair| power(pair) > 0.0);
+    spends
+        .take(LOOPS)
+        .map(|pair| hysteresis(orbit, pairs, pair))
+        .collect()
+}
+
+fn hysteresis(orbit: &Orbit, pairs: &PairTable, pair: usize) -> Loop {
+    let blocks = 2 * orbit.harmonics + 1;
+    let n = orbit.x.len() / blocks;
+    let fourier = Fourier::new(orbit.harmonics, INSTANTS.max(4 * (orbit.harmonics + 1)));
+    let signal = |v: &[f64], c: usize| {
+        let coefficients: Vec<f64> = (0..blocks).map(|h| v[h * n + 3 * pair + c]).collect();
+        let mut out = vec![0.0; fourier.samples()];
+        fourier.to_time(&coefficients, &mut out);
+        out
+    };
+    let [x1, x2] = [1, 2].map(|c| signal(&orbit.x, c));
+    let [f1, f2] = [1, 2].map(|c| signal(&orbit.lambda, c));
+    // The longest axis of the path.
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let (m1, m2) = (mean(&x1), mean(&x2));
+    let moment = |a: &[f64], ma: f64, b: &[f64], mb: f64| -> f64 {
+        let pairs = a.iter().zip(b);
+        pairs.map(|(a, b)| (a - ma) * (b - mb)).sum()
+    };
+    let (s11, s22) = (moment(&x1, m1, &x1, m1), moment(&x2, m2, &x2, m2));
+    let angle = 0.5 * (2.0 * moment(&x1, m1, &x2, m2)).atan2(s11 - s22);
+    let (sin, cos) = angle.rem_euclid(TAU).sin_cos();
+    let along = |a: &[f64], b: &[f64]| -> Vec<f64> {
+        let both = a.iter().zip(b);
+        let mut out: Vec<f64> = both.map(|(a, b)| short(cos * a + sin * b)).collect();
+        // Closed.
+        out.extend(out.first().copied());
+        out
+    };
+    let row = &pairs.rows[pair];
+    Loop {
+        title: format!("{}, pair {pair}", pairs.contacts[row.contact]),
+        displacement_m: along(&x1, &x2),
+        // By which the first body pushes the second: it spends what the loop encloses.
+        force_n: along(&f1, &f2),
+        friction_power_w: short(orbit.cycles[pair].friction_power_w),
+    }
+}

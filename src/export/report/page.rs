@@ -1,0 +1,706 @@
+//! The text of a report, section by section.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::Contents;
+use super::data::Data;
+use super::words::{counted, figure, percent, quantity};
+use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
+use dovetail_solver::description::Subject;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress};
+use dovetail_solver::reduction::LISTED_MODES;
+use dovetail_solver::reduction::damping::DampingSpec;
+
+const STYLE: &str = include_str!("report.css");
+/// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.iife.min.js` and `dist/uPlot.min.css`.
+const CHARTS: [&str; 2] = [
+    include_str!("vendor/uPlot.iife.min.js"),
+    include_str!("vendor/uPlot.min.css"),
+];
+const SCRIPTS: [&str; 4] = [
+    include_str!("viewer.js"),
+    include_str!("curves.js"),
+    include_str!("flanks.js"),
+    include_str!("report.js"),
+];
+/// Above this an estimated error is pointed at.
+const DOUBTFUL: f64 = 0.02;
+/// So is a larger error of the balance of energy.
+const UNBALANCED: f64 = 1e-3;
+
+/// The whole page.
+pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
+    let name = &contents.summary.scene.name;
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (name) " – dovetail" }
+                style { (PreEscaped(CHARTS[1])) (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { (name) }
+                    p.quiet {
+                        "dovetail " (contents.summary.version) ", scene " code { (contents.summary.scene.file) }
+                    }
+                }
+                nav { (links(contents)) }
+                main {
+                    (answer(contents))
+                    (warnings(contents.warnings))
+                    (response(contents))
+                    (flanks(contents))
+                    (loops(contents))
+                    (motion(contents))
+                    (static_state(contents))
+                    (computed(contents))
+                    (modes(contents))
+                    (effort(contents))
+                }
+                script type="application/json" id="data" { (json(data)) }
+                script { (PreEscaped(CHARTS[0])) }
+                @for script in SCRIPTS { script { (PreEscaped(script)) } }
+            }
+        }
+    }
+}
+
+/// The data as text of a script element, which ends at the first `</`.
+fn json(data: &Data) -> PreEscaped<String> {
+    let text = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned());
+    PreEscaped(in_script(&text))
+}
+
+fn in_script(json: &str) -> String {
+    json.replace("</", "<\\/")
+}
+
+fn links(contents: &Contents<'_>) -> Markup {
+    let all = [
+        ("answer", "Answer", true),
+        ("response", "Response", contents.sweep.is_some()),
+        ("flanks", "Flanks", has_flanks(contents)),
+        (
+            "hysteresis",
+            "Loops",
+            contents.sweep.is_some() && !contents.pairs.rows.is_empty(),
+        ),
+        ("motion", "Motion", contents.model.is_some()),
+        (
+            "static",
+            "Static state",
+            contents.summary.static_state.is_some(),
+        ),
+        ("computed", "What was computed", true),
+        ("modes", "Frequencies", !contents.modes.is_empty()),
+        ("effort", "Times", true),
+    ];
+    html! {
+        @for (id, title, _) in all.into_iter().filter(|(_, _, shown)| *shown) {
+            a href={ "#" (id) } { (title) }
+        }
+    }
+}
+
+fn has_flanks(contents: &Contents<'_>) -> bool {
+    contents.model.is_some_and(|model| !model.pairs.is_empty())
+}
+
+/// A number with what it is.
+fn card(title: &str, value: &str, more: &Markup) -> Markup {
+    html! { div.card { div.quiet { (title) } div.figure { (value) } div.quiet { (more) } } }
+}
+
+/// The peak, what friction does there, and whether to trust it.
+fn answer(contents: &Contents<'_>) -> Markup {
+    let summary = contents.summary;
+    let Some(response) = &summary.response else {
+        return html! { section #answer { h2 { "Answer" } (without_response(contents)) } };
+    };
+    html! {
+        section #answer {
+            h2 { "Answer" }
+            @if let (Some(amplitude_m), Some(frequency_hz)) = (response.peak_amplitude_m, response.peak_frequency_hz) {
+                div.cards {
+                    (card(
+                        &format!("Peak of {}", response.observation.as_deref().unwrap_or("the motion")),
+                        &quantity(amplitude_m, "m", 4),
+                        &html! { "at " (figure(frequency_hz, 6)) " Hz" },
+                    ))
+                    (against_linear(response))
+                    (losses(response))
+                    (joint(response, contents.pairs.rows.len()))
+                }
+            } @else {
+                p { "No frequency converged, so that there is no peak." }
+            }
+            h3 { "Can this be trusted?" }
+            (trust(contents, response))
+        }
+    }
+}
+
+fn without_response(contents: &Contents<'_>) -> Markup {
+    html! {
+        @match (contents.summary.state, &contents.summary.why) {
+            (RunState::Failed, Some(why)) => p.warning { "The run failed: " (why) },
+            _ => p { "The static state alone was computed; see below." },
+        }
+    }
+}
+
+fn against_linear(response: &ResponseSummary) -> Markup {
+    let Some(linear_m) = response.linear_peak_amplitude_m else {
+        return html! {};
+    };
+    let at = response.linear_peak_frequency_hz.unwrap_or(f64::NAN);
+    let ratio = response.peak_ratio.map(|ratio| figure(ratio, 3));
+    card(
+        "Without slip and separation",
+        &quantity(linear_m, "m", 4),
+        &html! {
+            "at " (figure(at, 6)) " Hz"
+            @if let Some(ratio) = ratio { "; the peak is " (ratio) " of this" }
+        },
+    )
+}
+
+fn losses(response: &ResponseSummary) -> Markup {
+    let Some(friction_w) = response.peak_friction_power_w else {
+        return html! {};
+    };
+    let damping_w = response.peak_damping_power_w.unwrap_or(f64::NAN);
+    let at_peak = response
+        .peaks
+        .iter()
+        .find(|p| Some(p.row) == response.peak_row);
+    let quality = at_peak.and_then(|p| Some((p.loss_factor?, p.quality_factor?)));
+    card(
+        "Friction dissipates at the peak",
+        &quantity(friction_w, "W", 3),
+        &html! {
+            "damping " (quantity(damping_w, "W", 3))
+            @if let Some((loss, quality)) = quality {
+                "; loss factor " (figure(loss, 3)) ", Q = " (figure(quality, 3))
+            }
+        },
+    )
+}
+
+fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
+    let (Some(slipping), Some(opening)) =
+        (response.peak_slipping_pairs, response.peak_opening_pairs)
+    else {
+        return html! {};
+    };
+    if pairs == 0 {
+        return html! {};
+    }
+    let share = response.area_share_that_opens.filter(|share| *share > 0.0);
+    card(
+        "The joint at the peak",
+        &format!("{slipping} of {pairs} pairs slip"),
+        &html! {
+            (opening) " open"
+            @if let Some(share) = share {
+                "; over the range " (percent(share, 2)) " of the area opens"
+            }
+        },
+    )
+}
+
+/// One line of what speaks for or against the figures.
+fn line(good: bool, text: &Markup) -> Markup {
+    let (class, word) = if good {
+        ("good", "yes")
+    } else {
+        ("doubt", "look")
+    };
+    html! { li class=(class) { b { (word) } " " (text) } }
+}
+
+fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
+    let converged = response.converged_points == response.points;
+    let rise = response.peak_rise;
+    html! {
+        ul.trust {
+            (line(converged, &html! {
+                (response.converged_points) " of " (response.points) " frequencies converged."
+            }))
+            @if response.peak_at_end_of_range {
+                (line(false, &html! {
+                    "The largest amplitude is at an end of the range: the curve may go on rising outside."
+                }))
+            } @else if let Some(rise) = rise {
+                (line(rise <= 1e-3, &html! {
+                    "Between the frequencies the peak may be " (percent(rise.max(0.0), 2)) " higher."
+                }))
+            }
+            @match response.peak_estimated_error {
+                Some(error) => (line(error <= DOUBTFUL, &html! {
+                    "The harmonics left out change the peak by an estimated " (percent(error, 2)) "."
+                })),
+                None if response.peak_amplitude_m.is_some() && !contents.pairs.rows.is_empty() => {
+                    (line(false, &html! { "The error of the harmonics left out is not known." }))
+                }
+                None => {}
+            }
+            @if let Some(error) = response.worst_energy_balance_error {
+                (line(error <= UNBALANCED, &html! {
+                    "Power put in and power spent differ by at most " (percent(error, 2)) "."
+                }))
+            }
+            @if let Some(error) = contents.summary.truncation.as_ref().and_then(|t| t.amplitude) {
+                (line(error <= 1e-3, &html! {
+                    "The modes left out change amplitudes by an estimated " (percent(error, 2)) "."
+                }))
+            }
+            li.quiet {
+                "The mesh is not judged here: a study over its sizes does that. Pressures at the edges of flanks grow with refinement."
+            }
+        }
+    }
+}
+
+fn warnings(warnings: &[String]) -> Markup {
+    html! {
+        @if !warnings.is_empty() {
+            section #warnings {
+                h2 { "Warnings" }
+                ul { @for warning in warnings { li.warning { (warning) } } }
+            }
+        }
+    }
+}
+
+fn response(contents: &Contents<'_>) -> Markup {
+    let (Some(sweep), Some(summary)) = (&contents.sweep, &contents.summary.response) else {
+        return html! {};
+    };
+    html! {
+        section #response {
+            h2 { "Response" }
+            p {
+                "Amplitude is the largest departure from the mean in a period. The linear curve is without slip and separation. "
+                "Drag over a stretch to zoom, double-click to see all."
+            }
+            div.tools {
+                @if contents.observations.len() > 1 {
+                    label { "of " select #observation {
+                        @for (i, name) in contents.observations.iter().enumerate() { option value=(i) { (name) } }
+                    } }
+                }
+                label { input #logarithmic type="checkbox"; " logarithmic" }
+                label { "lay a measured curve over (CSV: Hz, m) " input #measured type="file" accept=".csv,.txt"; }
+            }
+            div #amplitude .chart {}
+            @if !contents.pairs.rows.is_empty() {
+                h3 { "What the pairs do" }
+                div #counts .chart {}
+            }
+            h3 { "Phase of the first harmonic" }
+            div #phase .chart {}
+            @if !summary.peaks.is_empty() { (peaks(contents)) }
+            @if let Some(orbit) = sweep.at_peak() { (harmonics(contents, orbit)) }
+        }
+    }
+}
+
+fn peaks(contents: &Contents<'_>) -> Markup {
+    let peaks = contents.summary.response.iter().flat_map(|r| &r.peaks);
+    let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| figure(v, 3));
+    html! {
+        h3 { "Peaks" }
+        div.wide { table {
+            tr { th { "Hz" } th { "amplitude" } th { "loss factor" } th { "Q" } th { "equivalent damping ratio" } }
+            @for peak in peaks {
+                tr {
+                    td { (figure(peak.frequency_hz, 6)) }
+                    td { (quantity(peak.amplitude_m, "m", 4)) }
+                    td { (number(peak.loss_factor)) }
+                    td { (number(peak.quality_factor)) }
+                    td { (peak.loss_factor.map_or_else(|| "–".to_owned(), |l| percent(0.5 * l, 3))) }
+                }
+            }
+        } }
+    }
+}
+
+fn harmonics(contents: &Contents<'_>, orbit: &dovetail_solver::dlft::Orbit) -> Markup {
+    use dovetail_solver::results::quantities::phasors;
+    let Some((name, observed)) = contents.observations.first().zip(orbit.observed.first()) else {
+        return html! {};
+    };
+    let phasors = phasors(observed);
+    let largest = phasors.iter().fold(0.0_f64, |m, p| m.max(p.amplitude));
+    if largest <= 0.0 {
+        return html! {};
+    }
+    // From 1e-6 of the largest, a decade alike.
+    let width =
+        |amplitude: f64| 100.0 * ((amplitude / largest).log10() / 6.0 + 1.0).clamp(0.0, 1.0);
+    html! {
+        h3 { "Harmonics of " (name) " at the peak" }
+        p.quiet { "The bars are logarithmic: a sixth of the width is a factor of ten." }
+        div.wide { table.bars {
+            @for (i, phasor) in phasors.iter().enumerate() {
+                tr {
+                    td { (i + 1) }
+                    td.bar { div style={ "width:" (format!("{:.1}", width(phasor.amplitude))) "%" } {} }
+                    td { (quantity(phasor.amplitude, "m", 3)) }
+                    td { (figure(phasor.phase_rad.to_degrees(), 3)) "°" }
+                }
+            }
+        } }
+    }
+}
+
+fn flanks(contents: &Contents<'_>) -> Markup {
+    if !has_flanks(contents) {
+        return html! {};
+    }
+    html! {
+        section #flanks {
+            h2 { "Flanks" }
+            p {
+                "Each flank is unrolled: the slot runs to the right, outwards is up. "
+                "A patch is the share of flank that belongs to one pair; point at it to read its value."
+            }
+            div.tools {
+                label { "show " select #field {} }
+            }
+            div #field-map .map {}
+            @if contents.sweep.is_some() {
+                h3 { "Where pairs slip and open" }
+                div.tools {
+                    label.slider { "frequency " input #status-at type="range" min="0" value="0"; output #status-hz {} }
+                }
+                div #status-map .map {}
+            }
+        }
+    }
+}
+
+fn loops(contents: &Contents<'_>) -> Markup {
+    if contents.sweep.is_none() || contents.pairs.rows.is_empty() {
+        return html! {};
+    }
+    html! {
+        section #hysteresis {
+            h2 { "Hysteresis loops at the peak" }
+            p {
+                "Friction force over displacement of the pairs that dissipate most, along the direction that each moves in most. "
+                "A loop encloses what friction takes in a period."
+            }
+            div #loops .loops {}
+        }
+    }
+}
+
+fn motion(contents: &Contents<'_>) -> Markup {
+    if contents.model.is_none() {
+        return html! {};
+    }
+    let moves = contents.motion.is_some();
+    html! {
+        section #motion {
+            h2 { @if moves { "Motion at the peak" } @else { "Bodies" } }
+            p.quiet { "Drag to turn, shift and drag to move, wheel or pinch to zoom, double-click to start anew." }
+            canvas #viewer tabindex="0" aria-label="The bodies in three dimensions" {}
+            div.tools {
+                @if moves {
+                    button #play type="button" { "play" }
+                    label.slider { "phase " input #phase-at type="range" min="0" max="359" value="0"; }
+                    label.slider { "exaggerated " input #exaggeration type="range" min="0" max="100" value="50"; output #exaggeration-of {} }
+                }
+                label { "colour " select #viewer-field {} }
+                label.slider { "pull apart " input #apart type="range" min="0" max="100" value="0"; }
+                label { input #edges type="checkbox"; " mesh" }
+            }
+            div #viewer-bar .bar-of-colours {}
+        }
+    }
+}
+
+fn static_state(contents: &Contents<'_>) -> Markup {
+    let Some(state) = &contents.summary.static_state else {
+        return html! {};
+    };
+    let force = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| quantity(v, "N", 4));
+    html! {
+        section #static {
+            h2 { "Static state" }
+            p { (static_words(state)) }
+            div.wide { table {
+                tr { th { "contact" } th { "pairs" } th { "area" } th { "normal force" } th { "friction force" } th { "mean pressure" } }
+                @for contact in &state.contacts {
+                    tr {
+                        td { (contact.name) }
+                        td { (contact.pairs) }
+                        td { (contact.area_m2.map_or_else(|| "–".to_owned(), |a| format!("{} mm²", figure(1e6 * a, 4)))) }
+                        td { (force(contact.normal_force_n)) }
+                        td { (force(contact.friction_force_n)) }
+                        td { (contact.mean_pressure_pa.map_or_else(|| "–".to_owned(), |p| quantity(p, "Pa", 3))) }
+                    }
+                }
+            } }
+        }
+    }
+}
+
+fn static_words(state: &StaticSummary) -> Markup {
+    let (Some(stuck), Some(slipping), Some(open)) =
+        (state.stuck_pairs, state.slipping_pairs, state.open_pairs)
+    else {
+        return html! { "It did not converge: " (state.outcome.word()) "." };
+    };
+    let slip = state.largest_slip_m.map(|s| quantity(s, "m", 3));
+    let pressure = state.largest_pressure_pa.map(|p| quantity(p, "Pa", 3));
+    html! {
+        "Under the steady load " (counted(stuck, "pair sticks", "pairs stick")) ", "
+        (counted(slipping, "slides", "slide")) " and " (counted(open, "is open", "are open")) "."
+        @if let Some(slip) = slip { " The largest slip is " (slip) "." }
+        @if let Some(pressure) = pressure { " The largest pressure is " (pressure) ", which depends on the mesh at the edges of a flank." }
+        @if let Some(force) = state.retention_n {
+            " Friction does not hold the blade along its slot; it was held with " (quantity(force, "N", 3)) "."
+        }
+    }
+}
+
+fn computed(contents: &Contents<'_>) -> Markup {
+    html! {
+        section #computed {
+            h2 { "What was computed" }
+            @match &contents.scene.subject {
+                Subject::Assembly(assembly) => (assembly_words(contents, assembly)),
+                Subject::ReducedModel(spec) => {
+                    p {
+                        "A reduced model was read from " code { (spec.folder.display()) } ": "
+                        (contents.pairs.rows.len()) " pairs, friction " (figure(spec.friction, 3)) ", clearance "
+                        (quantity(spec.gap_m, "m", 3)) ", excitation " (quantity(spec.force_n, "N", 3)) "."
+                    }
+                }
+            }
+            (solution_words(contents))
+        }
+    }
+}
+
+fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
+    let mesh = contents.summary.mesh.as_ref();
+    html! {
+        div.wide { table {
+            tr { th { "body" } th { "Young's modulus" } th { "Poisson's ratio" } th { "density" } th { "mass" } th { "nodes" } th { "tetrahedra" } th { "held" } }
+            @for body in &assembly.bodies {
+                @let sizes = mesh.and_then(|mesh| mesh.bodies.iter().find(|b| b.name == body.name));
+                tr {
+                    td { (body.name) }
+                    td { (quantity(body.material.young_pa, "Pa", 4)) }
+                    td { (figure(body.material.poisson, 3)) }
+                    td { (figure(body.material.density_kg_m3, 4)) " kg/m³" }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg", figure(b.mass_kg, 4)))) }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| b.nodes.to_string())) }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| b.tets.to_string())) }
+                    td { (held(body)) }
+                }
+            }
+        } }
+        @if let Some(mesh) = mesh {
+            p {
+                "The mesh is " code { (std::path::Path::new(&mesh.source).file_name().map_or_else(|| mesh.source.clone(), |name| name.to_string_lossy().into_owned())) } ": tetrahedra of order " (mesh.order) ", "
+                (mesh.free_dofs) " free degrees of freedom."
+            }
+        }
+        @if let Some(rotation) = &assembly.rotation {
+            p {
+                "It turns at " (figure(rotation.speed_rad_s * 30.0 / std::f64::consts::PI, 5)) " rpm about ("
+                (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
+                @match rotation.prestress {
+                    Prestress::HeldFlanks => "The centrifugal load stiffens it, found with the flanks held, and softens it by the spin.",
+                    Prestress::None => "The centrifugal load is steady; it does not change the stiffness.",
+                }
+            }
+        }
+        ul {
+            @for contact in &assembly.contacts { li { (contact_words(contact)) } }
+            @for load in &assembly.loads {
+                li {
+                    "A steady load on " code { (load.on) } ": "
+                    @match load.load {
+                        LoadKind::Force { vector_n } => { "a force of (" (vector_n.map(|v| figure(v, 4)).join(", ")) ") N." },
+                        LoadKind::Pressure { pressure_pa } => { "a pressure of " (quantity(pressure_pa, "Pa", 4)) "." },
+                    }
+                }
+            }
+            @for force in &assembly.excitations {
+                li {
+                    "A force of " (quantity(force.force_n, "N", 3)) " at " code { (force.points) } " along ("
+                    (force.direction.map(|v| figure(v, 3)).join(", ")) ") shakes it"
+                    @if force.harmonic > 1 { " with " (force.harmonic) " times the frequency" }
+                    @if force.phase_rad != 0.0 { ", " (figure(force.phase_rad.to_degrees(), 3)) "° behind" }
+                    "."
+                }
+            }
+            @for probe in &assembly.observations {
+                li {
+                    (probe.name) " is the displacement of " code { (probe.points) } " along ("
+                    (probe.direction.map(|v| figure(v, 3)).join(", ")) ")."
+                }
+            }
+        }
+    }
+}
+
+fn held(body: &BodySpec) -> String {
+    let along = body.fixed_along.iter().zip(["x", "y", "z"]);
+    let along =
+        along.flat_map(|(groups, axis)| groups.iter().map(move |g| format!("{g} along {axis}")));
+    let all: Vec<String> = body.fixed.iter().cloned().chain(along).collect();
+    match all.is_empty() {
+        true => "by its contacts".to_owned(),
+        false => all.join(", "),
+    }
+}
+
+fn contact_words(contact: &ContactSpec) -> Markup {
+    let second = contact.second.as_deref().unwrap_or("rigid ground");
+    html! {
+        "Contact " b { (contact.name) } " between " code { (contact.first) } " and " code { (second) } ": "
+        @match contact.law {
+            ContactLaw::Bonded => "bonded.",
+            ContactLaw::UnilateralCoulomb => {
+                "it opens, and slides with dry friction of " (figure(contact.friction, 3))
+                @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
+                @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
+                "."
+            },
+        }
+    }
+}
+
+fn solution_words(contents: &Contents<'_>) -> Markup {
+    let (scene, summary) = (contents.scene, contents.summary);
+    let spec = &scene.response;
+    html! {
+        p {
+            @match scene.damping {
+                DampingSpec::Ratio { ratio, linear_mode } => {
+                    "Damping is " (percent(ratio, 3)) " of critical on linear mode " (linear_mode) "."
+                }
+                DampingSpec::Rayleigh { stiffness_s, mass_per_s } => {
+                    "Damping is " (figure(stiffness_s, 3)) " s times the stiffness and " (figure(mass_per_s, 3)) "/s times the mass."
+                }
+            }
+            @if contents.sweep.is_some() {
+                " The periodic motion was sought at " (spec.points) " frequencies by harmonic balance with "
+                @match spec.resolution {
+                    Resolution::Fixed { harmonics, samples } => {
+                        (counted(harmonics, "harmonic", "harmonics")) " and " (samples) " samples of a period."
+                    }
+                    Resolution::Accuracy(accuracy) => {
+                        "as many harmonics as an accuracy of " (percent(accuracy, 2)) " asks for."
+                    }
+                }
+                @if let Some(added) = summary.response.as_ref().map(|r| r.added_points).filter(|n| *n > 0) {
+                    " " (counted(added, "frequency was", "frequencies were")) " added at peaks."
+                }
+            }
+        }
+        p.quiet {
+            "Taken for granted: small displacements, linear elasticity, one sector without its neighbours, contact between pairs of "
+            "nodes that face each other, the same coefficient of friction at rest and in motion, no wear, no Coriolis force, and motion "
+            "with the period of the excitation."
+        }
+    }
+}
+
+fn modes(contents: &Contents<'_>) -> Markup {
+    if contents.modes.is_empty() {
+        return html! {};
+    }
+    let kinds = [
+        (
+            "linear",
+            "about the static state: closed pairs stick, open ones are free",
+        ),
+        ("stuck", "all pairs stuck"),
+        ("flanks_held", "each body by itself, its flanks held"),
+        (
+            "fixed_interface",
+            "kept in the reduction of a body by itself",
+        ),
+    ];
+    html! {
+        section #modes {
+            h2 { "First frequencies" }
+            div.wide { table {
+                tr { th { "" } th { "body" } @for i in 1..=LISTED_MODES { th { (i) } } }
+                @for (kind, words) in kinds {
+                    @let bodies = bodies_of(contents, kind);
+                    @for body in bodies {
+                        @let rows = || contents.modes.iter().filter(|r| r.kind == kind && r.body == body);
+                        tr {
+                            td { (words) }
+                            td { (body) }
+                            @for row in rows().take(LISTED_MODES) { td { (figure(row.frequency_hz, 6)) } }
+                        }
+                    }
+                }
+            } }
+            p.quiet { "In hertz." }
+        }
+    }
+}
+
+fn bodies_of<'a>(contents: &'a Contents<'_>, kind: &str) -> Vec<&'a str> {
+    let of_kind = contents.modes.iter().filter(|row| row.kind == kind);
+    let mut bodies: Vec<&str> = of_kind.map(|row| row.body.as_str()).collect();
+    bodies.dedup();
+    bodies
+}
+
+fn effort(contents: &Contents<'_>) -> Markup {
+    let summary = contents.summary;
+    html! {
+        section #effort {
+            h2 { "Times" }
+            p {
+                "The run took " (figure(summary.seconds, 3)) " s"
+                @if let Some(seconds) = summary.processor_seconds { " (" (figure(seconds, 3)) " s of the processor)" }
+                @if let Some(response) = &summary.response {
+                    ", with " (response.newton_iterations) " Newton and " (response.krylov_iterations) " linear iterations"
+                }
+                "."
+            }
+            div.wide { table {
+                tr { th { "stage" } th { "s" } th { "memory, MiB" } th { "unknowns" } }
+                @for stage in &summary.stages {
+                    tr {
+                        td { (stage.name) @if stage.from_cache { " (from the cache)" } }
+                        td { (format!("{:.2}", stage.seconds)) }
+                        td { (stage.peak_memory_mib.map_or_else(|| "–".to_owned(), |m| format!("{m:.0}"))) }
+                        td { (stage.unknowns.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")) }
+                    }
+                }
+            } }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_ends_the_script_that_it_stands_in() {
+        let name = "a</script><b>";
+        let text = in_script(&serde_json::to_string(name).unwrap());
+        assert!(!text.contains("</"), "{text}");
+        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+    }
+}

@@ -1,0 +1,91 @@
+//! Numbers as a reader takes them in.
+
+/// Prefixes of units and their powers of a thousand.
+const PREFIXES: [(&str, i32); 9] = [
+    ("p", -4),
+    ("n", -3),
+    ("µ", -2),
+    ("m", -1),
+    ("", 0),
+    ("k", 1),
+    ("M", 2),
+    ("G", 3),
+    ("T", 4),
+];
+
+/// To so many digits, and its power of ten.
+fn rounded(v: f64, digits: usize) -> (f64, i32) {
+    let text = format!("{v:.*e}", digits.saturating_sub(1));
+    let power = text.rsplit('e').next().and_then(|e| e.parse().ok());
+    (text.parse().unwrap_or(v), power.unwrap_or(0))
+}
+
+/// So many digits in all, without an exponent where that is short.
+pub(super) fn figure(v: f64, digits: usize) -> String {
+    if v == 0.0 {
+        return "0".to_owned();
+    }
+    if !v.is_finite() {
+        return "–".to_owned();
+    }
+    let (value, power) = rounded(v, digits);
+    if !(-4..6).contains(&power) {
+        return format!("{v:.*e}", digits.saturating_sub(1)).replace('-', "−");
+    }
+    let after = (digits as i32 - 1 - power).max(0) as usize;
+    format!("{value:.after$}").replace('-', "−")
+}
+
+/// With the prefix that leaves one to three digits before the point: `6.491 mm`.
+pub(super) fn quantity(v: f64, unit: &str, digits: usize) -> String {
+    if v == 0.0 || !v.is_finite() {
+        return format!("{} {unit}", figure(v, digits));
+    }
+    let (value, power) = rounded(v, digits);
+    let power = power.div_euclid(3).clamp(-4, 4);
+    let prefix = PREFIXES.iter().find(|(_, p)| *p == power);
+    let prefix = prefix.map_or("", |(prefix, _)| prefix);
+    format!(
+        "{} {prefix}{unit}",
+        figure(value / 1e3_f64.powi(power), digits)
+    )
+}
+
+/// `3.4 %`.
+pub(super) fn percent(share: f64, digits: usize) -> String {
+    format!("{} %", figure(100.0 * share, digits))
+}
+
+/// `1 pair`, `12 pairs`.
+pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+    match count {
+        1 => format!("1 {one}"),
+        _ => format!("{count} {many}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_their_digits_and_prefixes() {
+        for (v, text) in [
+            (6.4913e-3, "6.491 mm"),
+            (16.82e-3, "16.82 mm"),
+            (113.8e9, "113.8 GPa"),
+            (-4.2e-7, "−420.0 nPa"),
+            (0.0, "0 Pa"),
+            (999.96, "1.000 kPa"),
+            (1e-30, "1.000e−18 pPa"),
+        ] {
+            let unit = if text.ends_with("Pa") { "Pa" } else { "m" };
+            assert_eq!(quantity(v, unit, 4), text);
+        }
+        assert_eq!(figure(193.0, 3), "193");
+        assert_eq!(figure(5.19e-3, 3), "0.00519");
+        assert_eq!(figure(f64::NAN, 3), "–");
+        assert_eq!(percent(0.0413, 2), "4.1 %");
+        assert_eq!(counted(1, "pair", "pairs"), "1 pair");
+    }
+}

@@ -1,0 +1,216 @@
+//! Unrolls the flanks: each contact is a panel in its own plane, all in one sense. The slot runs to the right,
+//! outwards is up, and the edges have names. Each pair is the patch of flank that is its tributary
+//! area.
+
+use std::collections::BTreeMap;
+
+use dovetail_numerics::space::{dot, scaled, sub, unit};
+use dovetail_solver::model::{Model, Rotation};
+
+/// A side of a flank is named after a direction of the machine with at least this cosine to it.
+const LEAST_COSINE: f64 = 0.1;
+
+/// A flank in its own plane.
+#[derive(Debug)]
+pub(super) struct Panel {
+    pub name: String,
+    /// The sides left, right, below and above.
+    pub edges: [String; 4],
+    /// Pair and outline of its patch, m, to the right and up.
+    pub patches: Vec<(usize, Vec<[f64; 2]>)>,
+    pub low: [f64; 2],
+    pub high: [f64; 2],
+}
+
+/// The flanks of a model in the order of its contacts; those without triangles are left out.
+pub(super) fn panels(model: &Model) -> Vec<Panel> {
+    let contacts = 0..model.contact_names.len();
+    contacts.filter_map(|c| panel(model, c)).collect()
+}
+
+/// The flank of one contact, `None` where it has no triangles.
+fn panel(model: &Model, contact: usize) -> Option<Panel> {
+    let triangles: Vec<[usize; 3]> = model
+        .flank_triangles
+        .iter()
+        .map(|t| t.map(|n| n as usize))
+        .filter(|t| model.pairs[t[0]].contact == contact)
+        .collect();
+    let origin = model.pairs[triangles.first()?[0]].position_m;
+    let [_, t1, t2] = model.pairs[triangles[0][0]].frame;
+    let machine = MachineDirections::at(origin, model.rotation.as_ref());
+    let (right, sides) = turned(t1, machine.axial, ["front end", "rear end"]);
+    let (up, heights) = turned(t2, machine.radial, ["inner edge", "outer edge"]);
+    let flat = |pair: usize| {
+        let from_origin = sub(model.pairs[pair].position_m, origin);
+        [dot(from_origin, right), dot(from_origin, up)]
+    };
+    let mut patches = patches(&triangles, flat);
+    let corners = || patches.iter().flat_map(|(_, c)| c);
+    let bound = |axis: usize, pick: fn(f64, f64) -> f64, start: f64| {
+        corners().map(|c| c[axis]).fold(start, pick)
+    };
+    let low = [0, 1].map(|axis| bound(axis, f64::min, f64::INFINITY));
+    let high = [0, 1].map(|axis| bound(axis, f64::max, f64::NEG_INFINITY));
+    // Both axes start at the corner of the flank.
+    for (_, corners) in &mut patches {
+        for c in corners {
+            *c = [c[0] - low[0], c[1] - low[1]];
+        }
+    }
+    let name = model.contact_names[contact].clone();
+    let [left, right] = sides;
+    let [below, above] = heights;
+    Some(Panel {
+        name,
+        edges: [left, right, below, above],
+        patches,
+        low: [0.0; 2],
+        high: [high[0] - low[0], high[1] - low[1]],
+    })
+}
+
+/// Directions that a rotating machine has at a point; none without rotation.
+struct MachineDirections {
+    axial: Option<[f64; 3]>,
+    radial: Option<[f64; 3]>,
+}
+
+impl MachineDirections {
+    fn at(point_m: [f64; 3], rotation: Option<&Rotation>) -> Self {
+        let outwards = |r: &Rotation| {
+            let arm = sub(point_m, r.point_m);
+            unit(sub(arm, scaled(r.axis, dot(arm, r.axis))))
+        };
+        Self {
+            axial: rotation.map(|r| r.axis),
+            radial: rotation.and_then(outwards),
+        }
+    }
+}
+
+/// A tangent turned so that it points along a direction of the machine, and the words for the sides
+/// where it comes from and where it leads. Where the machine has no such direction, or the tangent
+/// lies across it, it is turned along the nearest axis of coordinates, which names the sides.
+fn turned(
+    tangent: [f64; 3],
+    machine: Option<[f64; 3]>,
+    words: [&str; 2],
+) -> ([f64; 3], [String; 2]) {
+    let cosine = machine.map_or(0.0, |direction| dot(tangent, direction));
+    if cosine.abs() >= LEAST_COSINE {
+        return (scaled(tangent, cosine.signum()), words.map(str::to_owned));
+    }
+    let largest = tangent.iter().fold(0.0_f64, |m, t| m.max(t.abs()));
+    // The last of equals: of z and y it is z on every flank.
+    let nearest = |axis: &usize| tangent[*axis].abs() >= largest * (1.0 - 1e-6);
+    let axis = (0..3).rev().find(nearest).unwrap_or(2);
+    let letter = ["x", "y", "z"][axis];
+    (
+        scaled(tangent, tangent[axis].signum()),
+        ["−", "+"].map(|sign| format!("towards {sign}{letter}")),
+    )
+}
+
+/// Outline of the share of each pair in its triangles: centroids and edge middles around it, and
+/// the pair itself where it lies on the border.
+fn patches(
+    triangles: &[[usize; 3]],
+    flat: impl Fn(usize) -> [f64; 2],
+) -> Vec<(usize, Vec<[f64; 2]>)> {
+    let mean = |points: &[[f64; 2]]| {
+        let n = points.len() as f64;
+        [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / n)
+    };
+    let mut edges: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    let mut around: BTreeMap<usize, Vec<[f64; 2]>> = BTreeMap::new();
+    for t in triangles {
+        let centroid = mean(&t.map(&flat));
+        for i in 0..3 {
+            let (a, b) = (t[i], t[(i + 1) % 3]);
+            around.entry(a).or_default().push(centroid);
+            let uses = edges.entry((a.min(b), a.max(b))).or_default();
+            *uses += 1;
+            if *uses == 1 {
+                let middle = mean(&[flat(a), flat(b)]);
+                around.entry(a).or_default().push(middle);
+                around.entry(b).or_default().push(middle);
+            }
+        }
+    }
+    let mut border = std::collections::BTreeSet::new();
+    for (&(a, b), &uses) in &edges {
+        if uses == 1 {
+            border.extend([a, b]);
+        }
+    }
+    around
+        .into_iter()
+        .map(|(pair, points)| (pair, outline(flat(pair), points, border.contains(&pair))))
+        .collect()
+}
+
+/// The points in order around `centre`; on the border the round starts after the widest gap and
+/// ends in `centre`.
+fn outline(centre: [f64; 2], mut points: Vec<[f64; 2]>, on_border: bool) -> Vec<[f64; 2]> {
+    let angle = |p: &[f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
+    points.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    if on_border {
+        let n = points.len();
+        let gap = |i: usize| {
+            let step = angle(&points[i]) - angle(&points[(i + n - 1) % n]);
+            if i == 0 {
+                step + std::f64::consts::TAU
+            } else {
+                step
+            }
+        };
+        let start = (0..n)
+            .max_by(|&a, &b| gap(a).total_cmp(&gap(b)))
+            .unwrap_or(0);
+        points.rotate_left(start);
+        points.push(centre);
+    }
+    points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(outline: &[[f64; 2]]) -> f64 {
+        let n = outline.len();
+        let cross = |i: usize| {
+            let (a, b) = (outline[i], outline[(i + 1) % n]);
+            a[0] * b[1] - a[1] * b[0]
+        };
+        0.5 * (0..n).map(cross).sum::<f64>()
+    }
+
+    #[test]
+    fn patches_are_the_tributary_areas_and_cover_the_flank() {
+        // A 4 x 3 grid of nodes, 1 apart in x and 2 in y, each cell cut in two.
+        let flat = |n: usize| [(n % 4) as f64, 2.0 * (n / 4) as f64];
+        let mut triangles = Vec::new();
+        for j in 0..2 {
+            for i in 0..3 {
+                let a = 4 * j + i;
+                triangles.extend([[a, a + 1, a + 5], [a, a + 5, a + 4]]);
+            }
+        }
+        let patches = patches(&triangles, flat);
+        assert_eq!(patches.len(), 12);
+        let mut total = 0.0;
+        for (pair, corners) in &patches {
+            // A third of each triangle (area 1) the node belongs to.
+            let share = triangles.iter().filter(|t| t.contains(pair)).count() as f64 / 3.0;
+            assert!(
+                (area(corners) - share).abs() < 1e-12,
+                "pair {pair}: {}",
+                area(corners)
+            );
+            total += area(corners);
+        }
+        assert!((total - 12.0).abs() < 1e-12);
+    }
+}
