@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder::{Folder, without_effort};
+use crate::shared_folder::{Folder, without_sections};
 use crate::shared_program::{ended, said, said_in_one_line};
 
 const SCENE: &str = "scenes/verification/patch.toml";
@@ -89,7 +89,8 @@ impl Bench {
         })
     }
 
-    /// Every file of a run but summary.json, which has times.
+    /// Every file of a run but summary.json, which has times, and what the report says of its effort
+    /// and of entries that were of no use.
     fn files(&self, out: &str) -> BTreeMap<PathBuf, Vec<u8>> {
         let root = self.0.join(out);
         let (mut folders, mut files) = (vec![root.clone()], BTreeMap::new());
@@ -100,7 +101,8 @@ impl Bench {
                     folders.push(path);
                 } else if !path.ends_with("summary.json") {
                     let name = path.strip_prefix(&root).unwrap().to_path_buf();
-                    files.insert(name, without_effort(std::fs::read(&path).unwrap()));
+                    let bytes = std::fs::read(&path).unwrap();
+                    files.insert(name, without_sections(bytes, &["effort", "warnings"]));
                 }
             }
         }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use dovetail::export::manifest::{RunState, Summary};
 use serde_json::Value;
 
-use crate::shared_folder::{Folder, without_effort};
+use crate::shared_folder::{Folder, without_sections};
 use crate::shared_program::{ended, said_in_one_line};
 
 const POINTS: usize = 400;
@@ -63,7 +63,7 @@ fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
                 continue;
             }
             let name = path.strip_prefix(out).unwrap().display().to_string();
-            let mut bytes = without_effort(std::fs::read(&path).unwrap());
+            let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
             if name == "summary.json" {
                 let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
                 without_times(&mut summary);

@@ -30,13 +30,21 @@ impl AsRef<OsStr> for Folder {
     }
 }
 
-/// The bytes of a file of a run; of a report without the section that says what the run took.
-pub fn without_effort(bytes: Vec<u8>) -> Vec<u8> {
-    const SECTION: &str = "<section id=\"effort\">";
-    let text = String::from_utf8_lossy(&bytes);
-    let Some((before, after)) = text.split_once(SECTION) else {
+/// The bytes of a file of a run, of a report without the sections of these names.
+///
+/// What a run took (`effort`) is never the same twice; what it was told on the way (`warnings`)
+/// need not be.
+pub fn without_sections(bytes: Vec<u8>, names: &[&str]) -> Vec<u8> {
+    if !bytes.starts_with(b"<!DOCTYPE html>") {
         return bytes;
-    };
-    let (_, after) = after.split_once("</section>").unwrap();
-    format!("{before}{after}").into_bytes()
+    }
+    let mut text = String::from_utf8(bytes).unwrap();
+    for name in names {
+        if let Some(start) = text.find(&format!("<section id=\"{name}\">")) {
+            let end = "</section>";
+            let length = text[start..].find(end).unwrap() + end.len();
+            text.replace_range(start..start + length, "");
+        }
+    }
+    text.into_bytes()
 }
