@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Reads every .vtu and .pvd of an output folder with VTK's own reader and compares the numbers with
-the CSV files and summary.json.
+the CSV files and summary.json. The report must stand by itself.
 
     python3 scripts/check_output.py output/paper
 
@@ -30,6 +30,7 @@ MIDDLE = 0.25
 VTK_TET, VTK_TET10, VTK_QUAD = 10, 24, 9
 # Edges of VTK's ten-node tetrahedron, in the order of its nodes 4 to 9.
 TET10_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+MOST_REPORT_BYTES = 6e6
 STATIC_STATUS = ["stuck", "slipping", "open"]
 CYCLE_STATUS = ["stuck", "slipping", "opening", "open_at_rest"]
 
@@ -436,6 +437,17 @@ def check_observed(frames, moving, row, summary, name):
                  f"largest in the frames {largest:.6e} m, amplitude {amplitude:.6e} m")
 
 
+def check_report(root):
+    """The report needs no other file, and is small enough to be sent by mail."""
+    page = (root / "report.html").read_text(encoding="utf-8")
+    for link in ['src="http', "src='http", "<link", "@import"]:
+        if link in page:
+            problem(f"report.html: is not self-contained: {link}")
+    if len(page.encode()) > MOST_REPORT_BYTES:
+        problem(f"report.html: {len(page.encode())} bytes, at most {MOST_REPORT_BYTES:.0f}")
+    facts.append(f"report.html: {len(page.encode())} bytes")
+
+
 def main():
     if len(sys.argv) != 2 or not Path(sys.argv[1]).is_dir():
         print("usage: check_output.py OUTPUT_FOLDER (a folder written by dovetail run)",
@@ -466,6 +478,7 @@ def main():
                 problem(f"{table}: {missing} is missing")
             except LookupError as missing:
                 problem(str(missing))
+    check_report(root)
     for line in facts:
         print(line)
     print(f"{len(grids)} .vtu files read by VTK {vtk.vtkVersion.GetVTKVersion()}")

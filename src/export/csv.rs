@@ -336,6 +336,42 @@ pub fn write_rows(path: &Path, header: &[String], rows: &[Vec<String>]) -> Resul
     table.write()
 }
 
+/// Columns of numbers, by their names: the rows of the table, with `None` where a cell has no number.
+/// `None` where there is no such file or column.
+///
+/// # Errors
+/// A file that cannot be read, or that is no table.
+pub fn read_columns<const N: usize>(
+    path: &Path,
+    names: [&str; N],
+) -> Result<Option<Vec<[Option<f64>; N]>>, ExportError> {
+    let text = match std::fs::read(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(reading(path, source)),
+    };
+    let mut table = ::csv::Reader::from_reader(text.as_slice());
+    let failed = |error: ::csv::Error| reading(path, error.into());
+    let header = table.headers().map_err(failed)?.clone();
+    let places = names.map(|name| header.iter().position(|heading| heading == name));
+    if places.contains(&None) {
+        return Ok(None);
+    }
+    let mut rows = Vec::new();
+    for row in table.records() {
+        let row = row.map_err(failed)?;
+        rows.push(places.map(|place| row.get(place?)?.parse().ok()));
+    }
+    Ok(Some(rows))
+}
+
+fn reading(path: &Path, source: std::io::Error) -> ExportError {
+    ExportError::Read {
+        path: path.to_path_buf(),
+        source,
+    }
+}
+
 fn static_word(status: PairStatus) -> &'static str {
     match status {
         PairStatus::Stuck => "stuck",

@@ -22,6 +22,14 @@ pub enum ExportError {
         source: std::io::Error,
     },
     #[error(
+        "cannot read {}: {source}. Make it readable, or remove it and run its scene again",
+        path.display()
+    )]
+    Read {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error(
         "the folder {} holds a run of the scene \"{other}\", and this is a run of \"{scene}\". Choose another folder with --out, or replace the files of that run with --force",
         path.display()
     )]

@@ -55,7 +55,7 @@ pub enum StudyError {
     #[diagnostic(
         severity(Warning),
         help(
-            "report.md says which; the log.txt in the folder of a case says why. Cases without a result are run again \
+            "report.html says which; the log.txt in the folder of a case says why. Cases without a result are run again \
              when the study is"
         )
     )]

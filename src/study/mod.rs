@@ -3,7 +3,7 @@
 //! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which
 //! is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is
 //! turned into orders, errors and recommended settings (`convergence`, `analysis`) and into the least
-//! figures among designs (`designs`), and written (`report`, `pictures`). Nothing is computed here that a run does not say itself in its
+//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). Nothing is computed here that a run does not say itself in its
 //! summary.json.
 
 mod analysis;
@@ -15,6 +15,7 @@ mod file;
 mod folder;
 pub(crate) mod keys;
 mod knob;
+mod page;
 mod pictures;
 mod quantity;
 mod raw;
@@ -155,7 +156,7 @@ pub fn study(
             progress.warning(&format!("{} failed: {message}", result.case.slug));
         }
     }
-    let report = settings.out.join("report.md");
+    let report = settings.out.join("report.html");
     progress.note(&format!("answers in {}", report.display()));
     let mut lines = report::least_values(&study, &results, &analysis);
     lines.extend(report::recommended(&study, &results, &analysis));
@@ -244,7 +245,14 @@ fn write(
 ) -> Result<(), StudyError> {
     let out = &settings.out;
     let pictures = pictures::write(&out.join("plots"), study, results, analysis)?;
-    report::write_report(&out.join("report.md"), study, results, analysis, &pictures)?;
+    let contents = page::Contents {
+        study,
+        settings,
+        results,
+        analysis,
+        pictures: &pictures,
+    };
+    page::write(&out.join("report.html"), &contents)?;
     report::write_summary(&out.join("summary.json"), study, results, analysis)?;
     report::write_table(&out.join("table.csv"), study, results, analysis)
 }

@@ -1,4 +1,4 @@
-//! The answers as files: table.csv, summary.json, report.md.
+//! The answers as texts: table.csv, summary.json, and the lines that a reader is told.
 
 use std::path::Path;
 
@@ -9,12 +9,11 @@ use super::cases::design_words;
 use super::convergence::How;
 use super::designs::Minimum;
 use super::error::StudyError;
-use super::file::{Mode, Study};
+use super::file::Study;
 use super::folder::write_json;
 use super::knob::Knob;
-use super::pictures::Picture;
 use super::results::{CaseResult, Cost, Ended, Figures};
-use crate::export::{csv, write_file};
+use crate::export::csv;
 
 /// table.csv: one row per case.
 pub fn write_table(
@@ -186,52 +185,6 @@ fn minimum(study: &Study, results: &[CaseResult], minimum: &Minimum) -> Value {
     })
 }
 
-/// report.md.
-pub fn write_report(
-    path: &Path,
-    study: &Study,
-    results: &[CaseResult],
-    analysis: &Analysis,
-    pictures: &[Picture],
-) -> Result<(), StudyError> {
-    let mode = match study.mode {
-        Mode::OneAtATime => "one knob at a time around the base",
-        Mode::Grid => "every combination",
-    };
-    let mut text = format!(
-        "# Study {}\n\nScene `{}`, {} cases, {mode}; dovetail {}.\n\n",
-        study.name,
-        study.scene.display(),
-        results.len(),
-        env!("CARGO_PKG_VERSION"),
-    );
-    for (title, lines) in [
-        ("Least values", least_values(study, results, analysis)),
-        (
-            "Recommended settings",
-            recommended(study, results, analysis),
-        ),
-    ] {
-        if !lines.is_empty() {
-            let lines: String = lines.iter().map(|line| format!("- {line}\n")).collect();
-            text += &format!("## {title}\n\n{lines}\n");
-        }
-    }
-    text += &all_cases(study, results, analysis);
-    for at in &analysis.at_designs {
-        for answer in &at.knobs {
-            text += &one_knob(study, results, at, answer);
-        }
-    }
-    if !pictures.is_empty() {
-        text += "## Pictures\n\n";
-    }
-    for (shows, file) in pictures {
-        text += &format!("{shows}:\n\n![{shows}.](plots/{file})\n\n");
-    }
-    Ok(write_file(path, text.as_bytes())?)
-}
-
 /// The least value of each figure that is to be minimised, on one line each.
 pub fn least_values(study: &Study, results: &[CaseResult], analysis: &Analysis) -> Vec<String> {
     let minima = analysis.designs.minima.iter();
@@ -332,51 +285,61 @@ fn one_recommended(
 }
 
 /// ` at friction 0.3, force_n 1.0`; nothing where there are no design values.
-fn at_words(study: &Study, at: &AtDesign) -> String {
+pub fn at_words(study: &Study, at: &AtDesign) -> String {
     match design_words(study, &at.values) {
         none if none.is_empty() => none,
         words => format!(" at {words}"),
     }
 }
 
-/// The table of all cases: with designs to compare it has every figure, else those with errors, as
-/// the tables of knobs have the others.
-fn all_cases(study: &Study, results: &[CaseResult], analysis: &Analysis) -> String {
-    let has_designs = !analysis.designs.cases.is_empty();
-    let shown = match has_designs {
-        true => &analysis.headings,
-        false => &analysis.with_errors,
+/// The table of all cases for a reader: with designs to compare it has every figure, else those with
+/// errors, as the tables of knobs have the others.
+pub fn all_cases(
+    study: &Study,
+    results: &[CaseResult],
+    analysis: &Analysis,
+) -> (Vec<String>, Vec<Vec<String>>) {
+    let shown = match analysis.designs.cases.is_empty() {
+        true => &analysis.with_errors,
+        false => &analysis.headings,
     };
-    let number = |v: f64| rounded(v, 5);
-    let (header, rows) = table_of_cases(study, results, analysis, shown, &number);
-    let mut text = format!("## All cases\n\n{}\n", table(&header, &rows));
-    let fixed = analysis.headings.iter();
-    let fixed = fixed.filter(|h| has_designs && !analysis.designs.changing.contains(h));
-    let fixed: Vec<&str> = fixed.map(String::as_str).collect();
-    if !fixed.is_empty() {
-        let fixed = fixed.join(", ");
-        text += &format!("The same for all designs, and in no picture of them: {fixed}.\n\n");
-    }
-    let mut remarks = String::new();
-    for result in results {
-        if result.peak_at_end_of_range() {
-            remarks += &format!(
-                "- the peak of `{}` is at an end of its frequencies and may be higher outside\n",
-                result.case.slug
-            );
-        }
-        if let Ended::Failed { exit_code, message } = &result.ended {
-            let code = exit_code.map_or("a signal".to_owned(), |code| format!("exit code {code}"));
-            remarks += &format!("- `{}` ended with {code}: {message}\n", result.case.slug);
-        }
-    }
-    if !remarks.is_empty() {
-        text += &format!("{remarks}\n");
-    }
-    text
+    table_of_cases(study, results, analysis, shown, &|v| rounded(v, 5))
 }
 
-fn one_knob(study: &Study, results: &[CaseResult], at: &AtDesign, answer: &KnobAnswer) -> String {
+/// What to mind about single cases.
+pub fn remarks(results: &[CaseResult]) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for result in results {
+        let slug = &result.case.slug;
+        match &result.ended {
+            Ended::Failed { exit_code, message } => {
+                let code =
+                    exit_code.map_or("a signal".to_owned(), |code| format!("exit code {code}"));
+                remarks.push(format!("case {slug} ended with {code}: {message}"));
+            }
+            Ended::NotRun => remarks.push(format!("case {slug} has no result")),
+            Ended::WithFigures(figures) if figures.unconverged > 0 => remarks.push(format!(
+                "case {slug}: {} of {} frequencies did not converge",
+                figures.unconverged, figures.points
+            )),
+            Ended::WithFigures(_) => {}
+        }
+        if result.peak_at_end_of_range() {
+            remarks.push(format!(
+                "case {slug}: the peak is at an end of its frequencies and may be higher outside"
+            ));
+        }
+    }
+    remarks
+}
+
+/// A numerical knob as a table: a column per value, and of each figure a row of values and one of
+/// errors.
+pub fn one_knob(
+    study: &Study,
+    results: &[CaseResult],
+    answer: &KnobAnswer,
+) -> (Vec<String>, Vec<Vec<String>>) {
     let knob = &study.knobs[answer.knob];
     let mut header = vec![String::new()];
     header.extend(knob.values.iter().map(|v| v.label.clone()));
@@ -416,12 +379,7 @@ fn one_knob(study: &Study, results: &[CaseResult], at: &AtDesign, answer: &KnobA
         let errors = errors.map(|e| cell(*e, percent)).collect();
         rows.push(row("- error", errors, none()));
     }
-    let place = at_words(study, at);
-    format!(
-        "## Knob {}{place}\n\n{}\n",
-        knob.name,
-        table(&header, &rows)
-    )
+    (header, rows)
 }
 
 /// The order that shows, and the value that the errors of a figure are counted from.
@@ -450,19 +408,8 @@ fn cell(v: Option<f64>, words: impl Fn(f64) -> String) -> String {
     v.filter(|v| v.is_finite()).map(words).unwrap_or_default()
 }
 
-/// A table in Markdown.
-fn table(header: &[String], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| {
-        let cells: Vec<String> = cells.iter().map(|c| c.replace('|', "\\|")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    let rule = vec!["---".to_owned(); header.len()];
-    let rows = rows.iter().map(|row| line(row));
-    line(header) + &line(&rule) + &rows.collect::<String>()
-}
-
 /// To so many significant digits: plain between 1e-3 and 1e6, else with an exponent.
-fn rounded(v: f64, digits: usize) -> String {
+pub fn rounded(v: f64, digits: usize) -> String {
     if v == 0.0 {
         return "0".to_owned();
     }

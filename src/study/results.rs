@@ -29,6 +29,8 @@ pub enum Ended {
 pub struct Figures {
     /// Heading and value; what the run does not have is not there.
     pub values: Vec<(String, f64)>,
+    /// The displacement whose peak is meant.
+    pub observation: Option<String>,
     pub cost: Cost,
     /// The largest amplitude is at an end of the frequencies: it may be higher outside.
     pub peak_at_end_of_range: bool,
@@ -135,6 +137,7 @@ fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
     let quantities = study.quantities.iter();
     Some(Figures {
         values: quantities.flat_map(|q| q.figures(summary)).collect(),
+        observation: response.observation.clone(),
         cost: Cost {
             seconds: summary.seconds - held_s,
             processor_seconds: summary.processor_seconds.map(|s| s - held_processor_s),

@@ -3,6 +3,7 @@
 //! environment, its folder, its number of threads), and names of temporary files begin with the
 //! module's.
 
+mod shared_browser;
 mod shared_folder;
 mod shared_program;
 mod shared_scenes;

@@ -1,45 +1,11 @@
-//! report.html opens in a browser: every picture is drawn, and nothing is complained of. That needs Chromium:
-//! `tools/setup.sh checks` installs it; without it these tests fail.
+//! report.html opens in a browser: every picture is drawn, and nothing is complained of.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::shared_browser::{drawn, is_self_contained, opened};
 use crate::shared_folder::Folder;
 use crate::shared_program::ended;
-
-/// What Chromium makes of a page, and what it says meanwhile.
-fn opened(page: &Path, width: u32) -> (String, Vec<String>) {
-    let home = tempfile::tempdir().unwrap();
-    let output = Command::new("chromium")
-        .args(["--headless=new", "--no-sandbox", "--use-angle=swiftshader"])
-        .args([
-            "--enable-unsafe-swiftshader",
-            "--enable-logging=stderr",
-            "--v=0",
-        ])
-        .args(["--virtual-time-budget=5000", "--dump-dom"])
-        .arg(format!("--window-size={width},900"))
-        .arg(format!("--user-data-dir={}", home.path().display()))
-        .arg(format!("file://{}", page.display()))
-        .output()
-        .expect("Chromium is there: tools/setup.sh checks installs it");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    let complaints = said.lines().filter(|line| line.contains(":CONSOLE"));
-    let complaints = complaints.map(str::to_owned).collect();
-    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success(), "{said}");
-    (dom, complaints)
-}
-
-/// The pictures that the scripts of the page drew.
-fn drawn(dom: &str) -> Vec<&str> {
-    let (_, after) = dom
-        .split_once("data-drawn=\"")
-        .expect("the scripts came to their end");
-    let (list, _) = after.split_once('"').unwrap();
-    list.split_whitespace().collect()
-}
 
 fn report(folder: &Folder, command: &str, scene: &str, set: &[&str]) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -53,14 +19,6 @@ fn report(folder: &Folder, command: &str, scene: &str, set: &[&str]) -> PathBuf 
     }
     ended(program, 0);
     folder.join("report.html")
-}
-
-/// Whatever the page needs is in it.
-fn is_self_contained(page: &Path) {
-    let html = fs::read_to_string(page).unwrap();
-    for mark in ["src=\"", "<link", "@import", "url(http"] {
-        assert!(!html.contains(mark), "{mark}");
-    }
 }
 
 const SMALL: [&str; 4] = [

@@ -1,5 +1,6 @@
 //! `dovetail study`: cases in folders of their own, taken up again after a kill, gathered, exported; what it refuses.
 
+use crate::shared_browser::{drawn, is_self_contained, opened};
 use crate::shared_folder;
 use crate::shared_program::said_in_one_line;
 use std::path::{Path, PathBuf};
@@ -154,15 +155,32 @@ fn a_study_runs_its_cases_and_answers() {
         table(folder.case("harmonics_3", "response.csv"))
     );
     // What it recommends was run, and its error is one of the table.
-    let report = folder.text("out/report.md");
+    let report = folder.text("out/report.html");
     for words in [
-        "- peak_amplitude_m within 50 %: harmonics ",
-        "- peak_amplitude_m within 0.0000000001 %: no settings; the least error of each knob: harmonics ",
-        "## Knob harmonics",
-        "## Knob grid",
-        "(plots/harmonics.svg)",
+        "<li>peak_amplitude_m within 50 %: harmonics ",
+        "<li>peak_amplitude_m within 0.0000000001 %: no settings; the least error of each knob: harmonics ",
+        "<h3>Knob harmonics</h3>",
+        "<h3>Knob grid</h3>",
+        "<th>error of peak amplitude</th>",
+        "<a href=\"cases/harmonics_3/report.html\">",
     ] {
         assert!(report.contains(words), "{words}: {report}");
+    }
+    // The page draws the responses of all cases and shows every picture.
+    let page = folder.0.join("out/report.html");
+    is_self_contained(&page);
+    for width in [1400, 400] {
+        let (dom, complaints) = opened(&page, width);
+        assert_eq!(complaints, [""; 0]);
+        let plots = std::fs::read_dir(folder.0.join("out/plots"))
+            .unwrap()
+            .count();
+        let expected = [vec!["responses"], vec!["picture"; plots]].concat();
+        assert_eq!(drawn(&dom), expected);
+        assert!(
+            dom.contains(&format!(">{} of {0}</div>", rows.len())),
+            "{dom}"
+        );
     }
     let told = "peak_amplitude_m within 50 %: ";
     assert!(ended.stdout.starts_with(told), "{}", ended.stdout);
@@ -283,18 +301,19 @@ fn a_study_of_designs_answers_without_errors() {
         "{}",
         ended.stdout
     );
-    let report = folder.text("out/report.md");
+    let report = folder.text("out/report.html");
     for words in [
-        &format!("- {}", ended.stdout.trim()),
+        &format!("<li>{}</li>", ended.stdout.trim()),
         "at friction 0.05, force_n 1.0 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
         "The same for all designs, and in no picture of them: stuck_frequency_hz.",
-        "![peak_ratio over force_n, by friction.](plots/peak_ratio_over_force_n_by_friction.svg)",
+        "<figcaption>peak_ratio over force_n, by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
     // Nothing is told as an error.
+    let (words, _scripts) = report.split_once("<script").unwrap();
     for text in [
-        &report,
+        words,
         &ended.stdout,
         &folder.text("out/table.csv"),
         &answers.to_string(),
@@ -341,7 +360,7 @@ fn a_study_of_designs_answers_without_errors() {
     // Where the largest amplitude is no peak is said, and of the least one, too.
     let at_end = |slug: &str| {
         let summary = folder.json(&format!("out/cases/{slug}/summary.json"));
-        let told = report.contains(&format!("- the peak of `{slug}` is at an end of its"));
+        let told = report.contains(&format!("case {slug}: the peak is at an end of its"));
         let is = summary["response"]["peak_at_end_of_range"]
             .as_bool()
             .unwrap();
@@ -387,7 +406,7 @@ quantity = "peak_amplitude_m"
     let rows = folder.table();
     let (answers, report) = (
         folder.json("out/summary.json"),
-        folder.text("out/report.md"),
+        folder.text("out/report.html"),
     );
     let (mut errors, mut of_fine) = (Vec::new(), Vec::new());
     for (at, friction) in ["0.05", "0.3"].into_iter().enumerate() {
@@ -408,12 +427,12 @@ quantity = "peak_amplitude_m"
         assert!(recommended["settings"]["friction"].is_null());
         let told = format!("peak_amplitude_m within 90 % at friction {friction}: harmonics ");
         assert!(ended.stdout.contains(&told), "{}", ended.stdout);
-        assert!(report.contains(&format!("## Knob harmonics at friction {friction}\n")));
+        assert!(report.contains(&format!("<h3>Knob harmonics at friction {friction}</h3>")));
         folder.text(&format!(
             "out/plots/harmonics_seconds__friction_{friction}.svg"
         ));
     }
-    assert!(!report.contains("## Knob friction"), "{report}");
+    assert!(!report.contains("Knob friction</h3>"), "{report}");
     // The friction changes the figure by far more.
     let by_friction = (of_fine[0] - of_fine[1]).abs() / of_fine[1];
     assert!(
@@ -687,7 +706,7 @@ values = [3]
     assert!(ended.stderr.contains(words), "{}", ended.stderr);
     assert!(
         folder
-            .text("out/report.md")
+            .text("out/report.html")
             .contains("the static state under rotation was not found")
     );
     let rows = folder.table();

@@ -2,10 +2,11 @@
 //! out, and whether to trust it. Its text is made here; its pictures are drawn by scripts that travel in it.
 
 mod data;
+pub mod frame;
 mod packed;
 mod page;
 mod skin;
-mod words;
+pub mod words;
 
 use std::path::Path;
 

@@ -1,9 +1,10 @@
 //! The text of a report, section by section.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::Contents;
 use super::data::Data;
+use super::frame::{self, Frame, card, frame, line, warnings};
 use super::words::{counted, figure, percent, quantity};
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
 use dovetail_solver::description::Subject;
@@ -12,12 +13,6 @@ use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKi
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
 
-const STYLE: &str = include_str!("report.css");
-/// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.iife.min.js` and `dist/uPlot.min.css`.
-const CHARTS: [&str; 2] = [
-    include_str!("vendor/uPlot.iife.min.js"),
-    include_str!("vendor/uPlot.min.css"),
-];
 const SCRIPTS: [&str; 4] = [
     include_str!("viewer.js"),
     include_str!("curves.js"),
@@ -31,56 +26,31 @@ const UNBALANCED: f64 = 1e-3;
 
 /// The whole page.
 pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
-    let name = &contents.summary.scene.name;
-    html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { (name) " – dovetail" }
-                style { (PreEscaped(CHARTS[1])) (PreEscaped(STYLE)) }
-            }
-            body {
-                header {
-                    h1 { (name) }
-                    p.quiet {
-                        "dovetail " (contents.summary.version) ", scene " code { (contents.summary.scene.file) }
-                    }
-                }
-                nav { (links(contents)) }
-                main {
-                    (answer(contents))
-                    (warnings(contents.warnings))
-                    (response(contents))
-                    (flanks(contents))
-                    (loops(contents))
-                    (motion(contents))
-                    (static_state(contents))
-                    (computed(contents))
-                    (modes(contents))
-                    (effort(contents))
-                }
-                script type="application/json" id="data" { (json(data)) }
-                script { (PreEscaped(CHARTS[0])) }
-                @for script in SCRIPTS { script { (PreEscaped(script)) } }
-            }
-        }
-    }
+    let summary = contents.summary;
+    frame(&Frame {
+        title: &summary.scene.name,
+        subtitle: html! {
+            "dovetail " (summary.version) ", scene " code { (summary.scene.file) }
+        },
+        links: &links(contents),
+        main: html! {
+            (answer(contents))
+            (warnings(contents.warnings))
+            (response(contents))
+            (flanks(contents))
+            (loops(contents))
+            (motion(contents))
+            (static_state(contents))
+            (computed(contents))
+            (modes(contents))
+            (effort(contents))
+        },
+        data: &frame::json(data),
+        scripts: &SCRIPTS,
+    })
 }
 
-/// The data as text of a script element, which ends at the first `</`.
-fn json(data: &Data) -> PreEscaped<String> {
-    let text = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned());
-    PreEscaped(in_script(&text))
-}
-
-fn in_script(json: &str) -> String {
-    json.replace("</", "<\\/")
-}
-
-fn links(contents: &Contents<'_>) -> Markup {
+fn links(contents: &Contents<'_>) -> Vec<(&'static str, &'static str)> {
     let all = [
         ("answer", "Answer", true),
         ("response", "Response", contents.sweep.is_some()),
@@ -100,20 +70,12 @@ fn links(contents: &Contents<'_>) -> Markup {
         ("modes", "Frequencies", !contents.modes.is_empty()),
         ("effort", "Times", true),
     ];
-    html! {
-        @for (id, title, _) in all.into_iter().filter(|(_, _, shown)| *shown) {
-            a href={ "#" (id) } { (title) }
-        }
-    }
+    let shown = all.into_iter().filter(|(_, _, shown)| *shown);
+    shown.map(|(id, title, _)| (id, title)).collect()
 }
 
 fn has_flanks(contents: &Contents<'_>) -> bool {
     contents.model.is_some_and(|model| !model.pairs.is_empty())
-}
-
-/// A number with what it is.
-fn card(title: &str, value: &str, more: &Markup) -> Markup {
-    html! { div.card { div.quiet { (title) } div.figure { (value) } div.quiet { (more) } } }
 }
 
 /// The peak, what friction does there, and whether to trust it.
@@ -214,16 +176,6 @@ fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
     )
 }
 
-/// One line of what speaks for or against the figures.
-fn line(good: bool, text: &Markup) -> Markup {
-    let (class, word) = if good {
-        ("good", "yes")
-    } else {
-        ("doubt", "look")
-    };
-    html! { li class=(class) { b { (word) } " " (text) } }
-}
-
 fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
     let converged = response.converged_points == response.points;
     let rise = response.peak_rise;
@@ -262,17 +214,6 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
             li.quiet {
                 "The mesh is not judged here: a study over its sizes does that. Pressures at the edges of flanks grow with refinement."
-            }
-        }
-    }
-}
-
-fn warnings(warnings: &[String]) -> Markup {
-    html! {
-        @if !warnings.is_empty() {
-            section #warnings {
-                h2 { "Warnings" }
-                ul { @for warning in warnings { li.warning { (warning) } } }
             }
         }
     }
@@ -689,18 +630,5 @@ fn effort(contents: &Contents<'_>) -> Markup {
                 }
             } }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_text_ends_the_script_that_it_stands_in() {
-        let name = "a</script><b>";
-        let text = in_script(&serde_json::to_string(name).unwrap());
-        assert!(!text.contains("</"), "{text}");
-        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
     }
 }

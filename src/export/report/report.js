@@ -1,13 +1,9 @@
 "use strict";
 // Puts the pictures into the page.
 
-const byId = (id) => document.getElementById(id);
 const unpack = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 const integers = (text) => new Uint32Array(unpack(text).buffer);
 const numbers = ({ low, step, u16 }) => Float32Array.from(new Uint16Array(unpack(u16).buffer), (i) => low + step * i);
-
-/** Pictures that were drawn, for who asks whether one is missing. */
-const drawn = [];
 
 function curves(data) {
   const state = { observation: 0, logarithmic: false, measured: [] };

@@ -21,7 +21,7 @@ fn rounded(v: f64, digits: usize) -> (f64, i32) {
 }
 
 /// So many digits in all, without an exponent where that is short.
-pub(super) fn figure(v: f64, digits: usize) -> String {
+pub fn figure(v: f64, digits: usize) -> String {
     if v == 0.0 {
         return "0".to_owned();
     }
@@ -37,7 +37,7 @@ pub(super) fn figure(v: f64, digits: usize) -> String {
 }
 
 /// With the prefix that leaves one to three digits before the point: `6.491 mm`.
-pub(super) fn quantity(v: f64, unit: &str, digits: usize) -> String {
+pub fn quantity(v: f64, unit: &str, digits: usize) -> String {
     if v == 0.0 || !v.is_finite() {
         return format!("{} {unit}", figure(v, digits));
     }
@@ -52,12 +52,12 @@ pub(super) fn quantity(v: f64, unit: &str, digits: usize) -> String {
 }
 
 /// `3.4 %`.
-pub(super) fn percent(share: f64, digits: usize) -> String {
+pub fn percent(share: f64, digits: usize) -> String {
     format!("{} %", figure(100.0 * share, digits))
 }
 
 /// `1 pair`, `12 pairs`.
-pub(super) fn counted(count: usize, one: &str, many: &str) -> String {
+pub fn counted(count: usize, one: &str, many: &str) -> String {
     match count {
         1 => format!("1 {one}"),
         _ => format!("{count} {many}"),

@@ -1,0 +1,101 @@
+//! What every report is made of: one page without links to other files, with its styles, its data and the scripts that
+//! draw them.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde::Serialize;
+
+const STYLE: &str = include_str!("report.css");
+/// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.min.css` and `dist/uPlot.iife.min.js`.
+const CHARTS_STYLE: &str = include_str!("vendor/uPlot.min.css");
+/// What the scripts of each report begin with.
+const SCRIPTS: [&str; 2] = [
+    include_str!("vendor/uPlot.iife.min.js"),
+    include_str!("charts.js"),
+];
+
+/// The parts in which reports differ.
+#[derive(Debug)]
+pub struct Frame<'a> {
+    pub title: &'a str,
+    pub subtitle: Markup,
+    /// Name and title of each section that is worth a jump.
+    pub links: &'a [(&'a str, &'a str)],
+    pub main: Markup,
+    /// What the scripts draw: [`json`].
+    pub data: &'a Markup,
+    pub scripts: &'a [&'a str],
+}
+
+/// The whole page.
+pub fn frame(frame: &Frame<'_>) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (frame.title) " – dovetail" }
+                style { (PreEscaped(CHARTS_STYLE)) (PreEscaped(STYLE)) }
+            }
+            body {
+                header {
+                    h1 { (frame.title) }
+                    p.quiet { (frame.subtitle) }
+                }
+                nav { @for (id, title) in frame.links { a href={ "#" (id) } { (title) } } }
+                main { (frame.main) }
+                script type="application/json" id="data" { (frame.data) }
+                @for script in SCRIPTS.iter().chain(frame.scripts) {
+                    script { (PreEscaped(script)) }
+                }
+            }
+        }
+    }
+}
+
+/// Data as text of a script element, which ends at the first `</`.
+pub fn json(data: &impl Serialize) -> Markup {
+    let text = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned());
+    PreEscaped(text.replace("</", "<\\/"))
+}
+
+/// A number with what it is.
+pub fn card(title: &str, value: &str, more: &Markup) -> Markup {
+    html! { div.card { div.quiet { (title) } div.figure { (value) } div.quiet { (more) } } }
+}
+
+/// One line of what speaks for or against the figures.
+pub fn line(good: bool, text: &Markup) -> Markup {
+    let (class, word) = if good {
+        ("good", "yes")
+    } else {
+        ("doubt", "look")
+    };
+    html! { li class=(class) { b { (word) } " " (text) } }
+}
+
+/// All of them, in a section of their own.
+pub fn warnings(warnings: &[String]) -> Markup {
+    html! {
+        @if !warnings.is_empty() {
+            section #warnings {
+                h2 { "Warnings" }
+                ul { @for warning in warnings { li.warning { (warning) } } }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_text_ends_the_script_that_it_stands_in() {
+        let name = "a</script><b>";
+        let text = json(&name).into_string();
+        assert!(!text.contains("</"), "{text}");
+        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+    }
+}
