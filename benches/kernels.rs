@@ -184,7 +184,7 @@ fn dlft(c: &mut Criterion) {
     // Both find the same motion, or the ratio of their times means nothing.
     let (motion, krylov) = newton_krylov(&balance, &still);
     let (same, hybrid) = dogleg(&balance, &still);
-    for end in [krylov, hybrid] {
+    for end in [&krylov, &hybrid] {
         assert_eq!(end.status, NewtonStatus::Converged, "{end:?}");
     }
     let largest = motion.iter().fold(0.0_f64, |m, u| m.max(u.abs()));

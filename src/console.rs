@@ -1,33 +1,43 @@
 //! Prints what a run tells while it works to stderr: stages with time and memory, bars, notes and
 //! warnings.
 //!
-//! On a terminal the stage under way turns and bars move. Elsewhere plain lines are printed; a loop
-//! prints one at most every [`LINE_INTERVAL`].
+//! On a terminal the stage under way turns, with the time it has taken, and bars move, with the time
+//! that is left. Elsewhere plain lines are printed; a loop prints one at most every
+//! [`LINE_INTERVAL`].
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::pipeline::Reduced;
-use crate::pipeline::observer::Observer;
+use crate::pipeline::RunError;
+use crate::pipeline::observer::{Observer, ResponseBegins};
 use crate::stage::{Stage, StageRecord};
-use dovetail_solver::dlft::Response;
-use dovetail_solver::results::quantities::{local_peaks, pair_counts, peak};
+use crate::warning::{Warning, Weight, by_weight};
+use crate::words::{counted, quantity};
+use dovetail_solver::dlft::{Orbit, SolvedFrequency};
+use dovetail_solver::results::quantities::pair_counts;
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
-pub const LINE_INTERVAL: Duration = Duration::from_secs(15);
+pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
 
 /// Prints what it hears to stderr.
 #[derive(Debug)]
 pub struct Console {
-    output: Output,
+    verbosity: Verbosity,
+    on_terminal: bool,
     lines: MultiProgress,
     /// Of the stages under way, the innermost last.
     spinners: Vec<ProgressBar>,
     /// The loops under way, the innermost last.
     loops: Vec<Loop>,
+    /// Frequencies of the response under way that have failed.
+    failed: usize,
+    /// A response is there: what is told of it waits for the end.
+    solved: bool,
+    /// What waits.
+    waiting: Vec<Warning>,
 }
 
 /// How much is printed.
@@ -36,14 +46,8 @@ pub enum Verbosity {
     /// Warnings only.
     Quiet,
     Normal,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Output {
-    Quiet,
-    /// Lines, no control characters.
-    Plain,
-    Terminal,
+    /// Each frequency with its Newton iterations, too.
+    Verbose,
 }
 
 #[derive(Debug)]
@@ -51,27 +55,56 @@ struct Loop {
     label: String,
     steps: usize,
     done: usize,
+    /// What the last step came to.
+    news: String,
+    begun: Instant,
     last_line: Instant,
     bar: Option<ProgressBar>,
 }
 
+impl Loop {
+    /// What is done, the time that it took, and the time that the rest will take if it goes on so.
+    fn line(&self) -> String {
+        let taken = self.begun.elapsed();
+        let share = self.done as f64 / self.steps.max(1) as f64;
+        let left = taken.mul_f64((1.0 / share.max(1e-9) - 1.0).clamp(0.0, 1e6));
+        let news = match self.news.is_empty() {
+            true => String::new(),
+            false => format!("; {}", self.news),
+        };
+        format!(
+            "  {}: {} of {} ({:.0} %) in {}, {} left{news}",
+            self.label,
+            self.done,
+            self.steps,
+            100.0 * share,
+            HumanDuration(taken),
+            HumanDuration(left)
+        )
+    }
+}
+
 impl Console {
     pub fn new(verbosity: Verbosity) -> Self {
-        let output = match (verbosity, std::io::stderr().is_terminal()) {
-            (Verbosity::Quiet, _) => Output::Quiet,
-            (Verbosity::Normal, true) => Output::Terminal,
-            (Verbosity::Normal, false) => Output::Plain,
-        };
-        let target = match output {
-            Output::Terminal => ProgressDrawTarget::stderr(),
-            _ => ProgressDrawTarget::hidden(),
+        let on_terminal = std::io::stderr().is_terminal() && verbosity != Verbosity::Quiet;
+        let target = match on_terminal {
+            true => ProgressDrawTarget::stderr(),
+            false => ProgressDrawTarget::hidden(),
         };
         Self {
-            output,
+            verbosity,
+            on_terminal,
             lines: MultiProgress::with_draw_target(target),
             spinners: Vec::new(),
             loops: Vec::new(),
+            failed: 0,
+            solved: false,
+            waiting: Vec::new(),
         }
+    }
+
+    pub fn verbosity(&self) -> Verbosity {
+        self.verbosity
     }
 
     fn line(&self, message: &str) {
@@ -81,6 +114,19 @@ impl Console {
     /// Lines for another thread.
     pub fn lines(&self) -> Lines {
         Lines(self.lines.clone())
+    }
+
+    /// Prints the warnings that waited for the end, the weightiest first.
+    pub fn end(&mut self) {
+        for text in by_weight(&std::mem::take(&mut self.waiting)) {
+            self.line(&format!("warning: {text}"));
+        }
+    }
+}
+
+impl Drop for Console {
+    fn drop(&mut self) {
+        self.end();
     }
 }
 
@@ -107,46 +153,47 @@ fn print(message: &str) {
     let _ = writeln!(std::io::stderr(), "{}", text::plain(message));
 }
 
-impl Console {
-    /// The figures of a response that a reader asks for first.
-    pub fn figures(&mut self, reduced: &Reduced, response: &Response) {
-        for (i, name) in reduced.observations().into_iter().enumerate() {
-            self.peaks(name, i, response);
-        }
-    }
+/// What a frequency came to, in a few words.
+fn news(orbit: &Orbit, failed: usize) -> String {
+    let found = match (
+        orbit.outcome.is_converged(),
+        orbit.observed_amplitude_m.first(),
+    ) {
+        (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
+        (true, None) => String::from("converged"),
+        (false, _) => orbit.outcome.word().replace('_', " "),
+    };
+    let pairs = pair_counts(orbit);
+    let failed = match failed {
+        0 => String::new(),
+        _ => format!(", {failed} failed"),
+    };
+    format!(
+        "{:.3} Hz: {found}, {} slip, {} open, {}{failed}",
+        orbit.frequency_hz,
+        counted(pairs.slipping, "pair", "pairs"),
+        pairs.opening,
+        counted(orbit.newton_iterations, "iteration", "iterations"),
+    )
+}
 
-    /// Where an observation is largest.
-    fn peaks(&mut self, name: &str, i: usize, response: &Response) {
-        let Some(peak) = peak(response, i) else {
-            return;
-        };
-        let counts = pair_counts(&response.orbits[peak.index]);
-        let at_rest = match counts.open_at_rest {
-            0 => String::new(),
-            pairs => format!(", {pairs} are open at rest"),
-        };
-        self.note(&format!(
-            "{name}: peak {:.4e} m at {:.3} Hz; {} pairs slip, {} open, {} stick{at_rest}",
-            peak.amplitude_m, peak.frequency_hz, counts.slipping, counts.opening, counts.stuck
-        ));
-        for local in local_peaks(response, i) {
-            let Some(loss_factor) = local.loss_factor else {
-                continue;
-            };
-            self.note(&format!(
-                "{name}: {:.4e} m at {:.3} Hz, loss factor {loss_factor:.3e} (Q = {:.0})",
-                local.at.amplitude_m,
-                local.at.frequency_hz,
-                loss_factor.recip()
-            ));
-        }
-    }
+/// The residuals of Newton's method, attempt by attempt.
+fn residuals(orbit: &Orbit) -> String {
+    let attempt = |residuals: &Vec<f64>| {
+        let all = residuals.iter().map(|r| format!("{r:.1e}"));
+        all.collect::<Vec<_>>().join(" ")
+    };
+    let attempts = orbit.newton_residuals.iter().map(attempt);
+    attempts.collect::<Vec<_>>().join(" | ")
 }
 
 impl Observer for Console {
     fn stage_begins(&mut self, _: Stage, title: &str) {
-        if self.output == Output::Terminal {
-            let spinner = ProgressBar::new_spinner().with_message(text::plain(title));
+        if self.on_terminal {
+            let template = "{spinner} {msg}  {elapsed}";
+            let spinner = ProgressBar::new_spinner()
+                .with_style(style(template, ProgressStyle::default_spinner))
+                .with_message(text::plain(title));
             let spinner = self.lines.add(spinner);
             spinner.enable_steady_tick(Duration::from_millis(120));
             self.spinners.push(spinner);
@@ -158,6 +205,7 @@ impl Observer for Console {
             spinner.finish_and_clear();
             self.lines.remove(&spinner);
         }
+        self.solved |= record.stage == Stage::Response;
         let memory = record
             .peak_rss_mib
             .map_or(String::new(), |m| format!("{m:8.0} MiB"));
@@ -169,18 +217,21 @@ impl Observer for Console {
     }
 
     fn loop_begins(&mut self, label: &str, steps: usize) {
-        let bar = (self.output == Output::Terminal).then(|| {
-            let template = "  {msg} {wide_bar} {pos}/{len} {eta}";
-            let style = ProgressStyle::with_template(template);
-            let bar = ProgressBar::new(steps as u64).with_message(text::plain(label));
-            self.lines
-                .add(bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())))
+        let bar = self.on_terminal.then(|| {
+            let template = "  {prefix} {wide_bar} {pos}/{len}  {elapsed}, {eta} left\n  {msg}";
+            let bar = ProgressBar::new(steps as u64)
+                .with_style(style(template, ProgressStyle::default_bar))
+                .with_prefix(text::plain(label));
+            self.lines.add(bar)
         });
+        let now = Instant::now();
         self.loops.push(Loop {
             label: label.to_owned(),
             steps,
             done: 0,
-            last_line: Instant::now(),
+            news: String::new(),
+            begun: now,
+            last_line: now,
             bar,
         });
     }
@@ -192,10 +243,10 @@ impl Observer for Console {
         turn.done += steps;
         if let Some(bar) = &turn.bar {
             bar.inc(steps as u64);
-        } else if self.output == Output::Plain && turn.last_line.elapsed() >= LINE_INTERVAL {
+        } else if turn.last_line.elapsed() >= LINE_INTERVAL {
             turn.last_line = Instant::now();
-            let line = format!("  {}: {} of {}", turn.label, turn.done, turn.steps);
-            self.line(&line);
+            let line = turn.line();
+            self.note(&line);
         }
     }
 
@@ -206,15 +257,100 @@ impl Observer for Console {
         }
     }
 
+    fn response_begins(
+        &mut self,
+        _: &ResponseBegins<'_>,
+    ) -> Result<Vec<SolvedFrequency>, RunError> {
+        self.failed = 0;
+        Ok(Vec::new())
+    }
+
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let orbit = &solved.orbit;
+        self.failed += usize::from(!orbit.outcome.is_converged());
+        let news = news(orbit, self.failed);
+        if self.verbosity == Verbosity::Verbose {
+            self.line(&format!("  {news}; residuals {}", residuals(orbit)));
+        }
+        if let Some(turn) = self.loops.last_mut() {
+            if let Some(bar) = &turn.bar {
+                bar.set_message(news.clone());
+            }
+            turn.news = news;
+        }
+        Ok(())
+    }
+
     /// A line, but for the quiet.
     fn note(&mut self, message: &str) {
-        if self.output != Output::Quiet {
+        if self.verbosity != Verbosity::Quiet {
             self.line(message);
         }
     }
 
-    /// A line for the quiet, too.
-    fn warning(&mut self, message: &str) {
-        self.line(&format!("warning: {message}"));
+    /// A line at once, for the quiet, too. What is told of a finished response waits for the end, and what
+    /// is more than a remark is said there once more.
+    fn warning(&mut self, warning: &Warning) {
+        let waits = self.solved && self.verbosity != Verbosity::Quiet;
+        if !waits {
+            self.line(&format!("warning: {}", warning.text));
+        }
+        let again = warning.weight < Weight::Remark && self.verbosity != Verbosity::Quiet;
+        if waits || again {
+            self.waiting.push(warning.clone());
+        }
+    }
+}
+
+fn style(template: &str, or: fn() -> ProgressStyle) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| or())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_a_loop_has_its_share_and_the_time_that_is_left() {
+        let begun = Instant::now().checked_sub(Duration::from_secs(30)).unwrap();
+        let mut turn = Loop {
+            label: "frequencies".to_owned(),
+            steps: 200,
+            done: 150,
+            news: String::new(),
+            begun,
+            last_line: begun,
+            bar: None,
+        };
+        assert_eq!(
+            turn.line(),
+            "  frequencies: 150 of 200 (75 %) in 30 seconds, 10 seconds left"
+        );
+        turn.news = "450.085 Hz: 6.491 mm".to_owned();
+        assert!(turn.line().ends_with("left; 450.085 Hz: 6.491 mm"));
+        turn.done = 0;
+        assert!(turn.line().contains("0 of 200 (0 %)"), "{}", turn.line());
+    }
+
+    #[test]
+    fn what_is_told_of_a_finished_response_waits_for_the_end() {
+        let mut console = Console::new(Verbosity::Normal);
+        let warning = |weight, text: &str| Warning {
+            weight,
+            text: text.to_owned(),
+        };
+        console.warning(&warning(Weight::Remark, "kept"));
+        console.warning(&warning(Weight::Wrong, "early"));
+        assert_eq!(by_weight(&console.waiting), ["early"]);
+        console.solved = true;
+        console.warning(&warning(Weight::Remark, "held"));
+        console.warning(&warning(Weight::Doubt, "rough"));
+        assert_eq!(by_weight(&console.waiting), ["early", "rough", "held"]);
+        console.end();
+        assert!(console.waiting.is_empty());
+        let mut quiet = Console::new(Verbosity::Quiet);
+        quiet.solved = true;
+        quiet.warning(&warning(Weight::Doubt, "rough"));
+        assert!(quiet.waiting.is_empty());
     }
 }

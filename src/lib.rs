@@ -18,3 +18,5 @@ pub mod scene;
 pub mod stage;
 pub mod study;
 pub mod terminal;
+pub mod warning;
+pub mod words;

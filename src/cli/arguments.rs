@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 
 use super::error::Error;
+use crate::console::Verbosity;
 use crate::pipeline::verify::Verification;
 use crate::pipeline::{CacheSettings, SpeedRange};
 use crate::study::{Action, StudyOptions};
@@ -68,9 +69,23 @@ pub(super) struct Cli {
     #[arg(long, global = true, conflicts_with_all = ["cache", "cache_limit_gib"])]
     pub(super) no_cache: bool,
 
-    /// No progress on stderr; warnings and errors only
+    /// One line of results; no progress, warnings and errors only
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
+
+    /// Every frequency with the residuals of its Newton iterations
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub(super) verbose: bool,
+}
+
+impl Cli {
+    pub(super) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]

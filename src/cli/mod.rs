@@ -2,6 +2,7 @@
 //! [`crate::pipeline`], and errors into an exit code. Results are printed here alone.
 
 mod arguments;
+mod closing;
 mod error;
 mod interruption;
 
@@ -14,7 +15,7 @@ use clap::Parser;
 pub use self::error::Error;
 
 use self::arguments::{Cli, Command, Modes, Run, cache_settings};
-use crate::console::{Console, Verbosity};
+use crate::console::Console;
 use crate::exit::ExitStatus;
 use crate::export::csv;
 use crate::export::folder::OtherScene;
@@ -50,10 +51,7 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Error> {
-    let mut console = Console::new(match cli.quiet {
-        true => Verbosity::Quiet,
-        false => Verbosity::Normal,
-    });
+    let mut console = Console::new(cli.verbosity());
     if let Command::Study(arguments) = &cli.command {
         let progress = Progress::new(&mut console);
         let studied = study::study(&arguments.study, &arguments.options(cli), &progress)?;
@@ -147,9 +145,12 @@ fn with_files(
             let verdict = run.verdict();
             files.locked().report(scene, &run, &verdict)?;
             finish(files, &run.summary, &verdict, console)?;
-            if let Some(response) = &run.response {
-                console.figures(&run.reduced, response);
-            }
+            console.end();
+            print(&closing::of(
+                &run,
+                files.locked().folder(),
+                console.verbosity(),
+            ))?;
             Ok(verdict?)
         }
         Command::Mesh(_) => {

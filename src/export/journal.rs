@@ -227,6 +227,7 @@ mod tests {
             kinetic_energy_j: 0.0,
             newton_iterations: 3,
             krylov_iterations: 4,
+            newton_residuals: Vec::new(),
             residual: f64::INFINITY,
             estimated_error: None,
             retention_n: 0.0,

@@ -8,6 +8,7 @@ use crate::export::csv::CampbellRow;
 use crate::export::manifest::{self, Summary};
 use crate::export::plots::CampbellFamily;
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
@@ -120,7 +121,7 @@ pub fn campbell(
                     error @ (ReductionError::InteriorUnstable { .. }
                     | ReductionError::NotHeld { .. }),
                 ) if rpm > speeds.from_rpm => {
-                    progress.warning(&format!("no modes at {rpm} rpm: {error}"));
+                    progress.warning(Weight::Wrong, format!("no modes at {rpm} rpm: {error}"));
                     None
                 }
                 Err(error) => return Err(error.into()),

@@ -28,6 +28,7 @@ use crate::export::plots::{
 };
 use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
 use crate::stage::Stage;
+use crate::warning::{Warning, by_weight};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
@@ -70,7 +71,7 @@ pub struct Files {
     /// The responses that have begun, the scene's own first.
     solving: Vec<Solving>,
     /// What there was to mind.
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     /// Rows of modes.csv.
     rows: Vec<csv::ModeRow>,
     /// At the peak, of each body, where fields are written.
@@ -210,7 +211,7 @@ impl Files {
                 compared: compared.as_ref().map(|(label, r)| (label.as_str(), *r)),
             }),
             motion: self.motion.as_deref(),
-            warnings: &self.warnings,
+            warnings: &by_weight(&self.warnings),
         };
         Ok(report::write(&self.out.file("report.html"), &contents)?)
     }
@@ -383,8 +384,8 @@ impl Observer for Files {
         }
     }
 
-    fn warning(&mut self, message: &str) {
-        self.warnings.push(message.to_owned());
+    fn warning(&mut self, warning: &Warning) {
+        self.warnings.push(warning.clone());
     }
 
     fn figures(&mut self, summary: &Summary) {
@@ -537,8 +538,8 @@ impl Observer for Arc<SharedFiles> {
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         self.locked().static_state(reduced, state)
     }
-    fn warning(&mut self, message: &str) {
-        self.locked().warning(message);
+    fn warning(&mut self, warning: &Warning) {
+        self.locked().warning(warning);
     }
     fn figures(&mut self, summary: &Summary) {
         self.locked().figures(summary);

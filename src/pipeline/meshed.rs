@@ -13,6 +13,7 @@ use super::progress::Progress;
 use super::{Context, units};
 use crate::export::manifest;
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure};
@@ -205,7 +206,7 @@ fn properties(model: &Model, progress: &Progress) -> Result<Vec<MassProperties>,
             body.name, own.mass_kg, own.volume_m3
         ));
         if let Some(doubt) = units::doubt(&body.name, body.material) {
-            progress.warning(&doubt);
+            progress.warning(Weight::Wrong, doubt);
         }
         all.push(own);
     }

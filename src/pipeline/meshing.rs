@@ -9,6 +9,7 @@ use super::error::RunError;
 use super::progress::Progress;
 use crate::export::{create_folder, manifest, write_file};
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_numerics::stored;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
@@ -147,7 +148,7 @@ fn of_writing(error: RunError, out: &Path) -> RunError {
 
 fn made(out: &Path, version: String, warnings: &[String], progress: &Progress) -> Origin {
     for warning in warnings {
-        progress.warning(&format!("gmsh: {warning}"));
+        progress.warning(Weight::Remark, format!("gmsh: {warning}"));
     }
     Origin {
         source: out.to_path_buf(),
@@ -165,10 +166,13 @@ fn ready(
     let Some(ready) = fallback else {
         return Err(missing.into());
     };
-    progress.warning(&format!(
-        "gmsh is not installed: using the ready mesh {}, made with the same parameters",
-        ready.display()
-    ));
+    progress.warning(
+        Weight::Remark,
+        format!(
+            "gmsh is not installed: using the ready mesh {}, made with the same parameters",
+            ready.display()
+        ),
+    );
     Ok(Origin {
         source: ready.to_path_buf(),
         gmsh: None,

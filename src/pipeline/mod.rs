@@ -28,6 +28,7 @@ pub use self::reduced::Reduced;
 use crate::export::csv::ModeRow;
 use crate::export::manifest::{self, Summary};
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
@@ -123,7 +124,7 @@ pub fn solve(
     };
     let compared = compared.map(compare).transpose()?;
     for warning in findings::warnings(&reduced, &response) {
-        progress.warning(&warning);
+        progress.tell(|o| o.warning(&warning));
     }
     {
         let _stage = progress.stage(Stage::ResponseFiles);
@@ -250,6 +251,7 @@ pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(
             ));
         }
         None => progress.warning(
+            Weight::Doubt,
             "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
         ),
     }

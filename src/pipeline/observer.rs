@@ -7,6 +7,7 @@ use super::error::RunError;
 use crate::export::journal::Inputs;
 use crate::export::manifest::Summary;
 use crate::stage::{Stage, StageRecord};
+use crate::warning::Warning;
 
 /// Hears of a run. Every method does nothing by itself, so that an observer says only what it cares for.
 ///
@@ -26,7 +27,7 @@ pub trait Observer: Send {
     /// Something to know.
     fn note(&mut self, _message: &str) {}
     /// Something to mind.
-    fn warning(&mut self, _message: &str) {}
+    fn warning(&mut self, _warning: &Warning) {}
 
     /// The assembly is reduced.
     ///
@@ -144,9 +145,9 @@ impl Observer for Both<'_> {
         self.0.note(message);
         self.1.note(message);
     }
-    fn warning(&mut self, message: &str) {
-        self.0.warning(message);
-        self.1.warning(message);
+    fn warning(&mut self, warning: &Warning) {
+        self.0.warning(warning);
+        self.1.warning(warning);
     }
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
         self.0.reduced(reduced)?;

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use super::observer::Observer;
 use crate::metrics::{peak_rss_mib, processor_seconds};
 use crate::stage::{Stage, StageRecord};
+use crate::warning::{Warning, Weight};
 
 /// Where a run reports to.
 pub struct Progress<'o> {
@@ -90,8 +91,9 @@ impl<'o> Progress<'o> {
     }
 
     /// Something to mind.
-    pub fn warning(&self, message: &str) {
-        self.tell(|observer| observer.warning(message));
+    pub fn warning(&self, weight: Weight, text: impl Into<String>) {
+        let text = text.into();
+        self.tell(|observer| observer.warning(&Warning { weight, text }));
     }
 
     /// Wall clock since the beginning, s.

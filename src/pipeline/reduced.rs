@@ -7,6 +7,7 @@ use super::progress::Progress;
 use super::{Context, hertz};
 use crate::export::manifest::TruncationSummary;
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::reduction::superelement;
@@ -70,7 +71,7 @@ impl Reduced {
         let pairs = self.relative().pairs.iter();
         let largest = pairs.map(|pair| pair.friction).fold(0.0, f64::max);
         if largest > PairLaw::MOST_FRICTION {
-            progress.warning(&format!(
+            progress.warning(Weight::Remark, format!(
                 "a coefficient of friction of {largest:e} is computed as {:e}: pairs stick as long as they are pressed",
                 PairLaw::MOST_FRICTION
             ));

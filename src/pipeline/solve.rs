@@ -10,6 +10,7 @@ use super::progress::Progress;
 use super::reduced::Reduced;
 use crate::export::journal::Inputs;
 use crate::stage::Stage;
+use crate::warning::Weight;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
@@ -50,7 +51,7 @@ pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progre
     };
     let state = solve_static(relative, scene.static_state.load_steps, newton);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
-        progress.warning(&format!(
+        progress.warning(Weight::Remark, format!(
             "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
              plate, with {retention_n:.3} N (static.retention_n of summary.json)"
         ));
@@ -85,7 +86,7 @@ pub(super) fn tell_of_linear_reference(
     let open = state.open_pairs().len();
     let first = reduced.linear_omega2(state).first();
     if let Some(why) = &state.linear.not_released {
-        progress.warning(&format!(
+        progress.warning(Weight::Doubt, format!(
             "without the {open} pairs that are open in the static state the assembly has no linear modes ({why}): the linear curve, \
              damping.ratio and response.times_first_linear_mode take them as stuck"
         ));
@@ -250,9 +251,10 @@ impl Responses<'_, '_> {
             if let Err(error) = progress.tell(|observer| observer.frequency(&solved))
                 && !not_kept.swap(true, Ordering::Relaxed)
             {
-                progress.warning(&format!(
-                    "what is solved is not kept if the run is broken off: {error}"
-                ));
+                progress.warning(
+                    Weight::Remark,
+                    format!("what is solved is not kept if the run is broken off: {error}"),
+                );
             }
             steps.step();
         };
@@ -314,7 +316,7 @@ fn title(resolution: Resolution) -> String {
 /// Pairs of nodes are taken to face each other.
 pub(super) fn warn_of_far_slides(place: &str, farthest: f64, progress: &Progress) {
     if (FAR..=TOO_FAR).contains(&farthest) {
-        progress.warning(&format!(
+        progress.warning(Weight::Doubt, format!(
             "{place} a pair slides by {:.1} % of the shorter side of its flank: contact is between pairs of nodes that \
              face each other, and above {} % a solution is refused",
             100.0 * farthest,

@@ -39,6 +39,7 @@ use self::results::{CaseResult, Ended, collect};
 use crate::pipeline;
 use crate::pipeline::progress::Progress;
 use crate::scene::{self, Fault};
+use crate::warning::Weight;
 use dovetail_solver::description::Subject;
 
 /// What to do with a study.
@@ -153,7 +154,10 @@ pub fn study(
     write(&study, &settings, &results, &analysis)?;
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
-            progress.warning(&format!("{} failed: {message}", result.case.slug));
+            progress.warning(
+                Weight::Wrong,
+                format!("{} failed: {message}", result.case.slug),
+            );
         }
     }
     let report = settings.out.join("report.html");

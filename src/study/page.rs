@@ -18,8 +18,8 @@ use super::quantity::name_and_unit;
 use super::report::{all_cases, at_words, least_values, one_knob, recommended, remarks};
 use super::results::{CaseResult, Ended};
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
-use crate::export::report::words::{counted, figure};
 use crate::export::{csv, write_file};
+use crate::words::{counted, figure};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Points of all curves together: what a browser draws without delay.

@@ -43,3 +43,4 @@ mod tidy;
 mod time_integration;
 mod transitions;
 mod tutorial;
+mod words_of_a_run;

@@ -19,20 +19,31 @@ const SOLVER: [&str; 11] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 13] = [
+const PROGRAM: [(&str, &[&str]); 15] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
     ("terminal", &[]),
+    ("warning", &[]),
+    ("words", &[]),
     ("scene", &[]),
-    ("export", &["stage"]),
-    ("pipeline", &["stage", "exit", "metrics", "export"]),
-    ("console", &["stage", "pipeline"]),
-    ("study", &["stage", "exit", "scene", "export", "pipeline"]),
+    ("export", &["stage", "words"]),
+    (
+        "pipeline",
+        &["stage", "exit", "metrics", "warning", "words", "export"],
+    ),
+    ("console", &["stage", "warning", "words", "pipeline"]),
+    (
+        "study",
+        &[
+            "stage", "exit", "warning", "words", "scene", "export", "pipeline",
+        ],
+    ),
     (
         "cli",
         &[
-            "exit", "terminal", "scene", "export", "pipeline", "console", "study",
+            "stage", "exit", "terminal", "warning", "words", "scene", "export", "pipeline",
+            "console", "study",
         ],
     ),
     ("reference", &["scene", "study"]),

@@ -27,12 +27,15 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
     let mut f = system.residual(x);
     let mut radius = f64::INFINITY;
     let mut first_length = 0.0;
+    let mut residuals = Vec::new();
     for iterations in 0..=options.max_iterations {
         let measure = system.measure(&f);
+        residuals.push(measure);
         let end = |status| NewtonEnd {
             status,
             iterations,
             measure,
+            residuals: residuals.clone(),
         };
         if !measure.is_finite() {
             return end(NewtonStatus::NotFinite);
@@ -93,6 +96,7 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
         status: NewtonStatus::IterationLimit,
         iterations: options.max_iterations,
         measure: system.measure(&f),
+        residuals,
     }
 }
 

@@ -62,14 +62,16 @@ pub enum NewtonStatus {
 }
 
 /// How an iteration ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NewtonEnd {
     /// Why it ended.
     pub status: NewtonStatus,
     /// Iterations taken.
     pub iterations: usize,
-    /// The measure of the last residual.
+    /// The measure of the residual at the end.
     pub measure: f64,
+    /// The measures on the way: at the start, and after each iteration.
+    pub residuals: Vec<f64>,
 }
 
 /// Halvings of a step.
@@ -88,6 +90,7 @@ pub fn newton<S: NonlinearSystem>(
     let (mut dx, mut simplified) = (vec![0.0; n], vec![0.0; n]);
     system.residual(x, &mut f);
     let mut measure = system.measure(&f);
+    let mut residuals = vec![measure];
     let mut best = (measure, x.to_vec());
     let mut step: f64 = 1.0;
     let mut iterations = 0;
@@ -136,6 +139,7 @@ pub fn newton<S: NonlinearSystem>(
             break NewtonStatus::Stagnated;
         }
         iterations += 1;
+        residuals.push(measure);
         x.copy_from_slice(&trial);
         std::mem::swap(&mut f, &mut f_trial);
         if S::DAMPING == Damping::Natural || measure < best.0 {
@@ -153,6 +157,7 @@ pub fn newton<S: NonlinearSystem>(
         status,
         iterations,
         measure,
+        residuals,
     }
 }
 
@@ -256,6 +261,9 @@ mod tests {
             };
             let end = newton(&mut Misled { linearisations: 0 }, &mut x, options);
             assert_eq!((end.status, end.measure, x[0]), (status, measure, measure));
+            // The shortest step the wrong way is taken all the same.
+            let way = [1.0, 1.0 + SMALLEST_STEP, 0.0];
+            assert_eq!(end.residuals[..], way[..=max_iterations]);
         }
     }
 

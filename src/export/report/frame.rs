@@ -76,12 +76,12 @@ pub fn line(good: bool, text: &Markup) -> Markup {
 }
 
 /// All of them, in a section of their own.
-pub fn warnings(warnings: &[String]) -> Markup {
+pub fn warnings(warnings: &[impl AsRef<str>]) -> Markup {
     html! {
         @if !warnings.is_empty() {
             section #warnings {
                 h2 { "Warnings" }
-                ul { @for warning in warnings { li.warning { (warning) } } }
+                ul { @for warning in warnings { li.warning { (warning.as_ref()) } } }
             }
         }
     }

@@ -6,7 +6,6 @@ pub mod frame;
 mod packed;
 mod page;
 mod skin;
-pub mod words;
 
 use std::path::Path;
 
@@ -35,8 +34,8 @@ pub struct Contents<'a> {
     pub sweep: Option<Sweep<'a>>,
     /// The 2H+1 nodal fields of each body at the peak of the first observation.
     pub motion: Option<&'a [Vec<NodalField>]>,
-    /// In the order in which they were told.
-    pub warnings: &'a [String],
+    /// The weightiest first.
+    pub warnings: &'a [&'a str],
 }
 
 /// A response as a report shows it.

@@ -5,8 +5,8 @@ use maud::{Markup, html};
 use super::Contents;
 use super::data::Data;
 use super::frame::{self, Frame, card, frame, line, warnings};
-use super::words::{counted, figure, percent, quantity};
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
+use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress};
@@ -619,11 +619,12 @@ fn effort(contents: &Contents<'_>) -> Markup {
                 "."
             }
             div.wide { table {
-                tr { th { "stage" } th { "s" } th { "memory, MiB" } th { "unknowns" } }
+                tr { th { "stage" } th { "s" } th { "share" } th { "memory, MiB" } th { "unknowns" } }
                 @for stage in &summary.stages {
                     tr {
                         td { (stage.name) @if stage.from_cache { " (from the cache)" } }
                         td { (format!("{:.2}", stage.seconds)) }
+                        td { (percent((stage.seconds / summary.seconds).min(1.0), 2)) }
                         td { (stage.peak_memory_mib.map_or_else(|| "–".to_owned(), |m| format!("{m:.0}"))) }
                         td { (stage.unknowns.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")) }
                     }

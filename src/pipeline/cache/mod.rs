@@ -9,6 +9,7 @@ mod folder;
 pub(super) mod program;
 mod turn;
 
+use crate::warning::Weight;
 use std::fs::File;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -97,10 +98,13 @@ impl Cache {
                 Some(found)
             }
             Err(fault) => {
-                progress.warning(&format!(
-                    "the cache entry {} is of no use ({fault}): computing anew",
-                    path.display()
-                ));
+                progress.warning(
+                    Weight::Remark,
+                    format!(
+                        "the cache entry {} is of no use ({fault}): computing anew",
+                        path.display()
+                    ),
+                );
                 let _ = folder.remove(&path); // or it is replaced later
                 None
             }
@@ -153,7 +157,7 @@ impl Cache {
         }
         let written = folder.prepare();
         if let Err(source) = written.and_then(|()| entry::write(&path, &key.hash, value)) {
-            progress.warning(&format!(
+            progress.warning(Weight::Remark, format!(
                 "nothing is kept for later runs: writing {} failed: {source} (another folder: --cache DIR; none: --no-cache)",
                 path.display()
             ));

@@ -372,6 +372,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             x: vec![],
             lambda: vec![],
             modal: vec![],
+            newton_residuals: vec![],
             cycles,
             observed_amplitude_m: observed.iter().map(|c| amplitude(c) * bad).collect(),
             observed,

@@ -137,6 +137,8 @@ pub struct Orbit {
     pub newton_iterations: usize,
     /// Iterations of the linear solves of all attempts.
     pub krylov_iterations: usize,
+    /// Of each attempt the relative residual at its start and after each Newton iteration.
+    pub newton_residuals: Vec<Vec<f64>>,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
     /// Estimated relative error of the observed amplitudes for the harmonics left out ([`accuracy`]); `None` where

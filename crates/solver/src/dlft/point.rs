@@ -94,6 +94,8 @@ impl Neighbour {
 pub struct Work {
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
+    /// Of each attempt, at its start and after each iteration.
+    pub residuals: Vec<Vec<f64>>,
     preconditioner: Preconditioner,
     /// On the finer balances that errors are estimated with.
     estimates: Option<Box<Work>>,
@@ -103,6 +105,7 @@ impl Work {
     /// Sets the counts to zero.
     pub fn start_counting(&mut self) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
+        self.residuals.clear();
     }
 
     /// That of the next estimate, which no count of a frequency has.
@@ -648,6 +651,7 @@ impl<'a> FrequencySolver<'a> {
             Method::Dogleg => powell(&balance, &mut u, options),
         };
         work.newton_iterations += end.iterations;
+        work.residuals.push(end.residuals.clone());
         Solution {
             balance,
             u,

@@ -234,6 +234,7 @@ impl<'a> StaticSystem<'a> {
             status: NewtonStatus::Converged,
             iterations: 0,
             measure: 0.0,
+            residuals: Vec::new(),
         };
         if self.scale > 0.0 {
             for step in 1..=load_steps {

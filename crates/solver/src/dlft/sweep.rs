@@ -268,6 +268,8 @@ impl Run<'_> {
                     level.solve_from(frequency_hz, &neighbour, work)
                 });
             let mut again = self.orbit_of(resolved, (orbits[i].point, frequency_hz), &work);
+            let before = std::mem::take(&mut orbits[i].newton_residuals);
+            again.newton_residuals.splice(..0, before);
             again.newton_iterations += orbits[i].newton_iterations;
             again.krylov_iterations += orbits[i].krylov_iterations;
             if again.outcome.is_converged() {
@@ -275,6 +277,7 @@ impl Run<'_> {
             } else {
                 orbits[i].newton_iterations = again.newton_iterations;
                 orbits[i].krylov_iterations = again.krylov_iterations;
+                orbits[i].newton_residuals = again.newton_residuals;
             }
         }
     }
@@ -343,6 +346,7 @@ impl Run<'_> {
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_error;
         orbit.newton_iterations = work.newton_iterations;
+        orbit.newton_residuals = work.residuals.clone();
         orbit.krylov_iterations = work.krylov_iterations;
         orbit
     }

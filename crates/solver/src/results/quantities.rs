@@ -428,6 +428,7 @@ mod tests {
             point: 0,
             newton_iterations: 3,
             krylov_iterations: 9,
+            newton_residuals: Vec::new(),
             estimated_error: None,
             retention_n: 0.0,
             residual: 1e-10,

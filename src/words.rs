@@ -38,10 +38,16 @@ pub fn figure(v: f64, digits: usize) -> String {
 
 /// With the prefix that leaves one to three digits before the point: `6.491 mm`.
 pub fn quantity(v: f64, unit: &str, digits: usize) -> String {
-    if v == 0.0 || !v.is_finite() {
+    quantity_beside(v, v, unit, digits)
+}
+
+/// With the prefix that another quantity has: `0.656 µm` beside `1.24 µm`.
+pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String {
+    if v == 0.0 || !v.is_finite() || other == 0.0 || !other.is_finite() {
         return format!("{} {unit}", figure(v, digits));
     }
-    let (value, power) = rounded(v, digits);
+    let (value, _) = rounded(v, digits);
+    let (_, power) = rounded(other, digits);
     let power = power.div_euclid(3).clamp(-4, 4);
     let prefix = PREFIXES.iter().find(|(_, p)| *p == power);
     let prefix = prefix.map_or("", |(prefix, _)| prefix);
@@ -82,6 +88,8 @@ mod tests {
             let unit = if text.ends_with("Pa") { "Pa" } else { "m" };
             assert_eq!(quantity(v, unit, 4), text);
         }
+        assert_eq!(quantity_beside(6.561e-7, 1.24e-6, "m", 4), "0.6561 µm");
+        assert_eq!(quantity_beside(0.0, 1.24e-6, "m", 4), "0 m");
         assert_eq!(figure(193.0, 3), "193");
         assert_eq!(figure(5.19e-3, 3), "0.00519");
         assert_eq!(figure(f64::NAN, 3), "–");

@@ -1,0 +1,238 @@
+//! What a run says last: its peaks beside the linear ones, what the joint does there, what it took, and where to look.
+
+use std::path::Path;
+
+use crate::console::Verbosity;
+use crate::export::manifest::{StageSummary, StaticSummary, Summary};
+use crate::pipeline::Run;
+use crate::words::{counted, figure, percent, quantity, quantity_beside};
+use dovetail_solver::dlft::Response;
+use dovetail_solver::results::quantities::{
+    LocalPeak, Peak, linear_peak, local_peaks, pair_counts, peak,
+};
+
+/// Stages that took less than this share of the time are not named.
+const LEAST_SHARE: f64 = 0.1;
+/// Width of the first column, and of a number of the second and third.
+const WIDTHS: [usize; 2] = [14, 16];
+
+/// The last lines of a run; one line for the quiet.
+pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
+    let names = run.reduced.observations();
+    let peaks: Vec<PeakLines> = match &run.response {
+        Some(response) => {
+            let own = names.iter().enumerate();
+            own.filter_map(|(i, name)| PeakLines::of(name, i, response))
+                .collect()
+        }
+        None => Vec::new(),
+    };
+    let result = match verbosity {
+        Verbosity::Quiet => one_line(&run.summary, &peaks),
+        Verbosity::Normal | Verbosity::Verbose => lines(&run.summary, &peaks),
+    };
+    let report = folder.join("report.html");
+    match verbosity {
+        Verbosity::Quiet => format!("{result}; {}\n", report.display()),
+        _ => format!("{result}{}{}\n", heading("open first"), report.display()),
+    }
+}
+
+/// The peak of an observation.
+struct PeakLines {
+    name: String,
+    peak: Peak,
+    linear: Option<Peak>,
+    /// What the pairs do there.
+    pairs: Option<String>,
+    local: Option<LocalPeak>,
+}
+
+impl PeakLines {
+    fn of(name: &str, observation: usize, response: &Response) -> Option<Self> {
+        let peak = peak(response, observation)?;
+        let counts = pair_counts(&response.orbits[peak.index]);
+        let at_rest = match counts.open_at_rest {
+            0 => String::new(),
+            pairs => format!(", {pairs} are open at rest"),
+        };
+        let pairs = format!(
+            "{} slip, {} open, {} stick{at_rest}",
+            counted(counts.slipping, "pair", "pairs"),
+            counts.opening,
+            counts.stuck
+        );
+        let has_pairs = !response.orbits[peak.index].cycles.is_empty();
+        let local = local_peaks(response, observation);
+        Some(Self {
+            name: name.to_owned(),
+            linear: linear_peak(response, observation),
+            pairs: has_pairs.then_some(pairs),
+            local: local.into_iter().find(|l| l.at.index == peak.index),
+            peak,
+        })
+    }
+
+    /// Peak amplitude over the linear one.
+    fn ratio(&self) -> Option<f64> {
+        let linear_m = self.linear.as_ref()?.amplitude_m;
+        (linear_m > 0.0).then(|| self.peak.amplitude_m / linear_m)
+    }
+}
+
+fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
+    let Some(response) = &summary.response else {
+        return match &summary.static_state {
+            Some(state) => static_words(state),
+            None => "nothing was computed".to_owned(),
+        };
+    };
+    let one = |p: &PeakLines| {
+        let linear = p.linear.as_ref().map_or(String::new(), |l| {
+            format!(
+                " (linear {} at {} Hz)",
+                quantity(l.amplitude_m, "m", 4),
+                figure(l.frequency_hz, 6)
+            )
+        });
+        format!(
+            "{}: peak {} at {} Hz{linear}; ",
+            p.name,
+            quantity(p.peak.amplitude_m, "m", 4),
+            figure(p.peak.frequency_hz, 6)
+        )
+    };
+    format!(
+        "{}{} of {} frequencies converged",
+        peaks.iter().map(one).collect::<String>(),
+        response.converged_points,
+        response.points
+    )
+}
+
+fn lines(summary: &Summary, peaks: &[PeakLines]) -> String {
+    let mut text = String::from("\n");
+    if let Some(state) = &summary.static_state {
+        text += &format!("{}{}\n", heading("at rest"), static_words(state));
+    }
+    let column = WIDTHS[1];
+    if !peaks.is_empty() {
+        text += &format!(
+            "{}{:<column$}{:<column$}ratio\n",
+            heading(""),
+            "with friction",
+            "linear"
+        );
+    }
+    for p in peaks {
+        let cells = |of: &dyn Fn(&Peak) -> String| {
+            let linear = p.linear.as_ref().map_or("–".to_owned(), of);
+            format!("{:<column$}{linear:<column$}", of(&p.peak))
+        };
+        let linear_m = p.linear.as_ref().map_or(0.0, |linear| linear.amplitude_m);
+        let largest_m = p.peak.amplitude_m.max(linear_m);
+        let amplitudes = cells(&|p| quantity_beside(p.amplitude_m, largest_m, "m", 4));
+        let frequencies = cells(&|p| format!("{} Hz", figure(p.frequency_hz, 6)));
+        let ratio = p.ratio().map_or("–".to_owned(), |ratio| figure(ratio, 3));
+        text += &format!(
+            "{}{amplitudes}{ratio}\n",
+            heading(&format!("peak of {}", p.name))
+        );
+        text += &format!("{}{}\n", heading(""), frequencies.trim_end());
+        let loss = p.local.as_ref().and_then(|local| local.loss_factor);
+        let loss = loss.map(|loss| {
+            format!(
+                "loss factor {} (Q = {})",
+                figure(loss, 3),
+                figure(loss.recip(), 3)
+            )
+        });
+        let more: Vec<String> = p.pairs.iter().cloned().chain(loss).collect();
+        if !more.is_empty() {
+            text += &format!("{}{}\n", heading(""), more.join("; "));
+        }
+    }
+    if let Some(response) = &summary.response {
+        let added = match response.added_points {
+            0 => String::new(),
+            added => format!(", {added} of them added at peaks"),
+        };
+        text += &format!(
+            "{}{} of {} converged{added}\n",
+            heading("frequencies"),
+            response.converged_points,
+            response.points
+        );
+    }
+    text += &format!(
+        "{}{} s{}\n",
+        heading("time"),
+        figure(summary.seconds, 3),
+        shares(&summary.stages, summary.seconds)
+    );
+    text
+}
+
+fn heading(text: &str) -> String {
+    let width = WIDTHS[0];
+    format!("  {text:<width$}")
+}
+
+/// The share of the whole that each stage took, the longest first.
+fn shares(stages: &[StageSummary], seconds: f64) -> String {
+    let share = |stage: &StageSummary| stage.seconds / seconds;
+    let mut long: Vec<&StageSummary> = stages.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
+    long.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    let words = long
+        .iter()
+        .map(|stage| format!("{} {}", stage.name, percent(share(stage).min(1.0), 2)));
+    match words.collect::<Vec<_>>().join("; ") {
+        none if none.is_empty() => none,
+        words => format!(": {words}"),
+    }
+}
+
+fn static_words(state: &StaticSummary) -> String {
+    let (Some(stuck), Some(slipping), Some(open)) =
+        (state.stuck_pairs, state.slipping_pairs, state.open_pairs)
+    else {
+        return format!(
+            "the static state did not converge: {}",
+            state.outcome.word()
+        );
+    };
+    let pressure = state.largest_pressure_pa;
+    let pressure = pressure.map_or(String::new(), |pressure| {
+        format!("; largest pressure {}", quantity(pressure, "Pa", 3))
+    });
+    format!(
+        "{} stick, {slipping} slide, {open} open{pressure}",
+        counted(stuck, "pair", "pairs")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stage::Stage;
+
+    #[test]
+    fn stages_that_took_long_are_named_with_their_share() {
+        let stage = |id: Stage, seconds: f64| StageSummary {
+            id,
+            name: id.title().to_owned(),
+            seconds,
+            processor_seconds: None,
+            peak_memory_mib: None,
+            from_cache: false,
+            unknowns: Vec::new(),
+        };
+        let stages = [
+            stage(Stage::Mesh, 0.5),
+            stage(Stage::Reduction, 3.0),
+            stage(Stage::Response, 6.0),
+        ];
+        assert_eq!(shares(&stages, 10.0), ": response 60 %; reduction 30 %");
+        assert_eq!(shares(&stages, 1e3), "");
+    }
+}

@@ -1,0 +1,131 @@
+//! What a run says while it works and at its end.
+
+use std::process::{Command, Output};
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said};
+
+const SCENE: &str = r#"
+name = "dovetail72"
+[reduced_model]
+folder = "ROOT/tests/data/dovetail72"
+friction = 0.3
+force_n = 2.0
+[damping]
+ratio = 0.001
+[response]
+times_first_linear_mode = [0.99, 1.01]
+points = 5
+harmonics = 1
+stuck_modes = 40
+"#;
+
+/// Runs the model of 72 pairs through its peak with one harmonic, which is too few.
+fn run(name: &str, arguments: &[&str]) -> (Folder, Output) {
+    let folder = Folder::new(name);
+    let scene = folder.join("scene.toml");
+    std::fs::write(&scene, SCENE.replace("ROOT", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.arg("run").arg(&scene).args(arguments);
+    program.arg("--out").arg(folder.join("out"));
+    let output = ended(program, 0);
+    (folder, output)
+}
+
+fn printed(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn summary(folder: &Folder) -> serde_json::Value {
+    let text = std::fs::read(folder.join("out/summary.json")).unwrap();
+    serde_json::from_slice(&text).unwrap()
+}
+
+/// `6.491 mm` of 6.4913e-3.
+fn millimetres(summary: &serde_json::Value, key: &str) -> String {
+    let metres = summary["response"][key].as_f64().unwrap();
+    let digits = if metres >= 1e-2 { 2 } else { 3 };
+    format!("{:.digits$} mm", 1e3 * metres)
+}
+
+#[test]
+fn the_end_has_the_peak_beside_the_linear_one_the_time_and_the_file_to_open() {
+    let (folder, output) = run("words-end", &[]);
+    let (told, summary) = (printed(&output), summary(&folder));
+    let line = |start: &str| {
+        let found = told.lines().find(|l| l.trim_start().starts_with(start));
+        found.unwrap_or_else(|| panic!("no {start} in {told}"))
+    };
+    let peak = line("peak of tip");
+    for key in ["peak_amplitude_m", "linear_peak_amplitude_m"] {
+        let words = millimetres(&summary, key);
+        assert!(peak.contains(&words), "{words}: {told}");
+    }
+    let points = summary["response"]["points"].as_u64().unwrap();
+    assert!(
+        line("frequencies").contains(&format!("{points} of {points} converged")),
+        "{told}"
+    );
+    assert!(line("time").contains(" s: response, 1 harmonic "), "{told}");
+    let (_, report) = line("open first").split_once("first").unwrap();
+    assert!(std::path::Path::new(report.trim()).is_file(), "{told}");
+    // The warnings of the response come when all else is told, the weightiest first.
+    let stderr = said(&output);
+    let (before, after) = stderr.split_once("results in ").expect("where they are");
+    assert!(!before.contains("warning: "), "{stderr}");
+    assert!(after.contains("warning: "), "{stderr}");
+    assert!(after.contains("take more response.harmonics"), "{stderr}");
+}
+
+#[test]
+fn the_quiet_have_one_line_of_results_and_the_warnings() {
+    let (folder, output) = run("words-quiet", &["--quiet"]);
+    let told = printed(&output);
+    let summary = summary(&folder);
+    assert_eq!(told.lines().count(), 1, "{told}");
+    let start = format!(
+        "tip: peak {} at ",
+        millimetres(&summary, "peak_amplitude_m")
+    );
+    assert!(told.starts_with(&start), "{start}: {told}");
+    assert!(told.contains("frequencies converged; "), "{told}");
+    assert!(told.trim().ends_with("report.html"), "{told}");
+    let stderr = said(&output);
+    assert!(
+        !stderr.is_empty() && stderr.lines().all(|l| l.starts_with("warning: ")),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn the_verbose_see_each_frequency_with_its_residuals() {
+    let (folder, output) = run("words-verbose", &["--verbose"]);
+    let stderr = said(&output);
+    let lines: Vec<&str> = stderr
+        .lines()
+        .filter(|l| l.contains("; residuals "))
+        .collect();
+    // Frequencies that are added at the peak are solved in the same way.
+    let points = summary(&folder)["response"]["points"].as_u64().unwrap();
+    assert_eq!(lines.len() as u64, points, "{stderr}");
+    for line in lines {
+        let (news, residuals) = line.split_once("; residuals ").unwrap();
+        for word in [" Hz: ", " slip, ", " open, ", "iteration"] {
+            assert!(news.contains(word), "{word}: {line}");
+        }
+        let last = residuals.rsplit([' ', '|']).next().unwrap();
+        let last: f64 = last.parse().unwrap();
+        assert!(last < 1e-2, "{line}");
+        let (_, iterations) = news.rsplit_once(", ").unwrap();
+        let iterations: usize = iterations.split(' ').next().unwrap().parse().unwrap();
+        let all = residuals
+            .split(" | ")
+            .map(|attempt| attempt.split(' ').count() - 1);
+        assert!(all.sum::<usize>() <= iterations, "{line}");
+    }
+    let both = Command::new(env!("CARGO_BIN_EXE_dovetail"))
+        .args(["run", "scene.toml", "--verbose", "--quiet"])
+        .output()
+        .unwrap();
+    assert_eq!(both.status.code(), Some(2));
+}
