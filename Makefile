@@ -9,7 +9,7 @@ PYTHON := target/venv/bin/python
 run: setup
 	cargo run --release --locked -- run scenes/paper.toml
 
-# Every test, then a run whose files VTK's own reader reads back.
+# Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks
 	cargo test --locked --workspace
 	cargo build --release --locked

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Reads every .vtu and .pvd of an output folder with VTK's own reader and compares the numbers with
-the CSV files and summary.json. The report must stand by itself.
+the CSV files and summary.json. meshio and pyvista open every file, too, and find the same arrays.
+The report must stand by itself.
 
     python3 scripts/check_output.py output/paper
 
-Needs python3 with vtk (pip install vtk brings numpy). Ends with 0 if all agrees, with 1 and a list
-of mismatches otherwise, with 2 where it cannot start.
+Needs python3 with vtk, meshio and pyvista (pip install meshio pyvista brings vtk and numpy). Ends
+with 0 if all agrees, with 1 and a list of mismatches otherwise, with 2 where it cannot start.
 """
 
 import csv
@@ -16,11 +17,13 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 try:
+    import meshio
     import numpy as np
+    import pyvista
     import vtk
     from vtk.util.numpy_support import vtk_to_numpy
 except ImportError as missing:
-    print(f"cannot start: {missing}. Remedy: pip install vtk", file=sys.stderr)
+    print(f"cannot start: {missing}. Remedy: pip install meshio pyvista", file=sys.stderr)
     sys.exit(2)
 
 # Numbers in CSV read back exactly; sums of them in another order agree to this.
@@ -32,6 +35,8 @@ VTK_TET, VTK_TET10, VTK_QUAD = 10, 24, 9
 TET10_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 MOST_REPORT_BYTES = 6e6
 STATIC_STATUS = ["stuck", "slipping", "open"]
+# Names of the components of vectors and of stresses.
+COMPONENTS = {3: ["X", "Y", "Z"], 6: ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]}
 CYCLE_STATUS = ["stuck", "slipping", "opening", "open_at_rest"]
 
 problems = []
@@ -111,11 +116,51 @@ class Grid:
             problem(f"{self.name}: cells of one pair differ in {name}")
         return values[first]
 
-    def check_finite(self):
-        for data in (self.grid.GetPointData(), self.grid.GetCellData()):
-            for i in range(data.GetNumberOfArrays()):
-                if not np.isfinite(vtk_to_numpy(data.GetArray(i))).all():
-                    problem(f"{self.name}: {data.GetArrayName(i)} holds a number that is not finite")
+    def arrays(self):
+        """The arrays of the points and those of the cells, each by its name."""
+        return [{data.GetArrayName(i): data.GetArray(i) for i in range(data.GetNumberOfArrays())}
+                for data in (self.grid.GetPointData(), self.grid.GetCellData())]
+
+    def check_arrays(self):
+        for arrays in self.arrays():
+            for name, array in arrays.items():
+                if not np.isfinite(vtk_to_numpy(array)).all():
+                    problem(f"{self.name}: {name} holds a number that is not finite")
+                count = array.GetNumberOfComponents()
+                names = [array.GetComponentName(i) for i in range(count)]
+                if count > 1 and names != COMPONENTS.get(count):
+                    problem(f"{self.name}: the components of {name} are named {names}")
+
+    def check_other_readers(self, path):
+        """meshio and pyvista find the points, the cells and the arrays that VTK finds."""
+        points, cells = ({name: vtk_to_numpy(array) for name, array in arrays.items()}
+                         for arrays in self.arrays())
+        try:
+            mesh = meshio.read(path)
+        # meshio ends the process where it cannot read.
+        except (Exception, SystemExit) as refused:
+            problem(f"{self.name}: meshio cannot read it: {refused!r}")
+        else:
+            same(f"{self.name}: points by meshio", mesh.points, self.points())
+            of_cells = {name: np.concatenate(parts) for name, parts in mesh.cell_data.items()}
+            for found, expected in ((mesh.point_data, points), (of_cells, cells)):
+                same_arrays(f"{self.name}: by meshio", found, expected)
+        try:
+            grid = pyvista.read(path)
+        except Exception as refused:
+            problem(f"{self.name}: pyvista cannot read it: {refused!r}")
+        else:
+            same(f"{self.name}: points by pyvista", grid.points, self.points())
+            for found, expected in ((grid.point_data, points), (grid.cell_data, cells)):
+                same_arrays(f"{self.name}: by pyvista", dict(found), expected)
+
+
+def same_arrays(what, found, expected):
+    if set(found) != set(expected):
+        problem(f"{what}: arrays {sorted(found)}, expected {sorted(expected)}")
+        return
+    for name, values in expected.items():
+        same(f"{what}: {name}", found[name], values)
 
 
 def read_table(path):
@@ -154,6 +199,7 @@ def read_pvd(path, root, grids):
         if name not in seen:
             problem(f"{name}: not named in {path.name}")
     steps = [t for t, _ in entries]
+    same(f"{path.name}: timesteps by pyvista", pyvista.PVDReader(path).time_values, steps)
     if steps != sorted(steps):
         problem(f"{path.name}: timesteps are not ascending")
     return entries
@@ -377,7 +423,7 @@ def check_sweep(grid, pairs, total, opening, points):
 
 
 def check_peak(root, grids, good, converged, pairs, summary):
-    """contact.csv against the flanks at the peak; the animation against response.csv."""
+    """contact.csv against the flanks at the peak; the motion against response.csv."""
     first = next(k for k in good[0] if k.endswith("_amplitude_m"))
     observation = first[: -len("_amplitude_m")]
     amplitude = column(good, first, "response.csv")
@@ -394,47 +440,74 @@ def check_peak(root, grids, good, converged, pairs, summary):
     if summary:
         same("summary.json: peak amplitude against response.csv",
              summary["response"]["peak_amplitude_m"], amplitude[best])
-    frames = read_pvd(root / "peak.pvd", root, grids)
+    check_motion(grids["peak.vtu"], good[best], summary, observation)
+    if (root / "peak.pvd").exists():
+        check_frames(grids["peak.vtu"], read_pvd(root / "peak.pvd", root, grids), frequency)
+
+
+def harmonics(grid):
+    """cos and sin of each harmonic on the nodes."""
+    k, found = 1, []
+    while grid.grid.GetPointData().HasArray(f"h{k}_cos_m"):
+        found.append((grid.point(f"h{k}_cos_m"), grid.point(f"h{k}_sin_m")))
+        k += 1
+    return found
+
+
+def check_motion(grid, row, summary, name):
+    """Harmonics of the observed displacement, from the nodes, against response.csv."""
+    check_tets(grid)
+    motion = harmonics(grid)
+    for k, (cosine, sine) in enumerate(motion, 1):
+        amplitude, phase = grid.point(f"h{k}_amplitude_m"), grid.point(f"h{k}_phase_rad")
+        size = np.abs(amplitude).max()
+        for part, found in ((np.cos, cosine), (np.sin, sine)):
+            same(f"{grid.name}: h{k}_amplitude_m and h{k}_phase_rad against its {part.__name__}",
+                 amplitude * part(phase), found, absolute=1e-12 * size)
+    if not summary:
+        return
+    numbers = node_numbers(grid)
+    terms = next(o for o in summary["observations"] if o["name"] == name)["terms"]
+
+    def observed(field):
+        return sum(field[numbers[t["body"], t["node_tag"]]] @ np.array(t["direction"])
+                   for t in terms)
+
+    found = [observed(cosine) + 1j * observed(sine) for cosine, sine in motion]
+    if row.get(f"{name}_h{len(found) + 1}_amplitude_m"):
+        problem(f"{grid.name}: {len(found)} harmonics, response.csv has more")
+    expected = [float(row[f"{name}_h{k}_amplitude_m"])
+                * np.exp(1j * float(row[f"{name}_h{k}_phase_rad"]))
+                for k in range(1, len(found) + 1)]
+    same(f"{grid.name}: harmonics of {name} (amplitude and phase) against response.csv", found,
+         expected, absolute=1e-6 * np.abs(expected).max())
+    phases = 2 * math.pi * np.arange(3600) / 3600
+    signal = sum((a * np.exp(-1j * k * phases)).real for k, a in enumerate(found, 1))
+    largest, amplitude = np.abs(signal).max(), float(row[f"{name}_amplitude_m"])
+    same(f"{grid.name}: amplitude of {name} against response.csv", largest, amplitude,
+         relative=1e-3)
+    facts.append(f"{grid.name}: {len(found)} harmonics of {name} as in response.csv; "
+                 f"largest in the period {largest:.6e} m, amplitude {amplitude:.6e} m")
+
+
+def check_frames(peak, frames, frequency):
+    """The frames of a period against the harmonics."""
     count = len(frames)
     same("peak.pvd: timesteps against one period of the peak's frequency",
          [t for t, _ in frames], [i / (count * frequency) for i in range(count)],
          relative=1e-12)
-    whole = np.array([g.point("displacement_m") for _, g in frames])
-    moving = np.array([g.point("oscillation_m") for _, g in frames])
-    scale = np.abs(whole).max()
-    same("peak: displacement_m - oscillation_m is one field, the mean", whole - moving,
-         np.broadcast_to((whole - moving)[0], whole.shape), absolute=1e-12 * scale)
-    if np.abs(moving.mean(axis=0)).max() > 1e-12 * scale + 1e-9 * np.abs(moving).max():
-        problem("peak: oscillation_m has a mean")
-    check_tets(frames[0][1])
-    if summary:
-        check_observed(frames, moving, good[best], summary, observation)
-
-
-def check_observed(frames, moving, row, summary, name):
-    """Harmonics of the observed displacement, from the frames, against response.csv."""
-    grid, count = frames[0][1], len(frames)
-    numbers = node_numbers(grid)
-    terms = next(o for o in summary["observations"] if o["name"] == name)["terms"]
-    signal = sum(moving[:, numbers[t["body"], t["node_tag"]]] @ np.array(t["direction"])
-                 for t in terms)
-    phase = 2 * math.pi * np.arange(count) / count
-    k = 1
-    while row.get(f"{name}_h{k}_amplitude_m"):
-        if 2 * k >= count or row.get(f"{name}_h{count - k}_amplitude_m"):
-            break
-        found = 2 / count * np.sum(signal * np.exp(1j * k * phase))
-        expected = float(row[f"{name}_h{k}_amplitude_m"]) * np.exp(
-            1j * float(row[f"{name}_h{k}_phase_rad"]))
-        same(f"peak: {name}_h{k} (amplitude and phase) against response.csv", [found], [expected],
-             absolute=1e-6 * np.abs(signal).max())
-        k += 1
-    largest = np.abs(signal).max()
-    amplitude = float(row[f"{name}_amplitude_m"])
-    if not 0.8 * amplitude <= largest <= amplitude * (1 + 1e-3):
-        problem(f"peak: {name} moves by {largest} in the frames, response.csv says {amplitude}")
-    facts.append(f"peak.pvd: {count} frames; {k - 1} harmonics of {name} as in response.csv; "
-                 f"largest in the frames {largest:.6e} m, amplitude {amplitude:.6e} m")
+    mean, motion = peak.point("mean_m"), harmonics(peak)
+    scale = np.abs(mean).max() + max(np.abs(cosine).max() + np.abs(sine).max()
+                                     for cosine, sine in motion)
+    for i, (_, grid) in enumerate(frames):
+        phase = 2 * math.pi * i / count
+        moving = sum(math.cos(k * phase) * cosine + math.sin(k * phase) * sine
+                     for k, (cosine, sine) in enumerate(motion, 1))
+        same(f"{grid.name}: oscillation_m against the harmonics of peak.vtu",
+             grid.point("oscillation_m"), moving, absolute=1e-12 * scale)
+        same(f"{grid.name}: displacement_m against peak.vtu", grid.point("displacement_m"),
+             mean + moving, absolute=1e-12 * scale)
+    facts.append(f"peak.pvd: {count} frames of the motion in peak.vtu")
 
 
 def check_report(root):
@@ -459,7 +532,8 @@ def main():
         grid = Grid(path, root)
         grids[grid.name] = grid
         if not grid.failed:
-            grid.check_finite()
+            grid.check_arrays()
+            grid.check_other_readers(path)
     if not grids:
         problem(f"{root}: no .vtu file")
     summary = None
@@ -482,7 +556,8 @@ def main():
         check_report(root)
     for line in facts:
         print(line)
-    print(f"{len(grids)} .vtu files read by VTK {vtk.vtkVersion.GetVTKVersion()}")
+    print(f"{len(grids)} .vtu files read by VTK {vtk.vtkVersion.GetVTKVersion()}, "
+          f"meshio {meshio.__version__} and pyvista {pyvista.__version__}")
     for line in problems:
         print(f"MISMATCH {line}", file=sys.stderr)
     return 1 if problems else 0

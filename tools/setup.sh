@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
-# With the argument `checks`: a Python environment in target/venv with VTK, and Chromium, which open
-# what is written.
+# With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
+# Chromium, which open what is written.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
 # Does nothing where all is there; says what is missing where it cannot install it.
@@ -48,7 +48,7 @@ python_packages() {
 
 case "${1:-}" in
 checks)
-    python_packages vtk vtk
+    python_packages "vtk, meshio, pyvista" vtk meshio pyvista
     command -v chromium >/dev/null || install chromium ||
         { say "Chromium is needed to open reports in the tests"; exit 1; }
     exit 0

@@ -183,6 +183,10 @@ pub(super) struct Run {
     #[arg(long)]
     pub(super) no_fields: bool,
 
+    /// Write the motion at the peak as N frames of one period, too (peak.pvd)
+    #[arg(long, value_name = "N", conflicts_with = "no_fields", value_parser = frames)]
+    pub(super) frames: Option<usize>,
+
     /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
     #[arg(long)]
     pub(super) held_modes: bool,
@@ -260,6 +264,10 @@ fn steps_of_a_period(text: &str) -> Result<usize, String> {
 
 fn periods(text: &str) -> Result<usize, String> {
     whole(text, 1..=MOST_PERIODS)
+}
+
+fn frames(text: &str) -> Result<usize, String> {
+    whole(text, 2..=999)
 }
 
 fn whole(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
@@ -387,6 +395,8 @@ mod tests {
             ("dovetail verify a.toml --most-periods 0", 2),
             ("dovetail modes a.toml --rpm 5000", 2),
             ("dovetail run a.toml --rpm 0:5000:3", 2),
+            ("dovetail run a.toml --frames 1", 2),
+            ("dovetail run a.toml --frames 24 --no-fields", 2),
             ("dovetail", 2),
             ("dovetail --help", 0),
             ("dovetail static --help", 0),

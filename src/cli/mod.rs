@@ -77,6 +77,10 @@ fn run(cli: &Cli) -> Result<(), Error> {
         out,
         scene_file: file.to_path_buf(),
         fields: !matches!(&cli.command, Command::Run(arguments) if arguments.no_fields),
+        frames: match &cli.command {
+            Command::Run(arguments) => arguments.frames,
+            _ => None,
+        },
         held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
         cache: cache_settings(cli)?,
     };
@@ -160,11 +164,11 @@ fn with_files(
         }
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(console);
-            let (rows, summary) = noted(pipeline::modes(scene, context, &progress), files)?;
-            let listed = rows.iter().filter(|r| r.mode <= LISTED_MODES);
+            let modes = noted(pipeline::modes(scene, context, &progress), files)?;
+            let listed = modes.rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            files.locked().modes(rows)?;
-            finish(files, &summary, &Ok(()), console)
+            files.locked().modal_analysis(&modes)?;
+            finish(files, &modes.summary, &Ok(()), console)
         }
         Command::Modes(Modes {
             rpm: Some(speeds), ..

@@ -1,7 +1,7 @@
 //! Writes unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
-//! Arrays are LZ4-compressed f64. Gmsh's ten-node tetrahedron lists its last two edges in the order
-//! opposite to VTK's. The export swaps them.
+//! Arrays are f64, compressed by zlib, which every reader of the format knows. Gmsh's ten-node
+//! tetrahedron lists its last two edges in the order opposite to VTK's. The export swaps them.
 
 use std::path::{Path, PathBuf};
 
@@ -68,14 +68,44 @@ pub fn write_static(
     grid.write(path)
 }
 
-/// peak.pvd with peak/peak_00.vtu...: the bodies over one period at `frequency_hz`, `frames` frames
-/// evenly spaced (the end, equal to the start, is left out); timestep = time in s.
+/// The bodies with their motion over one period, as harmonics on the nodes: `mean_m`, and of each harmonic k of the
+/// displacement `h<k>_cos_m` and `h<k>_sin_m`, so that `u = mean + sum_k cos(k w t) C_k + sin(k w t) S_k`, and for each
+/// component the same as in response.csv: `h<k>_amplitude_m` and `h<k>_phase_rad`, `A cos(k w t - phase)`.
 ///
-/// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... On the nodes:
-/// `displacement_m` is the whole displacement, mean included (with rotation the mean holds the
-/// static displacement); `oscillation_m` is what remains without the mean, the one to warp by.
-/// Gives the names of the files.
+/// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With rotation the mean holds
+/// the static displacement.
 pub fn write_motion(
+    path: &Path,
+    model: &Model,
+    coefficients: &[Vec<NodalField>],
+) -> Result<(), ExportError> {
+    check_motion(path, model, coefficients)?;
+    let field = |i: usize| -> Vec<f64> {
+        let bodies = coefficients.iter().flat_map(|fields| &fields[i]);
+        bodies.flatten().copied().collect()
+    };
+    let fields = coefficients.first().map_or(1, Vec::len);
+    let mut grid = Grid::of_bodies(model);
+    grid.point_array("mean_m", 3, field(0));
+    for k in 1..=fields / 2 {
+        let (cosine, sine) = (field(2 * k - 1), field(2 * k));
+        let both = || cosine.iter().zip(&sine);
+        let amplitude = both().map(|(c, s)| c.hypot(*s)).collect();
+        let phase = both().map(|(c, s)| s.atan2(*c)).collect();
+        grid.point_array(&format!("h{k}_amplitude_m"), 3, amplitude);
+        grid.point_array(&format!("h{k}_phase_rad"), 3, phase);
+        grid.point_array(&format!("h{k}_cos_m"), 3, cosine);
+        grid.point_array(&format!("h{k}_sin_m"), 3, sine);
+    }
+    grid.write(path)
+}
+
+/// peak.pvd with peak/peak_000.vtu...: the motion of [`write_motion`] at `frequency_hz` as `frames` frames, evenly
+/// spaced (the end, equal to the start, is left out); timestep = time in s.
+///
+/// On the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m` is what remains without
+/// the mean, the one to warp by. Gives the names of the files.
+pub fn write_frames(
     folder: &Path,
     stem: &str,
     model: &Model,
@@ -84,25 +114,7 @@ pub fn write_motion(
     frames: usize,
 ) -> Result<Vec<String>, ExportError> {
     let pvd = folder.join(format!("{stem}.pvd"));
-    for (body, fields) in model.bodies.iter().zip(coefficients) {
-        let name = |i: usize| format!("harmonic field {i} of body {}", body.name);
-        check_length(
-            &pvd,
-            &name(0),
-            fields.len(),
-            fields.len().max(1) | 1,
-            "2H+1 fields",
-        )?;
-        for (i, field) in fields.iter().enumerate() {
-            check_length(
-                &pvd,
-                &name(i),
-                field.len(),
-                body.nodes_m.len(),
-                "one per node",
-            )?;
-        }
-    }
+    check_motion(&pvd, model, coefficients)?;
     let still = Grid::of_bodies(model);
     let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
@@ -116,7 +128,7 @@ pub fn write_motion(
         let mut grid = still.clone();
         grid.point_array("displacement_m", 3, whole);
         grid.point_array("oscillation_m", 3, moving);
-        let file = format!("{stem}/{stem}_{frame:02}.vtu");
+        let file = format!("{stem}/{stem}_{frame:03}.vtu");
         grid.write(&folder.join(&file))?;
         Ok((frame as f64 / (frames as f64 * frequency_hz), file))
     };
@@ -127,6 +139,84 @@ pub fn write_motion(
     write_pvd(&pvd, &entries, "one period; timestep = time in seconds")?;
     let files = entries.into_iter().map(|(_, file)| file);
     Ok(files.chain([format!("{stem}.pvd")]).collect())
+}
+
+/// Error unless each body has 2H+1 fields with a vector per node.
+fn check_motion(
+    path: &Path,
+    model: &Model,
+    coefficients: &[Vec<NodalField>],
+) -> Result<(), ExportError> {
+    for (body, fields) in model.bodies.iter().zip(coefficients) {
+        let name = |i: usize| format!("harmonic field {i} of body {}", body.name);
+        let odd = fields.len().max(1) | 1;
+        check_length(path, &name(0), fields.len(), odd, "2H+1 fields")?;
+        for (i, field) in fields.iter().enumerate() {
+            let nodes = body.nodes_m.len();
+            check_length(path, &name(i), field.len(), nodes, "one per node")?;
+        }
+    }
+    Ok(())
+}
+
+/// A mode shape on the nodes of all bodies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeShape {
+    /// What was held: `stuck`, `flanks_held`, as in modes.csv.
+    pub kind: String,
+    /// Name of the body that vibrates alone; `None` where all do.
+    pub body: Option<String>,
+    /// 1 = lowest.
+    pub mode: usize,
+    pub frequency_hz: f64,
+    /// Per body, then per node; to any scale.
+    pub shape: Vec<NodalField>,
+}
+
+impl ModeShape {
+    /// Name of its array: `stuck_1_451.12_hz`, `flanks_held_blade_1_455.36_hz`; the frequency with five digits.
+    fn array(&self) -> String {
+        let body = self.body.iter().map(|body| format!("_{body}"));
+        let digits = 4.0 - self.frequency_hz.abs().max(1e-9).log10().floor();
+        format!(
+            "{}{}_{}_{:.*}_hz",
+            self.kind,
+            body.collect::<String>(),
+            self.mode,
+            digits.max(0.0) as usize,
+            self.frequency_hz
+        )
+    }
+
+    /// All nodes, so that the largest displacement is 1 and its largest component positive.
+    fn to_scale(&self) -> Vec<f64> {
+        let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
+        let nodes = || self.shape.iter().flatten();
+        let largest = nodes().max_by(|a, b| size(a).total_cmp(&size(b)));
+        let scale = largest.map_or(1.0, |u| {
+            let component = u.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+            size(u).sqrt().copysign(component.unwrap_or(1.0))
+        });
+        // A mode that does not move has no scale.
+        let scale = if scale == 0.0 { 1.0 } else { scale };
+        nodes().flatten().map(|u| u / scale).collect()
+    }
+}
+
+/// The bodies with mode shapes on the nodes, each a vector without unit whose largest length is 1, under the name
+/// `<kind>[_<body>]_<mode>_<frequency>_hz`.
+pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<(), ExportError> {
+    let mut grid = Grid::of_bodies(model);
+    for mode in modes {
+        let name = mode.array();
+        for (body, shape) in model.bodies.iter().zip(&mode.shape) {
+            let field = format!("{name} of body {}", body.name);
+            let nodes = body.nodes_m.len();
+            check_length(path, &field, shape.len(), nodes, "one per node")?;
+        }
+        grid.point_array(&name, 3, mode.to_scale());
+    }
+    grid.write(path)
 }
 
 /// A collection of files with their timesteps, sorted by timestep (viewers need that; entries of
@@ -284,12 +374,29 @@ impl Grid {
             path: path.to_path_buf(),
             source,
         };
-        let mut bytes = Vec::new();
-        vtk.try_into_xml_format(Compressor::LZ4, 1)
-            .and_then(|file| file.write(&mut bytes))
+        let xml = vtk
+            .try_into_xml_format(Compressor::ZLib, 1)
             .map_err(|e| failed(e.into()))?;
-        write_file(path, &bytes)
+        write_file(path, with_component_names(xml.to_string()).as_bytes())
     }
+}
+
+/// The file with names of the components of vectors and of stresses, which vtkio has no place for.
+fn with_component_names(mut xml: String) -> String {
+    for names in [
+        &["X", "Y", "Z"][..],
+        &["XX", "YY", "ZZ", "XY", "YZ", "XZ"][..],
+    ] {
+        let unnamed = format!("NumberOfComponents=\"{}\"", names.len());
+        let named = names
+            .iter()
+            .enumerate()
+            .fold(unnamed.clone(), |text, (i, name)| {
+                text + &format!(" ComponentName{i}=\"{name}\"")
+            });
+        xml = xml.replace(&unnamed, &named);
+    }
+    xml
 }
 
 /// Error unless `found == expected`.

@@ -15,7 +15,7 @@ use super::meshing::MESH_FILE;
 use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, Run, hertz, solve, summary};
+use super::{Context, ModalAnalysis, Run, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
 use crate::export::folder::{OtherScene, OutputFolder};
@@ -40,9 +40,6 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 
-/// Frames of the animation of the peak.
-const FRAMES: usize = 24;
-
 /// Between two writings of the tables of a response under way; no more than a part in so many of the time goes
 /// into them.
 const INTERVAL: Duration = Duration::from_secs(5);
@@ -65,6 +62,8 @@ pub struct Files {
     summary: Summary,
     /// Whether fields for ParaView are written.
     fields: bool,
+    /// Frames of the motion at the peak, where they are asked for.
+    frames: Option<usize>,
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
@@ -102,6 +101,7 @@ impl Files {
             out,
             summary,
             fields: context.fields,
+            frames: context.frames,
             begun: Instant::now(),
             beginning,
             journal,
@@ -121,10 +121,21 @@ impl Files {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn modes(&mut self, rows: Vec<csv::ModeRow>) -> Result<(), RunError> {
+    fn modes(&mut self, rows: Vec<csv::ModeRow>) -> Result<(), RunError> {
         csv::write_modes(&self.out.file("modes.csv"), &rows)?;
         self.rows = rows;
         Ok(())
+    }
+
+    /// modes.csv, and modes.vtu of an assembly that is meshed.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn modal_analysis(&mut self, modes: &ModalAnalysis) -> Result<(), RunError> {
+        if let Some(meshed) = modes.reduced.meshed() {
+            vtu::write_modes(&self.out.file("modes.vtu"), &meshed.model, &modes.shapes)?;
+        }
+        self.modes(modes.rows.clone())
     }
 
     /// modes_campbell.csv and plots/campbell.svg.
@@ -470,7 +481,8 @@ impl Observer for Files {
         }
         if let Some(meshed) = reduced.meshed() {
             let recovery = self.recovery(reduced);
-            self.motion = write_response_on_mesh(out, &meshed.model, recovery, response)?;
+            let frames = self.frames;
+            self.motion = write_response_on_mesh(out, &meshed.model, recovery, response, frames)?;
         }
         Ok(())
     }
@@ -658,6 +670,7 @@ fn write_response_on_mesh(
     model: &Model,
     recovery: Option<&Recovery>,
     response: &Response,
+    frames: Option<usize>,
 ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
     let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
     if !model.pairs.is_empty() {
@@ -674,8 +687,18 @@ fn write_response_on_mesh(
     if !model.pairs.is_empty() {
         flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
     }
-    let write = |orbit| write_peak_motion(out, model, recovery, orbit);
-    at_peak.map(write).transpose()
+    let Some(orbit) = at_peak else {
+        return Ok(None);
+    };
+    let motion = motion(model, recovery, orbit);
+    vtu::write_motion(&out.file("peak.vtu"), model, &motion)?;
+    if let Some(frames) = frames {
+        let (folder, hz) = (out.path(), orbit.frequency_hz);
+        out.wrote(vtu::write_frames(
+            folder, "peak", model, &motion, hz, frames,
+        )?);
+    }
+    Ok(Some(motion))
 }
 
 /// Amplitude against frequency, per observation.
@@ -720,13 +743,8 @@ fn harmonics_label(response: &Response) -> String {
     }
 }
 
-/// Both bodies over one period of an orbit; gives the 2H+1 fields of each.
-fn write_peak_motion(
-    out: &OutputFolder,
-    model: &Model,
-    recovery: &Recovery,
-    orbit: &Orbit,
-) -> Result<Vec<Vec<NodalField>>, RunError> {
+/// The 2H+1 nodal fields of each body in an orbit.
+fn motion(model: &Model, recovery: &Recovery, orbit: &Orbit) -> Vec<Vec<NodalField>> {
     let blocks = 2 * orbit.harmonics + 1;
     let columns = |v: &[f64]| {
         let rows = v.len() / blocks;
@@ -736,27 +754,15 @@ fn write_peak_motion(
     // The mean: what the static load does to the interior is not in the modes.
     let n = orbit.x.len() / blocks;
     let mean = recovery.full_static(&orbit.x[..n]);
-    let fields: Vec<Vec<NodalField>> = model
-        .bodies
-        .iter()
-        .zip(motion.iter().zip(&mean))
+    let bodies = model.bodies.iter().zip(motion.iter().zip(&mean));
+    bodies
         .map(|(body, (motion, mean))| {
             let harmonic = (1..blocks).map(|j| expand_to_nodes(&body.dofs, motion.col_as_slice(j)));
             std::iter::once(expand_to_nodes(&body.dofs, mean))
                 .chain(harmonic)
                 .collect()
         })
-        .collect();
-    let frequency_hz = orbit.frequency_hz;
-    out.wrote(vtu::write_motion(
-        out.path(),
-        "peak",
-        model,
-        &fields,
-        frequency_hz,
-        FRAMES,
-    )?);
-    Ok(fields)
+        .collect()
 }
 
 /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::time::{Duration, Instant};
 
+use faer::Mat;
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -10,13 +11,15 @@ use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
 use super::meshing::{Origin, make_mesh};
 use super::progress::Progress;
-use super::{Context, units};
+use super::{Context, hertz, units};
 use crate::export::manifest;
+use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use dovetail_numerics::eigen::Modes;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::statics::solve_by_cholesky;
-use dovetail_solver::fem::{self, FemError, Structure};
+use dovetail_solver::fem::{self, FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::Mesh;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{self, Model};
@@ -164,14 +167,64 @@ impl Meshed {
         self.origin.summary(&self.model, &self.properties)
     }
 
-    /// Squared angular frequencies of each body alone, its flanks held (full model).
-    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Vec<f64>>, RunError> {
+    /// Modes of each body alone, its flanks held (full model), on the free dofs of its interior.
+    pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Modes>, RunError> {
         let structure = structure_of(&self.structure, &self.model, progress)?;
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
-            .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?.omega2))
+            .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?))
             .collect()
+    }
+
+    /// The listed modes on the nodes: those of the stuck assembly, where there is a way back to the bodies, and those
+    /// of each body with its flanks held.
+    pub(super) fn shapes(&self, held: &[Modes]) -> Vec<ModeShape> {
+        let bodies = &self.model.bodies;
+        let on_nodes = |b: usize, free: &[f64]| {
+            let dofs = &bodies[b].dofs;
+            let mut all = vec![0.0; 3 * dofs.free_nodes()];
+            all[..free.len()].copy_from_slice(free);
+            expand_to_nodes(dofs, &all)
+        };
+        let shape = |kind: &str, body: Option<&str>, mode: usize, omega2: f64| ModeShape {
+            kind: kind.to_owned(),
+            body: body.map(str::to_owned),
+            mode: mode + 1,
+            frequency_hz: hertz(omega2),
+            shape: Vec::new(),
+        };
+        let mut shapes = Vec::new();
+        if let Some(recovery) = self.recovery() {
+            let all = self.relative.omega2.len();
+            let count = self.modes.stuck.min(LISTED_MODES);
+            let still = Mat::zeros(3 * self.model.pairs.len(), count);
+            let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
+            let motion = recovery.full_motion(still.as_ref(), each.as_ref());
+            shapes.extend((0..count).map(|j| {
+                ModeShape {
+                    shape: (0..bodies.len())
+                        .map(|b| on_nodes(b, motion[b].col_as_slice(j)))
+                        .collect(),
+                    ..shape("stuck", None, j, self.relative.omega2[j])
+                }
+            }));
+        }
+        for (moving, modes) in held.iter().enumerate() {
+            let name = Some(bodies[moving].name.as_str());
+            shapes.extend((0..modes.count()).map(|j| {
+                ModeShape {
+                    shape: (0..bodies.len())
+                        .map(|b| match b == moving {
+                            true => on_nodes(b, modes.vectors.col_as_slice(j)),
+                            false => on_nodes(b, &[]),
+                        })
+                        .collect(),
+                    ..shape("flanks_held", name, j, modes.omega2[j])
+                }
+            }));
+        }
+        shapes
     }
 }
 

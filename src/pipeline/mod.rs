@@ -27,8 +27,10 @@ use self::progress::Progress;
 pub use self::reduced::Reduced;
 use crate::export::csv::ModeRow;
 use crate::export::manifest::{self, Summary};
+use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use dovetail_numerics::eigen::Modes;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
@@ -42,6 +44,8 @@ pub struct Context {
     pub scene_file: PathBuf,
     /// [`solve`], [`static_state`]: make the way back to the bodies, for fields.
     pub fields: bool,
+    /// [`solve`]: with fields, the motion at the peak as so many frames of a period, too.
+    pub frames: Option<usize>,
     /// [`solve`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
     pub held_modes: bool,
     /// `None`: nothing is kept for later runs, nothing taken from earlier ones.
@@ -133,7 +137,7 @@ pub fn solve(
     let first = reduced.observations().first().copied();
     summary.response = Some(manifest::response_summary(&reduced.pairs, first, &response));
     if let (Some(meshed), true) = (reduced.meshed(), context.held_modes) {
-        let held = meshed.held_modes(progress)?;
+        let held = omega2(&meshed.held_modes(progress)?);
         progress.tell(|o| o.held_modes(&reduced, &static_state, &held))?;
         summary.blade_frequency_hz = first_hz(&held);
     }
@@ -176,6 +180,11 @@ fn solve_static(
     Ok((state, summary))
 }
 
+/// Squared angular frequencies of each body.
+fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
+    modes.iter().map(|modes| modes.omega2.clone()).collect()
+}
+
 /// First frequency of the first body.
 fn first_hz(held_omega2: &[Vec<f64>]) -> Option<f64> {
     held_omega2.first()?.first().copied().map(hertz)
@@ -198,6 +207,17 @@ pub fn mesh(scene: &Scene, context: &Context, progress: &Progress) -> Result<Sum
     Ok(summary)
 }
 
+/// What `dovetail modes` finds.
+#[derive(Debug)]
+pub struct ModalAnalysis {
+    pub reduced: Reduced,
+    /// Rows of modes.csv.
+    pub rows: Vec<ModeRow>,
+    /// On the nodes; none without a mesh.
+    pub shapes: Vec<ModeShape>,
+    pub summary: Summary,
+}
+
 /// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
 ///
 /// # Errors
@@ -206,17 +226,25 @@ pub fn modes(
     scene: &Scene,
     context: &Context,
     progress: &Progress,
-) -> Result<(Vec<ModeRow>, Summary), RunError> {
+) -> Result<ModalAnalysis, RunError> {
     let reduced = Reduced::of(scene, context, progress)?;
-    let held = match reduced.meshed() {
-        Some(meshed) => meshed.held_modes(progress)?,
-        None => Vec::new(),
-    };
+    let (mut held, mut shapes) = (Vec::new(), Vec::new());
+    if let Some(meshed) = reduced.meshed() {
+        meshed.recover(progress)?;
+        let modes = meshed.held_modes(progress)?;
+        shapes = meshed.shapes(&modes);
+        held = omega2(&modes);
+    }
     let rows = files::mode_rows(&reduced, None, &held);
     let mut summary = summary::of_reduced(scene, context, &reduced);
     summary.blade_frequency_hz = first_hz(&held);
     summary::take_down(progress, &mut summary);
-    Ok((rows, summary))
+    Ok(ModalAnalysis {
+        reduced,
+        rows,
+        shapes,
+        summary,
+    })
 }
 
 /// Up to the reduced model, written as a folder that `[reduced_model]` reads. The folder holds the

@@ -1,14 +1,23 @@
 //! Blade alone, flanks held, on meshes/dovetail.msh: first frequencies at rest and spinning against
 //! CalculiX 2.20 (benches/calculix/blade_modes.py) and an assembly by numpy and scipy
-//! (benches/calculix/initial_displacement.py) on the same mesh.
+//! (benches/calculix/initial_displacement.py) on the same mesh. Mode shapes that `dovetail modes` writes against the
+//! stiffness and the mass of the bodies.
 
+use std::f64::consts::TAU;
 use std::path::Path;
+use std::process::Command;
 
+use nalgebra_sparse::CscMatrix;
+use vtkio::model::{Attribute, DataSet, Piece, Vtk};
+
+use crate::shared_folder::Folder;
+use crate::shared_program::ended;
 use dovetail::scene;
-use dovetail_solver::fem::{assemble_body, statics::solve_by_cholesky};
+use dovetail_numerics::space::{norm, sub};
+use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
 use dovetail_solver::mesh::msh;
 use dovetail_solver::mesh::source::MeshKind;
-use dovetail_solver::model::bind;
+use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 
 /// Speed, CalculiX, scipy.
@@ -25,28 +34,27 @@ const CASES: [(f64, [f64; 4], [f64; 4]); 2] = [
     ),
 ];
 
+/// The paper's scene on a ready mesh.
+fn model(mesh: &str, overrides: &[String]) -> Model {
+    let mesh = [format!("mesh.file=../meshes/{mesh}")];
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+    let scene = scene::load(&scene, &[&mesh[..], overrides].concat()).unwrap();
+    let assembly = scene.assembly().unwrap();
+    let MeshKind::File { path } = &assembly.mesh.kind else {
+        panic!("the ready mesh was asked for");
+    };
+    let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
+    bind(assembly, &mesh).unwrap()
+}
+
 #[test]
 fn first_blade_frequencies_are_those_of_other_programs() {
     for (speed_rpm, calculix, scipy) in CASES {
-        let overrides = [
-            "mesh.file=../meshes/dovetail.msh".to_string(),
-            format!("rotation.speed_rpm={speed_rpm}"),
-        ];
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
-        let scene = scene::load(&scene, &overrides).unwrap();
-        let assembly = scene.assembly().unwrap();
-        let MeshKind::File { path } = &assembly.mesh.kind else {
-            panic!("the ready mesh was asked for");
-        };
-        let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
-        let model = bind(assembly, &mesh).unwrap();
+        let model = model("dovetail.msh", &[format!("rotation.speed_rpm={speed_rpm}")]);
         let blade = &model.bodies[0];
         let matrices = assemble_body(blade, model.rotation.as_ref(), &solve_by_cholesky).unwrap();
         let omega2 = fixed_interface_modes(blade, &matrices, 4).unwrap().omega2;
-        let found: Vec<f64> = omega2
-            .iter()
-            .map(|w2| w2.sqrt() / std::f64::consts::TAU)
-            .collect();
+        let found: Vec<f64> = omega2.iter().map(|w2| w2.sqrt() / TAU).collect();
         println!("{speed_rpm} rpm: {found:.4?} Hz");
         // CalculiX adds the initial-displacement stiffness, which is worth 0.1 % here.
         let tolerance = if speed_rpm == 0.0 { 5e-5 } else { 5e-3 };
@@ -59,6 +67,83 @@ fn first_blade_frequencies_are_those_of_other_programs() {
             // scipy: the same terms as here.
             let off = hz / scipy[mode] - 1.0;
             assert!(off.abs() < 1e-6, "{speed_rpm} rpm, mode {mode}: {off:e}");
+        }
+    }
+}
+
+/// u' A u.
+fn energy(a: &CscMatrix<f64>, u: &[f64]) -> f64 {
+    a.triplet_iter().map(|(i, j, a)| u[i] * a * u[j]).sum()
+}
+
+/// Of each array of modes.vtu, its vectors: nodes of the first body, then those of the second.
+fn shapes(path: &Path) -> Vec<(String, Vec<[f64; 3]>)> {
+    let DataSet::UnstructuredGrid { mut pieces, .. } = Vtk::import(path).unwrap().data else {
+        panic!("not a grid")
+    };
+    let Piece::Inline(piece) = pieces.remove(0) else {
+        panic!("not inline")
+    };
+    let vectors = |array: &Attribute| match array {
+        Attribute::DataArray(array) if array.name.ends_with("_hz") => {
+            let numbers = array.data.cast_into::<f64>().unwrap();
+            let vectors = numbers.chunks_exact(3).map(|u| [u[0], u[1], u[2]]);
+            Some((array.name.clone(), vectors.collect()))
+        }
+        _ => None,
+    };
+    piece.data.point.iter().filter_map(vectors).collect()
+}
+
+#[test]
+fn mode_shapes_have_the_energies_of_their_frequencies() {
+    let folder = Folder::new("mode-shapes");
+    let mut modes = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    modes
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["modes", "scenes/paper.toml", "--no-cache", "--out"])
+        .arg(&*folder)
+        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"]);
+    ended(modes, 0);
+    let model = model("dovetail_small.msh", &[]);
+    let structure = fem::assemble(&model).unwrap();
+    let table = std::fs::read_to_string(folder.join("modes.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    let shapes = shapes(&folder.join("modes.vtu"));
+    assert_eq!(shapes.len(), 3 * 6);
+    for (name, shape) in &shapes {
+        let row = rows.iter().find(|row| match row[1] {
+            "assembly" => name.starts_with(&format!("{}_{}_", row[0], row[2])),
+            body => name.starts_with(&format!("{}_{body}_{}_", row[0], row[2])),
+        });
+        let row = row.unwrap_or_else(|| panic!("{name} is not in modes.csv"));
+        let frequency_hz: f64 = row[3].parse().unwrap();
+        let rounded: f64 = name.split('_').rev().nth(1).unwrap().parse().unwrap();
+        assert!((rounded / frequency_hz - 1.0).abs() < 5e-5, "{name}");
+        let (mut stiffness, mut mass) = (0.0, 0.0);
+        let mut first_node = [0; 2];
+        first_node[1] = model.bodies[0].nodes_m.len();
+        for (b, body) in model.bodies.iter().enumerate() {
+            let mut free = vec![0.0; 3 * body.dofs.free_nodes()];
+            for (node, motion) in body.dofs.nodes.iter().enumerate() {
+                if let NodeMotion::Free(n) = motion {
+                    let at = 3 * *n as usize;
+                    free[at..at + 3].copy_from_slice(&shape[first_node[b] + node]);
+                }
+            }
+            stiffness += energy(&structure.bodies[b].stiffness, &free);
+            mass += energy(&structure.bodies[b].mass, &free);
+        }
+        let found_hz = (stiffness / mass).sqrt() / TAU;
+        let off = found_hz / frequency_hz - 1.0;
+        assert!(off.abs() < 1e-9, "{name}: {found_hz} {frequency_hz}");
+        // Flanks that are held do not move, and stuck ones move as one.
+        for pair in &model.pairs {
+            let first = shape[pair.first.node as usize];
+            let second = shape[first_node[1] + pair.second.unwrap().node as usize];
+            let slip = norm(sub(first, second));
+            assert!(slip < 1e-9, "{name}: {slip}");
+            assert!(row[0] == "stuck" || norm(first) == 0.0, "{name}");
         }
     }
 }

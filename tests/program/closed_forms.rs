@@ -40,6 +40,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let context = Context {
         out: folder.to_path_buf(),
         fields: true,
+        frames: None,
         held_modes: false,
         scene_file,
         cache: None,

@@ -1,6 +1,6 @@
 //! Files written from a made-up model and response are read back: by `vtkio`, as text, and by VTK
-//! itself through scripts/check_output.py. That needs an interpreter of Python with vtk and numpy:
-//! the one of `tools/setup.sh checks`, or another one named by `DOVETAIL_PYTHON`; without one these
+//! itself, meshio and pyvista through scripts/check_output.py. That needs an interpreter of Python
+//! that has them: the one of `tools/setup.sh checks`, or another one named by `DOVETAIL_PYTHON`; without one these
 //! tests fail.
 
 mod made_up_run;
@@ -112,7 +112,17 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
         / observed(&model.observations[0], &run.motion)[1];
     let motion = scaled(&run.motion, gain);
 
-    vtu::write_motion(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
+    vtu::write_motion(&out.join("peak.vtu"), model, &motion).unwrap();
+    let files = vtu::write_frames(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
+    assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));
+    let mode = vtu::ModeShape {
+        kind: "stuck".to_owned(),
+        body: None,
+        mode: 1,
+        frequency_hz: 377.0,
+        shape: run.static_displacement.to_vec(),
+    };
+    vtu::write_modes(&out.join("modes.vtu"), model, &[mode]).unwrap();
     manifest::write_summary(&out.join("summary.json"), &summary(run)).unwrap();
     let curves = [
         plots::linear_curve("all pairs stuck", response, 0),
@@ -366,6 +376,67 @@ fn grids_read_back_bit_for_bit() {
             run.von_mises.concat()
         );
     }
+}
+
+#[test]
+fn mode_shapes_have_the_length_1_under_names_with_their_frequency() {
+    let run = run(ElementOrder::Linear, 2, 2);
+    let out = folder("modes");
+    let path = out.join("modes.vtu");
+    let shape = |factor: f64| -> Vec<Vec<[f64; 3]>> {
+        let bodies = run.static_displacement.iter();
+        let scaled = bodies.map(|u| u.iter().map(|u| u.map(|u| factor * u)).collect());
+        scaled.collect()
+    };
+    let mode = |kind: &str, body: Option<&str>, mode, frequency_hz, factor| vtu::ModeShape {
+        kind: kind.to_owned(),
+        body: body.map(str::to_owned),
+        mode,
+        frequency_hz,
+        shape: shape(factor),
+    };
+    let mut modes = vec![
+        mode("stuck", None, 1, 450.7647, 1.0),
+        mode("stuck", None, 2, 43924.8738, -7.0),
+        mode("flanks_held", Some("jaw"), 1, 0.0512345, 3.0),
+        mode("flanks_held", Some("jaw"), 2, 0.0, 0.0),
+    ];
+    vtu::write_modes(&path, &run.model, &modes).unwrap();
+    let grid = read(&path);
+    let names = [
+        "stuck_1_450.76_hz",
+        "stuck_2_43925_hz",
+        "flanks_held_jaw_1_0.051235_hz",
+    ];
+    let expected = run.static_displacement.concat();
+    let longest = expected.iter().map(|u| norm(*u)).fold(0.0, f64::max);
+    for name in names {
+        let found = values(&grid.data.point, name);
+        let found: Vec<[f64; 3]> = found.chunks_exact(3).map(|u| [u[0], u[1], u[2]]).collect();
+        let largest = found
+            .iter()
+            .copied()
+            .max_by(|a, b| norm(*a).total_cmp(&norm(*b)));
+        let largest = largest.unwrap();
+        assert!((norm(largest) - 1.0).abs() < 1e-12, "{name}");
+        let component = largest
+            .into_iter()
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        assert!(component.unwrap() > 0.0, "{name}");
+        for (found, expected) in found.iter().zip(&expected) {
+            let along = expected.map(|u| u / longest);
+            let off = [1.0, -1.0].map(|sign| norm(sub(*found, along.map(|u| sign * u))));
+            assert!(off[0].min(off[1]) < 1e-12, "{name}");
+        }
+    }
+    let still = grid.data.point.last().unwrap();
+    assert_eq!(
+        values(&grid.data.point, still.name()),
+        vec![0.0; 3 * expected.len()]
+    );
+    modes[0].shape[1].pop();
+    let error = vtu::write_modes(&path, &run.model, &modes).unwrap_err();
+    assert!(error.to_string().contains("of body jaw"), "{error}");
 }
 
 #[test]
@@ -863,33 +934,74 @@ fn the_vtk_check_notices_what_is_wrong() {
         &|o| {
             let top = peak(&run.response, 0).unwrap();
             let slow = 0.5 * top.frequency_hz;
-            vtu::write_motion(o, "peak", &run.model, &run.motion, slow, FRAMES).unwrap();
+            vtu::write_frames(o, "peak", &run.model, &run.motion, slow, FRAMES).unwrap();
         },
-        "peak",
+        "timesteps",
+    );
+    must_fail(
+        "frames",
+        &|o| {
+            let (half, top) = (scaled(&run.motion, 0.5), peak(&run.response, 0).unwrap());
+            vtu::write_frames(o, "peak", &run.model, &half, top.frequency_hz, FRAMES).unwrap();
+        },
+        "oscillation_m",
+    );
+    must_fail(
+        "phase",
+        &|o| {
+            replace(
+                o.join("peak.vtu"),
+                "Name=\"h1_phase_rad\"",
+                "Name=\"h1_phase\"",
+            );
+        },
+        "h1_phase_rad",
+    );
+    must_fail(
+        "component_names",
+        &|o| replace(o.join("static.vtu"), "ComponentName1=\"Y\"", ""),
+        "the components of displacement_m are named",
+    );
+    // VTK and pyvista read LZ4, meshio does not.
+    must_fail(
+        "lz4",
+        &|o| {
+            let script = "import sys, pyvista\n\
+                          pyvista.read(sys.argv[1]).save(sys.argv[1], compression='lz4')";
+            let file = o.join("static.vtu");
+            let mut rewritten = Command::new(&python);
+            assert!(
+                rewritten
+                    .args(["-c", script])
+                    .arg(file)
+                    .status()
+                    .unwrap()
+                    .success()
+            );
+        },
+        "meshio cannot read",
     );
     must_fail(
         "half_motion",
         &|o| {
             let half = scaled(&run.motion, 0.5);
-
-            let top = peak(&run.response, 0).unwrap();
-            vtu::write_motion(o, "peak", &run.model, &half, top.frequency_hz, FRAMES).unwrap();
+            vtu::write_motion(&o.join("peak.vtu"), &run.model, &half).unwrap();
         },
-        "tip_h1",
+        "harmonics of tip",
     );
 }
 
-/// An interpreter that can import vtk and numpy.
+/// An interpreter that can import what scripts/check_output.py imports.
 fn python_with_vtk() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("DOVETAIL_PYTHON")
         .map_or_else(|| root.join("target/venv/bin/python"), PathBuf::from);
     let found = Command::new(&python)
-        .args(["-c", "import vtk, numpy"])
+        .args(["-c", "import vtk, numpy, meshio, pyvista"])
         .output();
     assert!(
         found.is_ok_and(|o| o.status.success()),
-        "{} is missing or cannot import vtk and numpy: run `make test` or `tools/setup.sh checks`, \
+        "{} is missing or cannot import vtk, numpy, meshio and pyvista: run `make test` or `tools/setup.sh checks`, \
          which install them, or name an interpreter that has them in DOVETAIL_PYTHON",
         python.display()
     );

@@ -138,7 +138,7 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
         (0, 30, 12)
     );
     assert!(summary["static"].is_null() && !tied.0.join("flank.pvd").exists());
-    assert!(tied.0.join("static.vtu").exists() && tied.0.join("peak.pvd").exists());
+    assert!(tied.0.join("static.vtu").exists() && tied.0.join("peak.vtu").exists());
     let names = summary["stages"]
         .as_array()
         .unwrap()

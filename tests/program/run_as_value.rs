@@ -20,6 +20,7 @@ fn jenkins(out: PathBuf) -> (Scene, Context) {
         out,
         scene_file,
         fields: true,
+        frames: None,
         held_modes: false,
         cache: None,
     };
