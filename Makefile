@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run test verify calculix lint deny book bench peers extremes study mutants fuzz setup checks clean
+.PHONY: run views test verify calculix lint deny book bench peers extremes study mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -8,6 +8,13 @@ PYTHON := target/venv/bin/python
 # The paper's scene, from mesh to results, in output/paper.
 run: setup
 	cargo run --release --locked -- run scenes/paper.toml
+
+# The pictures of the guide to ParaView, by the views of the folder views, of the paper's scene. One X
+# server for all of them.
+views: setup
+	@tools/setup.sh views
+	[ -e output/paper/peak.vtu ] || $(MAKE) run
+	xvfb-run -a views/pictures.sh output/paper docs/images
 
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks

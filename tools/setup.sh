@@ -2,6 +2,7 @@
 # Installs what dovetail needs besides cargo: ARPACK and pkg-config to build, gmsh to mesh.
 # With the argument `checks`: a Python environment in target/venv with VTK, meshio and pyvista, and
 # Chromium, which open what is written.
+# With the argument `views`: ParaView, and the X server Xvfb, for `make views`.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
 # Does nothing where all is there; says what is missing where it cannot install it.
@@ -51,6 +52,11 @@ checks)
     python_packages "vtk, meshio, pyvista" vtk meshio pyvista
     command -v chromium >/dev/null || install chromium ||
         { say "Chromium is needed to open reports in the tests"; exit 1; }
+    exit 0
+    ;;
+views)
+    { command -v pvbatch && command -v xvfb-run; } >/dev/null || install paraview python3-paraview xvfb xauth ||
+        { say "ParaView (pvbatch) and Xvfb (xvfb-run) are needed to draw the views"; exit 1; }
     exit 0
     ;;
 calculix)
