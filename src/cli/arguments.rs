@@ -3,12 +3,12 @@
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use super::error::Error;
 use crate::console::Verbosity;
 use crate::pipeline::verify::Verification;
-use crate::pipeline::{CacheSettings, SpeedRange};
+use crate::pipeline::{CacheSettings, FurtherPlot, SpeedRange};
 use crate::study::{Action, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
@@ -152,6 +152,17 @@ impl StudyArguments {
 }
 
 impl Command {
+    pub(super) fn further_plots(&self) -> Vec<FurtherPlot> {
+        let Self::Run(run) = self else {
+            return Vec::new();
+        };
+        let kind = |plot: &Plot| match plot {
+            Plot::Logarithmic => FurtherPlot::Logarithmic,
+            Plot::Phase => FurtherPlot::Phase,
+        };
+        run.plots.iter().map(kind).collect()
+    }
+
     /// The file that it is about.
     pub(super) fn scene(&self) -> &Path {
         match self {
@@ -174,6 +185,12 @@ pub(super) struct SceneFile {
     pub(super) scene: PathBuf,
 }
 
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum Plot {
+    Logarithmic,
+    Phase,
+}
+
 #[derive(Debug, Args)]
 pub(super) struct Run {
     #[command(flatten)]
@@ -190,6 +207,10 @@ pub(super) struct Run {
     /// Compute the modes of each body with its flanks held, too (modes.csv, summary.json)
     #[arg(long)]
     pub(super) held_modes: bool,
+
+    /// Draw this, too (may be repeated): the amplitude on a logarithmic axis, or the phase
+    #[arg(long = "plot", value_name = "KIND", value_enum)]
+    pub(super) plots: Vec<Plot>,
 
     /// Go on with a run of this scene that was broken off: its frequencies are not solved again
     #[arg(long)]

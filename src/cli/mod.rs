@@ -82,6 +82,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
             _ => None,
         },
         held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
+        further_plots: cli.command.further_plots(),
         cache: cache_settings(cli)?,
     };
     let other = match cli.force {

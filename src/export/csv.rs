@@ -43,6 +43,27 @@ pub struct CampbellRow {
     pub frequency_hz: Option<f64>,
 }
 
+/// One row of modes_crossings.csv: where a mode has the frequency of an engine order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CrossingRow {
+    /// `flanks_held` or `stuck`, as in [`ModeRow`].
+    pub kind: String,
+    /// Name of the body, `assembly` for both.
+    pub body: String,
+    /// 1 = lowest.
+    pub mode: usize,
+    pub engine_order: usize,
+    pub speed_rpm: f64,
+    pub frequency_hz: f64,
+}
+
+impl CrossingRow {
+    /// By how much the speed of the crossing is above that of operation, relative.
+    pub fn margin(&self, operating_rpm: f64) -> f64 {
+        self.speed_rpm / operating_rpm - 1.0
+    }
+}
+
 /// response.csv: one row per frequency, those added at peaks included (`added` is 1; `point` is the number of the
 /// frequency, which its file of the flanks has). Amplitudes are the largest departure from the mean in the
 /// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
@@ -321,6 +342,30 @@ pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportErr
         table.text(&row.body);
         table.integer(Some(row.mode));
         table.number("frequency_hz", row.frequency_hz)?;
+        table.end_row();
+    }
+    table.write()
+}
+
+/// modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin (empty at rest).
+pub fn write_crossings(
+    path: &Path,
+    operating_rpm: f64,
+    rows: &[CrossingRow],
+) -> Result<(), ExportError> {
+    let mut table = Table::new(path);
+    table.header(&["speed_rpm", "kind", "body", "mode", "engine_order"]);
+    table.header(&["frequency_hz", "margin"]);
+    table.end_row();
+    for row in rows {
+        table.number("speed_rpm", Some(row.speed_rpm))?;
+        table.text(&row.kind);
+        table.text(&row.body);
+        table.integer(Some(row.mode));
+        table.integer(Some(row.engine_order));
+        table.number("frequency_hz", Some(row.frequency_hz))?;
+        let margin = (operating_rpm > 0.0).then(|| row.margin(operating_rpm));
+        table.number("margin", margin)?;
         table.end_row();
     }
     table.write()

@@ -4,9 +4,9 @@ use super::error::RunError;
 use super::meshed::{Bound, assemble};
 use super::progress::Progress;
 use super::{Context, hertz, summary};
-use crate::export::csv::CampbellRow;
+use crate::export::csv::{CampbellRow, CrossingRow};
 use crate::export::manifest::{self, Summary};
-use crate::export::plots::CampbellFamily;
+use crate::export::plots::{CampbellFamily, Operation};
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::sparse::sum;
@@ -16,6 +16,8 @@ use dovetail_solver::model::{Body, Model};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
+/// Crossings with engine orders up to this one are listed.
+const MOST_ENGINE_ORDER: usize = 36;
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;
 
@@ -99,6 +101,10 @@ pub fn campbell(
             scene: scene.name.clone(),
         });
     };
+    let operating_rpm = assembly
+        .rotation
+        .as_ref()
+        .map_or(0.0, |r| r.speed_rad_s * 30.0 / std::f64::consts::PI);
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(RunError::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
@@ -136,13 +142,19 @@ pub fn campbell(
     summary.observations = manifest::observation_summaries(model);
     summary.mesh = Some(bound.summary());
     summary::take_down(progress, &mut summary);
-    Ok(Campbell { families, summary })
+    Ok(Campbell {
+        families,
+        operating_rpm,
+        summary,
+    })
 }
 
 /// Modes over the speed.
 #[derive(Debug)]
 pub struct Campbell {
     families: [Family; 2],
+    /// The speed of the scene.
+    pub operating_rpm: f64,
     pub summary: Summary,
 }
 
@@ -157,9 +169,57 @@ impl Campbell {
         self.families.iter().map(Family::curves).collect()
     }
 
-    /// For a reader.
+    /// Where modes cross engine orders: rows of modes_crossings.csv, rising in speed.
+    pub fn crossings(&self) -> Vec<CrossingRow> {
+        let mut rows: Vec<CrossingRow> = self.families.iter().flat_map(Family::crossings).collect();
+        rows.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+        rows
+    }
+
+    /// Of the diagram.
+    pub fn operation(&self) -> Operation {
+        let modes = self.families.iter().flat_map(|family| {
+            (0..family.modes()).filter_map(|mode| family.frequency_hz(mode, self.operating_rpm))
+        });
+        let name = |hz: f64| format!("{hz:.1} Hz, EO {:.2}", hz * 60.0 / self.operating_rpm);
+        Operation {
+            speed_rpm: self.operating_rpm,
+            modes: match self.operating_rpm > 0.0 {
+                true => modes.map(|hz| (hz, name(hz))).collect(),
+                false => Vec::new(),
+            },
+        }
+    }
+
+    /// For a reader: the frequencies, and the crossings nearest to the speed of the scene.
     pub fn table(&self) -> String {
-        self.families.iter().map(Family::table).collect()
+        let tables: String = self.families.iter().map(Family::table).collect();
+        let operating_rpm = self.operating_rpm;
+        if operating_rpm <= 0.0 {
+            return tables;
+        }
+        let line = |c: CrossingRow| {
+            format!(
+                "{:>10.1}{:>12.4}  EO {:<3}{:+8.1} %  {}, {}, mode {}\n",
+                c.speed_rpm,
+                c.frequency_hz,
+                c.engine_order,
+                100.0 * c.margin(operating_rpm),
+                c.body,
+                c.kind.replace('_', " "),
+                c.mode
+            )
+        };
+        let nearest = self
+            .families
+            .iter()
+            .flat_map(|f| f.nearest_crossings(operating_rpm));
+        let lines: String = nearest.map(line).collect();
+        format!(
+            "{tables}crossing with an engine order up to {MOST_ENGINE_ORDER} that is nearest to {operating_rpm:.0} rpm, of each mode\n\
+             {:>10}{:>12}\n{lines}",
+            "speed_rpm", "Hz"
+        )
     }
 }
 
@@ -277,6 +337,54 @@ impl Family {
         }
     }
 
+    /// Between two speeds the square of a frequency goes with the square of the speed.
+    fn frequency_hz(&self, mode: usize, rpm: f64) -> Option<f64> {
+        let stretch = self
+            .stretches(mode)
+            .find(|s| (s.from.0..=s.to.0).contains(&rpm))?;
+        let squared = stretch.offset() + stretch.slope() * rpm * rpm;
+        Some(squared.max(0.0).sqrt())
+    }
+
+    fn stretches(&self, mode: usize) -> impl Iterator<Item = Stretch> {
+        let at = move |(rpm, f): &(f64, Option<Vec<f64>>)| Some((*rpm, *f.as_ref()?.get(mode)?));
+        self.speeds.windows(2).filter_map(move |pair| {
+            Some(Stretch {
+                from: at(&pair[0])?,
+                to: at(&pair[1])?,
+            })
+        })
+    }
+
+    /// Of each mode that crosses an engine order.
+    fn nearest_crossings(&self, rpm: f64) -> Vec<CrossingRow> {
+        let all = self.crossings();
+        let nearest = |mode: usize| {
+            let own = all.iter().filter(|c| c.mode == mode);
+            own.min_by(|a, b| a.margin(rpm).abs().total_cmp(&b.margin(rpm).abs()))
+        };
+        (1..=self.modes()).filter_map(nearest).cloned().collect()
+    }
+
+    fn crossings(&self) -> Vec<CrossingRow> {
+        let of_mode = |mode: usize| {
+            self.stretches(mode).flat_map(move |stretch| {
+                (1..=MOST_ENGINE_ORDER).filter_map(move |engine_order| {
+                    let speed_rpm = stretch.crossing_rpm(engine_order)?;
+                    Some(CrossingRow {
+                        kind: self.kind.to_string(),
+                        body: self.body.clone(),
+                        mode: mode + 1,
+                        engine_order,
+                        speed_rpm,
+                        frequency_hz: engine_order as f64 * speed_rpm / 60.0,
+                    })
+                })
+            })
+        };
+        (0..self.modes()).flat_map(of_mode).collect()
+    }
+
     fn title(&self) -> String {
         format!("{}, {}", self.body, self.kind.replace('_', " "))
     }
@@ -297,9 +405,65 @@ impl Family {
     }
 }
 
+/// A mode between two speeds: speed (rpm) and frequency (Hz) at both.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    from: (f64, f64),
+    to: (f64, f64),
+}
+
+impl Stretch {
+    /// Of f2 = offset + slope rpm2.
+    fn slope(self) -> f64 {
+        let square = |v: f64| v * v;
+        (square(self.to.1) - square(self.from.1)) / (square(self.to.0) - square(self.from.0))
+    }
+
+    fn offset(self) -> f64 {
+        self.from.1 * self.from.1 - self.slope() * self.from.0 * self.from.0
+    }
+
+    /// Where the mode has the frequency of an engine order; the end of a stretch belongs to the next one.
+    fn crossing_rpm(self, engine_order: usize) -> Option<f64> {
+        let order = engine_order as f64 / 60.0;
+        let squared = self.offset() / (order * order - self.slope());
+        let rpm = Some(squared).filter(|s| s.is_finite() && *s > 0.0)?.sqrt();
+        (self.from.0..self.to.0).contains(&rpm).then_some(rpm)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn crossings_lie_on_the_mode_and_on_the_engine_order() {
+        // f2 = 100^2 + 1e-4 rpm2.
+        let hz = |rpm: f64| (1e4 + 1e-4 * rpm * rpm).sqrt();
+        let speeds = [0.0, 2000.0, 4000.0, 8000.0];
+        let family = Family {
+            kind: "stuck",
+            body: "assembly".to_owned(),
+            speeds: speeds
+                .iter()
+                .map(|rpm| (*rpm, Some(vec![hz(*rpm)])))
+                .collect(),
+        };
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a} {b}");
+        near(family.frequency_hz(0, 3000.0).unwrap(), hz(3000.0));
+        assert_eq!(family.frequency_hz(0, 9000.0), None);
+        let crossings = family.crossings();
+        // EO 1 is reached beyond the range: 100^2 = (1/3600 - 1e-4) rpm2 at 7500 rpm it is inside.
+        let one = crossings.iter().find(|c| c.engine_order == 1).unwrap();
+        near(one.speed_rpm, 7500.0);
+        assert_eq!(crossings.len(), MOST_ENGINE_ORDER);
+        for c in &crossings {
+            near(c.frequency_hz, hz(c.speed_rpm));
+        }
+        near(1.0 + one.margin(6000.0), 1.25);
+        let nearest = family.nearest_crossings(7000.0);
+        assert_eq!((nearest.len(), nearest[0].engine_order), (1, 1));
+    }
 
     #[test]
     fn ranges_are_read_and_include_their_ends() {

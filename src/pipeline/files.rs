@@ -9,21 +9,22 @@ use std::time::{Duration, Instant};
 use faer::Mat;
 
 use super::campbell::Campbell;
+use super::conditions::conditions;
 use super::error::RunError;
 use super::meshed::Meshed;
 use super::meshing::MESH_FILE;
 use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, ModalAnalysis, Run, hertz, solve, summary};
+use super::{Context, FurtherPlot, ModalAnalysis, Run, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
 use crate::export::folder::{OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, MeshSummary, RunState, Summary};
 use crate::export::plots::{
-    Scale, linear_curve, response_curve, write_campbell, write_dissipation_map,
-    write_orbit_dissipation_map, write_response_plot, write_separation_map,
+    self, Heading, Ordinate, Scale, linear_curve, phase_curve, response_curve, write_campbell,
+    write_dissipation_map, write_orbit_dissipation_map, write_separation_map,
     write_static_pressure_map,
 };
 use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
@@ -64,6 +65,10 @@ pub struct Files {
     fields: bool,
     /// Frames of the motion at the peak, where they are asked for.
     frames: Option<usize>,
+    /// Pictures beyond those of every run.
+    further_plots: Vec<FurtherPlot>,
+    /// Under the titles of pictures.
+    conditions: String,
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
@@ -102,6 +107,8 @@ impl Files {
             summary,
             fields: context.fields,
             frames: context.frames,
+            further_plots: context.further_plots.clone(),
+            conditions: conditions(scene),
             begun: Instant::now(),
             beginning,
             journal,
@@ -110,6 +117,97 @@ impl Files {
             rows: Vec::new(),
             motion: None,
         })
+    }
+
+    /// Against frequency, per observation: amplitude, and what else is asked for.
+    fn write_curves(
+        &self,
+        names: &[&str],
+        response: &Response,
+        compared: Option<&Compared>,
+    ) -> Result<(), RunError> {
+        let label = |h: usize| format!("H = {h}");
+        let compared = compared.map(|c| (label(c.harmonics), &c.response));
+        let own = (harmonics_label(response), response);
+        let responses: Vec<&(String, &Response)> = compared.iter().chain([&own]).collect();
+        let further = |kind| self.further_plots.contains(&kind);
+        for (i, name) in names.iter().enumerate() {
+            let heading = Heading {
+                title: &format!("{}: {name}", self.summary.scene.name),
+                conditions: &self.conditions,
+            };
+            let with = |of: &dyn Fn(&str, &Response) -> plots::Curve| -> Vec<plots::Curve> {
+                responses.iter().map(|(label, r)| of(label, r)).collect()
+            };
+            let mut amplitudes = vec![linear_curve("linear", response, i)];
+            amplitudes.extend(with(&|label, r| response_curve(label, r, i)));
+            let draw = |file: String, ordinate, curves: &[plots::Curve]| {
+                let path = self.out.file(&format!("plots/{file}.svg"));
+                plots::write_curves(&path, heading, ordinate, curves)
+            };
+            let linear = Ordinate::Amplitude(name, Scale::Linear);
+            draw(format!("response_{name}"), linear, &amplitudes)?;
+            if further(FurtherPlot::Logarithmic) {
+                let logarithmic = Ordinate::Amplitude(name, Scale::Logarithmic);
+                draw(
+                    format!("response_{name}_logarithmic"),
+                    logarithmic,
+                    &amplitudes,
+                )?;
+            }
+            if further(FurtherPlot::Phase) {
+                let phases = with(&|label, r| phase_curve(label, r, i));
+                draw(format!("phase_{name}"), Ordinate::Phase(name), &phases)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Maps of the flanks; with `recovery` the fields on them and the motion of the bodies at the peak, which it gives.
+    fn write_response_on_mesh(
+        &self,
+        model: &Model,
+        recovery: Option<&Recovery>,
+        response: &Response,
+    ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
+        let (out, conditions) = (&self.out, self.conditions.as_str());
+        let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
+        if !model.pairs.is_empty() {
+            write_separation_map(
+                &out.file("plots/separation.svg"),
+                conditions,
+                model,
+                response,
+            )?;
+            write_dissipation_map(
+                &out.file("plots/dissipation.svg"),
+                conditions,
+                model,
+                response,
+            )?;
+            if let Some(orbit) = at_peak {
+                let path = out.file("plots/peak_dissipation.svg");
+                write_orbit_dissipation_map(&path, conditions, model, orbit, "the peak")?;
+            }
+        }
+        let Some(recovery) = recovery else {
+            return Ok(None);
+        };
+        if !model.pairs.is_empty() {
+            flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
+        }
+        let Some(orbit) = at_peak else {
+            return Ok(None);
+        };
+        let motion = motion(model, recovery, orbit);
+        vtu::write_motion(&out.file("peak.vtu"), model, &motion)?;
+        if let Some(frames) = self.frames {
+            let (folder, hz) = (out.path(), orbit.frequency_hz);
+            out.wrote(vtu::write_frames(
+                folder, "peak", model, &motion, hz, frames,
+            )?);
+        }
+        Ok(Some(motion))
     }
 
     /// The way back to the bodies, where fields are written.
@@ -138,17 +236,27 @@ impl Files {
         self.modes(modes.rows.clone())
     }
 
-    /// modes_campbell.csv and plots/campbell.svg.
+    /// modes_campbell.csv, modes_crossings.csv and plots/campbell.svg.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn campbell(&self, campbell: &Campbell) -> Result<(), RunError> {
         csv::write_campbell(&self.out.file("modes_campbell.csv"), &campbell.rows())?;
+        let path = self.out.file("modes_crossings.csv");
+        csv::write_crossings(&path, campbell.operating_rpm, &campbell.crossings())?;
+        let heading = Heading {
+            title: &format!("{}: natural frequencies", self.summary.scene.name),
+            conditions: &match campbell.operating_rpm > 0.0 {
+                true => format!("operation at {:.0} rpm", campbell.operating_rpm),
+                false => String::new(),
+            },
+        };
         let path = self.out.file("plots/campbell.svg");
         Ok(write_campbell(
             &path,
-            &self.summary.scene.name,
+            heading,
             &campbell.curves(),
+            &campbell.operation(),
         )?)
     }
 
@@ -385,7 +493,7 @@ impl Observer for Files {
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         let recovery = self.recovery(reduced);
         let recovery = recovery.filter(|_| state.outcome.is_converged());
-        write_static_state(&self.out, reduced, recovery, state)?;
+        write_static_state(&self.out, &self.conditions, reduced, recovery, state)?;
         if solve::usable(state).is_ok() {
             self.modes(mode_rows(reduced, Some(state), &[]))?;
         }
@@ -471,7 +579,7 @@ impl Observer for Files {
             csv::write_response(&out.file(&file), &names, response)?;
         }
         csv::write_contact(&out.file("contact.csv"), &reduced.pairs, response)?;
-        write_curves(out, &self.summary.scene.name, &names, response, compared)?;
+        self.write_curves(&names, response, compared)?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             // Some frequencies were solved in a second attempt.
             for orbit in &response.orbits {
@@ -481,8 +589,7 @@ impl Observer for Files {
         }
         if let Some(meshed) = reduced.meshed() {
             let recovery = self.recovery(reduced);
-            let frames = self.frames;
-            self.motion = write_response_on_mesh(out, &meshed.model, recovery, response, frames)?;
+            self.motion = self.write_response_on_mesh(&meshed.model, recovery, response)?;
         }
         Ok(())
     }
@@ -619,6 +726,7 @@ pub(super) fn mode_rows(
 
 fn write_static_state(
     out: &OutputFolder,
+    conditions: &str,
     reduced: &Reduced,
     recovery: Option<&Recovery>,
     state: &StaticState,
@@ -629,7 +737,12 @@ fn write_static_state(
     };
     let opens = !model.pairs.is_empty();
     if opens {
-        write_static_pressure_map(&out.file("plots/static_pressure.svg"), model, state)?;
+        write_static_pressure_map(
+            &out.file("plots/static_pressure.svg"),
+            conditions,
+            model,
+            state,
+        )?;
     }
     let Some(recovery) = recovery else {
         return Ok(());
@@ -661,75 +774,6 @@ fn write_static_state(
         von_mises_pa: von_mises,
     });
     vtu::write_static(&out.file("static.vtu"), model, &fields.collect::<Vec<_>>())?;
-    Ok(())
-}
-
-/// Maps of the flanks; with `recovery` the fields on them and the motion of the bodies at the peak, which it gives.
-fn write_response_on_mesh(
-    out: &OutputFolder,
-    model: &Model,
-    recovery: Option<&Recovery>,
-    response: &Response,
-    frames: Option<usize>,
-) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
-    let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
-    if !model.pairs.is_empty() {
-        write_separation_map(&out.file("plots/fig5_separation.svg"), model, response)?;
-        write_dissipation_map(&out.file("plots/fig6_dissipation.svg"), model, response)?;
-        if let Some(orbit) = at_peak {
-            let path = out.file("plots/peak_dissipation.svg");
-            write_orbit_dissipation_map(&path, model, orbit, "the peak")?;
-        }
-    }
-    let Some(recovery) = recovery else {
-        return Ok(None);
-    };
-    if !model.pairs.is_empty() {
-        flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
-    }
-    let Some(orbit) = at_peak else {
-        return Ok(None);
-    };
-    let motion = motion(model, recovery, orbit);
-    vtu::write_motion(&out.file("peak.vtu"), model, &motion)?;
-    if let Some(frames) = frames {
-        let (folder, hz) = (out.path(), orbit.frequency_hz);
-        out.wrote(vtu::write_frames(
-            folder, "peak", model, &motion, hz, frames,
-        )?);
-    }
-    Ok(Some(motion))
-}
-
-/// Amplitude against frequency, per observation.
-fn write_curves(
-    out: &OutputFolder,
-    title: &str,
-    names: &[&str],
-    response: &Response,
-    compared: Option<&Compared>,
-) -> Result<(), RunError> {
-    let label = |h: usize| format!("H = {h}");
-    for (i, name) in names.iter().enumerate() {
-        let quantity = format!("amplitude of {name}");
-        let linear = linear_curve("linear", response, i);
-        let own = response_curve(&harmonics_label(response), response, i);
-        let mut plots = vec![("fig4", vec![linear.clone(), own.clone()])];
-        if let Some(Compared {
-            harmonics,
-            response,
-        }) = compared
-        {
-            let other = response_curve(&label(*harmonics), response, i);
-            plots[0].1.insert(1, other.clone());
-            plots.push(("fig3", vec![linear, other]));
-        }
-        for (figure, curves) in plots {
-            let path = out.file(&format!("plots/{figure}_{name}.svg"));
-            let scale = Scale::Linear;
-            write_response_plot(&path, title, &quantity, &curves, scale)?;
-        }
-    }
     Ok(())
 }
 

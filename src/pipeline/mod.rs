@@ -2,6 +2,7 @@
 
 mod cache;
 mod campbell;
+mod conditions;
 mod error;
 mod files;
 mod findings;
@@ -48,8 +49,19 @@ pub struct Context {
     pub frames: Option<usize>,
     /// [`solve`]: compute the modes of each body with its flanks held, too (a stage of its own, the last).
     pub held_modes: bool,
+    /// [`solve`]: pictures beyond those of every run.
+    pub further_plots: Vec<FurtherPlot>,
     /// `None`: nothing is kept for later runs, nothing taken from earlier ones.
     pub cache: Option<CacheSettings>,
+}
+
+/// A picture that is drawn where it is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FurtherPlot {
+    /// Amplitude on a logarithmic axis.
+    Logarithmic,
+    /// Phase of the first harmonic.
+    Phase,
 }
 
 /// What came of a run.

@@ -42,6 +42,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
         fields: true,
         frames: None,
         held_modes: false,
+        further_plots: Vec::new(),
         scene_file,
         cache: None,
     };

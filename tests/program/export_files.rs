@@ -11,7 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
-use dovetail::export::plots::{self, Axis, CampbellFamily, HeatMap, Scale, Series};
+use dovetail::export::plots::{
+    self, Axis, CampbellFamily, Heading, HeatMap, Operation, Ordinate, Scale, Series,
+};
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
@@ -95,6 +97,11 @@ fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     files
 }
 
+const HEADING: Heading<'_> = Heading {
+    title: "Tip",
+    conditions: "1 N, 5000 rpm, friction 0.3",
+};
+
 /// All files of a run, in a fresh folder.
 fn write_all(name: &str, run: &Run) -> PathBuf {
     let out = folder(name);
@@ -128,17 +135,21 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
         plots::linear_curve("all pairs stuck", response, 0),
         plots::response_curve("H = 3", response, 0),
     ];
-    let plot = |file: &str, scale| {
-        plots::write_response_plot(&out.join(file), "Tip", "tip amplitude", &curves, scale)
-            .unwrap();
+    let plot = |file: &str, ordinate, curves: &[plots::Curve]| {
+        plots::write_curves(&out.join(file), HEADING, ordinate, curves).unwrap();
     };
-    plot("response.svg", Scale::Linear);
-    plot("response_log.svg", Scale::Logarithmic);
-    plots::write_separation_map(&out.join("separation.svg"), model, response).unwrap();
-    plots::write_dissipation_map(&out.join("dissipation.svg"), model, response).unwrap();
-    plots::write_static_pressure_map(&out.join("pressure.svg"), model, &run.static_state).unwrap();
+    let amplitude = |scale| Ordinate::Amplitude("tip", scale);
+    plot("response.svg", amplitude(Scale::Linear), &curves);
+    plot("response_log.svg", amplitude(Scale::Logarithmic), &curves);
+    let phases = [plots::phase_curve("H = 3", response, 0)];
+    plot("phase.svg", Ordinate::Phase("tip"), &phases);
+    plots::write_separation_map(&out.join("separation.svg"), "1 N", model, response).unwrap();
+    plots::write_dissipation_map(&out.join("dissipation.svg"), "1 N", model, response).unwrap();
+    plots::write_static_pressure_map(&out.join("pressure.svg"), "1 N", model, &run.static_state)
+        .unwrap();
     let orbit = &response.orbits[top.index];
-    plots::write_orbit_dissipation_map(&out.join("peak.svg"), model, orbit, "the peak").unwrap();
+    plots::write_orbit_dissipation_map(&out.join("peak.svg"), "1 N", model, orbit, "the peak")
+        .unwrap();
     out
 }
 
@@ -589,7 +600,7 @@ fn errors_name_the_file_the_field_and_the_remedy() {
         "{error}"
     );
 
-    let error = plots::write_flank_map(&out.join("map.svg"), &run.model, "x", "Pa", &[1.0]);
+    let error = plots::write_flank_map(&out.join("map.svg"), &run.model, HEADING, "Pa", &[1.0]);
     assert!(error.unwrap_err().to_string().contains("map.svg"));
 }
 
@@ -628,7 +639,8 @@ fn figures_show_every_pair_and_every_lost_point() {
     let draw = |response: &Response| {
         let curves = [plots::response_curve("H = 3", response, 0)];
         let path = out.join("one.svg");
-        plots::write_response_plot(&path, "", "tip", &curves, Scale::Linear).unwrap();
+        let ordinate = Ordinate::Amplitude("tip", Scale::Linear);
+        plots::write_curves(&path, HEADING, ordinate, &curves).unwrap();
         let text = fs::read_to_string(&path).unwrap();
         text.matches("stroke=\"#0072B2\"").count()
     };
@@ -687,7 +699,7 @@ fn flanks_are_drawn_in_one_sense_to_one_scale_with_named_edges() {
     ] {
         run.model.rotation = rotation;
         let path = out.join("pressure.svg");
-        plots::write_static_pressure_map(&path, &run.model, &run.static_state).unwrap();
+        plots::write_static_pressure_map(&path, "", &run.model, &run.static_state).unwrap();
         let svg = fs::read_to_string(&path).unwrap();
         for edge in sides.iter().chain(&edges) {
             let drawn = words(&svg).iter().filter(|word| *word == edge).count();
@@ -739,7 +751,8 @@ fn write_made_up(out: &Path) {
         dashed,
     };
     let families = [over_speed(false, 80.0), over_speed(true, 60.0)];
-    plots::write_campbell(&out.join("campbell.svg"), "Speeds", &families).unwrap();
+    let operation = Operation::default();
+    plots::write_campbell(&out.join("campbell.svg"), HEADING, &families, &operation).unwrap();
     let points = (1..20).map(|i| (f64::from(i), Some(1.0 / f64::from(i))));
     let series = Series {
         label: "curve".to_owned(),
@@ -783,6 +796,7 @@ fn pictures_are_drawn_in_tenths_of_a_pixel() {
         "separation.svg",
         "response.svg",
         "response_log.svg",
+        "phase.svg",
         "campbell.svg",
         "series.svg",
         "heat_map.svg",

@@ -22,6 +22,7 @@ fn jenkins(out: PathBuf) -> (Scene, Context) {
         fields: true,
         frames: None,
         held_modes: false,
+        further_plots: Vec::new(),
         cache: None,
     };
     (scene, context)

@@ -6,9 +6,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_curve;
+use super::legend::{Legend, Mark, width_of};
 use super::{
-    Canvas, DASHED, Drawn, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend, draw_mesh,
-    draw_title, list_line, px, round_ticks, text_style, tick_label, write_svg,
+    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, TEXT_PX, at_px, draw_heading, draw_mesh, overlap,
+    px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
@@ -30,19 +31,35 @@ pub struct CampbellFamily {
     pub dashed: bool,
 }
 
-/// Draws the families and the engine orders `order * speed / 60`.
+/// The speed that the scene runs at, and what its modes are there.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Operation {
+    pub speed_rpm: f64,
+    /// Frequency of each mode there, Hz, and what it is in engine orders, in words.
+    pub modes: Vec<(f64, String)>,
+}
+
+/// Draws the families and the engine orders `order * speed / 60`, with the speed of operation.
 ///
 /// # Errors
 /// [`ExportError`] where the picture cannot be drawn or written.
 pub fn write_campbell(
     path: &Path,
-    title: &str,
+    heading: Heading<'_>,
     families: &[CampbellFamily],
+    operation: &Operation,
 ) -> Result<(), ExportError> {
-    write_svg(path, SIZE, |canvas| draw(canvas, title, families))
+    write_svg(path, SIZE, |canvas| {
+        draw(canvas, heading, families, operation)
+    })
 }
 
-fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
+fn draw(
+    canvas: &Canvas,
+    heading: Heading<'_>,
+    families: &[CampbellFamily],
+    operation: &Operation,
+) -> Drawn {
     let points = || families.iter().flat_map(|f| f.modes.iter().flatten());
     let fastest = points().map(|p| p.0).fold(0.0, f64::max);
     let fastest = if fastest > 0.0 { fastest } else { 1.0 };
@@ -50,10 +67,22 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
     let top = if highest > 0.0 { 1.08 * highest } else { 1.0 };
     let (_, x_step) = round_ticks(0.0, fastest, 10);
     let (_, y_step) = round_ticks(0.0, top, 8);
-    draw_title(canvas, title)?;
+    draw_heading(canvas, heading)?;
+    let mut legend = Legend::default();
+    for (i, family) in families.iter().enumerate() {
+        let style = of_curve(i).filled().stroke_width(px(3));
+        let line = if family.dashed {
+            Mark::Dashes
+        } else {
+            Mark::Line
+        };
+        legend.add(line(style), family.label.clone());
+    }
+    legend.draw(canvas, HEADING_HEIGHT)?;
+    let width = canvas.dim_in_pixel().0 as i32;
     let mut chart = ChartBuilder::on(canvas)
         .margin(px(18))
-        .margin_top(TITLE_HEIGHT)
+        .margin_top(HEADING_HEIGHT + legend.height(width) + at_px(8))
         .margin_right(px(36))
         .x_label_area_size(px(74))
         .y_label_area_size(px(104))
@@ -80,21 +109,53 @@ fn draw(canvas: &Canvas, title: &str, families: &[CampbellFamily]) -> Drawn {
     }
     for (i, family) in families.iter().enumerate() {
         let style = of_curve(i).filled().stroke_width(px(3));
-        let mut legend = Some(family.label.clone());
         for mode in &family.modes {
             let line = mode.iter().copied();
-            let drawn = if family.dashed {
-                chart.draw_series(DashedLineSeries::new(line, px(9), px(6), style))?
+            if family.dashed {
+                chart.draw_series(DashedLineSeries::new(line, px(9), px(6), style))?;
             } else {
-                chart.draw_series(LineSeries::new(line, style).point_size(px(3)))?
-            };
-            if let Some(label) = legend.take() {
-                let ends = if family.dashed { DASHED } else { THROUGH };
-                list_line(drawn, label, ends, style);
+                chart.draw_series(LineSeries::new(line, style).point_size(px(3)))?;
             }
         }
     }
-    draw_legend(&mut chart, SeriesLabelPosition::UpperLeft, TEXT_PX - 2)
+    if (1e-9..=1.04 * fastest).contains(&operation.speed_rpm) {
+        let at = |hz: f64| chart.backend_coord(&(operation.speed_rpm, hz));
+        let line = PathElement::new(vec![at(0.0), at(top)], INK.stroke_width(px(1)));
+        canvas.draw(&line)?;
+        let (x, above) = at(top);
+        for ([_, right, upper, lower], words) in at_operation(operation, x, above, |hz| at(hz).1) {
+            let middle = (right, (upper + lower) / 2);
+            let style = text_style(TEXT_PX - 7, HPos::Right, VPos::Center);
+            canvas.draw(&Text::new(words, middle, &style))?;
+        }
+    }
+    Ok(())
+}
+
+/// The names of the modes left of the line of the speed of operation, each above its curve and clear of those before, and
+/// the name of the line at its upper end.
+fn at_operation(
+    operation: &Operation,
+    x: i32,
+    above: i32,
+    height: impl Fn(f64) -> i32,
+) -> Vec<([i32; 4], String)> {
+    let half = NAME_HEIGHT / 2;
+    let speed = format!("{} rpm", operation.speed_rpm.round());
+    let modes = operation
+        .modes
+        .iter()
+        .map(|(hz, words)| (height(*hz) - at_px(14), words.clone()));
+    let all = std::iter::once((above + half, speed)).chain(modes);
+    let mut clear: Vec<([i32; 4], String)> = Vec::new();
+    for (y, words) in all {
+        let right = x - SPACE;
+        let bounds = [right - width_of(&words), right, y - half, y + half];
+        if clear.iter().all(|(before, _)| !overlap(*before, bounds)) {
+            clear.push((bounds, words));
+        }
+    }
+    clear
 }
 
 /// The line of an engine order.
@@ -135,14 +196,9 @@ fn engine_orders(
     clear
 }
 
-fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
-    a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
 
     #[test]
     fn engine_orders_end_at_the_fastest_speed_or_at_the_top() {
@@ -196,35 +252,47 @@ mod tests {
     fn svg(families: &[CampbellFamily]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campbell.svg");
-        write_campbell(&path, "t", families).unwrap();
+        let heading = Heading {
+            title: "t",
+            conditions: "",
+        };
+        write_campbell(&path, heading, families, &Operation::default()).unwrap();
         std::fs::read_to_string(&path).unwrap()
     }
 
     #[test]
-    fn the_legend_shows_dashes() {
-        for (dashed, drawn_px) in [(false, 39), (true, 24)] {
-            // One point has no line: what is drawn is in the legend.
-            let family = CampbellFamily {
-                label: "blade".into(),
-                modes: vec![vec![(0.0, 100.0)]],
-                dashed,
-            };
-            let text = svg(&[family]);
-            let lines = text
-                .lines()
-                .filter(|l| l.starts_with("<polyline") && l.contains("stroke=\"#0072B2\""));
-            let covered: BTreeSet<i32> = lines
-                .flat_map(|l| {
-                    let points = l.split(" points=\"").nth(1).unwrap();
-                    let x = points
-                        .split(' ')
-                        .filter_map(|p| p.split_once(',')?.0.parse().ok());
-                    let ends: Vec<i32> = x.collect();
-                    ends[0]..ends[ends.len() - 1]
-                })
-                .collect();
-            assert_eq!(covered.len() as i32, at_px(drawn_px));
+    fn modes_at_the_speed_of_operation_are_named_clear_of_each_other() {
+        let family = CampbellFamily {
+            label: "assembly, stuck".into(),
+            modes: vec![vec![(0.0, 100.0), (6000.0, 500.0)]],
+            dashed: true,
+        };
+        let operation = Operation {
+            speed_rpm: 5000.0,
+            modes: vec![
+                (430.0, "430.0 Hz, EO 5.16".to_owned()),
+                (431.0, "431.0 Hz, EO 5.17".to_owned()),
+                (120.0, "120.0 Hz, EO 1.44".to_owned()),
+            ],
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("campbell.svg");
+        let heading = Heading {
+            title: "t",
+            conditions: "friction 0.3",
+        };
+        write_campbell(&path, heading, &[family], &operation).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let has = |words: &str| text.lines().any(|l| l == words);
+        for words in [
+            "5000 rpm",
+            "430.0 Hz, EO 5.16",
+            "120.0 Hz, EO 1.44",
+            "friction 0.3",
+        ] {
+            assert!(has(words), "{words}: {text}");
         }
+        assert!(!has("431.0 Hz, EO 5.17"));
     }
 
     #[test]

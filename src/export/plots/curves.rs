@@ -1,4 +1,4 @@
-//! Draws amplitude against frequency.
+//! Draws amplitude and phase against frequency.
 
 use std::path::Path;
 
@@ -6,22 +6,22 @@ use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 use super::colour::of_curve;
+use super::legend::{Legend, Mark};
 use super::{
-    Canvas, DASHED, Drawn, INK, Scale, TEXT_PX, THROUGH, TITLE_HEIGHT, at_px, draw_legend,
-    draw_mesh, draw_title, list_line, px, round_ticks, si_prefix, tick_label, write_svg,
+    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, at_px, draw_heading, draw_mesh, px,
+    round_ticks, si_prefix, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use dovetail_solver::dlft::{Outcome, Response};
+use dovetail_solver::results::quantities::phasors;
 
 const SIZE: (u32, u32) = (1280, 800);
-/// Of the width of the axes.
-const LEGEND_WIDTH: f64 = 0.45;
 
 /// One line of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     pub label: String,
-    /// Frequency, Hz, and amplitude, m; `None` where the point did not converge: the line breaks
+    /// Frequency, Hz, and amplitude, m, or phase, degrees; `None` where the point did not converge: the line breaks
     /// there and a cross marks the frequency on the axis.
     pub points: Vec<(f64, Option<f64>)>,
     /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
@@ -73,21 +73,51 @@ pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Cur
     }
 }
 
-/// Draws the curves (the paper's Figures 3 and 4). `quantity` names the vertical axis, as in
-/// "tip amplitude"; its unit is chosen by the largest value.
-pub fn write_response_plot(
-    path: &Path,
-    title: &str,
-    quantity: &str,
-    curves: &[Curve],
-    scale: Scale,
-) -> Result<(), ExportError> {
-    write_svg(path, SIZE, |canvas| {
-        draw(canvas, title, quantity, curves, scale)
-    })
+/// The lag of the first harmonic of an observation behind the force, degrees, where the response converged.
+pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curve {
+    let point = |o: &dovetail_solver::dlft::Orbit| {
+        let phasors = phasors(o.observed.get(observation)?);
+        Some(phasors.first()?.phase_rad.to_degrees())
+    };
+    let orbits = response.orbits.iter();
+    Curve {
+        label: label.to_owned(),
+        points: orbits
+            .map(|o| {
+                (
+                    o.frequency_hz,
+                    point(o).filter(|p| o.outcome.is_converged() && p.is_finite()),
+                )
+            })
+            .collect(),
+        inaccurate: vec![],
+        reference: false,
+    }
 }
 
-fn draw(canvas: &Canvas, title: &str, quantity: &str, curves: &[Curve], scale: Scale) -> Drawn {
+/// What stands on the vertical axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ordinate<'a> {
+    /// Amplitude of a displacement of this name, from metres: the unit is chosen by the largest value.
+    Amplitude(&'a str, Scale),
+    /// Degrees.
+    Phase(&'a str),
+}
+
+/// Draws curves against frequency (the paper's Figures 3 and 4).
+///
+/// # Errors
+/// [`ExportError`] where the picture cannot be drawn or written.
+pub fn write_curves(
+    path: &Path,
+    heading: Heading<'_>,
+    ordinate: Ordinate<'_>,
+    curves: &[Curve],
+) -> Result<(), ExportError> {
+    write_svg(path, SIZE, |canvas| draw(canvas, heading, ordinate, curves))
+}
+
+fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &[Curve]) -> Drawn {
     let (low, high) = bounds(curves.iter().flat_map(|c| c.points.iter().map(|p| p.0)));
     let values = || {
         curves
@@ -95,28 +125,38 @@ fn draw(canvas: &Canvas, title: &str, quantity: &str, curves: &[Curve], scale: S
             .flat_map(|c| c.points.iter().filter_map(|p| p.1))
     };
     let largest = values().fold(0.0, f64::max);
-    let (prefix, factor) = si_prefix(largest);
-    let y_label = format!("{quantity} ({prefix}m)");
-    let top = if largest > 0.0 { largest * factor } else { 1.0 };
     let (_, x_step) = round_ticks(low, high, 10);
-    let (_, y_step) = round_ticks(0.0, 1.06 * top, 8);
     let x_text = move |v: &f64| tick_label(*v, x_step);
-    let y_text = move |v: &f64| tick_label(*v, y_step);
-    draw_title(canvas, title)?;
+    draw_heading(canvas, heading)?;
+    let legend = legend(curves);
+    legend.draw(canvas, HEADING_HEIGHT)?;
+    let width = canvas.dim_in_pixel().0 as i32;
     let mut builder = ChartBuilder::on(canvas);
     builder
         .margin(px(18))
-        .margin_top(TITLE_HEIGHT)
+        .margin_top(HEADING_HEIGHT + legend.height(width) + at_px(8))
         .margin_right(px(36))
         .x_label_area_size(px(74))
         .y_label_area_size(px(104));
-    match scale {
-        Scale::Linear => {
-            let mut chart = builder.build_cartesian_2d(low..high, 0.0..1.06 * top)?;
-            frame(&mut chart, &y_label, &x_text, &y_text)?;
+    match ordinate {
+        Ordinate::Amplitude(name, Scale::Linear) => {
+            let (prefix, factor) = si_prefix(largest);
+            let top = if largest > 0.0 {
+                1.06 * largest * factor
+            } else {
+                1.06
+            };
+            let (_, y_step) = round_ticks(0.0, top, 8);
+            let mut chart = builder.build_cartesian_2d(low..high, 0.0..top)?;
+            let title = format!("amplitude of {name} ({prefix}m)");
+            frame(&mut chart, &title, &x_text, &|v: &f64| {
+                tick_label(*v, y_step)
+            })?;
             lines(&mut chart, curves, factor, 0.0)
         }
-        Scale::Logarithmic => {
+        Ordinate::Amplitude(name, Scale::Logarithmic) => {
+            let (prefix, factor) = si_prefix(largest);
+            let top = if largest > 0.0 { largest * factor } else { 1.0 };
             let smallest = values().filter(|v| *v > 0.0).fold(f64::INFINITY, f64::min);
             let bottom = if smallest.is_finite() {
                 0.8 * smallest * factor
@@ -125,10 +165,62 @@ fn draw(canvas: &Canvas, title: &str, quantity: &str, curves: &[Curve], scale: S
             };
             let mut chart =
                 builder.build_cartesian_2d(low..high, (bottom..1.25 * top).log_scale())?;
-            frame(&mut chart, &y_label, &x_text, &|v: &f64| short(*v))?;
+            let title = format!("amplitude of {name} ({prefix}m)");
+            frame(&mut chart, &title, &x_text, &|v: &f64| short(*v))?;
             lines(&mut chart, curves, factor, bottom)
         }
+        Ordinate::Phase(name) => {
+            // Whole eighths of a turn.
+            let (least, most) = bounds(values());
+            let (bottom, top) = ((least / 45.0).floor() * 45.0, (most / 45.0).ceil() * 45.0);
+            let top = if top > bottom { top } else { bottom + 45.0 };
+            let mut chart = builder.build_cartesian_2d(low..high, bottom..top)?;
+            let title = format!("{name} behind the force (°)");
+            frame(&mut chart, &title, &x_text, &|v: &f64| tick_label(*v, 1.0))?;
+            lines(&mut chart, curves, 1.0, bottom)
+        }
     }
+}
+
+/// What is drawn of the curves, in words.
+fn legend(curves: &[Curve]) -> Legend {
+    let mut legend = Legend::default();
+    for (curve, colour) in coloured(curves) {
+        let style = line_style(curve, colour);
+        let line = if curve.reference {
+            Mark::Dashes
+        } else {
+            Mark::Line
+        };
+        legend.add(line(style), curve.label.clone());
+        if !curve.inaccurate.is_empty() {
+            let count = points(curve.inaccurate.len());
+            let words = format!("{}: accuracy not reached at {count}", curve.label);
+            legend.add(Mark::Ring(colour), words);
+        }
+        let lost = curve.points.iter().filter(|p| p.1.is_none()).count();
+        if lost > 0 {
+            let words = format!("{}: {} did not converge", curve.label, points(lost));
+            legend.add(Mark::Cross(colour), words);
+        }
+    }
+    legend
+}
+
+/// The curves with their colours: references are grey.
+fn coloured(curves: &[Curve]) -> impl Iterator<Item = (&Curve, RGBColor)> {
+    let mut colours = (0..).map(of_curve);
+    curves.iter().map(move |curve| {
+        let colour = match curve.reference {
+            true => RGBColor(90, 90, 90),
+            false => colours.next().unwrap_or(INK),
+        };
+        (curve, colour)
+    })
+}
+
+fn line_style(curve: &Curve, colour: RGBColor) -> ShapeStyle {
+    colour.stroke_width(px(if curve.reference { 2 } else { 3 }))
 }
 
 type Chart<'a, 'b, Y> =
@@ -165,18 +257,12 @@ fn lines<'a, 'b: 'a, Y>(
 where
     Y: Ranged<ValueType = f64>,
 {
-    let mut colours = (0..).map(of_curve);
-    for curve in curves {
-        let colour = if curve.reference {
-            RGBColor(90, 90, 90)
-        } else {
-            next(&mut colours)
-        };
+    for (curve, colour) in coloured(curves) {
         stretches(chart, curve, colour, factor, bottom)?;
         rings(chart, curve, colour, factor, bottom)?;
         crosses(chart, curve, colour, bottom)?;
     }
-    draw_legend(chart, clear_corner(curves), TEXT_PX - 2)
+    Ok(())
 }
 
 /// The converged stretches of a curve; a point without neighbours is a dot.
@@ -190,21 +276,16 @@ fn stretches<'a, 'b: 'a, Y>(
 where
     Y: Ranged<ValueType = f64>,
 {
-    let style = colour.stroke_width(px(if curve.reference { 2 } else { 3 }));
-    let mut legend = Some(curve.label.clone());
+    let style = line_style(curve, colour);
     for run in converged_runs(&curve.points, factor, bottom) {
         if run.len() == 1 {
             chart.draw_series([Circle::new(run[0], px(4), colour.filled())])?;
             continue;
         }
-        let drawn = if curve.reference {
-            chart.draw_series(DashedLineSeries::new(run, px(9), px(6), style))?
+        if curve.reference {
+            chart.draw_series(DashedLineSeries::new(run, px(9), px(6), style))?;
         } else {
-            chart.draw_series(LineSeries::new(run, style))?
-        };
-        if let Some(label) = legend.take() {
-            let ends = if curve.reference { DASHED } else { THROUGH };
-            list_line(drawn, label, ends, style);
+            chart.draw_series(LineSeries::new(run, style))?;
         }
     }
     Ok(())
@@ -221,20 +302,12 @@ fn rings<'a, 'b: 'a, Y>(
 where
     Y: Ranged<ValueType = f64>,
 {
-    if curve.inaccurate.is_empty() {
-        return Ok(());
-    }
-    let count = points(curve.inaccurate.len());
-    let label = format!("{}: accuracy not reached at {count}", curve.label);
     let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
     let rings = rings.filter(|ring| ring.1 >= bottom);
     // Hollow: the line does not run through it.
     let [inside, mark] = [WHITE.filled(), colour.stroke_width(px(2))];
     let circle = |style| Circle::new((0, 0), px(6), style);
-    chart
-        .draw_series(rings.map(|at| EmptyElement::at(at) + circle(inside) + circle(mark)))?
-        .label(label)
-        .legend(move |(x, y)| EmptyElement::at((x + at_px(19), y)) + circle(inside) + circle(mark));
+    chart.draw_series(rings.map(|at| EmptyElement::at(at) + circle(inside) + circle(mark)))?;
     Ok(())
 }
 
@@ -248,41 +321,10 @@ fn crosses<'a, 'b: 'a, Y>(
 where
     Y: Ranged<ValueType = f64>,
 {
-    let lost: Vec<f64> = curve
-        .points
-        .iter()
-        .filter(|p| p.1.is_none())
-        .map(|p| p.0)
-        .collect();
-    if lost.is_empty() {
-        return Ok(());
-    }
-    let label = format!("{}: {} did not converge", curve.label, points(lost.len()));
+    let lost = curve.points.iter().filter(|p| p.1.is_none());
     let mark = colour.stroke_width(px(3));
-    let on_axis = lost.into_iter().map(|f| (f, bottom));
-    chart
-        .draw_series(on_axis.map(|at| Cross::new(at, px(7), mark)))?
-        .label(label)
-        .legend(move |(x, y)| {
-            EmptyElement::at((x + at_px(19), y)) + Cross::new((0, 0), px(7), mark)
-        });
+    chart.draw_series(lost.map(|p| Cross::new((p.0, bottom), px(7), mark)))?;
     Ok(())
-}
-
-/// The upper corner on whose side the curves stay lower: a legend there hides less of them.
-fn clear_corner(curves: &[Curve]) -> SeriesLabelPosition {
-    let points = || curves.iter().flat_map(|c| &c.points);
-    let (low, high) = bounds(points().map(|p| p.0));
-    let aside = LEGEND_WIDTH * (high - low);
-    let highest = |is_beside: &dyn Fn(f64) -> bool| {
-        let beside = points().filter(|p| is_beside(p.0));
-        beside.filter_map(|p| p.1).fold(0.0, f64::max)
-    };
-    if highest(&|f| f >= high - aside) > highest(&|f| f <= low + aside) {
-        SeriesLabelPosition::UpperLeft
-    } else {
-        SeriesLabelPosition::UpperRight
-    }
 }
 
 /// Stretches of neighbouring points that have a value (and show on the axis), scaled.
@@ -309,10 +351,6 @@ fn bounds(values: impl Iterator<Item = f64>) -> (f64, f64) {
         (false, true) => (low - 1.0, low + 1.0),
         (false, false) => (0.0, 1.0),
     }
-}
-
-fn next(colours: &mut impl Iterator<Item = RGBColor>) -> RGBColor {
-    colours.next().unwrap_or(INK)
 }
 
 fn points(count: usize) -> String {
@@ -350,21 +388,28 @@ mod tests {
     }
 
     #[test]
-    fn the_legend_stands_on_the_side_where_the_curves_are_lower() {
-        let curve = |points: [(f64, Option<f64>); 3]| Curve {
-            label: String::new(),
-            points: points.to_vec(),
-            inaccurate: vec![],
+    fn the_legend_has_lines_rings_and_crosses() {
+        let curve = Curve {
+            label: "H = 3".to_owned(),
+            points: vec![(1.0, Some(1.0)), (2.0, None)],
+            inaccurate: vec![(1.0, 1.0)],
             reference: false,
         };
-        let rising = curve([(0.0, Some(1.0)), (5.0, Some(9.0)), (10.0, Some(2.0))]);
-        let falling = curve([(0.0, Some(3.0)), (5.0, Some(1.0)), (10.0, None)]);
-        let is_left =
-            |curves: &[Curve]| matches!(clear_corner(curves), SeriesLabelPosition::UpperLeft);
-        assert!(is_left(std::slice::from_ref(&rising)));
-        assert!(!is_left(std::slice::from_ref(&falling)));
-        assert!(!is_left(&[rising, falling]));
-        assert!(!is_left(&[]));
+        let reference = Curve {
+            label: "linear".to_owned(),
+            points: vec![(1.0, Some(1.0))],
+            inaccurate: vec![],
+            reference: true,
+        };
+        let legend = format!("{:?}", legend(&[reference, curve]));
+        for words in [
+            "linear",
+            "H = 3: accuracy not reached at 1 point",
+            "H = 3: 1 point did not converge",
+        ] {
+            assert!(legend.contains(words), "{words}: {legend}");
+        }
+        assert!(legend.find("Dashes") < legend.find("Line"), "{legend}");
     }
 
     #[test]

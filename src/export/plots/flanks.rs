@@ -7,8 +7,8 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_value;
 use super::{
-    Bar, Canvas, Drawn, INK, PX, TEXT_PX, TITLE_HEIGHT, at_px, draw_bar, draw_title, px,
-    round_ticks, text_style, tick_label, write_svg,
+    Bar, Canvas, Drawn, HEADING_HEIGHT, Heading, INK, PX, TEXT_PX, at_px, draw_bar, draw_heading,
+    px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use crate::export::flank::check_pairs;
@@ -36,28 +36,32 @@ const STAYS: RGBColor = RGBColor(214, 219, 224);
 /// the title that says so.
 pub fn write_static_pressure_map(
     path: &Path,
+    conditions: &str,
     model: &Model,
     state: &StaticState,
 ) -> Result<(), ExportError> {
     if !state.outcome.is_converged() {
         let title = format!("Static pressure: {}, no result", state.outcome.word());
+        let heading = Heading {
+            title: &title,
+            conditions,
+        };
         return write_svg(path, (WIDTH as u32 / PX, 100), |canvas| {
-            draw_title(canvas, &title)
+            draw_heading(canvas, heading)
         });
     }
     let pressure = static_fields(state, &model.pairs).pressure_pa;
-    write_flank_map(
-        path,
-        model,
-        "Static pressure on the flanks",
-        "Pa",
-        &pressure,
-    )
+    let heading = Heading {
+        title: "Static pressure on the flanks",
+        conditions,
+    };
+    write_flank_map(path, model, heading, "Pa", &pressure)
 }
 
 /// Friction power per area summed over the converged frequencies (the paper's Figure 6).
 pub fn write_dissipation_map(
     path: &Path,
+    conditions: &str,
     model: &Model,
     response: &Response,
 ) -> Result<(), ExportError> {
@@ -67,12 +71,17 @@ pub fn write_dissipation_map(
         sums.points,
         response.orbits.len()
     );
-    write_flank_map(path, model, &title, "W/m²", &sums.dissipation_sum_w_m2)
+    let heading = Heading {
+        title: &title,
+        conditions,
+    };
+    write_flank_map(path, model, heading, "W/m²", &sums.dissipation_sum_w_m2)
 }
 
 /// Friction power per area of one orbit, W/m2. `what` names it in the title.
 pub fn write_orbit_dissipation_map(
     path: &Path,
+    conditions: &str,
     model: &Model,
     orbit: &Orbit,
     what: &str,
@@ -80,12 +89,17 @@ pub fn write_orbit_dissipation_map(
     check_pairs(path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
     let title = format!("Friction power at {what}, {:.3} Hz", orbit.frequency_hz);
     let fields = cycle_fields(orbit, &model.pairs);
-    write_flank_map(path, model, &title, "W/m²", &fields.dissipation_w_m2)
+    let heading = Heading {
+        title: &title,
+        conditions,
+    };
+    write_flank_map(path, model, heading, "W/m²", &fields.dissipation_w_m2)
 }
 
 /// Pairs that separate at any converged frequency (the paper's Figure 5).
 pub fn write_separation_map(
     path: &Path,
+    conditions: &str,
     model: &Model,
     response: &Response,
 ) -> Result<(), ExportError> {
@@ -96,20 +110,24 @@ pub fn write_separation_map(
         sums.points,
         response.orbits.len()
     );
-    write_flank_flags(path, model, &title, &opens, ["separates", "stays closed"])
+    let heading = Heading {
+        title: &title,
+        conditions,
+    };
+    write_flank_flags(path, model, heading, &opens, ["separates", "stays closed"])
 }
 
 /// A value per pair in colour, with a bar in `unit` (the SI prefix is chosen by the largest value).
 pub fn write_flank_map(
     path: &Path,
     model: &Model,
-    title: &str,
+    heading: Heading<'_>,
     unit: &str,
     values: &[f64],
 ) -> Result<(), ExportError> {
-    check_pairs(path, title, values.len(), model.pairs.len())?;
+    check_pairs(path, heading.title, values.len(), model.pairs.len())?;
     if let Some(index) = values.iter().position(|v| !v.is_finite()) {
-        let (path, field) = (path.to_path_buf(), title.to_owned());
+        let (path, field) = (path.to_path_buf(), heading.title.to_owned());
         return Err(ExportError::NotFinite { path, field, index });
     }
     let low = values.iter().copied().fold(0.0, f64::min);
@@ -117,12 +135,12 @@ pub fn write_flank_map(
     let span = if high > low { high - low } else { 1.0 };
     let layout = Layout::of(model);
     write_svg(path, layout.size(), |canvas| {
-        draw_title(canvas, title)?;
+        draw_heading(canvas, heading)?;
         layout.draw(canvas, |pair| of_value((values[pair] - low) / span), None)?;
         let bar = Bar {
             left: WIDTH - RIGHT + ASIDE,
-            top: TITLE_HEIGHT + CAPTION,
-            bottom: layout.bottom().max(TITLE_HEIGHT + LEAST_HEIGHT),
+            top: HEADING_HEIGHT + CAPTION,
+            bottom: layout.bottom().max(HEADING_HEIGHT + LEAST_HEIGHT),
         };
         draw_bar(canvas, bar, [low, low + span], unit)
     })
@@ -132,14 +150,14 @@ pub fn write_flank_map(
 pub fn write_flank_flags(
     path: &Path,
     model: &Model,
-    title: &str,
+    heading: Heading<'_>,
     flags: &[bool],
     words: [&str; 2],
 ) -> Result<(), ExportError> {
-    check_pairs(path, title, flags.len(), model.pairs.len())?;
+    check_pairs(path, heading.title, flags.len(), model.pairs.len())?;
     let layout = Layout::of(model);
     write_svg(path, layout.size(), |canvas| {
-        draw_title(canvas, title)?;
+        draw_heading(canvas, heading)?;
         let colour = |pair: usize| if flags[pair] { SEPARATES } else { STAYS };
         layout.draw(canvas, colour, Some(WHITE))?;
         let flagged = flags.iter().filter(|f| **f).count();
@@ -147,7 +165,7 @@ pub fn write_flank_flags(
         let x = WIDTH - RIGHT + ASIDE;
         let at = |right: i32, below: i32| (x + at_px(right), below);
         for (i, colour) in [SEPARATES, STAYS].into_iter().enumerate() {
-            let y = TITLE_HEIGHT + CAPTION + at_px(58 * i as i32);
+            let y = HEADING_HEIGHT + CAPTION + at_px(58 * i as i32);
             let square = [at(0, y), at(22, y + at_px(22))];
             canvas.draw(&Rectangle::new(square, colour.filled()))?;
             let style = text_style(TEXT_PX - 3, HPos::Left, VPos::Center);
@@ -191,17 +209,17 @@ impl Layout {
     /// Top of the plotting area of panel `i`.
     fn top(&self, i: usize) -> i32 {
         let above: i32 = (0..i).map(|j| CAPTION + self.extent(j, 1) + AXIS).sum();
-        TITLE_HEIGHT + above + CAPTION
+        HEADING_HEIGHT + above + CAPTION
     }
 
     fn bottom(&self) -> i32 {
         let last = self.panels.len().checked_sub(1);
-        last.map_or(TITLE_HEIGHT, |i| self.top(i) + self.extent(i, 1))
+        last.map_or(HEADING_HEIGHT, |i| self.top(i) + self.extent(i, 1))
     }
 
     /// Of the picture, pixels.
     fn size(&self) -> (u32, u32) {
-        let height = self.bottom().max(TITLE_HEIGHT + LEAST_HEIGHT) + AXIS + AXIS_NAME;
+        let height = self.bottom().max(HEADING_HEIGHT + LEAST_HEIGHT) + AXIS + AXIS_NAME;
         (WIDTH as u32 / PX, (height as u32).div_ceil(PX))
     }
 

@@ -1,5 +1,5 @@
-//! Draws figures as SVG: amplitude against frequency (the paper's Figures 3 and 4), the two flanks
-//! unrolled (Figures 5 and 6, static pressure), and what a study compares.
+//! Draws figures as SVG: amplitude and phase against frequency, the flanks unrolled, natural
+//! frequencies against the speed, and what a study compares.
 //!
 //! The colours are Okabe and Ito's set and viridis, which colour-blind eyes tell apart.
 
@@ -8,10 +8,11 @@ mod colour;
 mod curves;
 mod flanks;
 mod heat_map;
+mod legend;
 mod series;
 
-pub use campbell::{CampbellFamily, write_campbell};
-pub use curves::{Curve, linear_curve, response_curve, write_response_plot};
+pub use campbell::{CampbellFamily, Operation, write_campbell};
+pub use curves::{Curve, Ordinate, linear_curve, phase_curve, response_curve, write_curves};
 pub use flanks::{
     write_dissipation_map, write_flank_flags, write_flank_map, write_orbit_dissipation_map,
     write_separation_map, write_static_pressure_map,
@@ -21,8 +22,7 @@ pub use series::{Axis, Series, write_series};
 
 use std::path::Path;
 
-use plotters::chart::{MeshStyle, SeriesAnno};
-use plotters::coord::CoordTranslate;
+use plotters::chart::MeshStyle;
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -51,6 +51,8 @@ const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE_PX: u32 = 30;
 /// What the title takes at the top, units.
 const TITLE_HEIGHT: i32 = at_px(64);
+/// What title and conditions take, units.
+const HEADING_HEIGHT: i32 = at_px(96);
 const TEXT_PX: u32 = 25;
 
 /// So many pixels, in units of a drawing.
@@ -102,30 +104,30 @@ fn text_style(pixels: u32, h: HPos, v: VPos) -> TextStyle<'static> {
         .pos(Pos::new(h, v))
 }
 
+/// What stands over a picture of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Heading<'a> {
+    pub title: &'a str,
+    /// Under the title, smaller: force, speed, friction.
+    pub conditions: &'a str,
+}
+
+/// The heading, centred at the top.
+fn draw_heading(canvas: &Canvas, heading: Heading<'_>) -> Drawn {
+    draw_title(canvas, heading.title)?;
+    let style = text_style(TEXT_PX - 3, HPos::Center, VPos::Center);
+    let (width, _) = canvas.dim_in_pixel();
+    let place = (width as i32 / 2, HEADING_HEIGHT - at_px(24));
+    canvas.draw(&Text::new(heading.conditions.to_owned(), place, &style))?;
+    Ok(())
+}
+
 /// The title, centred at the top.
 fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
     let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
     let (width, _) = canvas.dim_in_pixel();
     let place = (width as i32 / 2, TITLE_HEIGHT / 2);
     canvas.draw(&Text::new(title.to_owned(), place, &style))?;
-    Ok(())
-}
-
-/// The labels of the series, boxed in a corner of the chart, in letters of this size in pixels.
-fn draw_legend<'a, 'b: 'a, C: CoordTranslate>(
-    chart: &mut ChartContext<'a, SVGBackend<'b>, C>,
-    corner: SeriesLabelPosition,
-    letters: u32,
-) -> Drawn {
-    chart
-        .configure_series_labels()
-        .position(corner)
-        .margin(px(14))
-        .legend_area_size(px(48))
-        .background_style(WHITE.mix(0.9))
-        .border_style(GRID.stroke_width(px(1)))
-        .label_font(text_style(letters, HPos::Left, VPos::Top))
-        .draw()?;
     Ok(())
 }
 
@@ -144,25 +146,9 @@ where
     Ok(())
 }
 
-/// Where the three pieces of a line in the legend end, pixels from its beginning: they are dashes, or
-/// the first is all of it and the others have no length.
-const THROUGH: [i32; 3] = [39, 13, 26];
-const DASHED: [i32; 3] = [8, 21, 34];
-
-/// Lists drawn lines in the legend, by a line of which the pieces have these ends.
-fn list_line<'a, 'b: 'a>(
-    drawn: &mut SeriesAnno<'a, SVGBackend<'b>>,
-    label: String,
-    ends: [i32; 3],
-    style: ShapeStyle,
-) {
-    drawn.label(label).legend(move |place| {
-        let [first, second, third] = [0, 1, 2].map(|i| {
-            let [from, to] = [13 * i as i32, ends[i]].map(at_px);
-            PathElement::new([(from, 0), (to, 0)], style)
-        });
-        EmptyElement::at(place) + first + second + third
-    });
+/// Whether two boxes (left, right, top, bottom) have a part in common.
+fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
+    a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3]
 }
 
 /// Prefix and factor that bring `largest` between 1 and 1000: (`k`, 1e-3) for 4.2e3.

@@ -9,15 +9,16 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_series;
+use super::legend::{Legend, Mark, width_of};
 use super::{
-    Canvas, Drawn, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_legend, draw_mesh, draw_title,
-    in_unit, px, round_ticks, text_style, tick_label, write_svg,
+    Canvas, Drawn, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_mesh, draw_title, in_unit, overlap,
+    px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 860);
-/// Height of an entry of the legend, and its share of the frame.
-const LEGEND_PX: u32 = 40;
+/// Letters of names beside points.
+const NAME_PX: u32 = TEXT_PX - 8;
 /// Entries of the legend; of more series some are left out.
 const MOST_ENTRIES: usize = 10;
 
@@ -88,9 +89,8 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// Of an axis on which these places are drawn, beside its marks. `room` is left free at the
-    /// upper end, as a share of the axis.
-    fn of(axis: &Axis, places: impl Iterator<Item = f64>, room: f64) -> Self {
+    /// Of an axis on which these places are drawn, beside its marks.
+    fn of(axis: &Axis, places: impl Iterator<Item = f64>) -> Self {
         let marked = axis.marks.iter().filter_map(|(v, _)| axis.place(*v));
         let (low, high) = places
             .chain(marked)
@@ -109,7 +109,6 @@ impl Drawing {
             (false, Scale::Logarithmic) => (-1.0, 0.0),
             (false, Scale::Linear) => (0.0, 1.0),
         };
-        let high = high + (high - low) * room / (1.0 - room);
         let (unit, factor) = match axis.scale {
             Scale::Linear => in_unit(axis.unit, low.abs().max(high.abs())),
             Scale::Logarithmic => (axis.unit.to_owned(), 1.0),
@@ -190,18 +189,20 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
             .iter()
             .flat_map(|s| s.points.iter().filter_map(place))
     };
-    // The legend stands above the points.
     let every = series.len().div_ceil(MOST_ENTRIES).max(1);
-    let entries = series.len().div_ceil(every);
-    let room = (f64::from(LEGEND_PX) * entries as f64 / f64::from(SIZE.1)).min(0.5);
-    let x = Drawing::of(&axes[0], shown().map(|p| p.0), 0.0);
-    let y = Drawing::of(&axes[1], shown().map(|p| p.1), room);
+    let mut legend = Legend::default();
+    for (i, one) in series.iter().enumerate().step_by(every) {
+        legend.add(Mark::Dot(of_series(i, series.len())), one.label.clone());
+    }
+    let x = Drawing::of(&axes[0], shown().map(|p| p.0));
+    let y = Drawing::of(&axes[1], shown().map(|p| p.1));
     let titles = [&x, &y].map(|axis| axis.title.clone());
-    let middle = 0.5 * (x.low + x.high);
     draw_title(canvas, title)?;
+    legend.draw(canvas, TITLE_HEIGHT)?;
+    let width = canvas.dim_in_pixel().0 as i32;
     let mut chart = ChartBuilder::on(canvas)
         .margin(px(18))
-        .margin_top(TITLE_HEIGHT)
+        .margin_top(TITLE_HEIGHT + legend.height(width) + at_px(8))
         .margin_right(px(48))
         .x_label_area_size(px(80))
         .y_label_area_size(px(124))
@@ -213,6 +214,18 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
             .y_desc(titles[1].as_str())
             .max_light_lines(0),
     )?;
+    let mut taken = Taken::default();
+    for one in series {
+        let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
+        for run in places.split(Option::is_none) {
+            let run: Vec<(i32, i32)> = run
+                .iter()
+                .flatten()
+                .map(|p| chart.backend_coord(p))
+                .collect();
+            taken.add_line(&run, one.joined);
+        }
+    }
     for (i, one) in series.iter().enumerate() {
         let colour = of_series(i, series.len());
         let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
@@ -222,26 +235,103 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         }
         let dots = places.iter().flatten();
         let dots = dots.map(|p| Circle::new(*p, px(6), colour.filled()));
-        let drawn = chart.draw_series(dots)?;
-        if i % every == 0 {
-            drawn
-                .label(one.label.clone())
-                .legend(move |(x, y)| Circle::new((x + at_px(19), y), px(6), colour.filled()));
-        }
+        chart.draw_series(dots)?;
         let named = places.iter().zip(&one.names);
-        let named = named.filter_map(|(p, name)| Some(((*p)?, name)));
-        let beside = |(p, name): ((f64, f64), &String)| {
-            // Towards the middle, so that no name leaves the picture.
-            let (side, shift) = match p.0 < middle {
-                true => (HPos::Left, at_px(9)),
-                false => (HPos::Right, at_px(-9)),
+        let named: Vec<((i32, i32), &String)> = named
+            .filter_map(|(p, name)| Some((chart.backend_coord(&(*p)?), name)))
+            .collect();
+        let frame = chart.plotting_area().get_pixel_range();
+        for (at, name) in named {
+            let Some(bounds) = taken.beside(at, name, [&frame.0, &frame.1]) else {
+                continue;
             };
-            let text = text_style(TEXT_PX - 8, side, VPos::Bottom);
-            EmptyElement::at(p) + Text::new(name.clone(), (shift, at_px(-5)), text)
-        };
-        chart.draw_series(named.map(beside))?;
+            let style = text_style(NAME_PX, HPos::Left, VPos::Center);
+            let middle = (bounds[2] + bounds[3]) / 2;
+            canvas.draw(&Text::new(name.clone(), (bounds[0], middle), &style))?;
+        }
     }
-    draw_legend(&mut chart, SeriesLabelPosition::UpperRight, TEXT_PX - 4)
+    Ok(())
+}
+
+/// What a name beside a point must not cover: lines, dots, and names that stand.
+#[derive(Debug, Default)]
+struct Taken {
+    lines: Vec<[(i32, i32); 2]>,
+    names: Vec<[i32; 4]>,
+}
+
+impl Taken {
+    fn add_line(&mut self, points: &[(i32, i32)], joined: bool) {
+        // A dot is as wide as a short line.
+        let dots = points
+            .iter()
+            .map(|(x, y)| [(x - at_px(6), *y), (x + at_px(6), *y)]);
+        self.lines.extend(dots);
+        if joined {
+            self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
+        }
+    }
+
+    /// Left, right, top and bottom of the name of a point, where it covers nothing; `None` where all places around
+    /// the point are taken.
+    fn beside(
+        &mut self,
+        (x, y): (i32, i32),
+        name: &str,
+        [across, down]: [&Range<i32>; 2],
+    ) -> Option<[i32; 4]> {
+        let (width, half) = (width_of(name) * NAME_PX as i32 / TEXT_PX as i32, at_px(9));
+        let place = |left: i32, middle: i32| [left, left + width, middle - half, middle + half];
+        let around = [12, 26, 44].into_iter().flat_map(|far| {
+            let far = at_px(far);
+            [
+                place(x + far, y - far),
+                place(x - far - width, y - far),
+                place(x + far, y + far),
+                place(x - far - width, y + far),
+                place(x + far, y),
+                place(x - far - width, y),
+                place(x - width / 2, y - far - half),
+                place(x - width / 2, y + far + half),
+            ]
+        });
+        let is_clear = |b: &[i32; 4]| {
+            across.contains(&b[0])
+                && across.contains(&b[1])
+                && down.contains(&b[2])
+                && down.contains(&b[3])
+                && !self.names.iter().any(|other| overlap(*other, *b))
+                && !self.lines.iter().any(|line| crosses(*line, *b))
+        };
+        let found = around.into_iter().find(is_clear)?;
+        self.names.push(found);
+        Some(found)
+    }
+}
+
+/// Whether a line goes through a box with these sides (left, right, top, bottom): Liang and Barsky's clipping.
+fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) -> bool {
+    let [dx, dy] = [to.0 - from.0, to.1 - from.1].map(f64::from);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (step, room) in [
+        (-dx, from.0 - left),
+        (dx, right - from.0),
+        (-dy, from.1 - top),
+        (dy, bottom - from.1),
+    ] {
+        let room = f64::from(room);
+        if step == 0.0 {
+            if room < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        match step < 0.0 {
+            true => enter = enter.max(room / step),
+            false => leave = leave.min(room / step),
+        }
+    }
+    enter <= leave
 }
 
 /// Powers of ten inside, with 2 and 5 times them where the range is short.
@@ -295,6 +385,33 @@ mod tests {
         near(ticks((2.5, 4.5)), &[3.0, 4.0]);
         assert_eq!(short(0.1 + 0.2), "0.3");
         assert_eq!(short(1e-7), "1e-7");
+    }
+
+    #[test]
+    fn a_name_stands_where_no_line_goes() {
+        let inside = [(10, 10), (20, 20)];
+        assert!(crosses([(0, 15), (40, 15)], [10, 20, 10, 20]));
+        assert!(crosses(inside, [0, 40, 0, 40]));
+        assert!(!crosses([(0, 0), (9, 40)], [10, 20, 10, 20]));
+        assert!(!crosses([(0, 35), (35, 0)], [0, 10, 0, 10]));
+        let frame = [&(0..at_px(1000)), &(0..at_px(1000))];
+        let at = (at_px(500), at_px(500));
+        let mut taken = Taken::default();
+        // A line that rises to the right: the place above at the right is taken.
+        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)], true);
+        let first = taken.beside(at, "fine", frame).unwrap();
+        assert!(first[1] < at.0 && first[3] < at.1, "{first:?}");
+        let second = taken.beside(at, "fine", frame).unwrap();
+        assert!(!overlap(first, second));
+        assert!(
+            taken
+                .lines
+                .iter()
+                .all(|l| !crosses(*l, first) && !crosses(*l, second))
+        );
+        // No place at all.
+        let narrow = [&(at_px(490)..at_px(510)), &(0..at_px(1000))];
+        assert_eq!(taken.beside(at, "a long name", narrow), None);
     }
 
     fn svg(axes: &[Axis; 2], series: &[Series]) -> String {

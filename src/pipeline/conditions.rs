@@ -1,0 +1,96 @@
+//! Says in a few words under what a scene shakes, for the headings of pictures.
+
+use crate::words::{counted, figure, quantity};
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::model::{Assembly, ContactLaw};
+
+/// Force, speed and friction: `1.00 N, 6000 rpm, friction 0.3`.
+pub(super) fn conditions(scene: &Scene) -> String {
+    let parts = match &scene.subject {
+        Subject::Assembly(assembly) => of_assembly(assembly),
+        Subject::ReducedModel(model) => vec![
+            quantity(model.force_n, "N", 3),
+            format!("friction {}", short(model.friction)),
+        ],
+    };
+    parts.join(", ")
+}
+
+fn of_assembly(assembly: &Assembly) -> Vec<String> {
+    let mut parts = Vec::new();
+    let forces: Vec<f64> = assembly.excitations.iter().map(|e| e.force_n).collect();
+    match (forces.as_slice(), range(&forces)) {
+        ([one], _) => parts.push(quantity(*one, "N", 3)),
+        (_, Some((least, most))) => {
+            let each = match least == most {
+                true => quantity(most, "N", 3),
+                false => format!("{} to {}", quantity(least, "N", 3), quantity(most, "N", 3)),
+            };
+            parts.push(format!(
+                "{} of {each}",
+                counted(forces.len(), "force", "forces")
+            ));
+        }
+        (_, None) => {}
+    }
+    match &assembly.rotation {
+        Some(rotation) => {
+            let speed_rpm = rotation.speed_rad_s * 30.0 / std::f64::consts::PI;
+            parts.push(format!("{} rpm", short(speed_rpm)));
+        }
+        None => parts.push("at rest".to_owned()),
+    }
+    let rub = |law: &ContactLaw| matches!(law, ContactLaw::UnilateralCoulomb);
+    let contacts = assembly.contacts.iter().filter(|c| rub(&c.law));
+    let friction: Vec<f64> = contacts.map(|c| c.friction).collect();
+    parts.push(match range(&friction) {
+        Some((least, most)) if least == most => format!("friction {}", short(most)),
+        Some((least, most)) => format!("friction {} to {}", short(least), short(most)),
+        None => "bonded".to_owned(),
+    });
+    parts
+}
+
+fn range(values: &[f64]) -> Option<(f64, f64)> {
+    let least = values.iter().copied().reduce(f64::min)?;
+    Some((least, values.iter().copied().reduce(f64::max)?))
+}
+
+/// Six digits at most, no zeros at the end.
+fn short(v: f64) -> String {
+    let text = figure(v, 6);
+    match text.contains('.') && !text.contains('e') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene;
+    use std::path::Path;
+
+    fn of(set: &[&str]) -> String {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+        conditions(&scene::load(&root.join("scenes/paper.toml"), &set).unwrap())
+    }
+
+    #[test]
+    fn force_speed_and_friction_are_named() {
+        assert_eq!(
+            of(&["excitation.0.force_n=2.5"]),
+            "2.50 N, 5000 rpm, friction 0.3"
+        );
+        assert_eq!(
+            of(&[
+                "rotation=",
+                "contact.0.friction=0.25",
+                "excitation.0.force_n=0.02"
+            ]),
+            "20.0 mN, at rest, friction 0.25 to 0.3"
+        );
+        assert!(of(&["contact.*.law=bonded"]).ends_with("rpm, bonded"));
+    }
+}
