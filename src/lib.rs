@@ -15,6 +15,7 @@ pub mod metrics;
 pub mod pipeline;
 pub mod reference;
 pub mod scene;
+pub mod schema;
 pub mod stage;
 pub mod study;
 pub mod terminal;

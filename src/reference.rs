@@ -48,7 +48,10 @@ fn keys(section: &Section) -> String {
     let rows = section.keys.iter().map(|k| {
         format!(
             "| `{}` | {} | {} | {} |\n",
-            k.name, k.kind, k.default, k.valid
+            k.name,
+            k.kind,
+            k.default,
+            k.limits_and_meaning()
         )
     });
     format!(
@@ -60,7 +63,7 @@ fn keys(section: &Section) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::keys::{Key, Section};
+    use crate::scene::keys::Section;
 
     fn all_sections() -> impl Iterator<Item = (&'static Vocabulary, &'static Section)> {
         [&SCENE, &STUDY]
@@ -96,20 +99,14 @@ mod tests {
                 let table: toml::Table = line.parse().unwrap_or_else(|e| panic!("{line}: {e}"));
                 assert!(table.contains_key(key), "{}.{key}: {line:?}", section.name);
             }
-            for Key {
-                name,
-                kind,
-                default,
-                valid,
-                ..
-            } in section.keys
-            {
-                let texts = [kind, default, valid];
+            for key in section.keys {
+                let texts = [&key.kind.to_string(), key.default, key.meaning];
                 assert!(
                     texts
                         .iter()
                         .all(|t| !t.is_empty() && !t.contains(['|', '\n'])),
-                    "{name}"
+                    "{}",
+                    key.name
                 );
             }
         }

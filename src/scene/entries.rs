@@ -3,6 +3,7 @@
 //! docs/scene.md its tables.
 
 use super::keys::{Key, Section, Shape, Vocabulary, fields, key};
+use super::kinds::{Kind, Limits};
 use super::raw;
 
 /// What a scene may say.
@@ -38,7 +39,7 @@ const SECTIONS: [Section; 12] = [
     Section {
         name: "mesh",
         shape: Shape::Table,
-        needed: "required",
+        needed: "one, or `[reduced_model]`",
         what: "the mesh, or the script that gmsh makes it from",
         example: "[mesh]\nfile = \"../meshes/dovetail.msh\"\nmetres_per_unit = 1e-3",
         fields: fields::<raw::RawMesh>,
@@ -131,7 +132,7 @@ const SECTIONS: [Section; 12] = [
 
 const TOP: [Key; 1] = [key(
     "name",
-    "text",
+    Kind::Name,
     "-",
     "a name; results go to `output/<name>`",
     "name = \"paper\"",
@@ -140,31 +141,30 @@ const TOP: [Key; 1] = [key(
 const REDUCED_MODEL: [Key; 4] = [
     key(
         "folder",
-        "path of a folder",
+        Kind::Text("path of a folder"),
         "-",
         "holds [the files](how-to/reduced_model.md#the-folder) that `dovetail reduce` writes",
         "folder = \"den_hartog\"  # K.mtx, M.mtx and the others",
     ),
     key(
         "friction",
-        "number",
+        Kind::Number("", Limits::NOT_NEGATIVE),
         "-",
-        "0 or more; Coulomb coefficient of every pair; above 1000 computed as 1000, with a \
-         warning",
+        "Coulomb coefficient of every pair; above 1000 computed as 1000, with a warning",
         "friction = 0.3",
     ),
     key(
         "gap_m",
-        "number, m",
+        Kind::Number("m", Limits::NOT_NEGATIVE),
         "0",
-        "0 or more; initial clearance of every pair",
+        "initial clearance of every pair",
         "gap_m = 0.0",
     ),
     key(
         "force_n",
-        "number, N",
+        Kind::Number("N", Limits::NOT_NEGATIVE),
         "-",
-        "0 or more; amplitude of the excitation in all",
+        "amplitude of the excitation in all",
         "force_n = 1.0",
     ),
 ];
@@ -172,14 +172,14 @@ const REDUCED_MODEL: [Key; 4] = [
 const MESH: [Key; 8] = [
     key(
         "geometry",
-        "path of a Gmsh script",
-        "-",
+        Kind::Text("path of a Gmsh script"),
+        "- or `file`",
         "meshed by the program `gmsh` in the run; the script is code that runs",
         "geometry = \"../geometry/dovetail.geo\"",
     ),
     key(
         "parameters",
-        "table of numbers",
+        Kind::NumberTable,
         "`{}`",
         "parameters that the script defines ([those of dovetail.geo](geometry.md)), and options of \
          gmsh; one without effect is an error, see below",
@@ -187,45 +187,44 @@ const MESH: [Key; 8] = [
     ),
     key(
         "time_limit_s",
-        "number, s",
+        Kind::Number("s", Limits::between(0.0, 1e9)),
         "120",
-        "more than 0, less than 1e9; gmsh is stopped after it",
+        "gmsh is stopped after it",
         "time_limit_s = 120",
     ),
     key(
         "fallback",
-        "path of a `.msh`",
+        Kind::Text("path of a `.msh`"),
         "none",
         "used where gmsh is missing and `parameters` equal `fallback_parameters`",
         "fallback = \"../meshes/dovetail.msh\"",
     ),
     key(
         "fallback_parameters",
-        "table of numbers",
+        Kind::NumberTable,
         "none",
         "what `fallback` was made with; required with it, meaningless without",
         "fallback_parameters = { nu = 4, nv = 9, order = 2 }",
     ),
     key(
         "file",
-        "path of a `.msh`",
-        "-",
+        Kind::Text("path of a `.msh`"),
+        "- or `geometry`",
         "MSH 4.1, ASCII or binary",
         "file = \"../meshes/dovetail.msh\"",
     ),
     key(
         "metres_per_unit",
-        "number, m",
+        Kind::Number("m", Limits::POSITIVE),
         "-",
-        "more than 0; 1e-3 for a mesh in millimetres",
+        "1e-3 for a mesh in millimetres",
         "metres_per_unit = 1e-3  # the mesh is in millimetres",
     ),
     key(
         "pairing_tolerance",
-        "number",
+        Kind::Number("", Limits::between(0.0, 0.5)),
         "1e-6",
-        "more than 0, less than 0.5; of the local node spacing: flank nodes nearer than this \
-         are a pair",
+        "of the local node spacing: flank nodes nearer than this are a pair",
         "pairing_tolerance = 1e-6",
     ),
 ];
@@ -233,49 +232,49 @@ const MESH: [Key; 8] = [
 const BODY: [Key; 10] = [
     key(
         "name",
-        "text",
+        Kind::Name,
         "-",
         "a name, not that of the other body",
         "name = \"blade\"",
     ),
     key(
         "volume",
-        "group",
+        Kind::Text("group"),
         "-",
         "volume group, not that of the other body",
         "volume = \"blade\"  # a physical volume of the mesh",
     ),
     key(
         "young_pa",
-        "number, Pa",
+        Kind::Number("Pa", Limits::POSITIVE),
         "-",
-        "more than 0",
+        "Young's modulus",
         "young_pa = 113.8e9",
     ),
     key(
         "poisson",
-        "number",
+        Kind::Number("", Limits::between(-1.0, 0.5)),
         "-",
-        "more than -1, less than 0.5",
+        "Poisson's ratio",
         "poisson = 0.34",
     ),
     key(
         "density_kg_m3",
-        "number, kg/m3",
+        Kind::Number("kg/m3", Limits::POSITIVE),
         "-",
-        "more than 0",
+        "density",
         "density_kg_m3 = 4430",
     ),
     key(
         "fixed",
-        "list of groups",
+        Kind::Texts("list of groups"),
         "`[]`",
         "groups of any dimension; their nodes do not move",
         "fixed = [\"jaw_base\"]",
     ),
     key(
         "fixed_x",
-        "list of groups",
+        Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
          along the flank, and in both bodies alike",
@@ -283,7 +282,7 @@ const BODY: [Key; 10] = [
     ),
     key(
         "fixed_y",
-        "list of groups",
+        Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
          along the flank, and in both bodies alike",
@@ -291,7 +290,7 @@ const BODY: [Key; 10] = [
     ),
     key(
         "fixed_z",
-        "list of groups",
+        Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
          along the flank, and in both bodies alike",
@@ -299,10 +298,10 @@ const BODY: [Key; 10] = [
     ),
     key(
         "fixed_interface_modes",
-        "whole number",
+        Kind::Whole(Some(0), Some(10_000)),
         "none",
-        "0 to 10,000; the body is first reduced by itself to its contact nodes and so many \
-         modes (Craig-Bampton, [method.md](method.md)); without the key it is not",
+        "the body is first reduced by itself to its contact nodes and so many modes \
+         (Craig-Bampton, [method.md](method.md)); without the key it is not",
         "fixed_interface_modes = 6",
     ),
 ];
@@ -310,35 +309,35 @@ const BODY: [Key; 10] = [
 const ROTATION: [Key; 5] = [
     key(
         "axis",
-        "list of 3 numbers",
+        Kind::Numbers(3, ""),
         "-",
         "not all 0; any length",
         "axis = [1, 0, 0]",
     ),
     key(
         "point_m",
-        "list of 3 numbers, m",
+        Kind::Numbers(3, "m"),
         "`[0, 0, 0]`",
         "a point of the axis. Metres, not mesh units",
         "point_m = [0, 0, 0]",
     ),
     key(
         "speed_rpm",
-        "number, rpm",
+        Kind::Number("rpm", Limits::from_zero_to(1e7)),
         "-",
-        "0 or more, less than 1e7",
+        "speed of rotation",
         "speed_rpm = 5000",
     ),
     key(
         "bodies",
-        "list of body names",
+        Kind::Texts("list of body names"),
         "all bodies",
         "which carry the load and the prestress",
         "bodies = [\"blade\", \"jaw\"]",
     ),
     key(
         "prestress",
-        "text",
+        Kind::Choice(&["held_flanks", "none"]),
         "`\"held_flanks\"`",
         "`\"held_flanks\"`: geometric stiffness of the state with the contact nodes held, and \
          spin softening; `\"none\"`: the load only",
@@ -349,29 +348,29 @@ const ROTATION: [Key; 5] = [
 const CONTACT: [Key; 9] = [
     key(
         "name",
-        "text",
+        Kind::Name,
         "-",
         "a name, each different",
         "name = \"left\"",
     ),
     key(
         "first",
-        "group",
+        Kind::Text("group"),
         "-",
         "surface group of the first body",
         "first = \"blade_flank_left\"  # a physical surface of the blade",
     ),
     key(
         "second",
-        "group",
-        "-",
+        Kind::Text("group"),
+        "- (one body: none)",
         "surface group of the second body, its corner nodes at the same places; left out \
          where there is no second body",
         "second = \"jaw_flank_left\"  # a physical surface of the jaw",
     ),
     key(
         "law",
-        "text",
+        Kind::Choice(&["unilateral_coulomb", "bonded"]),
         "`\"unilateral_coulomb\"`",
         "`\"unilateral_coulomb\"`: compression only, dry friction; `\"bonded\"`: both sides \
          move as one, and `friction` (then not required), `gap_m` and the crown are not used",
@@ -379,36 +378,36 @@ const CONTACT: [Key; 9] = [
     ),
     key(
         "friction",
-        "number",
+        Kind::Number("", Limits::NOT_NEGATIVE),
         "- (`\"bonded\"`: none)",
-        "0 or more; Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as \
-         1000, with a warning",
+        "Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as 1000, with a \
+         warning",
         "friction = 0.3",
     ),
     key(
         "gap_m",
-        "number, m",
+        Kind::Number("m", Limits::NOT_NEGATIVE),
         "0",
-        "0 or more; initial clearance",
+        "initial clearance",
         "gap_m = 0.0",
     ),
     key(
         "crown_radius_m",
-        "number, m",
+        Kind::Number("m", Limits::POSITIVE),
         "none",
-        "more than 0; adds the clearance d^2 / (2 `crown_radius_m`)",
+        "adds the clearance d^2 / (2 `crown_radius_m`)",
         "crown_radius_m = 2.0",
     ),
     key(
         "crown_axis",
-        "list of 3 numbers",
+        Kind::Numbers(3, ""),
         "none",
         "along the flank, any length; only with `crown_radius_m`",
         "crown_axis = [1, 0, 0]  # a cylinder along x",
     ),
     key(
         "crown_centre_m",
-        "list of 3 numbers, m",
+        Kind::Numbers(3, "m"),
         "centroid of the flank",
         "only with `crown_radius_m`",
         "crown_centre_m = [0, 0, 0.45]",
@@ -418,7 +417,7 @@ const CONTACT: [Key; 9] = [
 const LOAD: [Key; 4] = [
     key(
         "on",
-        "group",
+        Kind::Text("group"),
         "-",
         "a point group (the force is shared equally by its nodes) or part of the surface of \
          one body (spread uniformly over its area)",
@@ -426,23 +425,23 @@ const LOAD: [Key; 4] = [
     ),
     key(
         "force_n",
-        "number, N",
-        "-",
-        "0 or more; the whole force",
+        Kind::Number("N", Limits::NOT_NEGATIVE),
+        "- or `pressure_pa`",
+        "the whole force",
         "force_n = 100.0",
     ),
     key(
         "direction",
-        "list of 3 numbers",
-        "-",
+        Kind::Numbers(3, ""),
+        "- or `pressure_pa`",
         "not all 0; any length",
         "direction = [0, 0, -1]",
     ),
     key(
         "pressure_pa",
-        "number, Pa",
-        "-",
-        "any; acts along the inward normal; surface groups only",
+        Kind::Number("Pa", Limits::ANY),
+        "- or `force_n`",
+        "acts along the inward normal; surface groups only",
         "pressure_pa = 1e6",
     ),
 ];
@@ -450,31 +449,30 @@ const LOAD: [Key; 4] = [
 const DAMPING: [Key; 4] = [
     key(
         "ratio",
-        "number",
-        "-",
-        "0 or more, less than 1; share of critical damping on linear mode `linear_mode`, by \
-         stiffness-proportional damping",
+        Kind::Number("", Limits::from_zero_to(1.0)),
+        "- or `stiffness_s`, `mass_per_s`",
+        "share of critical damping on linear mode `linear_mode`, by stiffness-proportional damping",
         "ratio = 0.001",
     ),
     key(
         "linear_mode",
-        "whole number",
+        Kind::Whole(Some(1), Some(10_000)),
         "1",
-        "1 to 10,000; no more than `response.stuck_modes` where that is given; only with `ratio`",
+        "no more than `response.stuck_modes` where that is given; only with `ratio`",
         "linear_mode = 1",
     ),
     key(
         "stiffness_s",
-        "number, s",
+        Kind::Number("s", Limits::NOT_NEGATIVE),
         "0",
-        "0 or more; C = `stiffness_s` K + `mass_per_s` M",
+        "C = `stiffness_s` K + `mass_per_s` M",
         "stiffness_s = 1e-6",
     ),
     key(
         "mass_per_s",
-        "number, 1/s",
+        Kind::Number("1/s", Limits::NOT_NEGATIVE),
         "0",
-        "0 or more",
+        "see `stiffness_s`",
         "mass_per_s = 0.1",
     ),
 ];
@@ -482,37 +480,37 @@ const DAMPING: [Key; 4] = [
 const EXCITATION: [Key; 5] = [
     key(
         "points",
-        "group",
+        Kind::Text("group"),
         "-",
         "usually a point group",
         "points = \"excitation\"  # a physical point of the mesh",
     ),
     key(
         "direction",
-        "list of 3 numbers",
+        Kind::Numbers(3, ""),
         "-",
         "not all 0; any length",
         "direction = [0, 1, 0]",
     ),
     key(
         "force_n",
-        "number, N",
+        Kind::Number("N", Limits::NOT_NEGATIVE),
         "-",
-        "0 or more; amplitude",
+        "amplitude",
         "force_n = 2.0",
     ),
     key(
         "harmonic",
-        "whole number",
+        Kind::Whole(Some(1), None),
         "1",
-        "1 to `response.harmonics`",
+        "at most `response.harmonics`",
         "harmonic = 1",
     ),
     key(
         "phase_deg",
-        "number, degrees",
+        Kind::Number("degrees", Limits::ANY),
         "0",
-        "any",
+        "by which the force lags behind cos(w t)",
         "phase_deg = 0.0",
     ),
 ];
@@ -520,21 +518,21 @@ const EXCITATION: [Key; 5] = [
 const OBSERVE: [Key; 3] = [
     key(
         "name",
-        "text",
+        Kind::Name,
         "-",
         "a name, each different; heads the columns `<name>_amplitude_m` and so on",
         "name = \"tip\"",
     ),
     key(
         "points",
-        "group",
+        Kind::Text("group"),
         "-",
         "usually a point group",
         "points = \"tip_trailing_edge\"  # a physical point of the mesh",
     ),
     key(
         "direction",
-        "list of 3 numbers",
+        Kind::Numbers(3, ""),
         "-",
         "not all 0; any length",
         "direction = [0, 1, 0]",
@@ -543,76 +541,76 @@ const OBSERVE: [Key; 3] = [
 
 const STATIC: [Key; 1] = [key(
     "load_steps",
-    "whole number",
+    Kind::Whole(Some(1), Some(10_000)),
     "10",
-    "1 to 10,000; the load is applied in this many equal steps",
+    "the load is applied in this many equal steps",
     "load_steps = 10",
 )];
 
 const RESPONSE: [Key; 15] = [
     key(
         "frequency_hz",
-        "list of 2 numbers, Hz",
-        "-",
+        Kind::Numbers(2, "Hz"),
+        "- or `times_first_linear_mode`",
         "`[from, to]` with 0 < from < to, or from = to with `points = 1`",
         "frequency_hz = [440.0, 460.0]",
     ),
     key(
         "times_first_linear_mode",
-        "list of 2 numbers",
-        "-",
+        Kind::Numbers(2, ""),
+        "- or `frequency_hz`",
         "the same, in multiples of the first linear frequency",
         "times_first_linear_mode = [0.98, 1.02]",
     ),
     key(
         "points",
-        "whole number",
+        Kind::Whole(Some(1), Some(1_000_000)),
         "200",
-        "1 to 1,000,000; evenly spaced, ends included",
+        "evenly spaced, ends included",
         "points = 200",
     ),
     key(
         "most_added_points",
-        "whole number",
+        Kind::Whole(Some(0), Some(1000)),
         "12",
-        "0 to 1000; frequencies that may be added at the peaks of the observed amplitudes, until the \
+        "frequencies that may be added at the peaks of the observed amplitudes, until the \
          parabola through the highest one and its neighbours rises at most 0.1 % above it",
         "most_added_points = 0",
     ),
     key(
         "accuracy",
-        "number",
+        Kind::Number("", Limits::between(1e-4, 0.5)),
         "0.01",
-        "more than 1e-4, less than 0.5; largest relative error of the observed amplitudes, where \
-         `harmonics` is not given, see below",
+        "largest relative error of the observed amplitudes, where `harmonics` is not given, see \
+         below",
         "accuracy = 0.01  # of the amplitude",
     ),
     key(
         "harmonics",
-        "whole number",
+        Kind::Whole(Some(1), Some(1000)),
         "none",
-        "1 to 1,000; kept besides the mean, in the place of an accuracy",
+        "kept besides the mean, in the place of an accuracy",
         "harmonics = 3",
     ),
     key(
         "compare_harmonics",
-        "whole number",
+        Kind::Whole(Some(1), None),
         "none",
-        "1 to `harmonics`; a second response with this many, in the plots alone. Its points that \
-         do not converge are crosses there, and count neither in `summary.json` nor in the exit code",
+        "at most `harmonics`; a second response with this many, in the plots alone. Its points \
+         that do not converge are crosses there, and count neither in `summary.json` nor in the \
+         exit code",
         "compare_harmonics = 1",
     ),
     key(
         "samples",
-        "whole number",
+        Kind::Whole(None, Some(1_048_576)),
         "128",
-        "at most 1,048,576; at least 4 `harmonics` + 4; instants of a period at which contact is \
-         decided",
+        "at least 4 `harmonics` + 4; instants of a period at which contact is decided",
         "samples = 128",
     ),
     key(
         "eps",
-        "text",
+        Kind::Choice(&["dynamic", "pair", "spectral_radius"]),
         "`\"dynamic\"`",
         "`\"dynamic\"`: per pair, the median of the dynamic stiffness over the harmonics; \
          `\"pair\"`: per pair, the diagonal of the static stiffness; `\"spectral_radius\"`: \
@@ -621,29 +619,29 @@ const RESPONSE: [Key; 15] = [
     ),
     key(
         "eps_scale",
-        "number",
+        Kind::Number("", Limits::POSITIVE),
         "1",
-        "more than 0; multiplies eps. The static state does not depend on eps",
+        "multiplies eps. The static state does not depend on eps",
         "eps_scale = 1.0",
     ),
     key(
         "tolerance",
-        "number",
+        Kind::Number("", Limits::between(0.0, 1.0)),
         "1e-8",
-        "more than 0, less than 1; of the relative residual ([method.md](method.md)). The \
-         static state takes 1e-10 or this, whichever is smaller",
+        "of the relative residual ([method.md](method.md)). The static state takes 1e-10 or \
+         this, whichever is smaller",
         "tolerance = 1e-8",
     ),
     key(
         "max_newton_iterations",
-        "whole number",
+        Kind::Whole(Some(1), Some(100_000)),
         "60",
-        "1 to 100,000; of one attempt, see below",
+        "of one attempt, see below",
         "max_newton_iterations = 60",
     ),
     key(
         "solver",
-        "text",
+        Kind::Choice(&["newton_krylov", "powell"]),
         "`\"newton_krylov\"`",
         "`\"newton_krylov\"` or `\"powell\"`, the paper's; the latter is dense: small models \
          only",
@@ -651,24 +649,24 @@ const RESPONSE: [Key; 15] = [
     ),
     key(
         "stuck_modes",
-        "whole number",
+        Kind::Whole(Some(1), Some(10_000)),
         "as many as are needed",
-        "1 to 10,000; stuck modes kept; without the key those below four times the highest \
-         frequency, at least 12, and more where the estimated error of amplitudes exceeds \
-         1e-4 ([method.md](method.md))",
+        "stuck modes kept; without the key those below four times the highest frequency, at \
+         least 12, and more where the estimated error of amplitudes exceeds 1e-4 \
+         ([method.md](method.md))",
         "stuck_modes = 20",
     ),
     key(
         "slip_threshold_m",
-        "number, m",
+        Kind::Number("m", Limits::NOT_NEGATIVE),
         "1e-5 of the largest static slip",
-        "0 or more; a pair counts as slipping when it slides farther than this in a period",
+        "a pair counts as slipping when it slides farther than this in a period",
         "slip_threshold_m = 1e-10",
     ),
 ];
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::path::Path;
 
     use super::*;
@@ -676,7 +674,7 @@ mod tests {
     use crate::scene::parse;
 
     /// A scene with every section, in which each key of `section` can be given.
-    fn scene_with(section: &str, key: &str) -> String {
+    pub(crate) fn scene_with(section: &str, key: &str) -> String {
         let mesh = match key {
             "file" => "file = \"a.msh\"",
             "fallback" | "fallback_parameters" => {
@@ -758,86 +756,60 @@ mod tests {
         faults.iter().any(of_key)
     }
 
-    fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
+    pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
         SECTIONS
             .iter()
             .filter(|s| !s.name.is_empty())
             .flat_map(|s| s.keys.iter().map(move |k| (s, k)))
     }
 
-    /// Values within the documented limits and values just outside.
-    fn probes(kind: &str, valid: &str) -> Option<(Vec<String>, Vec<String>)> {
-        let phrase = valid
-            .split([';', '('])
-            .next()
-            .unwrap()
-            .trim()
-            .replace(',', "");
-        let words: Vec<&str> = phrase.split(' ').collect();
-        let number = |word: &str| word.parse::<f64>().ok();
+    /// Values within the limits of a kind and values just outside; `None` where it is no number.
+    pub(crate) fn probes(kind: Kind) -> Option<(Vec<String>, Vec<String>)> {
         let text = |v: f64| format!("{v:e}");
-        if kind == "whole number" {
-            let whole = |v: f64| format!("{v}");
-            let (least, most) = match words[..] {
-                ["at", "most", most] => (None, number(most)),
-                [least, "to", most] => (number(least), number(most)),
-                _ => return None,
-            };
-            let below = least.filter(|l| *l > 0.0).map(|l| whole(l - 1.0));
-            return Some((
-                least.into_iter().chain(most).map(whole).collect(),
-                below
-                    .into_iter()
-                    .chain(most.map(|m| whole(m + 1.0)))
-                    .collect(),
-            ));
-        }
         let step = |v: f64| v.abs().max(1e-30) * 1e-9;
-        match words[..] {
-            ["any"] => Some((vec![text(-1e300), text(1e300)], vec![])),
-            [least, "or", "more"] => {
-                let least = number(least)?;
-                Some((
-                    vec![text(least), text(1e300)],
-                    vec![text(least - step(least))],
-                ))
+        let (inside, outside) = match kind {
+            Kind::Whole(least, most) => {
+                let below = least.filter(|l| *l > 0).map(|l| l - 1);
+                let inside = least.into_iter().chain(most);
+                let outside = below.into_iter().chain(most.map(|m| m + 1));
+                let texts = |v: Vec<u32>| v.iter().map(u32::to_string).collect();
+                return Some((texts(inside.collect()), texts(outside.collect())));
             }
-            [least, "or", "more", "less", "than", most] => {
-                let (least, most) = (number(least)?, number(most)?);
-                Some((
-                    vec![text(least), text(most - step(most))],
-                    vec![text(least - step(least)), text(most)],
-                ))
+            Kind::Number(_, limits) => {
+                let Limits { above, below, from } = limits;
+                let least = match from {
+                    true => (above, above - step(above)),
+                    false => (above + step(above), above),
+                };
+                let ends = [least, (below - step(below), below)];
+                let open = [(-1e300, above.is_finite()), (1e300, below.is_finite())];
+                let inside = ends.iter().zip(open).map(
+                    |((inside, _), (far, is_limit))| {
+                        if is_limit { *inside } else { far }
+                    },
+                );
+                let outside = ends.iter().zip(open);
+                let outside = outside.filter(|(_, (_, is_limit))| *is_limit);
+                (
+                    inside.collect::<Vec<f64>>(),
+                    outside
+                        .map(|((_, outside), _)| *outside)
+                        .collect::<Vec<f64>>(),
+                )
             }
-            ["more", "than", least] => {
-                let least = number(least)?;
-                Some((
-                    vec![text(least + step(least)), text(1e300)],
-                    vec![text(least)],
-                ))
-            }
-            ["more", "than", least, "less", "than", most] => {
-                let (least, most) = (number(least)?, number(most)?);
-                Some((
-                    vec![text(least + step(least)), text(most - step(most))],
-                    vec![text(least), text(most)],
-                ))
-            }
-            _ => None,
-        }
+            _ => return None,
+        };
+        let texts = |v: Vec<f64>| v.into_iter().map(text).collect();
+        Some((texts(inside), texts(outside)))
     }
 
     #[test]
     fn documented_limits_are_those_of_the_checks() {
         let mut probed = 0;
         for (section, key) in all_keys() {
-            let is_number = key.kind == "whole number" || key.kind.starts_with("number");
-            if !is_number {
+            let Some((inside, outside)) = probes(key.kind) else {
                 continue;
-            }
-            let probes = probes(key.kind, key.valid);
-            let (inside, outside) =
-                probes.unwrap_or_else(|| panic!("no limits: {}: {}", key.name, key.valid));
+            };
             probed += 1;
             for value in inside {
                 assert!(
@@ -857,18 +829,66 @@ mod tests {
         assert!(probed > 30, "{probed} keys");
     }
 
+    /// Values of other types than this.
+    pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
+        match kind {
+            Kind::Text(_) | Kind::Name | Kind::Choice(_) => &["1", "[]", "true"],
+            Kind::Texts(_) | Kind::Choices(_) => &["\"a\"", "[1]", "1"],
+            Kind::Number(..) => &["\"a\"", "[1]", "true", "inf"],
+            Kind::Whole(..) => &["0.5", "\"a\"", "-1"],
+            Kind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
+            Kind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
+            Kind::NumberTable => &["{ a = \"b\" }", "1"],
+            Kind::Flag => &["\"true\"", "1"],
+            Kind::List => &["1", "\"a\""],
+            Kind::Any(_) => &[],
+        }
+    }
+
+    #[test]
+    fn documented_types_are_those_of_the_mirror() {
+        for (section, key) in all_keys() {
+            let is_wrong_type = |value: &str| {
+                let faults = parsed(section, key, value).1;
+                faults.iter().any(|f| matches!(f, Fault::WrongType { .. }))
+            };
+            let example: toml::Table = key.example.parse().unwrap();
+            let right = example[key.name].to_string();
+            assert!(!is_wrong_type(&right), "{} = {right}", key.name);
+            for value in wrong_types(key.kind) {
+                assert!(is_wrong_type(value), "{} = {value}", key.name);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_required_is_missed() {
+        let is_missed = |section: &Section, key: &Key| {
+            let faults = parsed(section, key, " ").1;
+            let missing = |f: &Fault| match f {
+                Fault::MissingKey { path, .. } => path.ends_with(key.name),
+                _ => false,
+            };
+            faults.iter().any(missing)
+        };
+        for (section, key) in all_keys() {
+            if key.is_required() {
+                assert!(is_missed(section, key), "{}.{}", section.name, key.name);
+            }
+        }
+    }
+
     #[test]
     fn documented_defaults_change_nothing() {
         let mut written = 0;
         for (section, key) in all_keys() {
-            let quoted = key.default.trim_matches('`');
-            if toml::from_str::<toml::Table>(&format!("v = {quoted}")).is_err() {
+            let Some(default) = key.default_value() else {
                 continue;
-            }
+            };
             written += 1;
             let (without, faults) = parsed(section, key, "");
             assert!(faults.is_empty(), "{}: {faults:?}", key.name);
-            let (with, _) = parsed(section, key, quoted);
+            let (with, _) = parsed(section, key, &default.to_string());
             assert_eq!(with, without, "{}.{}", section.name, key.name);
         }
         assert!(written > 20, "{written} keys");
@@ -886,11 +906,16 @@ mod tests {
             for word in words.unwrap_or_default() {
                 chosen += 1;
                 assert!(
-                    key.valid.contains(&format!("`\"{word}\"`")),
+                    key.meaning.contains(&format!("`\"{word}\"`")),
                     "{}: {word}",
                     key.name
                 );
             }
+            let listed = match key.kind {
+                Kind::Choice(listed) => listed,
+                _ => &[],
+            };
+            assert_eq!(listed, words.unwrap_or_default(), "{}", key.name);
         }
         assert!(chosen > 7, "{chosen} words");
     }

@@ -3,6 +3,8 @@
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 
+use super::kinds::Kind;
+
 /// Whether a section is written `[section]` or, once per item, `[[section]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
@@ -14,29 +16,51 @@ pub enum Shape {
 #[derive(Debug)]
 pub struct Key {
     pub name: &'static str,
-    /// Type and unit of its value.
-    pub kind: &'static str,
-    /// As it would be written, or what holds without it; "-" where it must be given.
+    /// Type, unit and limits of its value.
+    pub kind: Kind,
+    /// As it would be written, or what holds without it; "-" where it must be given, and "- or"
+    /// with others where one of several must be.
     pub default: &'static str,
-    /// Limits or choices first, then what it does; Markdown.
-    pub valid: &'static str,
+    /// Choices first, then what it does; Markdown. The limits of numbers are those of `kind`.
+    pub meaning: &'static str,
     /// A line that could stand in the file.
     pub example: &'static str,
 }
 
 pub const fn key(
     name: &'static str,
-    kind: &'static str,
+    kind: Kind,
     default: &'static str,
-    valid: &'static str,
+    meaning: &'static str,
     example: &'static str,
 ) -> Key {
     Key {
         name,
         kind,
         default,
-        valid,
+        meaning,
         example,
+    }
+}
+
+impl Key {
+    /// Whether a file without it, and without `--set`, is refused whatever its other keys are.
+    pub fn is_required(&self) -> bool {
+        self.default == "-"
+    }
+
+    /// Its default as a value, where it is written as one.
+    pub fn default_value(&self) -> Option<toml::Value> {
+        let line = format!("v = {}", self.default.trim_matches('`'));
+        line.parse::<toml::Table>().ok()?.remove("v")
+    }
+
+    /// The limits of its value, then what it does.
+    pub fn limits_and_meaning(&self) -> String {
+        let limits = self.kind.limits();
+        let parts = limits.iter().map(String::as_str).chain([self.meaning]);
+        let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+        parts.join("; ")
     }
 }
 

@@ -7,6 +7,7 @@ pub(crate) mod document;
 pub(crate) mod entries;
 pub(crate) mod error;
 pub(crate) mod keys;
+pub(crate) mod kinds;
 mod overrides;
 mod place;
 pub(crate) mod raw;

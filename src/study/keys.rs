@@ -1,8 +1,10 @@
 //! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
 //! tables from here.
 
+use super::quantity;
 use super::raw::{RawKnob, RawMinimum, RawStudy, RawTarget};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
+use crate::scene::kinds::{Kind, Limits};
 
 /// What a study may say.
 pub const STUDY: Vocabulary = Vocabulary {
@@ -49,21 +51,21 @@ pub const STUDY: Vocabulary = Vocabulary {
 const TOP: [Key; 6] = [
     key(
         "name",
-        "text",
+        Kind::Name,
         "-",
         "a name; the answers go to `output/<name>`",
         "name = \"harmonics\"",
     ),
     key(
         "scene",
-        "path of a scene file",
+        Kind::Text("path of a scene file"),
         "-",
         "the path counts from the folder of the study",
         "scene = \"../scenes/paper.toml\"",
     ),
     key(
         "set",
-        "list of texts",
+        Kind::Texts("list of texts"),
         "`[]`",
         "`KEY=VALUE` for all cases, as [`--set`](scene.md#--set); `--set` on the command line \
          comes after these",
@@ -71,7 +73,7 @@ const TOP: [Key; 6] = [
     ),
     key(
         "mode",
-        "text",
+        Kind::Choice(&["one_at_a_time", "grid"]),
         "`\"one_at_a_time\"`",
         "`\"one_at_a_time\"`: each knob goes through its values while the others stand at their \
          base; `\"grid\"`: every combination, up to 10,000",
@@ -79,14 +81,14 @@ const TOP: [Key; 6] = [
     ),
     key(
         "quantities",
-        "list of texts",
+        Kind::Choices(&quantity::WORDS),
         "all of them",
         "the figures that are followed: at least one of the table below",
         "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
     ),
     key(
         "fields",
-        "true or false",
+        Kind::Flag,
         "`false`",
         "whether the cases write their VTK files too (60 MB each for the paper's scene)",
         "fields = true",
@@ -96,21 +98,21 @@ const TOP: [Key; 6] = [
 const KNOB: [Key; 7] = [
     key(
         "name",
-        "text",
+        Kind::Name,
         "the last word of `key`",
         "a name; it heads a column and names folders",
         "name = \"flanks\"  # or key = \"response.harmonics\"",
     ),
     key(
         "key",
-        "text",
+        Kind::Text("text"),
         "none",
         "a path as for `--set`: `\"response.harmonics\"`, `\"body.*.fixed_interface_modes\"`",
         "key = \"response.harmonics\"",
     ),
     key(
         "is",
-        "text",
+        Kind::Choice(&["numerical", "design"]),
         "by its keys",
         "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
          built, which has none. Keys of `mesh`, `response` and `static` and numbers of modes are \
@@ -119,7 +121,7 @@ const KNOB: [Key; 7] = [
     ),
     key(
         "values",
-        "list",
+        Kind::List,
         "-",
         "at least one, numerical ones from coarse to fine; `\"\"` leaves the key as the scene has it. Without \
          `key` each value is a table that sets several keys together: `{ label = \"4 x 9\", set = \
@@ -128,7 +130,7 @@ const KNOB: [Key; 7] = [
     ),
     key(
         "base",
-        "a value, or its label",
+        Kind::Any("a value, or its label"),
         "the first",
         "one of the values; it stands while other knobs are turned. With several knobs one at a \
          time it must be given",
@@ -136,7 +138,7 @@ const KNOB: [Key; 7] = [
     ),
     key(
         "size",
-        "text, or list of numbers",
+        Kind::Any("text, or list of numbers"),
         "none",
         "the size h that errors are compared with: `\"value\"`, `\"1/value\"`, `\"1/(value-1)\"` \
          (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical knobs alone",
@@ -144,9 +146,9 @@ const KNOB: [Key; 7] = [
     ),
     key(
         "order",
-        "number",
+        Kind::Number("", Limits::POSITIVE),
         "2",
-        "more than 0; the order that is expected of errors in the size. Numerical knobs alone",
+        "the order that is expected of errors in the size. Numerical knobs alone",
         "order = 2",
     ),
 ];
@@ -154,23 +156,23 @@ const KNOB: [Key; 7] = [
 const RECOMMEND: [Key; 2] = [
     key(
         "quantity",
-        "text",
+        Kind::Choice(&quantity::WORDS),
         "-",
         "one of the quantities below that the study follows",
         "quantity = \"peak_amplitude_m\"",
     ),
     key(
         "accuracy",
-        "number",
+        Kind::Number("", Limits::between(0.0, 1.0)),
         "-",
-        "more than 0, less than 1; the largest relative error, 0.01 for one per cent",
+        "the largest relative error, 0.01 for one per cent",
         "accuracy = 0.01",
     ),
 ];
 
 const MINIMISE: [Key; 1] = [key(
     "quantity",
-    "text",
+    Kind::Choice(&quantity::WORDS),
     "-",
     "one of the quantities below that the study follows",
     "quantity = \"peak_amplitude_m\"",

@@ -10,7 +10,8 @@ use toml::Value;
 use super::keys::STUDY;
 use super::raw::RawKnob;
 use crate::scene::Fault;
-use crate::scene::check::fields::{Checker, Limits, Table, is_name};
+use crate::scene::check::fields::{Checker, Table, is_name};
+use crate::scene::kinds::Limits;
 use crate::scene::raw::Located;
 
 /// Most cases of a grid.

@@ -19,10 +19,11 @@ const SOLVER: [&str; 11] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 15] = [
+const PROGRAM: [(&str, &[&str]); 17] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
+    ("version", &[]),
     ("terminal", &[]),
     ("warning", &[]),
     ("words", &[]),
@@ -30,7 +31,9 @@ const PROGRAM: [(&str, &[&str]); 15] = [
     ("export", &["stage", "words"]),
     (
         "pipeline",
-        &["stage", "exit", "metrics", "warning", "words", "export"],
+        &[
+            "stage", "exit", "metrics", "version", "warning", "words", "export",
+        ],
     ),
     ("console", &["stage", "warning", "words", "pipeline"]),
     (
@@ -39,14 +42,15 @@ const PROGRAM: [(&str, &[&str]); 15] = [
             "stage", "exit", "warning", "words", "scene", "export", "pipeline",
         ],
     ),
+    ("reference", &["scene", "study"]),
+    ("schema", &["scene", "study"]),
     (
         "cli",
         &[
-            "stage", "exit", "terminal", "warning", "words", "scene", "export", "pipeline",
-            "console", "study",
+            "stage", "exit", "version", "terminal", "warning", "words", "scene", "export",
+            "pipeline", "console", "study", "schema",
         ],
     ),
-    ("reference", &["scene", "study"]),
     ("lib", &[]),
     ("main", &[]),
 ];
@@ -439,6 +443,7 @@ fn paths_that_the_book_names_exist() {
         "scripts/",
         "src/",
         "studies/",
+        "templates/",
         "tests/",
         "tools/",
         "workflow/",

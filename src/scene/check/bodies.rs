@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Limits, Table};
+use super::fields::{Checker, Table};
 use crate::scene::error::Fault;
 use crate::scene::keys;
+use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, RawBody, RawRotation};
 use dovetail_solver::model::{BodySpec, Material, Prestress, RotationSpec};
 

@@ -1,11 +1,11 @@
 //! Checks of single values. A located raw value becomes a plain one, or a problem is noted.
 
 use std::collections::HashMap;
-use std::fmt;
 use std::ops::Range;
 
 use crate::scene::error::{Fault, Problem};
 use crate::scene::keys;
+use crate::scene::kinds::Limits;
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
 
@@ -306,65 +306,6 @@ fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     Some(scaled.map(|c| c / length))
 }
 
-/// An interval of numbers.
-#[derive(Debug, Clone, Copy)]
-pub struct Limits {
-    above: f64,
-    below: f64,
-    /// The lower end itself is allowed.
-    from: bool,
-}
-
-impl Limits {
-    pub const ANY: Self = Self {
-        above: f64::NEG_INFINITY,
-        below: f64::INFINITY,
-        from: false,
-    };
-    pub const POSITIVE: Self = Self {
-        above: 0.0,
-        below: f64::INFINITY,
-        from: false,
-    };
-    pub const NOT_NEGATIVE: Self = Self {
-        above: 0.0,
-        below: f64::INFINITY,
-        from: true,
-    };
-
-    /// Both ends excluded.
-    pub const fn between(above: f64, below: f64) -> Self {
-        Self {
-            above,
-            below,
-            from: false,
-        }
-    }
-    /// 0 included, `below` excluded.
-    pub const fn from_zero_to(below: f64) -> Self {
-        Self {
-            above: 0.0,
-            below,
-            from: true,
-        }
-    }
-    fn contain(self, x: f64) -> bool {
-        (x > self.above || (self.from && x == self.above)) && x < self.below
-    }
-}
-
-impl fmt::Display for Limits {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { above, below, from } = self;
-        match (below.is_infinite(), from) {
-            (true, true) => write!(f, "{above} or more"),
-            (true, false) => write!(f, "greater than {above}"),
-            (false, true) => write!(f, "{above} or more and less than {below}"),
-            (false, false) => write!(f, "greater than {above} and less than {below}"),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -379,12 +320,5 @@ mod tests {
             );
         }
         assert_eq!(unit([0.0, -0.0, 0.0]), None);
-    }
-
-    #[test]
-    fn limits_keep_their_ends() {
-        assert!(!Limits::POSITIVE.contain(0.0) && Limits::NOT_NEGATIVE.contain(0.0));
-        let poisson = Limits::between(-1.0, 0.5);
-        assert!(poisson.contain(0.499) && !poisson.contain(0.5) && !poisson.contain(-1.0));
     }
 }

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Limits, Table};
+use super::fields::{Checker, Table};
 use crate::scene::entries;
 use crate::scene::error::Fault;
+use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Number, RawMesh};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 

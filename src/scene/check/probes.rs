@@ -2,9 +2,10 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Limits, Table};
+use super::fields::{Checker, Table};
 use super::response::MOST_HARMONICS;
 use crate::scene::error::Fault;
+use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawExcitation, RawObserve};
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ExcitationSpec, ObservationSpec};

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Limits, Table};
+use super::fields::{Checker, Table};
 use crate::scene::error::Fault;
+use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawReducedModel, RawScene};
 use dovetail_solver::description::ReducedModelSpec;
 

@@ -1,0 +1,199 @@
+//! The types of the values that keys take, with their units and limits. Tables of docs, schemas and
+//! messages say them in the words that stand here.
+
+use std::fmt;
+
+/// Type of the value of a key.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// A text; the words say what it names.
+    Text(&'static str),
+    /// A text of letters, digits, `_` and `-` that begins with a letter.
+    Name,
+    /// One of these texts.
+    Choice(&'static [&'static str]),
+    /// A list of texts; the words say what they name.
+    Texts(&'static str),
+    /// A list of some of these texts.
+    Choices(&'static [&'static str]),
+    /// A number with its unit, which is empty where it has none.
+    Number(&'static str, Limits),
+    /// A whole number from the first to the second, where they are known without other keys.
+    Whole(Option<u32>, Option<u32>),
+    /// A list of so many numbers with their unit.
+    Numbers(usize, &'static str),
+    /// A table of numbers under names of the user's.
+    NumberTable,
+    /// True or false.
+    Flag,
+    /// A list of values of any type, at least one.
+    List,
+    /// A value of several types, in words.
+    Any(&'static str),
+}
+
+impl Kind {
+    /// The limits of a number, as words; none where any is valid or the type has no limits.
+    pub fn limits(&self) -> Option<String> {
+        match self {
+            Self::Number(_, limits) => Some(limits.to_string()),
+            Self::Whole(Some(least), Some(most)) => {
+                Some(format!("{} to {}", grouped(*least), grouped(*most)))
+            }
+            Self::Whole(Some(least), None) => Some(format!("{} or more", grouped(*least))),
+            Self::Whole(None, Some(most)) => Some(format!("at most {}", grouped(*most))),
+            _ => None,
+        }
+    }
+}
+
+/// Type and unit, in words.
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let with_unit = |f: &mut fmt::Formatter, unit: &str| match unit {
+            "" => Ok(()),
+            unit => write!(f, ", {unit}"),
+        };
+        match self {
+            Self::Text(what) | Self::Texts(what) | Self::Any(what) => f.write_str(what),
+            Self::Name | Self::Choice(_) => f.write_str("text"),
+            Self::Choices(_) => f.write_str("list of texts"),
+            Self::Number(unit, _) => {
+                f.write_str("number")?;
+                with_unit(f, unit)
+            }
+            Self::Whole(..) => f.write_str("whole number"),
+            Self::Numbers(count, unit) => {
+                write!(f, "list of {count} numbers")?;
+                with_unit(f, unit)
+            }
+            Self::NumberTable => f.write_str("table of numbers"),
+            Self::Flag => f.write_str("true or false"),
+            Self::List => f.write_str("list"),
+        }
+    }
+}
+
+/// A whole number with a comma before each three digits.
+fn grouped(number: u32) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// An interval of numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Limits {
+    pub above: f64,
+    pub below: f64,
+    /// The lower end itself is allowed.
+    pub from: bool,
+}
+
+impl Limits {
+    pub const ANY: Self = Self {
+        above: f64::NEG_INFINITY,
+        below: f64::INFINITY,
+        from: false,
+    };
+    pub const POSITIVE: Self = Self {
+        above: 0.0,
+        below: f64::INFINITY,
+        from: false,
+    };
+    pub const NOT_NEGATIVE: Self = Self {
+        above: 0.0,
+        below: f64::INFINITY,
+        from: true,
+    };
+
+    /// Both ends excluded.
+    pub const fn between(above: f64, below: f64) -> Self {
+        Self {
+            above,
+            below,
+            from: false,
+        }
+    }
+    /// 0 included, `below` excluded.
+    pub const fn from_zero_to(below: f64) -> Self {
+        Self {
+            above: 0.0,
+            below,
+            from: true,
+        }
+    }
+    pub fn contain(self, x: f64) -> bool {
+        (x > self.above || (self.from && x == self.above)) && x < self.below
+    }
+}
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { above, below, from } = *self;
+        let (above, below) = (Short(above), Short(below));
+        match (self.below.is_finite(), from) {
+            (false, false) if self.above.is_infinite() => f.write_str("any"),
+            (false, true) => write!(f, "{above} or more"),
+            (false, false) => write!(f, "greater than {above}"),
+            (true, true) => write!(f, "{above} or more and less than {below}"),
+            (true, false) => write!(f, "greater than {above} and less than {below}"),
+        }
+    }
+}
+
+/// A limit as people write it: with a power of ten where it is far from one.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.0.abs() {
+            0.0 | 1e-3..1e6 => write!(f, "{}", self.0),
+            _ => write!(f, "{:e}", self.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_keep_their_ends() {
+        assert!(!Limits::POSITIVE.contain(0.0) && Limits::NOT_NEGATIVE.contain(0.0));
+        let poisson = Limits::between(-1.0, 0.5);
+        assert!(poisson.contain(0.499) && !poisson.contain(0.5) && !poisson.contain(-1.0));
+    }
+
+    #[test]
+    fn limits_are_said_as_people_write_them() {
+        let texts = [
+            Limits::ANY,
+            Limits::between(1e-4, 0.5),
+            Limits::from_zero_to(1e7),
+        ];
+        assert_eq!(
+            texts.map(|l| l.to_string()),
+            [
+                "any",
+                "greater than 1e-4 and less than 0.5",
+                "0 or more and less than 1e7"
+            ]
+        );
+        let whole = [
+            Kind::Whole(Some(1), Some(1_000_000)),
+            Kind::Whole(None, Some(1000)),
+            Kind::Whole(Some(1), None),
+        ];
+        assert_eq!(
+            whole.map(|kind| kind.limits().unwrap()),
+            ["1 to 1,000,000", "at most 1,000", "1 or more"]
+        );
+    }
+}

@@ -1,0 +1,270 @@
+//! Makes JSON schemas of scene and study files from the entries of their keys, for editors that
+//! complete and check keys. The checks of [`crate::scene`] and [`crate::study`] have the last word:
+//! a schema knows single values, not what they mean to each other.
+
+use serde_json::{Map, Value, json};
+
+use crate::scene::entries::SCENE;
+use crate::scene::keys::{Key, Section, Shape, Vocabulary};
+use crate::scene::kinds::{Kind, Limits};
+use crate::study::keys::STUDY;
+
+/// The schema of scene files.
+pub fn scene() -> Value {
+    schema(&SCENE, "scene of dovetail", "docs/scene.md")
+}
+
+/// The schema of study files.
+pub fn study() -> Value {
+    schema(&STUDY, "study of dovetail", "docs/study.md")
+}
+
+/// A draft that editors of TOML take.
+const DRAFT: &str = "http://json-schema.org/draft-07/schema#";
+
+fn schema(vocabulary: &Vocabulary, title: &str, page: &str) -> Value {
+    let named = vocabulary.sections.iter().filter(|s| !s.name.is_empty());
+    let sections = named.clone().map(|s| (s.name.to_owned(), section(s)));
+    let top = vocabulary.section("").map_or(&[][..], |top| top.keys);
+    let keys = top.iter().map(|k| (k.name.to_owned(), value(k)));
+    let properties: Map<String, Value> = keys.chain(sections).collect();
+    let needed = named.filter(|s| s.needed == "required").map(|s| s.name);
+    let required: Vec<&str> = required(top).chain(needed).collect();
+    json!({
+        "$schema": DRAFT,
+        "title": title,
+        "description": format!("All keys are described in {page}."),
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn required(keys: &'static [Key]) -> impl Iterator<Item = &'static str> {
+    keys.iter().filter(|k| k.is_required()).map(|k| k.name)
+}
+
+fn section(section: &Section) -> Value {
+    let keys = section.keys.iter().map(|k| (k.name.to_owned(), value(k)));
+    let properties: Map<String, Value> = keys.collect();
+    let table = json!({
+        "type": "object",
+        "properties": properties,
+        "required": required(section.keys).collect::<Vec<_>>(),
+        "additionalProperties": false,
+    });
+    let description = format!("{} ({})", section.what, section.needed.replace('`', ""));
+    match section.shape {
+        Shape::Table => with(table, [("description", description.into())]),
+        Shape::List => json!({ "type": "array", "items": table, "description": description }),
+    }
+}
+
+/// The schema of the value of a key.
+fn value(key: &Key) -> Value {
+    let mut about = vec![("description", description(key).into())];
+    if let Some(default) = key.default_value() {
+        about.extend(serde_json::to_value(default).ok().map(|v| ("default", v)));
+    }
+    with(of_kind(key.kind), about)
+}
+
+/// Type and unit, limits and meaning, and what holds without the key.
+fn description(key: &Key) -> String {
+    let default = match key.default {
+        "-" => "required".to_owned(),
+        default => format!("default: {}", default.trim_start_matches("- ")),
+    };
+    let parts = [
+        key.kind.to_string(),
+        without_links(&key.limits_and_meaning()),
+        default,
+    ];
+    parts.join("; ")
+}
+
+fn of_kind(kind: Kind) -> Value {
+    match kind {
+        Kind::Text(_) => json!({ "type": "string" }),
+        Kind::Name => json!({
+            "type": "string",
+            "pattern": "^[A-Za-z][A-Za-z0-9_-]*$",
+            "maxLength": 100,
+        }),
+        Kind::Choice(words) => json!({ "type": "string", "enum": words }),
+        Kind::Texts(_) => json!({ "type": "array", "items": { "type": "string" } }),
+        Kind::Choices(words) => json!({
+            "type": "array",
+            "items": { "type": "string", "enum": words },
+            "minItems": 1,
+        }),
+        Kind::Number(_, limits) => with(json!({ "type": "number" }), of_limits(limits)),
+        Kind::Whole(least, most) => {
+            let most = most.map(|most| ("maximum", most.into()));
+            let ends = [("minimum", least.unwrap_or(0).into())];
+            with(json!({ "type": "integer" }), ends.into_iter().chain(most))
+        }
+        Kind::Numbers(count, _) => json!({
+            "type": "array",
+            "items": { "type": "number" },
+            "minItems": count,
+            "maxItems": count,
+        }),
+        Kind::NumberTable => json!({
+            "type": "object",
+            "additionalProperties": { "type": "number" },
+        }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::List => json!({ "type": "array", "minItems": 1 }),
+        Kind::Any(_) => json!({}),
+    }
+}
+
+fn of_limits(limits: Limits) -> Vec<(&'static str, Value)> {
+    let Limits { above, below, from } = limits;
+    let least = match from {
+        true => "minimum",
+        false => "exclusiveMinimum",
+    };
+    let ends = [(least, above), ("exclusiveMaximum", below)];
+    let ends = ends.into_iter().filter(|(_, end)| end.is_finite());
+    ends.map(|(word, end)| (word, end.into())).collect()
+}
+
+/// A schema with more words.
+fn with(mut schema: Value, words: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+    if let Some(object) = schema.as_object_mut() {
+        object.extend(words.into_iter().map(|(word, v)| (word.to_owned(), v)));
+    }
+    schema
+}
+
+/// `[text](target)` as `text`: links of the book lead nowhere in an editor.
+fn without_links(text: &str) -> String {
+    let mut plain = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('[') {
+        let link = after.split_once("](").and_then(|(words, target)| {
+            let is_link = !words.contains(']');
+            is_link.then_some((words, target.split_once(')')?.1))
+        });
+        plain.push_str(before);
+        rest = match link {
+            Some((words, behind)) => {
+                plain.push_str(words);
+                behind
+            }
+            None => {
+                plain.push('[');
+                after
+            }
+        };
+    }
+    plain + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scene::entries::tests::{all_keys, probes, scene_with, wrong_types};
+    use crate::scene::parse;
+
+    fn takes(schema: &Value, file: &toml::Table) -> bool {
+        let (mut schemas, mut compiler) = (boon::Schemas::new(), boon::Compiler::new());
+        compiler
+            .add_resource("memory.json", schema.clone())
+            .unwrap();
+        let index = compiler.compile("memory.json", &mut schemas).unwrap();
+        let file = serde_json::to_value(file).unwrap();
+        schemas.validate(&file, index).is_ok()
+    }
+
+    /// The file with a key of a section set, or taken out.
+    fn changed(text: &str, section: &Section, key: &Key, value: Option<&str>) -> toml::Table {
+        let mut file: toml::Table = text.parse().unwrap();
+        let table = match &mut file[section.name] {
+            toml::Value::Array(items) => items[0].as_table_mut(),
+            table => table.as_table_mut(),
+        };
+        let table = table.unwrap();
+        match value {
+            Some(value) => {
+                let line: toml::Table = format!("v = {value}").parse().unwrap();
+                table.insert(key.name.to_owned(), line["v"].clone());
+            }
+            None => {
+                table.remove(key.name);
+            }
+        }
+        file
+    }
+
+    fn program_takes(file: &toml::Table) -> bool {
+        parse(&file.to_string(), "scene.toml", Path::new(""), &[]).is_ok()
+    }
+
+    #[test]
+    fn what_the_program_takes_the_schema_takes() {
+        let schema = scene();
+        let (mut taken, mut refused) = (0, 0);
+        for (section, key) in all_keys() {
+            let text = scene_with(section.name, key.name);
+            let (inside, outside) = probes(key.kind).unwrap_or_default();
+            let words = match key.kind {
+                Kind::Choice(words) => words.iter().map(|w| format!("\"{w}\"")).collect(),
+                _ => vec![],
+            };
+            let wrong = wrong_types(key.kind).iter().map(|w| (*w).to_owned());
+            let values: Vec<String> = inside.into_iter().chain(words).collect();
+            let outside = outside.into_iter().chain(wrong);
+            let example: toml::Table = key.example.parse().unwrap();
+            let example = example[key.name].to_string();
+            let all = values.iter().chain([&example]).map(Some).chain([None]);
+            for value in all {
+                let file = changed(&text, section, key, value.map(String::as_str));
+                if program_takes(&file) {
+                    taken += 1;
+                    assert!(takes(&schema, &file), "{} = {value:?}", key.name);
+                }
+            }
+            for value in outside.filter(|value| !value.contains("inf")) {
+                refused += 1;
+                let file = changed(&text, section, key, Some(&value));
+                assert!(!takes(&schema, &file), "{} = {value}", key.name);
+            }
+            if key.is_required() {
+                let file = changed(&text, section, key, None);
+                assert!(!takes(&schema, &file), "without {}", key.name);
+            }
+        }
+        assert!(
+            taken > 130 && refused > 150,
+            "{taken} taken, {refused} refused"
+        );
+    }
+
+    #[test]
+    fn a_key_that_is_none_is_refused() {
+        for (section, key) in all_keys() {
+            let mut file: toml::Table = scene_with(section.name, key.name).parse().unwrap();
+            assert!(takes(&scene(), &file), "{}.{}", section.name, key.name);
+            let table = match &mut file[section.name] {
+                toml::Value::Array(items) => items[0].as_table_mut(),
+                table => table.as_table_mut(),
+            };
+            table.unwrap().insert(format!("{}_", key.name), 1.into());
+            assert!(!takes(&scene(), &file), "{}.{}_", section.name, key.name);
+        }
+    }
+
+    #[test]
+    fn descriptions_have_no_links_and_keep_brackets() {
+        let found = without_links("`[from, to]`, see [the page](a.md#b) and [c](d.md)");
+        assert_eq!(found, "`[from, to]`, see the page and c");
+        let all = format!("{}{}", scene(), study());
+        assert!(!all.contains("](") && all.contains("number, Pa; greater than 0; Young's modulus"));
+    }
+}
