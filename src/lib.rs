@@ -19,5 +19,6 @@ pub mod schema;
 pub mod stage;
 pub mod study;
 pub mod terminal;
+pub mod version;
 pub mod warning;
 pub mod words;

@@ -3,9 +3,11 @@
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
+use clap_complete::Shell;
 
 use super::error::Error;
+use super::new::Template;
 use crate::console::Verbosity;
 use crate::pipeline::verify::Verification;
 use crate::pipeline::{CacheSettings, FurtherPlot, SpeedRange};
@@ -18,54 +20,63 @@ Exit codes:
   0  done
   1  a computation failed, or a file could not be read or written
   2  the command line or the scene is wrong
-  3  done and written, but some frequencies (see the column outcome) or cases of a study did not converge
+  3  done, but some frequencies or cases of a study did not converge
   130  ended by Ctrl-C or SIGTERM; `dovetail run` goes on with --resume";
 
-const SET_HELP: &str = "\
-Set a key of the scene, as if the file said so; may be repeated, the last wins.
+const RUN_HELP: &str = "\
+Keys of the scene are set with --set KEY=VALUE, as if the file said so:
+  KEY is a dotted path; elements of a list are meant by name, by number from 0,
+  or all by *. VALUE is TOML, or else a text; paths count from the folder of the
+  scene. KEY= removes the key. Of keys that exclude each other, such as
+  response.frequency_hz and response.times_first_linear_mode, the one set
+  replaces the file's. May be repeated; the last wins.
 
-KEY is a dotted path; elements of a list are meant by name, by number or all by *:
-  --set response.points=20
-  --set mesh.parameters.nu=8
-  --set contact.left.friction=0.1    --set contact.0.friction=0.1
-  --set 'contact.*.friction=0.1'
-VALUE is TOML, or else a text; paths count from the folder of the scene. KEY= with nothing
-after it removes the key (--set rotation=). Of keys that exclude each other, such as
-response.frequency_hz and response.times_first_linear_mode, the one set replaces the file's.";
+Example:
+  dovetail run scene.toml --set 'contact.*.friction=0.1' --out output/smooth";
 
-/// Vibration of blades held by dovetail joints: friction, lift-off, and where the energy goes
+/// Vibration of blades held by dovetail joints: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
-#[command(name = "dovetail", version, after_help = EXIT_CODES)]
+#[command(name = "dovetail", version = crate::version::WITH_COMMIT, after_help = EXIT_CODES)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
 pub(super) struct Cli {
     #[command(subcommand)]
     pub(super) command: Command,
 
-    /// Folder for the results [default: output/<name of the scene>]
-    #[arg(long, value_name = "DIR", global = true)]
+    #[command(flatten)]
+    pub(super) shared: Shared,
+}
+
+/// The options of all commands about a scene or a study.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Options of all commands about scenes and studies")]
+pub(super) struct Shared {
+    /// Folder for the results [default: output/<name>]
+    #[arg(long, value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(super) out: Option<PathBuf>,
 
-    /// Replace the files of another scene's run in the folder for the results
+    /// Replace the files of another scene's run there
     #[arg(long, global = true)]
     pub(super) force: bool,
 
-    /// Set a key of the scene, e.g. response.points=20 (see dovetail run --help)
-    #[arg(long = "set", value_name = "KEY=VALUE", global = true, long_help = SET_HELP)]
+    /// Set a key of the scene (see dovetail help run)
+    #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub(super) overrides: Vec<String>,
 
-    /// Number of threads [default: all cores]; the results do not depend on it
+    /// Number of threads [default: all cores]
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
 
-    /// Folder in whose subfolder dovetail-cache-1 meshes and reduced models are kept for later runs [default: $DOVETAIL_CACHE, else output/.cache]
-    #[arg(long, value_name = "DIR", global = true)]
+    /// Folder of meshes and models for later runs
+    /// [default: $DOVETAIL_CACHE, else output/.cache]
+    #[arg(long, value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(super) cache: Option<PathBuf>,
 
-    /// Most that is kept there, GiB; 0 keeps nothing [default: $DOVETAIL_CACHE_LIMIT_GIB, else 4]
+    /// Most that is kept there; 0 keeps nothing
+    /// [default: $DOVETAIL_CACHE_LIMIT_GIB, else 4]
     #[arg(long, value_name = "GIB", global = true, value_parser = gibibytes)]
     pub(super) cache_limit_gib: Option<f64>,
 
-    /// Keep nothing for later runs, and take nothing from earlier ones; the results are the same
+    /// Keep nothing there, and take nothing from there
     #[arg(long, global = true, conflicts_with_all = ["cache", "cache_limit_gib"])]
     pub(super) no_cache: bool,
 
@@ -78,7 +89,7 @@ pub(super) struct Cli {
     pub(super) verbose: bool,
 }
 
-impl Cli {
+impl Shared {
     pub(super) fn verbosity(&self) -> Verbosity {
         match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -90,28 +101,89 @@ impl Cli {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// The whole chain: mesh, static state, frequency response, fields and plots
+    /// Write a scene with its geometry to begin with
+    #[command(after_help = "Example:\n  dovetail new my_blade --template fir-tree")]
+    New(New),
+    /// The whole chain: mesh, static state, response, fields and plots
+    #[command(after_help = RUN_HELP)]
     Run(Run),
     /// Only mesh the geometry and pair the flanks
+    #[command(after_help = "Example:\n  dovetail mesh scene.toml --set mesh.parameters.nu=8")]
     Mesh(SceneFile),
-    /// Up to the modes of the stuck assembly; with --rpm over the speed (Campbell)
+    /// Up to the modes of the stuck assembly; over the speed (Campbell)
+    #[command(after_help = "Example:\n  dovetail modes scene.toml --rpm 0:8000:9")]
     Modes(Modes),
-    /// Up to the reduced model, written as a folder that [reduced_model] of a scene reads
+    /// Up to the reduced model, which [reduced_model] of a scene reads
+    #[command(after_help = "Example:\n  dovetail reduce scene.toml --out my_model")]
     Reduce(SceneFile),
     /// Up to the static state under rotation
+    #[command(after_help = "Example:\n  dovetail static scene.toml --set rotation.speed_rpm=8000")]
     Static(SceneFile),
     /// Compare the response with a time integration at a few frequencies
+    #[command(after_help = "Example:\n  dovetail verify scene.toml --at 450.1,451")]
     Verify(VerifyArguments),
     /// Only check the scene file; nothing is computed or written
+    #[command(after_help = "Example:\n  dovetail check scene.toml")]
     Check(SceneFile),
-    /// Run a scene over ranges of its keys: errors, costs, the best design (docs/study.md)
+    /// Run a scene over ranges of its keys: errors and the best design
+    #[command(after_help = "Example:\n  dovetail study studies/quick.toml --jobs 2")]
     Study(StudyArguments),
+    /// Print the JSON schema of scene or study files, for editors
+    #[command(after_help = "Example:\n  dovetail schema scene > scene.schema.json")]
+    Schema(Schema),
+    /// Print the completions of a shell
+    #[command(
+        after_help = "Example, as a line of ~/.bashrc:\n  source <(dovetail completions bash)"
+    )]
+    Completions(Completions),
+    /// Write the man pages into a folder
+    #[command(after_help = "Example:\n  dovetail man ~/.local/share/man/man1")]
+    Man(Man),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct New {
+    /// New folder for the files; its name is that of the scene
+    #[arg(value_name = "NAME", value_hint = ValueHint::DirPath)]
+    pub(super) folder: PathBuf,
+
+    /// What the scene describes
+    #[arg(long, value_name = "TEMPLATE", value_enum, default_value_t = Template::Dovetail)]
+    pub(super) template: Template,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Schema {
+    /// Kind of file that it describes
+    #[arg(value_name = "KIND", value_enum, default_value_t = FileKind::Scene)]
+    pub(super) kind: FileKind,
+}
+
+/// A kind of file that a user writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum FileKind {
+    Scene,
+    Study,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Completions {
+    /// The shell whose words are completed
+    #[arg(value_name = "SHELL", value_enum)]
+    pub(super) shell: Shell,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Man {
+    /// Folder for the pages; it is made where it is missing
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(super) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub(super) struct StudyArguments {
     /// The study: a TOML file that names a scene and its knobs
-    #[arg(value_name = "STUDY")]
+    #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
 
     /// Cases side by side [default: one per core]; each takes --threads [default: 1]
@@ -127,12 +199,12 @@ pub(super) struct StudyArguments {
     case: Option<String>,
 
     /// Run nothing: write a Snakemake workflow and the list of its cases into DIR
-    #[arg(long, value_name = "DIR", conflicts_with = "jobs")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "jobs")]
     export_workflow: Option<PathBuf>,
 }
 
 impl StudyArguments {
-    pub(super) fn options(&self, cli: &Cli) -> StudyOptions {
+    pub(super) fn options(&self, shared: &Shared) -> StudyOptions {
         let action = match (&self.case, &self.export_workflow) {
             (Some(case), _) => Action::Case(case.clone()),
             (None, Some(folder)) => Action::ExportWorkflow(folder.clone()),
@@ -142,11 +214,11 @@ impl StudyArguments {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         StudyOptions {
             action,
-            out: cli.out.clone(),
+            out: shared.out.clone(),
             jobs: self.jobs.unwrap_or_else(cores),
-            threads: cli.threads.unwrap_or(1),
-            cache: cache_words(cli),
-            overrides: cli.overrides.clone(),
+            threads: shared.threads.unwrap_or(1),
+            cache: cache_words(shared),
+            overrides: shared.overrides.clone(),
         }
     }
 }
@@ -162,26 +234,12 @@ impl Command {
         };
         run.plots.iter().map(kind).collect()
     }
-
-    /// The file that it is about.
-    pub(super) fn scene(&self) -> &Path {
-        match self {
-            Self::Run(Run { file, .. })
-            | Self::Modes(Modes { file, .. })
-            | Self::Verify(VerifyArguments { file, .. })
-            | Self::Mesh(file)
-            | Self::Reduce(file)
-            | Self::Static(file)
-            | Self::Check(file) => &file.scene,
-            Self::Study(arguments) => &arguments.study,
-        }
-    }
 }
 
 #[derive(Debug, Args)]
 pub(super) struct SceneFile {
     /// The scene: a TOML file that describes one run
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(super) scene: PathBuf,
 }
 
@@ -318,25 +376,25 @@ impl VerifyArguments {
 
 /// What the cases of a study are told of the cache, as words of the command line. Unless a folder is
 /// named, a case computes all its stages itself: its cost is then that of its settings.
-fn cache_words(cli: &Cli) -> Vec<String> {
-    let Some(folder) = &cli.cache else {
+fn cache_words(shared: &Shared) -> Vec<String> {
+    let Some(folder) = &shared.cache else {
         return vec!["--no-cache".to_owned()];
     };
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
     let mut words = vec!["--cache".to_owned(), folder.display().to_string()];
-    if let Some(limit) = cli.cache_limit_gib {
+    if let Some(limit) = shared.cache_limit_gib {
         words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
     }
     words
 }
 
 /// Where entries are kept, by the command line, the environment, or the defaults.
-pub(super) fn cache_settings(cli: &Cli) -> Result<Option<CacheSettings>, Error> {
-    if cli.no_cache {
+pub(super) fn cache_settings(shared: &Shared) -> Result<Option<CacheSettings>, Error> {
+    if shared.no_cache {
         return Ok(None);
     }
     let given = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    let limit_gib = match (cli.cache_limit_gib, given(CACHE_LIMIT)) {
+    let limit_gib = match (shared.cache_limit_gib, given(CACHE_LIMIT)) {
         (Some(limit), _) => limit,
         (None, Some(text)) => {
             let text = text.to_string_lossy();
@@ -347,7 +405,7 @@ pub(super) fn cache_settings(cli: &Cli) -> Result<Option<CacheSettings>, Error> 
         }
         (None, None) => DEFAULT_CACHE_GIB,
     };
-    let folder = cli
+    let folder = shared
         .cache
         .clone()
         .or(given("DOVETAIL_CACHE").map(PathBuf::from));
@@ -384,9 +442,10 @@ mod tests {
             "dovetail --set x=1 --set y=2 --threads 2 --quiet --out o run a.toml",
         ] {
             let cli = Cli::try_parse_from(line.split(' ')).unwrap();
-            assert_eq!(cli.overrides, ["x=1", "y=2"]);
-            assert_eq!((cli.threads, cli.quiet), (Some(2), true));
-            assert_eq!(cli.out.as_deref(), Some(Path::new("o")));
+            let shared = cli.shared;
+            assert_eq!(shared.overrides, ["x=1", "y=2"]);
+            assert_eq!((shared.threads, shared.quiet), (Some(2), true));
+            assert_eq!(shared.out.as_deref(), Some(Path::new("o")));
             assert!(matches!(cli.command, Command::Run(r) if r.file.scene == Path::new("a.toml")));
         }
     }

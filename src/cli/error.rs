@@ -1,6 +1,8 @@
 //! Defines the error of a command. It is that of the scene, the run or the study that the command
 //! is about, or one of the command line itself.
 
+use std::path::PathBuf;
+
 use miette::Diagnostic;
 use thiserror::Error;
 
@@ -23,6 +25,19 @@ pub enum Error {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Study(#[from] StudyError),
+
+    /// A new scene that would have no valid name.
+    #[error("`{name}` cannot be the name of a scene")]
+    #[diagnostic(help(
+        "give a folder whose name begins with an ASCII letter and has letters, digits, `_` and `-`, \
+         at most 100 of them, such as `dovetail new my_blade`"
+    ))]
+    NewName { name: String },
+
+    /// The folder of a new scene is there already.
+    #[error("{} exists and is left as it is", path.display())]
+    #[diagnostic(help("give another name, or move it away first"))]
+    NewExists { path: PathBuf },
 
     /// A variable of the environment that cannot be understood.
     #[error("the environment variable {variable}: {problem}")]
@@ -57,7 +72,10 @@ impl Error {
     /// How the command ends.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
-            Self::Scene(_) | Self::Environment { .. } => ExitStatus::BadInput,
+            Self::Scene(_)
+            | Self::Environment { .. }
+            | Self::NewName { .. }
+            | Self::NewExists { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
             Self::Study(error) => error.exit_status(),
             Self::Threads { .. } | Self::Signals(_) | Self::Print(_) => ExitStatus::Failed,

@@ -4,17 +4,17 @@
 mod arguments;
 mod closing;
 mod error;
+mod help;
 mod interruption;
+mod new;
 
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use clap::Parser;
-
 pub use self::error::Error;
 
-use self::arguments::{Cli, Command, Modes, Run, cache_settings};
+use self::arguments::{Cli, Command, FileKind, Modes, New, Run, cache_settings};
 use crate::console::Console;
 use crate::exit::ExitStatus;
 use crate::export::csv;
@@ -25,6 +25,7 @@ use crate::pipeline::progress::Progress;
 use crate::pipeline::verify::verify;
 use crate::pipeline::{self, Beginning, Context, Files, RunError, SharedFiles};
 use crate::scene;
+use crate::schema;
 use crate::study;
 use crate::terminal;
 use dovetail_solver::description::Scene;
@@ -32,7 +33,7 @@ use dovetail_solver::reduction::LISTED_MODES;
 
 /// Runs the program on the process's arguments. Exit codes: see [`ExitStatus`].
 pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match help::parsed(std::env::args_os()) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version come this way too, with code 0. Nothing can be done where even they
@@ -51,25 +52,59 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<(), Error> {
-    let mut console = Console::new(cli.verbosity());
-    if let Command::Study(arguments) = &cli.command {
-        let progress = Progress::new(&mut console);
-        let studied = study::study(&arguments.study, &arguments.options(cli), &progress)?;
-        terminal::print(&studied.answers).map_err(Error::Print)?;
-        return Ok(studied.verdict?);
+    let mut console = Console::new(cli.shared.verbosity());
+    if let Some(file) = cli.command.scene() {
+        return about_scene(cli, file, &mut console);
     }
+    let print = |text: &str| terminal::print(text).map_err(Error::Print);
+    match &cli.command {
+        Command::Study(arguments) => {
+            let progress = Progress::new(&mut console);
+            let options = arguments.options(&cli.shared);
+            let studied = study::study(&arguments.study, &options, &progress)?;
+            print(&studied.answers)?;
+            Ok(studied.verdict?)
+        }
+        Command::New(New { folder, template }) => {
+            let told = new::write(folder, *template)?;
+            match cli.shared.quiet {
+                true => Ok(()),
+                false => print(&told),
+            }
+        }
+        Command::Schema(arguments) => {
+            let schema = match arguments.kind {
+                FileKind::Scene => schema::scene(),
+                FileKind::Study => schema::study(),
+            };
+            print(&format!("{schema:#}\n"))
+        }
+        Command::Completions(arguments) => print(&help::completions(arguments.shell)),
+        Command::Man(arguments) => help::man_pages(&arguments.folder),
+        // They are about a scene, above.
+        Command::Run(_)
+        | Command::Mesh(_)
+        | Command::Modes(_)
+        | Command::Reduce(_)
+        | Command::Static(_)
+        | Command::Verify(_)
+        | Command::Check(_) => Ok(()),
+    }
+}
+
+fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Error> {
     // Dense factorisations split among threads round differently: each runs on one, and the work is shared
     // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
     faer::set_global_parallelism(faer::Par::Seq);
-    let file = cli.command.scene();
-    let scene = scene::load(file, &cli.overrides)?;
-    if let Some(threads) = cli.threads.map(usize::from) {
+    let shared = &cli.shared;
+    let scene = scene::load(file, &shared.overrides)?;
+    if let Some(threads) = shared.threads.map(usize::from) {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global()
             .map_err(|source| Error::Threads { threads, source })?;
     }
-    let out = cli
+    let out = shared
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&scene.name));
@@ -83,13 +118,12 @@ fn run(cli: &Cli) -> Result<(), Error> {
         },
         held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
         further_plots: cli.command.further_plots(),
-        cache: cache_settings(cli)?,
+        cache: cache_settings(shared)?,
     };
-    let other = match cli.force {
+    let other = match shared.force {
         true => OtherScene::Replace,
         false => OtherScene::Refuse,
     };
-    let console = &mut console;
     match &cli.command {
         Command::Reduce(_) => Ok(pipeline::reduce(&scene, &context, &Progress::new(console))?),
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
@@ -191,7 +225,13 @@ fn with_files(
             Ok(verified.verdict?)
         }
         // They write no results of a run.
-        Command::Reduce(_) | Command::Check(_) | Command::Study(_) => Ok(()),
+        Command::Reduce(_)
+        | Command::Check(_)
+        | Command::Study(_)
+        | Command::New(_)
+        | Command::Schema(_)
+        | Command::Completions(_)
+        | Command::Man(_) => Ok(()),
     }
 }
 

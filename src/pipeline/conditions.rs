@@ -64,33 +64,3 @@ fn short(v: f64) -> String {
         false => text,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene;
-    use std::path::Path;
-
-    fn of(set: &[&str]) -> String {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-        let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
-        conditions(&scene::load(&root.join("scenes/paper.toml"), &set).unwrap())
-    }
-
-    #[test]
-    fn force_speed_and_friction_are_named() {
-        assert_eq!(
-            of(&["excitation.0.force_n=2.5"]),
-            "2.50 N, 5000 rpm, friction 0.3"
-        );
-        assert_eq!(
-            of(&[
-                "rotation=",
-                "contact.0.friction=0.25",
-                "excitation.0.force_n=0.02"
-            ]),
-            "20.0 mN, at rest, friction 0.25 to 0.3"
-        );
-        assert!(of(&["contact.*.law=bonded"]).ends_with("rpm, bonded"));
-    }
-}

@@ -154,7 +154,7 @@ fn with_and_without_cache_the_results_are_the_same_to_the_last_bit() {
         assert_eq!(said(&first).matches("gmsh: thin").count(), 1);
         assert_eq!(said(&second).matches("gmsh: thin").count(), 1);
         let plain = bench.files("plain");
-        assert!(plain.contains_key(Path::new("response.csv")) && plain.len() > 30);
+        assert!(plain.contains_key(Path::new("response.csv")) && plain.len() > 15);
         assert_same(&bench.files("first"), &plain);
         assert_same(&bench.files("second"), &plain);
     }

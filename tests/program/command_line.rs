@@ -404,7 +404,9 @@ fn scenes(folder: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let files = std::fs::read_dir(folder).unwrap();
     let files = files.map(|entry| entry.unwrap().path());
-    let mut scenes: Vec<PathBuf> = files.filter(|path| path.is_file()).collect();
+    let mut scenes: Vec<PathBuf> = files
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
     scenes.sort();
     scenes
 }
@@ -431,6 +433,31 @@ fn every_scene_is_sound() {
         for scene in scenes {
             succeed("check", &scene, &folder, &[]);
         }
+    }
+}
+
+#[test]
+fn force_speed_and_friction_stand_under_the_title_of_a_picture() {
+    let folder = Folder::new("conditions");
+    for (set, words) in [
+        (&[][..], "2.00 N, 5000 rpm, friction 0.3"),
+        (
+            &[
+                "contact.0.friction=0.25",
+                "excitation.0.force_n=0.02",
+                "rotation.speed_rpm=4000",
+            ][..],
+            "20.0 mN, 4000 rpm, friction 0.25 to 0.3",
+        ),
+    ] {
+        let set = [&[SMALL], set].concat();
+        ended(dovetail("static", &folder, &set), 0);
+        let picture = folder.0.join("plots/static_pressure.svg");
+        let picture = std::fs::read_to_string(picture).unwrap();
+        assert!(
+            picture.lines().any(|line| line == words),
+            "{words}: {picture}"
+        );
     }
 }
 

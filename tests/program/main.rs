@@ -43,4 +43,5 @@ mod tidy;
 mod time_integration;
 mod transitions;
 mod tutorial;
+mod way_in;
 mod words_of_a_run;

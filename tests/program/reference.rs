@@ -88,10 +88,14 @@ fn commands_of_the_book_have_options_that_exist() {
         let mut words = command.split_whitespace().skip(1);
         let name = words.next().unwrap().to_owned();
         let help = help.entry(name.clone()).or_insert_with(|| {
-            let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_dovetail"));
-            let output = program.args([&name, "--help"]).output().unwrap();
-            assert!(output.status.success(), "no command {name}: {command}");
-            String::from_utf8(output.stdout).unwrap()
+            // Those of the command, and those of all commands.
+            let pages = [&[&name, "--help"][..], &["--help"]].map(|words| {
+                let mut program = std::process::Command::new(env!("CARGO_BIN_EXE_dovetail"));
+                let output = program.args(words).output().unwrap();
+                assert!(output.status.success(), "no command {name}: {command}");
+                String::from_utf8(output.stdout).unwrap()
+            });
+            pages.concat()
         });
         for option in words.filter(|w| w.starts_with("--")) {
             checked += 1;
