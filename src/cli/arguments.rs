@@ -80,11 +80,11 @@ pub(super) struct Shared {
     #[arg(long, global = true, conflicts_with_all = ["cache", "cache_limit_gib"])]
     pub(super) no_cache: bool,
 
-    /// One line of results; no progress, warnings and errors only
+    /// One line of results, warnings and errors only
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
 
-    /// Every frequency with the residuals of its Newton iterations
+    /// Every frequency with its Newton residuals
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub(super) verbose: bool,
 }
