@@ -51,6 +51,7 @@ fn every_picture_of_a_run_is_drawn() {
         for word in [
             "Can this be trusted?",
             "blade_flank_left",
+            "flanks: what pairs do at the peak",
             "of critical on linear mode 1",
         ] {
             assert!(dom.contains(word), "{word}");

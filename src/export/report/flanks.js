@@ -14,10 +14,10 @@ const css = ([r, g, b]) => `rgb(${r},${g},${b})`;
 
 /** What a pair does in a period, by its code. */
 const STATUSES = [
-  { word: "sticks", colour: [140, 150, 160] },
-  { word: "slips", colour: [24, 110, 190] },
-  { word: "opens", colour: [222, 110, 20] },
-  { word: "open at rest", colour: [235, 200, 120] },
+  { word: "sticks", many: "stick", colour: [140, 150, 160] },
+  { word: "slips", many: "slip", colour: [24, 110, 190] },
+  { word: "opens", many: "open", colour: [222, 110, 20] },
+  { word: "is open at rest", many: "are open at rest", colour: [235, 200, 120] },
 ];
 
 /** All flanks in one canvas, each with its name and edges. `paint(pair)` gives a colour, `tell(pair)` a text. */
@@ -143,17 +143,22 @@ function showField(map, field) {
 function showStatuses(map, codes, pairs, at) {
   const code = (pair) => codes[at * pairs + pair];
   map.show((pair) => STATUSES[code(pair)].colour, (pair) => STATUSES[code(pair)].word);
-  map.legend.replaceChildren();
-  const line = map.legend.appendChild(document.createElement("div"));
+  statusLegend(map.legend, code, pairs);
+}
+
+/** How many pairs do what. */
+function statusLegend(place, code, pairs) {
+  place.replaceChildren();
+  const line = place.appendChild(document.createElement("div"));
   line.style.cssText = "justify-content:flex-start;gap:18px;flex-wrap:wrap";
-  STATUSES.forEach(({ word, colour }, i) => {
+  STATUSES.forEach(({ word, many, colour }, i) => {
     let count = 0;
     for (let pair = 0; pair < pairs; pair++) count += code(pair) === i;
     if (count === 0) return;
     const entry = line.appendChild(document.createElement("span"));
     const square = entry.appendChild(document.createElement("i"));
     square.style.cssText = `display:inline-block;width:12px;height:12px;border-radius:2px;margin-right:6px;background:${css(colour)}`;
-    entry.append(`${count} ${word}`);
+    entry.append(`${count} ${count === 1 ? word : many}`);
   });
 }
 

@@ -137,11 +137,21 @@ function motion(data) {
     shown.push({ title: `flanks: ${title}`, unit, range, values: at });
   };
   data.fields.forEach(({ title, unit, values }) => ofFlanks(title, unit, values));
+  if (data.statuses?.peak != null) {
+    const codes = unpack(data.statuses.codes), pairs = codes.length / data.statuses.frequency_hz.length;
+    const code = (pair) => codes[data.statuses.peak * pairs + pair], kinds = new Int8Array(count).fill(-1);
+    mesh.flankPairs.forEach((pair, i) => (kinds[mesh.flankStart + i] = code(pair)));
+    shown.push({ title: "flanks: what pairs do at the peak", kinds, code, pairs });
+  }
   const field = byId("viewer-field");
   shown.forEach(({ title }, i) => field.add(new Option(title, i)));
   const show = () => {
     const of = shown[Number(field.value)];
     if (!of) return viewer.draw();
+    if (of.kinds) {
+      viewer.sort(of.kinds, STATUSES.map(({ colour }) => colour));
+      return statusLegend(byId("viewer-bar"), of.code, of.pairs);
+    }
     viewer.colour(of.values, RAMP);
     colourBar(byId("viewer-bar"), of.range.low, of.range.high, of.unit);
   };

@@ -44,19 +44,28 @@ const Quaternion = {
 };
 
 const VERTEX = `#version 300 es
-in vec3 position; in float value; uniform mat4 view, projection;
-out float v; out vec3 eye;
-void main() { vec4 p = view * vec4(position, 1.0); eye = p.xyz; v = value; gl_Position = projection * p; }`;
+in vec3 position; in float value; in vec4 kind; uniform mat4 view, projection;
+out float v; out vec4 share; out vec3 eye;
+void main() {
+  vec4 p = view * vec4(position, 1.0);
+  eye = p.xyz; v = value; share = kind; gl_Position = projection * p;
+}`;
 const FRAGMENT = `#version 300 es
 precision highp float;
-in float v; in vec3 eye; out vec4 colour;
-uniform sampler2D map; uniform vec3 plain; uniform bool line;
+in float v; in vec4 share; in vec3 eye; out vec4 colour;
+uniform sampler2D map; uniform vec3 plain, kinds[4]; uniform bool line, sorted;
+/** The kind of which a corner has most; there is nothing between two kinds. */
+vec3 kindOf() {
+  float most = max(max(share.x, share.y), max(share.z, share.w));
+  if (most <= 0.0) return plain;
+  return share.x == most ? kinds[0] : share.y == most ? kinds[1] : share.z == most ? kinds[2] : kinds[3];
+}
 void main() {
   if (line) { colour = vec4(plain, 1.0); return; }
   vec3 n = normalize(cross(dFdx(eye), dFdy(eye)));
   float light = 0.45 + 0.55 * abs(dot(n, normalize(vec3(0.25, 0.45, 1.0))));
   // Below zero: a part that has no value.
-  vec3 c = v < -0.5 ? plain : texture(map, vec2(clamp(v, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
+  vec3 c = sorted ? kindOf() : v < -0.5 ? plain : texture(map, vec2(clamp(v, 0.0, 1.0) * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
   colour = vec4(c * light, 1.0);
 }`;
 
@@ -78,6 +87,7 @@ class Viewer {
     this.buffers = {
       position: this.buffer(gl.ARRAY_BUFFER, this.moved, "position", 3),
       value: this.buffer(gl.ARRAY_BUFFER, this.values, "value", 1),
+      kind: this.buffer(gl.ARRAY_BUFFER, new Float32Array((4 * mesh.points.length) / 3), "kind", 4),
       triangles: this.indices(mesh.triangles),
       edges: this.indices(mesh.edges),
       flanks: this.indices(mesh.flankTriangles),
@@ -202,6 +212,7 @@ class Viewer {
   /** Colours by `values` in [0, 1] (below 0: none), with 256 colours [r, g, b]. */
   colour(values, colours) {
     const gl = this.gl;
+    this.kinds = null;
     this.values.set(values);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.value);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.values);
@@ -214,6 +225,18 @@ class Viewer {
       for (const at of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, at, gl.NEAREST);
       for (const at of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, at, gl.CLAMP_TO_EDGE);
     }
+    this.draw();
+  }
+
+  /** Colours each point by its kind, 0 to 3 (below 0: none), with four colours [r, g, b]. */
+  sort(kindOfPoint, colours) {
+    const gl = this.gl, shares = new Float32Array((4 * this.mesh.points.length) / 3);
+    kindOfPoint.forEach((kind, i) => {
+      if (kind >= 0) shares[4 * i + kind] = 1;
+    });
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.kind);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, shares);
+    this.kinds = colours.flat().map((c) => c / 255);
     this.draw();
   }
 
@@ -273,6 +296,8 @@ class Viewer {
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
     gl.uniform1i(at("line"), 0);
+    gl.uniform1i(at("sorted"), this.kinds ? 1 : 0);
+    if (this.kinds) gl.uniform3fv(at("kinds"), this.kinds);
     gl.uniform3fv(at("plain"), dark ? [0.5, 0.53, 0.58] : [0.78, 0.8, 0.83]);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers.triangles.buffer);
     gl.drawElements(gl.TRIANGLES, this.buffers.triangles.count, gl.UNSIGNED_INT, 0);
