@@ -6,6 +6,18 @@ use std::path::Path;
 
 use super::ExportError;
 
+/// What the name of a file that is not whole ends with, after so many random characters.
+const PART: &str = ".part";
+const RANDOM: usize = 6;
+
+/// The file that a neighbour of this name was to become when its process was killed; `None` where it is no such
+/// neighbour.
+pub fn name_of_part(name: &str) -> Option<&str> {
+    let (whole, random) = name.strip_suffix(PART)?.rsplit_once('.')?;
+    let is_random = random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric());
+    is_random.then_some(whole)
+}
+
 /// Writes a whole file or nothing; missing folders are created.
 ///
 /// # Errors
@@ -33,7 +45,7 @@ pub fn write_whole(
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".");
     let mut builder = tempfile::Builder::new();
-    builder.prefix(&name).suffix(".part");
+    builder.prefix(&name).rand_bytes(RANDOM).suffix(PART);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut part = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;

@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::manifest::{self, RunState, Summary};
-use super::{ExportError, create_folder};
+use super::{ExportError, create_folder, name_of_part};
 
 const SUMMARY: &str = "summary.json";
 
@@ -78,7 +78,8 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Removes the files that an earlier run listed and this one has not written.
+    /// Removes the files that an earlier run listed and this one has not written, and what a run that was killed had
+    /// half written of the files of both.
     ///
     /// # Errors
     /// A file that cannot be removed.
@@ -101,7 +102,34 @@ impl OutputFolder {
                 let _ = fs::remove_dir(parent);
             }
         }
+        self.remove_parts()?;
         self.earlier.clear();
+        Ok(())
+    }
+
+    fn remove_parts(&mut self) -> Result<(), ExportError> {
+        let written = self.written.get_mut();
+        let ours = |name: &str| written.contains(name) || self.earlier.contains(name);
+        let parent = |name: &String| Path::new(name).parent().map(Path::to_path_buf);
+        let own = written
+            .iter()
+            .chain(&self.earlier)
+            .filter(|name| is_inside(name));
+        let folders: BTreeSet<PathBuf> = own.filter_map(parent).collect();
+        for folder in folders {
+            let Ok(entries) = fs::read_dir(self.path.join(&folder)) else {
+                continue;
+            };
+            for path in entries.flatten().map(|entry| entry.path()) {
+                let name = path.file_name().and_then(|name| name.to_str());
+                let whole = name.and_then(name_of_part);
+                let whole = whole.map(|whole| folder.join(whole).display().to_string());
+                if whole.is_some_and(|whole| ours(&whole)) {
+                    fs::remove_file(&path)
+                        .map_err(|source| ExportError::RemoveOld { path, source })?;
+                }
+            }
+        }
         Ok(())
     }
 
@@ -209,6 +237,42 @@ mod tests {
         third.remove_earlier().unwrap();
         assert_eq!(names(path), ["flank_of_mine.vtu", "notes.txt", SUMMARY]);
         assert!(!path.join("flank").exists());
+    }
+
+    #[test]
+    fn what_a_killed_run_had_half_written_goes_and_nothing_else() {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path();
+        let first = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        write(&first, &["response.csv", "flank/flank_0000.vtu"]);
+        first
+            .write_summary(summary("a"), RunState::Running, None)
+            .unwrap();
+        let others = [
+            "notes.txt.c3zfaF.part",
+            "response.csv.c3zfa.part",
+            "response.csv.part",
+        ];
+        let ours = [
+            "flank/flank_0000.vtu.c3zfaF.part",
+            "flank/flank_0001.vtu.aaaaaa.part",
+            "response.csv.0123ab.part",
+        ];
+        for name in others.iter().chain(&ours) {
+            fs::write(path.join(name), "half").unwrap();
+        }
+        let mut second = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        write(&second, &["flank/flank_0000.vtu", "flank/flank_0001.vtu"]);
+        second.remove_earlier().unwrap();
+        let left = [
+            "flank/flank_0000.vtu",
+            "flank/flank_0001.vtu",
+            others[0],
+            others[1],
+            others[2],
+            SUMMARY,
+        ];
+        assert_eq!(names(path), left);
     }
 
     #[test]

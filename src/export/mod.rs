@@ -16,4 +16,4 @@ mod unrolled;
 pub mod vtu;
 
 pub use error::ExportError;
-pub use file::{create_folder, write_file, write_whole};
+pub use file::{create_folder, name_of_part, write_file, write_whole};

@@ -7,6 +7,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
+use crate::export::name_of_part;
+
 /// Of the folder named by `--cache`; the number is that of the layout.
 const SUBFOLDER: &str = "dovetail-cache-1";
 /// The mark, by the Cache Directory Tagging Specification (bford.info/cachedir).
@@ -49,27 +51,17 @@ enum Role {
 
 /// `None`: the name is none that this program gives.
 fn role(name: &str) -> Option<Role> {
-    let (entry, ending) = match name.split_once('.') {
-        Some((entry, ending)) => (entry, Some(ending)),
-        None => (name, None),
+    let (entry, role) = match (name_of_part(name), name.strip_suffix(".lock")) {
+        (Some(entry), _) => (entry, Role::Part),
+        (None, Some(entry)) => (entry, Role::Lock),
+        (None, None) => (name, Role::Entry),
     };
     let (kind, hash) = entry.split_once('-')?;
     let is_hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
     let is_entry = Kind::ALL.iter().any(|k| k.word() == kind)
         && hash.len() == 64
         && hash.bytes().all(is_hexadecimal);
-    if !is_entry {
-        return None;
-    }
-    match ending {
-        None => Some(Role::Entry),
-        Some("lock") => Some(Role::Lock),
-        Some(ending) => {
-            let random = ending.strip_suffix(".part")?;
-            let is_own = random.len() == 6 && random.bytes().all(|c| c.is_ascii_alphanumeric());
-            is_own.then_some(Role::Part)
-        }
-    }
+    is_entry.then_some(role)
 }
 
 pub(super) fn lock_of(entry: &Path) -> PathBuf {
