@@ -19,8 +19,7 @@ views: setup
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.
 test: setup checks
 	cargo test --locked --workspace
-	cargo build --release --locked
-	target/release/dovetail run scenes/paper.toml --out output/check --quiet \
+	target/debug/dovetail run scenes/paper.toml --out output/check --quiet \
 	    --set response.points=21
 	$(PYTHON) scripts/check_output.py output/check
 
