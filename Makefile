@@ -35,7 +35,8 @@ verify: setup
 	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
 	$(MAKE) extremes
 
-calculix:
+calculix: setup
+	@tools/setup.sh calculix
 	$(PYTHON) benches/calculix/compare_blade_modes.py
 	$(PYTHON) benches/calculix/campbell.py
 	$(PYTHON) benches/calculix/initial_displacement.py meshes/dovetail.msh
