@@ -223,19 +223,6 @@ impl StudyArguments {
     }
 }
 
-impl Command {
-    pub(super) fn further_plots(&self) -> Vec<FurtherPlot> {
-        let Self::Run(run) = self else {
-            return Vec::new();
-        };
-        let kind = |plot: &Plot| match plot {
-            Plot::Logarithmic => FurtherPlot::Logarithmic,
-            Plot::Phase => FurtherPlot::Phase,
-        };
-        run.plots.iter().map(kind).collect()
-    }
-}
-
 #[derive(Debug, Args)]
 pub(super) struct SceneFile {
     /// The scene: a TOML file that describes one run
@@ -277,6 +264,16 @@ pub(super) struct Run {
     /// End when standard input ends: so a case of a study ends with the study
     #[arg(long, hide = true)]
     pub(super) until_stdin_ends: bool,
+}
+
+impl Run {
+    pub(super) fn further_plots(&self) -> Vec<FurtherPlot> {
+        let kind = |plot: &Plot| match plot {
+            Plot::Logarithmic => FurtherPlot::Logarithmic,
+            Plot::Phase => FurtherPlot::Phase,
+        };
+        self.plots.iter().map(kind).collect()
+    }
 }
 
 #[derive(Debug, Args)]

@@ -108,16 +108,17 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&scene.name));
+    let run = match &cli.command {
+        Command::Run(run) => Some(run),
+        _ => None,
+    };
     let context = Context {
         out,
         scene_file: file.to_path_buf(),
-        fields: !matches!(&cli.command, Command::Run(arguments) if arguments.no_fields),
-        frames: match &cli.command {
-            Command::Run(arguments) => arguments.frames,
-            _ => None,
-        },
-        held_modes: matches!(&cli.command, Command::Run(arguments) if arguments.held_modes),
-        further_plots: cli.command.further_plots(),
+        fields: run.is_none_or(|run| !run.no_fields),
+        frames: run.and_then(|run| run.frames),
+        held_modes: run.is_some_and(|run| run.held_modes),
+        further_plots: run.map_or_else(Vec::new, Run::further_plots),
         cache: cache_settings(shared)?,
     };
     let other = match shared.force {

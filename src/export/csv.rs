@@ -322,9 +322,7 @@ pub fn write_modes(path: &Path, rows: &[ModeRow]) -> Result<(), ExportError> {
     table.header(&["kind", "body", "mode", "frequency_hz"]);
     table.end_row();
     for row in rows {
-        table.text(&row.kind);
-        table.text(&row.body);
-        table.integer(Some(row.mode));
+        table.mode(&row.kind, &row.body, row.mode);
         table.number("frequency_hz", Some(row.frequency_hz))?;
         table.end_row();
     }
@@ -338,9 +336,7 @@ pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportErr
     table.end_row();
     for row in rows {
         table.number("speed_rpm", Some(row.speed_rpm))?;
-        table.text(&row.kind);
-        table.text(&row.body);
-        table.integer(Some(row.mode));
+        table.mode(&row.kind, &row.body, row.mode);
         table.number("frequency_hz", row.frequency_hz)?;
         table.end_row();
     }
@@ -359,9 +355,7 @@ pub fn write_crossings(
     table.end_row();
     for row in rows {
         table.number("speed_rpm", Some(row.speed_rpm))?;
-        table.text(&row.kind);
-        table.text(&row.body);
-        table.integer(Some(row.mode));
+        table.mode(&row.kind, &row.body, row.mode);
         table.integer(Some(row.engine_order));
         table.number("frequency_hz", Some(row.frequency_hz))?;
         let margin = (operating_rpm > 0.0).then(|| row.margin(operating_rpm));
@@ -488,6 +482,13 @@ impl<'a> Table<'a> {
             row: 0,
             row_is_empty: true,
         }
+    }
+
+    /// What was held, the body, and the number of the mode.
+    fn mode(&mut self, kind: &str, body: &str, mode: usize) {
+        self.text(kind);
+        self.text(body);
+        self.integer(Some(mode));
     }
 
     fn text(&mut self, cell: &str) {

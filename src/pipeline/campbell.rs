@@ -12,7 +12,7 @@ use crate::warning::Weight;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
-use dovetail_solver::model::{Body, Model};
+use dovetail_solver::model::{Body, Model, RotationSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
@@ -104,7 +104,7 @@ pub fn campbell(
     let operating_rpm = assembly
         .rotation
         .as_ref()
-        .map_or(0.0, |r| r.speed_rad_s * 30.0 / std::f64::consts::PI);
+        .map_or(0.0, RotationSpec::speed_rpm);
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(RunError::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;

@@ -34,10 +34,7 @@ fn of_assembly(assembly: &Assembly) -> Vec<String> {
         (_, None) => {}
     }
     match &assembly.rotation {
-        Some(rotation) => {
-            let speed_rpm = rotation.speed_rad_s * 30.0 / std::f64::consts::PI;
-            parts.push(format!("{} rpm", short(speed_rpm)));
-        }
+        Some(rotation) => parts.push(format!("{} rpm", short(rotation.speed_rpm()))),
         None => parts.push("at rest".to_owned()),
     }
     let rub = |law: &ContactLaw| matches!(law, ContactLaw::UnilateralCoulomb);

@@ -459,7 +459,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
         }
         @if let Some(rotation) = &assembly.rotation {
             p {
-                "It turns at " (figure(rotation.speed_rad_s * 30.0 / std::f64::consts::PI, 5)) " rpm about ("
+                "It turns at " (figure(rotation.speed_rpm(), 5)) " rpm about ("
                 (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
                 @match rotation.prestress {
                     Prestress::HeldFlanks => "The centrifugal load stiffens it, found with the flanks held, and softens it by the spin.",

@@ -68,6 +68,13 @@ pub struct RotationSpec {
     pub prestress: Prestress,
 }
 
+impl RotationSpec {
+    /// The angular speed in revolutions per minute.
+    pub fn speed_rpm(&self) -> f64 {
+        self.speed_rad_s * 30.0 / std::f64::consts::PI
+    }
+}
+
 /// What the rotation adds to the stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Prestress {
