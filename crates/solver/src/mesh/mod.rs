@@ -7,6 +7,8 @@ pub mod block;
 
 use std::collections::BTreeMap;
 
+pub mod content;
+pub mod element;
 mod error;
 pub mod gmsh;
 pub mod inputs;
@@ -17,19 +19,11 @@ mod script;
 mod sections;
 pub mod source;
 
+pub use element::ElementOrder;
 pub use error::MeshError;
 pub use gmsh::{GmshError, GmshRun, generate};
 pub use msh::{parse, read};
 pub use quality::{Quality, QualityError};
-
-/// Order of the tetrahedra (and of the facets) of a mesh; one mesh has one order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-pub enum ElementOrder {
-    /// Four-node tetrahedra, three-node facets.
-    Linear,
-    /// Ten-node tetrahedra, six-node facets.
-    Quadratic,
-}
 
 impl ElementOrder {
     /// Nodes of a tetrahedron.

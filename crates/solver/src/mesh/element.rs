@@ -1,0 +1,315 @@
+//! Types of elements: their corners, edges and faces, and lists of elements of any types.
+//!
+//! Nodes stand in the order of VTK, Abaqus and CalculiX: the corners, then the middles of
+//! [`Shape::edges`]. (Gmsh has the middles in another order.) The first face of a pyramid, a wedge and
+//! a hexahedron is its base; counted from above the base its corners run counter-clockwise.
+
+use serde::Serialize;
+
+/// Shape of an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Shape {
+    /// Four corners.
+    Tetrahedron,
+    /// A quadrilateral and the apex above it.
+    Pyramid,
+    /// A triangle and the one above it (also called a prism, or pentahedron).
+    Wedge,
+    /// A quadrilateral and the one above it (also called a brick).
+    Hexahedron,
+}
+
+impl Shape {
+    /// All of them, in the order of their numbers of corners.
+    pub const ALL: [Self; 4] = [
+        Self::Tetrahedron,
+        Self::Pyramid,
+        Self::Wedge,
+        Self::Hexahedron,
+    ];
+
+    /// Number of corners.
+    pub fn corners(self) -> usize {
+        match self {
+            Self::Tetrahedron => 4,
+            Self::Pyramid => 5,
+            Self::Wedge => 6,
+            Self::Hexahedron => 8,
+        }
+    }
+
+    /// The two corners of each edge, in the order of the nodes in their middles.
+    pub fn edges(self) -> &'static [[usize; 2]] {
+        match self {
+            Self::Tetrahedron => &[[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]],
+            Self::Pyramid => &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [0, 3],
+                [0, 4],
+                [1, 4],
+                [2, 4],
+                [3, 4],
+            ],
+            Self::Wedge => &[
+                [0, 1],
+                [1, 2],
+                [0, 2],
+                [3, 4],
+                [4, 5],
+                [3, 5],
+                [0, 3],
+                [1, 4],
+                [2, 5],
+            ],
+            Self::Hexahedron => &[
+                [0, 1],
+                [1, 2],
+                [2, 3],
+                [0, 3],
+                [4, 5],
+                [5, 6],
+                [6, 7],
+                [4, 7],
+                [0, 4],
+                [1, 5],
+                [2, 6],
+                [3, 7],
+            ],
+        }
+    }
+
+    /// The corners of each face, counter-clockwise seen from outside. Face `i` is the face `S<i + 1>`
+    /// of Abaqus and CalculiX.
+    pub fn faces(self) -> &'static [&'static [usize]] {
+        match self {
+            Self::Tetrahedron => &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]],
+            Self::Pyramid => &[
+                &[0, 3, 2, 1],
+                &[0, 1, 4],
+                &[1, 2, 4],
+                &[2, 3, 4],
+                &[0, 4, 3],
+            ],
+            Self::Wedge => &[
+                &[0, 2, 1],
+                &[3, 4, 5],
+                &[0, 1, 4, 3],
+                &[1, 2, 5, 4],
+                &[0, 3, 5, 2],
+            ],
+            Self::Hexahedron => &[
+                &[0, 3, 2, 1],
+                &[4, 5, 6, 7],
+                &[0, 1, 5, 4],
+                &[1, 2, 6, 5],
+                &[2, 3, 7, 6],
+                &[0, 4, 7, 3],
+            ],
+        }
+    }
+
+    /// Its name, in the plural.
+    pub fn plural(self) -> &'static str {
+        match self {
+            Self::Tetrahedron => "tetrahedra",
+            Self::Pyramid => "pyramids",
+            Self::Wedge => "wedges",
+            Self::Hexahedron => "hexahedra",
+        }
+    }
+}
+
+/// Order of the interpolation in an element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum ElementOrder {
+    /// Nodes at the corners.
+    Linear,
+    /// Nodes at the corners and in the middles of the edges.
+    Quadratic,
+}
+
+/// Shape and order of an element; the number of its nodes says both.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ElementType {
+    /// What it looks like.
+    pub shape: Shape,
+    /// How many nodes it has.
+    pub order: ElementOrder,
+}
+
+impl ElementType {
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let orders = [ElementOrder::Linear, ElementOrder::Quadratic];
+        let of = move |shape| orders.map(|order| Self { shape, order });
+        Shape::ALL.into_iter().flat_map(of)
+    }
+
+    /// The one that has `nodes` nodes: 4, 5, 6, 8, 10, 13, 15 or 20.
+    pub fn with_nodes(nodes: usize) -> Option<Self> {
+        Self::all().find(|element| element.nodes() == nodes)
+    }
+
+    /// Number of nodes.
+    pub fn nodes(self) -> usize {
+        match self.order {
+            ElementOrder::Linear => self.shape.corners(),
+            ElementOrder::Quadratic => self.shape.corners() + self.shape.edges().len(),
+        }
+    }
+
+    /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between each
+    /// corner and the next, as in a facet.
+    pub fn face(self, face: usize) -> Vec<usize> {
+        let corners = self.shape.faces()[face];
+        let mut nodes = corners.to_vec();
+        if self.order == ElementOrder::Quadratic {
+            let edges = self.shape.edges();
+            nodes.extend((0..corners.len()).map(|i| {
+                let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                let edge = edges.iter().position(|e| *e == [a.min(b), a.max(b)]);
+                self.shape.corners() + edge.expect("the sides of a face are edges")
+            }));
+        }
+        nodes
+    }
+}
+
+/// Corners of a facet of `nodes` nodes: 3 or 6 nodes are a triangle, 4 or 8 a quadrilateral. The
+/// middles of its edges follow its corners, each between a corner and the next.
+pub fn facet_corners(nodes: usize) -> usize {
+    match nodes {
+        3 | 6 => 3,
+        _ => 4,
+    }
+}
+
+/// Nodes and tags of elements (or of facets), one element after the other.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Connectivity {
+    /// Where the nodes of each begin, and where those of the last end.
+    offsets: Vec<usize>,
+    nodes: Vec<u32>,
+    tags: Vec<u64>,
+}
+
+impl Default for Connectivity {
+    fn default() -> Self {
+        Self {
+            offsets: vec![0],
+            nodes: Vec::new(),
+            tags: Vec::new(),
+        }
+    }
+}
+
+impl Connectivity {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.tags.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.tags.is_empty()
+    }
+
+    /// Adds an element; `tag` is its number in the file.
+    pub fn push(&mut self, tag: u64, nodes: impl IntoIterator<Item = u32>) {
+        self.nodes.extend(nodes);
+        self.offsets.push(self.nodes.len());
+        self.tags.push(tag);
+    }
+
+    /// Nodes of element `e`.
+    pub fn of(&self, e: usize) -> &[u32] {
+        &self.nodes[self.offsets[e]..self.offsets[e + 1]]
+    }
+
+    /// Nodes of each element.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> + Clone {
+        self.offsets.windows(2).map(|o| &self.nodes[o[0]..o[1]])
+    }
+
+    /// Tag of each element in the file.
+    pub fn tags(&self) -> &[u64] {
+        &self.tags
+    }
+
+    /// Nodes of all elements, one element after the other.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// As [`Connectivity::nodes`], to be renumbered.
+    pub fn nodes_mut(&mut self) -> &mut [u32] {
+        &mut self.nodes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn the_number_of_nodes_says_the_type() {
+        let all: Vec<_> = ElementType::all().collect();
+        assert_eq!(all.len(), 8);
+        for element in all {
+            assert_eq!(ElementType::with_nodes(element.nodes()), Some(element));
+        }
+        assert_eq!(ElementType::with_nodes(27), None);
+    }
+
+    /// Euler's formula, every edge on two faces and passed once in each sense: the faces close.
+    #[test]
+    fn faces_close_and_turn_alike() {
+        for shape in Shape::ALL {
+            let (edges, faces) = (shape.edges(), shape.faces());
+            assert_eq!(shape.corners() + faces.len(), edges.len() + 2);
+            let sides = faces.iter().flat_map(|face| {
+                (0..face.len()).map(move |i| (face[i], face[(i + 1) % face.len()]))
+            });
+            let sides: Vec<_> = sides.collect();
+            let distinct: BTreeSet<_> = sides.iter().copied().collect();
+            assert_eq!(
+                (sides.len(), distinct.len()),
+                (2 * edges.len(), 2 * edges.len())
+            );
+            for &[a, b] in edges {
+                assert!(a < b && distinct.contains(&(a, b)) && distinct.contains(&(b, a)));
+            }
+        }
+    }
+
+    #[test]
+    fn middles_of_a_face_lie_between_its_corners() {
+        for element in ElementType::all().filter(|e| e.order == ElementOrder::Quadratic) {
+            for (f, corners) in element.shape.faces().iter().enumerate() {
+                let nodes = element.face(f);
+                assert_eq!(nodes[..corners.len()], **corners);
+                assert_eq!(facet_corners(nodes.len()), corners.len());
+                for (i, middle) in nodes[corners.len()..].iter().enumerate() {
+                    let [a, b] = element.shape.edges()[middle - element.shape.corners()];
+                    let next = corners[(i + 1) % corners.len()];
+                    assert!([a, b] == [corners[i], next] || [b, a] == [corners[i], next]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn elements_of_several_types_stand_in_one_list() {
+        let mut list = Connectivity::default();
+        list.push(7, [0, 1, 2, 3]);
+        list.push(9, [4, 5, 6, 7, 8]);
+        assert_eq!(
+            (list.len(), list.of(1), list.tags()),
+            (2, &[4, 5, 6, 7, 8][..], &[7, 9][..])
+        );
+        assert_eq!(list.iter().map(<[u32]>::len).collect::<Vec<_>>(), [4, 5]);
+    }
+}
