@@ -98,6 +98,10 @@ pub enum MeshError {
     )]
     UnsupportedElement { group: String, kind: String },
     #[error(
+        "group `{group}` has elements of {nodes} nodes, with nodes inside faces or elements: only those with nodes at corners and in the middles of edges are read; mesh with `Mesh.SecondOrderIncomplete = 1;`"
+    )]
+    CompleteElement { group: String, nodes: usize },
+    #[error(
         "group `{linear}` has linear elements and group `{quadratic}` quadratic ones: mesh everything with one Mesh.ElementOrder"
     )]
     MixedOrders { linear: String, quadratic: String },

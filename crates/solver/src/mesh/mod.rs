@@ -11,6 +11,7 @@ pub mod content;
 pub mod element;
 mod error;
 pub mod gmsh;
+pub mod gmsh_order;
 pub mod inputs;
 pub mod msh;
 mod process;
