@@ -1,5 +1,5 @@
 //! Writes the fields on the flanks. The first points are the pairs. Each facet is cut into the
-//! shares of its three pairs, so that a state belongs to the share of its pair and nothing is
+//! shares of its pairs, so that a state belongs to the share of its pair and nothing is
 //! interpolated between two states.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -167,7 +167,7 @@ struct Flanks {
 impl Flanks {
     /// With what every file carries: number, contact and area of the pair of each cell.
     fn of(model: &Model) -> Self {
-        let cut = Cut::of(&model.flank_triangles);
+        let cut = Cut::of(&model.flank_facets);
         let places: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
         let points = cut.with_means(3, places.into_flattened());
         let mut grid = Grid::of_quadrilaterals(points, &cut.cells(model.pairs.len()));
@@ -197,15 +197,16 @@ impl Flanks {
 /// of the edges, and the centroids.
 #[derive(Debug, Clone)]
 struct Cut {
-    facets: Vec<[usize; 3]>,
+    facets: Vec<Vec<usize>>,
     /// Lower pair first, ascending.
     edges: Vec<[usize; 2]>,
 }
 
 impl Cut {
-    fn of(triangles: &[[u32; 3]]) -> Self {
-        let facets: Vec<[usize; 3]> = triangles.iter().map(|t| t.map(|n| n as usize)).collect();
-        let edges: BTreeSet<[usize; 2]> = facets.iter().flat_map(edges).collect();
+    fn of(facets: &[Vec<u32>]) -> Self {
+        let pairs = |facet: &Vec<u32>| facet.iter().map(|&pair| pair as usize).collect();
+        let facets: Vec<Vec<usize>> = facets.iter().map(pairs).collect();
+        let edges: BTreeSet<[usize; 2]> = facets.iter().flat_map(|facet| edges(facet)).collect();
         Self {
             facets,
             edges: edges.into_iter().collect(),
@@ -214,15 +215,18 @@ impl Cut {
 
     /// Points of each quadrilateral.
     fn cells(&self, pairs: usize) -> Vec<[u64; 4]> {
-        let shares = |(f, facet): (usize, &[usize; 3])| {
+        let mut shares = Vec::new();
+        for (f, facet) in self.facets.iter().enumerate() {
             let centroid = pairs + self.edges.len() + f;
-            let middles =
-                edges(facet).map(|edge| pairs + self.edges.partition_point(|e| *e < edge));
-            [0, 1, 2].map(|i| {
-                [facet[i], middles[i], centroid, middles[(i + 2) % 3]].map(|point| point as u64)
-            })
-        };
-        self.facets.iter().enumerate().flat_map(shares).collect()
+            let middle = |edge: [usize; 2]| pairs + self.edges.partition_point(|e| *e < edge);
+            let middles: Vec<usize> = edges(facet).map(middle).collect();
+            let n = facet.len();
+            shares.extend((0..n).map(|i| {
+                let before = middles[(i + n - 1) % n];
+                [facet[i], middles[i], centroid, before].map(|point| point as u64)
+            }));
+        }
+        shares
     }
 
     /// The pair of each quadrilateral.
@@ -246,9 +250,9 @@ impl Cut {
 }
 
 /// Edges of a facet, each with its lower pair first; edge i joins corner i and the next.
-fn edges(facet: &[usize; 3]) -> [[usize; 2]; 3] {
-    [0, 1, 2].map(|i| {
-        let (a, b) = (facet[i], facet[(i + 1) % 3]);
+fn edges(facet: &[usize]) -> impl Iterator<Item = [usize; 2]> {
+    (0..facet.len()).map(|i| {
+        let (a, b) = (facet[i], facet[(i + 1) % facet.len()]);
         [a.min(b), a.max(b)]
     })
 }

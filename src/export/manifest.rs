@@ -3,6 +3,7 @@
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -12,7 +13,6 @@ use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
-use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::{BodyNode, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
@@ -102,10 +102,10 @@ pub struct MeshSummary {
     /// The committed mesh was used because gmsh is missing.
     pub fallback: bool,
     pub nodes: usize,
-    pub tets: usize,
+    pub elements: usize,
+    /// Number of elements of each type, by its name: tet10, hex20.
+    pub element_types: BTreeMap<String, usize>,
     pub free_dofs: usize,
-    /// 1 or 2.
-    pub order: u8,
     pub bodies: Vec<BodySummary>,
 }
 
@@ -113,7 +113,7 @@ pub struct MeshSummary {
 pub struct BodySummary {
     pub name: String,
     pub nodes: usize,
-    pub tets: usize,
+    pub elements: usize,
     pub free_dofs: usize,
     pub volume_m3: f64,
     pub mass_kg: f64,
@@ -314,21 +314,19 @@ pub fn mesh_summary(
             centrifugal_force_n: properties.centrifugal_force_n,
             name: b.name.clone(),
             nodes: b.nodes_m.len(),
-            tets: b.tet_count(),
+            elements: b.elements.len(),
             free_dofs: 3 * b.dofs.free_nodes(),
         })
         .collect();
+    let types = model.element_types();
     MeshSummary {
         source,
         gmsh,
         fallback,
         nodes: bodies.iter().map(|b| b.nodes).sum(),
-        tets: bodies.iter().map(|b| b.tets).sum(),
+        elements: bodies.iter().map(|b| b.elements).sum(),
+        element_types: types.into_iter().map(|(t, n)| (t.name(), n)).collect(),
         free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
-        order: match model.bodies[0].order {
-            ElementOrder::Linear => 1,
-            ElementOrder::Quadratic => 2,
-        },
         bodies,
     }
 }

@@ -22,22 +22,23 @@ pub(super) struct Panel {
     pub high: [f64; 2],
 }
 
-/// The flanks of a model in the order of its contacts; those without triangles are left out.
+/// The flanks of a model in the order of its contacts; those without facets are left out.
 pub(super) fn panels(model: &Model) -> Vec<Panel> {
     let contacts = 0..model.contact_names.len();
     contacts.filter_map(|c| panel(model, c)).collect()
 }
 
-/// The flank of one contact, `None` where it has no triangles.
+/// The flank of one contact, `None` where it has no facets.
 fn panel(model: &Model, contact: usize) -> Option<Panel> {
-    let triangles: Vec<[usize; 3]> = model
-        .flank_triangles
+    let facets: Vec<Vec<usize>> = model
+        .flank_facets
         .iter()
-        .map(|t| t.map(|n| n as usize))
-        .filter(|t| model.pairs[t[0]].contact == contact)
+        .map(|facet| facet.iter().map(|&pair| pair as usize).collect())
+        .filter(|facet: &Vec<usize>| model.pairs[facet[0]].contact == contact)
         .collect();
-    let origin = model.pairs[triangles.first()?[0]].position_m;
-    let [_, t1, t2] = model.pairs[triangles[0][0]].frame;
+    let first = &model.pairs[*facets.first()?.first()?];
+    let origin = first.position_m;
+    let [_, t1, t2] = first.frame;
     let machine = MachineDirections::at(origin, model.rotation.as_ref());
     let (right, sides) = turned(t1, machine.axial, ["front end", "rear end"]);
     let (up, heights) = turned(t2, machine.radial, ["inner edge", "outer edge"]);
@@ -45,7 +46,7 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         let from_origin = sub(model.pairs[pair].position_m, origin);
         [dot(from_origin, right), dot(from_origin, up)]
     };
-    let mut patches = patches(&triangles, flat);
+    let mut patches = patches(&facets, flat);
     let corners = || patches.iter().flat_map(|(_, c)| c);
     let bound = |axis: usize, pick: fn(f64, f64) -> f64, start: f64| {
         corners().map(|c| c[axis]).fold(start, pick)
@@ -112,22 +113,20 @@ fn turned(
     )
 }
 
-/// Outline of the share of each pair in its triangles: centroids and edge middles around it, and
+/// Outline of the share of each pair in its facets: centroids and edge middles around it, and
 /// the pair itself where it lies on the border.
-fn patches(
-    triangles: &[[usize; 3]],
-    flat: impl Fn(usize) -> [f64; 2],
-) -> Vec<(usize, Vec<[f64; 2]>)> {
+fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<(usize, Vec<[f64; 2]>)> {
     let mean = |points: &[[f64; 2]]| {
         let n = points.len() as f64;
         [0, 1].map(|axis| points.iter().map(|p| p[axis]).sum::<f64>() / n)
     };
     let mut edges: BTreeMap<(usize, usize), usize> = BTreeMap::new();
     let mut around: BTreeMap<usize, Vec<[f64; 2]>> = BTreeMap::new();
-    for t in triangles {
-        let centroid = mean(&t.map(&flat));
-        for i in 0..3 {
-            let (a, b) = (t[i], t[(i + 1) % 3]);
+    for facet in facets {
+        let corners: Vec<[f64; 2]> = facet.iter().map(|&pair| flat(pair)).collect();
+        let centroid = mean(&corners);
+        for i in 0..facet.len() {
+            let (a, b) = (facet[i], facet[(i + 1) % facet.len()]);
             around.entry(a).or_default().push(centroid);
             let uses = edges.entry((a.min(b), a.max(b))).or_default();
             *uses += 1;
@@ -195,7 +194,7 @@ mod tests {
         for j in 0..2 {
             for i in 0..3 {
                 let a = 4 * j + i;
-                triangles.extend([[a, a + 1, a + 5], [a, a + 5, a + 4]]);
+                triangles.extend([vec![a, a + 1, a + 5], vec![a, a + 5, a + 4]]);
             }
         }
         let patches = patches(&triangles, flat);

@@ -1,7 +1,7 @@
 //! Writes unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
-//! Arrays are f64, compressed by zlib, which every reader of the format knows. Gmsh's ten-node
-//! tetrahedron lists its last two edges in the order opposite to VTK's. The export swaps them.
+//! Arrays are f64, compressed by zlib, which every reader of the format knows. The nodes of an element
+//! stand as VTK wants them, but for the wedge of six nodes: VTK turns it the other way.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,6 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::{ExportError, write_file};
-use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::model::Model;
 use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
 
@@ -22,7 +21,7 @@ use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, osc
 pub struct StaticBodyFields<'a> {
     /// Per node.
     pub displacement_m: &'a [[f64; 3]],
-    /// Per tetrahedron, at its centroid: xx, yy, zz, xy, yz, xz.
+    /// Per element, in its middle: xx, yy, zz, xy, yz, xz.
     pub stress_pa: &'a [[f64; 6]],
     /// Per node.
     pub von_mises_pa: &'a [f64],
@@ -39,7 +38,7 @@ pub fn write_static(
     let mut von_mises = Vec::new();
     let mut stress = Vec::new();
     for (body, f) in model.bodies.iter().zip(fields) {
-        let (nodes, tets) = (body.nodes_m.len(), body.tet_count());
+        let (nodes, elements) = (body.nodes_m.len(), body.elements.len());
         let name = |what: &str| format!("{what} of body {}", body.name);
         let check = |what, found, expected, counted| {
             check_length(path, &name(what), found, expected, counted)
@@ -56,7 +55,7 @@ pub fn write_static(
             nodes,
             "one per node",
         )?;
-        check("stress", f.stress_pa.len(), tets, "one per tetrahedron")?;
+        check("stress", f.stress_pa.len(), elements, "one per element")?;
         displacement.extend_from_slice(f.displacement_m.as_flattened());
         von_mises.extend_from_slice(f.von_mises_pa);
         stress.extend_from_slice(f.stress_pa.as_flattened());
@@ -269,19 +268,16 @@ impl Grid {
         let (mut element_tags, mut element_body) = (Vec::new(), Vec::new());
         let mut first_node = 0;
         for (b, body) in model.bodies.iter().enumerate() {
-            for e in 0..body.tet_count() {
-                let tet = vtk_tet(body.order, body.tet(e));
-                connectivity.extend(tet.iter().map(|&n| first_node + u64::from(n)));
+            for nodes in body.elements.iter() {
+                let (cell, order) = vtk_cell(nodes.len());
+                let node = |&i: &usize| first_node + u64::from(nodes[i]);
+                connectivity.extend(order.iter().map(node));
                 offsets.push(connectivity.len() as u64);
+                types.push(cell);
             }
-            let cell = match body.order {
-                ElementOrder::Linear => CellType::Tetra,
-                ElementOrder::Quadratic => CellType::QuadraticTetra,
-            };
-            types.resize(types.len() + body.tet_count(), cell);
             points.extend_from_slice(body.nodes_m.as_flattened());
             node_tags.extend_from_slice(&body.node_tags);
-            element_tags.extend_from_slice(&body.tet_tags);
+            element_tags.extend_from_slice(body.elements.tags());
             node_body.resize(node_tags.len(), b as i32);
             element_body.resize(element_tags.len(), b as i32);
             first_node += body.nodes_m.len() as u64;
@@ -420,13 +416,22 @@ pub(super) fn check_length(
     })
 }
 
-/// A tetrahedron's nodes in VTK's order, from Gmsh's.
-fn vtk_tet(order: ElementOrder, gmsh: &[u32]) -> Vec<u32> {
-    let mut nodes = gmsh.to_vec();
-    if order == ElementOrder::Quadratic {
-        nodes.swap(8, 9);
-    }
-    nodes
+/// VTK's cell for an element of so many nodes, and which of its nodes stands where.
+fn vtk_cell(nodes: usize) -> (CellType, &'static [usize]) {
+    const ALL: [usize; 20] = [
+        0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19,
+    ];
+    let cell = match nodes {
+        4 => CellType::Tetra,
+        10 => CellType::QuadraticTetra,
+        5 => CellType::Pyramid,
+        13 => CellType::QuadraticPyramid,
+        6 => return (CellType::Wedge, &[0, 2, 1, 3, 5, 4]),
+        15 => CellType::QuadraticWedge,
+        8 => CellType::Hexahedron,
+        _ => CellType::QuadraticHexahedron,
+    };
+    (cell, &ALL[..nodes])
 }
 
 fn array<T>(name: &str, components: u32, values: Vec<T>) -> Attribute
@@ -452,15 +457,6 @@ fn xml_escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn quadratic_tets_take_vtks_edge_order() {
-        // Gmsh: corners, then edges 01 12 02 03 23 13; VTK: 01 12 02 03 13 23.
-        let gmsh = [0, 1, 2, 3, 1001, 1012, 1002, 1003, 1023, 1013];
-        let vtk = vtk_tet(ElementOrder::Quadratic, &gmsh);
-        assert_eq!(vtk, [0, 1, 2, 3, 1001, 1012, 1002, 1003, 1013, 1023]);
-        assert_eq!(vtk_tet(ElementOrder::Linear, &[3, 1, 2, 0]), [3, 1, 2, 0]);
-    }
 
     #[test]
     fn a_file_name_with_markup_stays_xml() {

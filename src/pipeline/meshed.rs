@@ -1,6 +1,7 @@
 //! Takes a scene about a mesh to its reduced model: mesh, model, finite elements, reduction.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use faer::Mat;
@@ -20,7 +21,7 @@ use dovetail_numerics::eigen::Modes;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure, expand_to_nodes};
-use dovetail_solver::mesh::Mesh;
+use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
@@ -230,9 +231,16 @@ impl Meshed {
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
     let model = model::bind(assembly, mesh)?;
-    let tets: usize = model.bodies.iter().map(|b| b.tet_count()).sum();
+    let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
+    for (element, count) in model.element_types() {
+        *shapes.entry(element.shape).or_default() += count;
+    }
+    let shapes = shapes
+        .iter()
+        .map(|(shape, n)| format!("{n} {}", shape.plural()));
     progress.note(&format!(
-        "{tets} tetrahedra, {} dofs, {} contact pairs (largest mismatch {:.1e} m)",
+        "{}, {} dofs, {} contact pairs (largest mismatch {:.1e} m)",
+        shapes.collect::<Vec<_>>().join(", "),
         model
             .bodies
             .iter()

@@ -43,9 +43,9 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
             .map(|p| p.area_m2);
         assert!((areas.sum::<f64>() / expected - 1.0).abs() < 1e-9);
     }
-    assert_eq!(model.flank_triangles.len(), 4 * (nu - 1) * (nv - 1));
+    assert_eq!(model.flank_facets.len(), 4 * (nu - 1) * (nv - 1));
     let mut area = 0.0;
-    for t in &model.flank_triangles {
+    for t in &model.flank_facets {
         let [a, b, c] = t.map(|i| &model.pairs[i as usize]);
         assert!(a.contact == b.contact && b.contact == c.contact);
         let normal = cross(
@@ -161,8 +161,8 @@ fn renumbered(mesh: &Mesh) -> Mesh {
     };
     let (nodes, tets, facets) = (
         shuffle(mesh.nodes_m.len()),
-        shuffle(mesh.tet_count()),
-        shuffle(mesh.facet_tags.len()),
+        shuffle(mesh.elements.len()),
+        shuffle(mesh.facets.len()),
     );
     let (new_node, new_tet, new_facet) = (inverse(&nodes), inverse(&tets), inverse(&facets));
     let mut groups = mesh.groups.clone();
@@ -181,7 +181,7 @@ fn renumbered(mesh: &Mesh) -> Mesh {
         group.nodes.sort_unstable();
     }
     let turned = |f: usize| {
-        let mut n = mesh.facet(f).to_vec();
+        let mut n = mesh.facets.of(f).to_vec();
         n.swap(1, 2);
         if n.len() == 6 {
             n.swap(3, 5);
@@ -194,7 +194,7 @@ fn renumbered(mesh: &Mesh) -> Mesh {
         node_tags: nodes.iter().map(|&i| mesh.node_tags[i]).collect(),
         tets: tets
             .iter()
-            .flat_map(|&e| mesh.tet(e).iter().map(|&n| new_node[n as usize]))
+            .flat_map(|&e| mesh.elements.of(e).iter().map(|&n| new_node[n as usize]))
             .collect(),
         tet_tags: tets.iter().map(|&e| mesh.tet_tags[e]).collect(),
         facets: facets.iter().flat_map(|&f| turned(f)).collect(),
@@ -222,7 +222,7 @@ fn numbering_and_facet_orientation_change_nothing() {
         assert!((p.area_m2 / q.area_m2 - 1.0).abs() < 1e-12);
     }
     let sorted = |m: &Model| {
-        let mut t = m.flank_triangles.clone();
+        let mut t = m.flank_facets.clone();
         t.iter_mut().for_each(|t| t.sort_unstable());
         t.sort_unstable();
         t
@@ -531,7 +531,7 @@ fn a_body_alone_stands_on_rigid_ground() {
     let one = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!((one.bodies.len(), two.bodies.len()), (1, 2));
     assert_eq!(one.bodies[0].dofs, two.bodies[0].dofs);
-    assert_eq!(one.flank_triangles, two.flank_triangles);
+    assert_eq!(one.flank_facets, two.flank_facets);
     assert_eq!(one.pairs.len(), 9);
     for (one, two) in one.pairs.iter().zip(&two.pairs) {
         assert_eq!((one.first, one.second), (two.first, None));
@@ -563,7 +563,7 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     assert_eq!((model.pairs.len(), model.bonded.len()), (36, 36));
     assert_eq!(model.contact_names, ["right"]);
     assert!(model.pairs.iter().all(|p| p.contact == 0));
-    assert_eq!(model.flank_triangles.len(), plain.flank_triangles.len() / 2);
+    assert_eq!(model.flank_facets.len(), plain.flank_facets.len() / 2);
     for b in 0..2 {
         let dofs = &model.bodies[b].dofs;
         assert_eq!(dofs.contact_nodes, 72);

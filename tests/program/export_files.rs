@@ -371,7 +371,7 @@ fn grids_read_back_bit_for_bit() {
         assert_eq!(grid.points.clone().into_vec::<f64>().unwrap(), nodes);
         assert_eq!(
             grid.cells.num_cells(),
-            bodies[0].tet_count() + bodies[1].tet_count()
+            bodies[0].elements.len() + bodies[1].elements.len()
         );
         let displacement = run.static_displacement.concat();
         assert_eq!(
@@ -521,7 +521,7 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
     let opening = sweep_fields(&run.response, &run.model.pairs).opening_points;
     let [at_rest, swept] = [&at_rest, &swept].map(|path| read(path));
     let owners = values(&at_rest.data.cell, "pair");
-    assert_eq!(owners.len(), 3 * run.model.flank_triangles.len());
+    assert_eq!(owners.len(), 3 * run.model.flank_facets.len());
     let contact = |pair: usize| run.model.pairs[pair].contact;
     let expected: [(_, _, &dyn Fn(usize) -> usize); 4] = [
         (&at_rest, "status", &|pair| pair % 3),
@@ -546,7 +546,7 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
         };
         0.5 * norm(cross(diagonals[0], diagonals[1]))
     };
-    let facets = run.model.flank_triangles.iter();
+    let facets = run.model.flank_facets.iter();
     let facets = facets.flat_map(|t| [t.map(|n| n as usize); 3]);
     let pressure = values(&at_rest.data.point, "pressure_pa");
     let mean = |of: &[usize]| of.iter().map(|&n| pressure[n]).sum::<f64>() / of.len() as f64;

@@ -26,7 +26,7 @@ fn the_ready_meshes_hold_what_their_readme_says() {
             tets("jaw")
         );
         assert!(readme.contains(&row), "meshes/README.md should say {row}");
-        assert_eq!(tets("blade") + tets("jaw"), mesh.tet_count());
+        assert_eq!(tets("blade") + tets("jaw"), mesh.elements.len());
         assert!(bytes(name).len() < 2 << 20);
         assert_eq!(mesh.groups.len(), 18);
         assert_eq!(mesh.groups["excitation"].nodes.len(), 1);
@@ -57,8 +57,8 @@ fn mid_edge_nodes_lie_between_the_corners_of_their_edge() {
             }
         }
     };
-    (0..mesh.tet_count()).for_each(|e| check(mesh.tet(e), 4, &TET_EDGES));
-    (0..mesh.facet_tags.len()).for_each(|f| check(mesh.facet(f), 3, &FACET_EDGES));
+    (0..mesh.elements.len()).for_each(|e| check(mesh.elements.of(e), 4, &TET_EDGES));
+    (0..mesh.facets.len()).for_each(|f| check(mesh.facets.of(f), 3, &FACET_EDGES));
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The text of a report, section by section.
 
+use std::collections::BTreeMap;
+
 use maud::{Markup, html};
 
 use super::Contents;
@@ -9,6 +11,7 @@ use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
 use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::mesh::ElementType;
 use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress};
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
@@ -436,7 +439,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
     let mesh = contents.summary.mesh.as_ref();
     html! {
         div.wide { table {
-            tr { th { "body" } th { "Young's modulus" } th { "Poisson's ratio" } th { "density" } th { "mass" } th { "nodes" } th { "tetrahedra" } th { "held" } }
+            tr { th { "body" } th { "Young's modulus" } th { "Poisson's ratio" } th { "density" } th { "mass" } th { "nodes" } th { "elements" } th { "held" } }
             @for body in &assembly.bodies {
                 @let sizes = mesh.and_then(|mesh| mesh.bodies.iter().find(|b| b.name == body.name));
                 tr {
@@ -446,14 +449,14 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                     td { (figure(body.material.density_kg_m3, 4)) " kg/m³" }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg", figure(b.mass_kg, 4)))) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.nodes.to_string())) }
-                    td { (sizes.map_or_else(|| "–".to_owned(), |b| b.tets.to_string())) }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| b.elements.to_string())) }
                     td { (held(body)) }
                 }
             }
         } }
         @if let Some(mesh) = mesh {
             p {
-                "The mesh is " code { (std::path::Path::new(&mesh.source).file_name().map_or_else(|| mesh.source.clone(), |name| name.to_string_lossy().into_owned())) } ": tetrahedra of order " (mesh.order) ", "
+                "The mesh is " code { (std::path::Path::new(&mesh.source).file_name().map_or_else(|| mesh.source.clone(), |name| name.to_string_lossy().into_owned())) } ": " (elements(&mesh.element_types)) ", "
                 (mesh.free_dofs) " free degrees of freedom."
             }
         }
@@ -495,6 +498,14 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             }
         }
     }
+}
+
+/// How many elements of which types: `6739 tetrahedra of 10 nodes`.
+fn elements(types: &BTreeMap<String, usize>) -> String {
+    let all = ElementType::ALL.iter();
+    let named = all.filter_map(|element| Some((types.get(&element.name())?, element)));
+    let words = named.map(|(n, e)| format!("{n} {} of {} nodes", e.shape.plural(), e.nodes()));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 fn held(body: &BodySpec) -> String {

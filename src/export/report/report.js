@@ -67,17 +67,21 @@ function loops(data) {
 
 /** The skin of the bodies as the viewer takes it. */
 function meshOf(skin) {
-  const faces = integers(skin.faces), size = skin.nodes_per_face, triangles = [], edges = new Map();
+  const faces = integers(skin.faces), triangles = [], edges = new Map();
   const edge = (a, b) => edges.set(a < b ? a * 4294967296 + b : b * 4294967296 + a, [a, b]);
-  for (let i = 0; i < faces.length; i += size) {
-    const [a, b, c, ab, bc, ca] = faces.subarray(i, i + size);
-    if (size === 3) {
-      triangles.push(a, b, c);
-      [[a, b], [b, c], [c, a]].forEach(([p, q]) => edge(p, q));
-    } else {
-      triangles.push(a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca);
-      [[a, ab], [ab, b], [b, bc], [bc, c], [c, ca], [ca, a]].forEach(([p, q]) => edge(p, q));
+  const fan = ([first, ...rest]) => rest.slice(1).forEach((node, i) => triangles.push(first, rest[i], node));
+  let start = 0;
+  for (const size of integers(skin.face_sizes)) {
+    const around = [...faces.subarray(start, start + size)];
+    start += size;
+    around.forEach((node, i) => edge(node, around[(i + 1) % size]));
+    if (size < 5) {
+      fan(around);
+      continue;
     }
+    // Corners and middles in turn: a triangle at each corner, and what the middles enclose.
+    for (let i = 0; i < size; i += 2) triangles.push(around[(i + size - 1) % size], around[i], around[i + 1]);
+    fan(around.filter((_, i) => i % 2));
   }
   const harmonics = skin.harmonics.map(({ k, cosine, sine }) => ({ k, cosine: numbers(cosine), sine: numbers(sine) }));
   return {

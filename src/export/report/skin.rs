@@ -6,7 +6,8 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::packed::{Scaled, integers, scaled};
-use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::ElementType;
+use dovetail_solver::mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
 
@@ -14,14 +15,6 @@ use dovetail_solver::results::recovery::NodalField;
 const MOST_NODES: usize = 60_000;
 /// Harmonics whose largest displacement is below this share of the largest are left out.
 const LEAST_SHARE: f64 = 0.01;
-/// Faces of a tetrahedron: corners, then the middles of the edges between them, in Gmsh's order of nodes.
-const FACES: [[usize; 6]; 4] = [
-    [0, 1, 2, 4, 5, 6],
-    [0, 1, 3, 4, 9, 7],
-    [1, 2, 3, 5, 8, 9],
-    [0, 2, 3, 6, 8, 7],
-];
-
 /// Nodes of the faces first, then those of the flanks, body by body. Arrays are packed.
 #[derive(Debug, Serialize)]
 pub(super) struct Skin {
@@ -30,9 +23,10 @@ pub(super) struct Skin {
     /// Body of each node.
     body: String,
     bodies: Vec<String>,
-    /// Nodes of a face: 3, or 6 with the middles of its edges.
-    nodes_per_face: usize,
+    /// Nodes around each face, its corners and the middles of its edges in turn, and how many they are: 3 or 4,
+    /// with the middles 6 or 8.
     faces: String,
+    face_sizes: String,
     /// Pair of each node of the flanks, and where these nodes begin.
     flank_pairs: String,
     flank_start: usize,
@@ -52,21 +46,27 @@ struct Harmonic {
 impl Skin {
     /// `motion[b]` holds the 2H+1 nodal fields of body b; none where nothing moves.
     pub fn of(model: &Model, motion: Option<&[Vec<NodalField>]>) -> Self {
-        let outer: Vec<Vec<[u32; 6]>> = model.bodies.iter().map(outer_faces).collect();
-        let quadratic = |body: &Body| body.order == ElementOrder::Quadratic;
-        let with_middles = model.bodies.iter().all(quadratic)
-            && outer.iter().map(|faces| 2 * faces.len()).sum::<usize>() <= MOST_NODES;
-        let nodes_per_face = if with_middles { 6 } else { 3 };
+        let mut outer: Vec<Vec<Vec<u32>>> = model.bodies.iter().map(outer_faces).collect();
+        let all = outer.iter().flatten().map(Vec::len).sum::<usize>();
+        // A node in the middle of an edge belongs to two faces, a corner to some four or six.
+        if all / 3 > MOST_NODES {
+            for face in outer.iter_mut().flatten() {
+                face.truncate(facet_corners(face.len()));
+            }
+        }
         let mut nodes: Vec<BodyNode> = Vec::new();
-        let mut faces: Vec<u32> = Vec::new();
+        let (mut faces, mut face_sizes) = (Vec::new(), Vec::new());
         for (body, outer) in outer.iter().enumerate() {
             let mut number: HashMap<u32, u32> = HashMap::new();
-            for node in outer.iter().flat_map(|face| &face[..nodes_per_face]) {
-                let at = *number.entry(*node).or_insert_with(|| {
-                    nodes.push(BodyNode { body, node: *node });
-                    nodes.len() as u32 - 1
-                });
-                faces.push(at);
+            for face in outer {
+                for node in around(face) {
+                    let at = *number.entry(node).or_insert_with(|| {
+                        nodes.push(BodyNode { body, node });
+                        nodes.len() as u32 - 1
+                    });
+                    faces.push(at);
+                }
+                face_sizes.push(face.len() as u32);
             }
         }
         let flank_start = nodes.len();
@@ -85,10 +85,14 @@ impl Skin {
                     flank_pairs.push(pair as u32);
                 }
             }
-            for triangle in &model.flank_triangles {
-                let corners = triangle.map(|pair| number.get(&pair).copied());
-                if let [Some(a), Some(b), Some(c)] = corners {
-                    flank_triangles.extend([a, b, c]);
+            for facet in &model.flank_facets {
+                let corners: Vec<u32> = facet
+                    .iter()
+                    .filter_map(|p| number.get(p).copied())
+                    .collect();
+                if corners.len() == facet.len() {
+                    let rest = corners[1..].windows(2);
+                    flank_triangles.extend(rest.flat_map(|pair| [corners[0], pair[0], pair[1]]));
                 }
             }
         }
@@ -98,8 +102,8 @@ impl Skin {
             points: scaled(nodes.iter().flat_map(place)),
             body: super::packed::bytes(&body),
             bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-            nodes_per_face,
             faces: integers(&faces),
+            face_sizes: integers(&face_sizes),
             flank_pairs: integers(&flank_pairs),
             flank_start,
             flank_triangles: integers(&flank_triangles),
@@ -108,23 +112,32 @@ impl Skin {
     }
 }
 
-/// Those of all faces that belong to one tetrahedron alone; the middles of edges are 0 in linear elements.
-fn outer_faces(body: &Body) -> Vec<[u32; 6]> {
-    let per_tet = body.order.nodes_per_tet();
-    let mut once: HashMap<[u32; 3], Option<[u32; 6]>> = HashMap::new();
-    for tet in body.tets.chunks_exact(per_tet) {
-        for face in FACES {
-            let nodes = face.map(|i| tet.get(i).copied().unwrap_or_default());
-            let mut corners = [nodes[0], nodes[1], nodes[2]];
+/// Those of all faces that belong to one element alone, each as the nodes of a facet.
+fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
+    let mut once: HashMap<Vec<u32>, Option<Vec<u32>>> = HashMap::new();
+    for nodes in body.elements.iter() {
+        let Some(element) = ElementType::with_nodes(nodes.len()) else {
+            continue;
+        };
+        for f in 0..element.shape.faces().len() {
+            let face: Vec<u32> = element.face(f).into_iter().map(|i| nodes[i]).collect();
+            let mut corners = face[..facet_corners(face.len())].to_vec();
             corners.sort_unstable();
             once.entry(corners)
                 .and_modify(|face| *face = None)
-                .or_insert(Some(nodes));
+                .or_insert(Some(face));
         }
     }
-    let mut faces: Vec<[u32; 6]> = once.into_values().flatten().collect();
+    let mut faces: Vec<Vec<u32>> = once.into_values().flatten().collect();
     faces.sort_unstable();
     faces
+}
+
+/// The nodes of a facet in the order in which its edges pass them.
+fn around(face: &[u32]) -> impl Iterator<Item = u32> {
+    let (corners, middles) = face.split_at(facet_corners(face.len()));
+    let with_middle = |(i, &corner): (usize, &u32)| [Some(corner), middles.get(i).copied()];
+    corners.iter().enumerate().flat_map(with_middle).flatten()
 }
 
 fn harmonics(nodes: &[BodyNode], motion: &[Vec<NodalField>]) -> Vec<Harmonic> {

@@ -64,7 +64,7 @@ pub fn body_with_flank(mesh: &Mesh, material: Material, flank: &str) -> Body {
     let mut motion: Vec<Option<NodeMotion>> = vec![None; mesh.nodes_m.len()];
     let mut corners: Vec<u32> = Vec::new();
     for &f in &mesh.groups[flank].elements {
-        let facet = mesh.facet(f as usize);
+        let facet = mesh.facets.of(f as usize);
         corners.extend(&facet[..3]);
         for (edge, [a, b]) in [[0, 1], [1, 2], [0, 2]].iter().enumerate() {
             if let Some(&middle) = facet.get(3 + edge) {

@@ -130,7 +130,7 @@ fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
 
 #[test]
 fn nodes_that_do_not_move_still_load_their_neighbours() {
-    let mesh = block(ElementOrder::Quadratic, [2, 2, 2], [0.02; 3]);
+    let mesh = block(ElementType::TET10, [2, 2, 2], [0.02; 3]);
     let rotation = rotation(Prestress::None);
     let whole = free_body(&mesh);
     let free = assemble_body(&whole, Some(&rotation), &never).unwrap();

@@ -141,8 +141,8 @@ fn for_each_point<const N: usize>(
         .into_iter()
         .map(|(p, w)| (shape(p), reference_gradient(p), w))
         .collect();
-    for e in 0..mesh.tet_count() {
-        let tet = mesh.tet(e);
+    for e in 0..mesh.elements.len() {
+        let tet = mesh.elements.of(e);
         let coords: [[f64; 3]; N] = std::array::from_fn(|a| mesh.nodes_m[tet[a] as usize]);
         for (n, g, w) in &rule {
             let (det, g) = map_gradients(&coords, g);

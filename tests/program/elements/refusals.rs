@@ -63,7 +63,10 @@ fn bad_elements_and_nodes_are_named_by_their_tags() {
         }
 
         let mut body = free_body(&mesh);
-        let [a, b] = [body.tet(3)[0] as usize, body.tet(3)[1] as usize];
+        let [a, b] = [
+            body.elements.of(3)[0] as usize,
+            body.elements.of(3)[1] as usize,
+        ];
         body.nodes_m[a] = body.nodes_m[b];
         for tet in body
             .tets
@@ -103,7 +106,7 @@ fn bad_elements_and_nodes_are_named_by_their_tags() {
 
 #[test]
 fn a_body_held_by_nothing_is_an_error_not_a_nan() {
-    let body = free_body(&block(ElementOrder::Linear, [2, 1, 1], [0.02; 3]));
+    let body = free_body(&block(ElementType::TET4, [2, 1, 1], [0.02; 3]));
     let rotation = rotation(Prestress::HeldFlanks);
     let error = assemble_body(&body, Some(&rotation), &solve).unwrap_err();
     assert!(matches!(error, FemError::LooselyHeld { .. }), "{error:?}");
@@ -113,7 +116,7 @@ fn a_body_held_by_nothing_is_an_error_not_a_nan() {
 #[test]
 fn a_body_that_flies_apart_is_unstable_and_says_so() {
     // A bar held at its outer end is compressed by the rotation: it buckles.
-    let mesh = block(ElementOrder::Quadratic, [10, 1, 1], [0.5, 0.01, 0.01]);
+    let mesh = block(ElementType::TET10, [10, 1, 1], [0.5, 0.01, 0.01]);
     let body = body_with_flank(&mesh, STEEL, "x_max");
     let n = 3 * body.dofs.interior_nodes;
     let first = |speed: f64| {

@@ -16,7 +16,7 @@ use super::bodies::*;
 /// A bar along x from radius `near_m`, spinning about z, its near end a flank.
 fn bar(near_m: f64, length_m: f64, thickness_m: f64, cells: usize) -> Body {
     let size = [length_m, thickness_m, thickness_m];
-    let mut mesh = block(ElementOrder::Quadratic, [cells, 1, 1], size);
+    let mut mesh = block(ElementType::TET10, [cells, 1, 1], size);
     map_nodes(&mut mesh, |p| {
         [p[0] + near_m, p[1] - 0.5 * size[1], p[2] - 0.5 * size[2]]
     });
@@ -131,7 +131,7 @@ fn geometric_stiffness_is_the_derivative_of_the_strain_energy() {
     // Energy of Green's strain with Hooke's law. Along infinitesimal rotations v the linear strain
     // is zero, so d/ds (d2/dt2) energy(s u0 + t v) at s = t = 0 is v^T G(u0) v alone.
     let mesh = bent(ElementOrder::Quadratic);
-    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.tet(7)[a] as usize]);
+    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.elements.of(7)[a] as usize]);
     let u0 = x.map(|p| {
         let u = apply(GRADIENT, p);
         [
@@ -203,7 +203,7 @@ fn geometric_stiffness_does_not_see_the_frame() {
         [q[0], c * q[1] - s * q[2], s * q[1] + c * q[2]]
     };
     let mesh = bent(ElementOrder::Quadratic);
-    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.tet(3)[a] as usize]);
+    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.elements.of(3)[a] as usize]);
     let u = x.map(|p| apply(GRADIENT, p));
     let of = |x: &[[f64; 3]; 10], u: &[[f64; 3]; 10]| {
         let mut g = vec![[0.0]; 100];

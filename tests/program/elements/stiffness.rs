@@ -100,7 +100,7 @@ fn stress_of_a_linear_field_is_hookes_everywhere() {
         let (per_element, per_node) = (stress(&body, &u), nodal_stress(&body, &u));
         assert_eq!(
             (per_element.len(), per_node.len()),
-            (mesh.tet_count(), mesh.nodes_m.len())
+            (mesh.elements.len(), mesh.nodes_m.len())
         );
         for s in per_element.iter().chain(&per_node) {
             assert!((0..6).all(|k| (s[k] - expected[k]).abs() < 1e-11 * largest(&expected)));

@@ -57,7 +57,7 @@ pub fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
             .collect()
     });
     let stress = [0, 1].map(|b| {
-        (0..model.bodies[b].tet_count())
+        (0..model.bodies[b].elements.len())
             .map(|e| [0, 1, 2, 3, 4, 5].map(|c| 1e6 * (10 * e + c + 100 * b) as f64))
             .collect()
     });
@@ -204,7 +204,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         rotation: None,
         pairs,
         bonded: Vec::new(),
-        flank_triangles: triangles,
+        flank_facets: triangles,
         contact_names: vec!["left".into(), "right, \"skewed\"".into()],
         excitations: vec![],
         observations: vec![

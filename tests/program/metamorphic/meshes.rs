@@ -63,8 +63,8 @@ pub fn renumbered(mesh: &Mesh) -> Mesh {
         }
         out
     };
-    let tets = permutation(mesh.tet_count(), 3);
-    let facets = permutation(mesh.facet_tags.len(), 4);
+    let tets = permutation(mesh.elements.len(), 3);
+    let facets = permutation(mesh.facets.len(), 4);
     other.tets = shuffled(&mesh.tets, mesh.order.nodes_per_tet(), &tet, &tets);
     other.facets = shuffled(&mesh.facets, mesh.order.nodes_per_facet(), &facet, &facets);
     for group in other.groups.values_mut() {
@@ -166,7 +166,7 @@ fn elements<'a>(mesh: &'a Mesh, group: &'a Group) -> Vec<&'a [u32]> {
         2 => group
             .elements
             .iter()
-            .map(|&f| mesh.facet(f as usize))
+            .map(|&f| mesh.facets.of(f as usize))
             .collect(),
         _ => group
             .elements

@@ -40,7 +40,7 @@ impl NodePattern {
                 |seen, node| {
                     let mut list = Vec::with_capacity(32);
                     for &e in &elements[first[node]..first[node + 1]] {
-                        for &local in body.tet(e as usize) {
+                        for &local in body.elements.of(e as usize) {
                             for (free, _) in body.dofs.weights(local as usize) {
                                 if seen[free] != node as u32 {
                                     seen[free] = node as u32;
@@ -119,9 +119,9 @@ impl NodePattern {
     }
 }
 
-/// Sums element matrices into the lower blocks: `element(e, out)` writes its block (a, b) of local
-/// nodes a, b to `out[a N + b]`. `N` is the number of nodes of an element.
-pub fn sum_elements<const N: usize, const W: usize>(
+/// Sums an element matrix, written by `element(e, matrix)`, on the pattern. Ties spread the rows and
+/// columns of tied nodes. The matrix has `W` numbers for each pair of nodes of the element.
+pub fn sum_elements<const W: usize>(
     body: &Body,
     pattern: &NodePattern,
     element: impl Fn(usize, &mut [[f64; W]]) + Sync,
@@ -129,12 +129,15 @@ pub fn sum_elements<const N: usize, const W: usize>(
     const CHUNK: usize = 512;
     let mut sums = vec![[0.0; W]; pattern.lower_offsets[pattern.nodes()]];
     let ranges = column_ranges(pattern, rayon::current_num_threads());
-    let mut buffer = vec![[0.0; W]; CHUNK.min(body.tet_count()) * N * N];
-    for first in (0..body.tet_count()).step_by(CHUNK) {
-        let count = CHUNK.min(body.tet_count() - first);
-        let matrices = &mut buffer[..count * N * N];
+    let count = body.elements.len();
+    let mut buffer = Vec::new();
+    for first in (0..count).step_by(CHUNK) {
+        let chunk = first..count.min(first + CHUNK);
+        let sizes = chunk.clone().map(|e| body.elements.of(e).len().pow(2));
+        buffer.resize(sizes.clone().sum(), [0.0; W]);
+        let mut matrices = split(&mut buffer, sizes);
         matrices
-            .par_chunks_exact_mut(N * N)
+            .par_iter_mut()
             .enumerate()
             .for_each(|(k, out)| element(first + k, out));
         let matrices = &*matrices;
@@ -142,15 +145,26 @@ pub fn sum_elements<const N: usize, const W: usize>(
             .into_par_iter()
             .for_each(|(columns, owned)| {
                 let base = pattern.lower_offsets[columns.start];
-                for (k, matrix) in matrices.chunks_exact(N * N).enumerate() {
-                    scatter::<N, W>(body, pattern, first + k, matrix, &columns, base, owned);
+                for (k, matrix) in matrices.iter().enumerate() {
+                    scatter::<W>(body, pattern, first + k, matrix, &columns, base, owned);
                 }
             });
     }
     sums
 }
 
-fn scatter<const N: usize, const W: usize>(
+/// Consecutive parts of these sizes.
+fn split<T>(mut all: &mut [T], sizes: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+    sizes
+        .map(|size| {
+            let (part, rest) = std::mem::take(&mut all).split_at_mut(size);
+            all = rest;
+            part
+        })
+        .collect()
+}
+
+fn scatter<const W: usize>(
     body: &Body,
     pattern: &NodePattern,
     e: usize,
@@ -159,20 +173,20 @@ fn scatter<const N: usize, const W: usize>(
     base: usize,
     owned: &mut [[f64; W]],
 ) {
-    let tet = body.tet(e);
-    for (b, &node_b) in tet.iter().enumerate() {
+    let nodes = body.elements.of(e);
+    for (b, &node_b) in nodes.iter().enumerate() {
         for (column, weight_b) in body.dofs.weights(node_b as usize) {
             if !columns.contains(&column) {
                 continue;
             }
             let lower = pattern.lower(column);
             let start = pattern.lower_offsets[column] - base;
-            for (a, &node_a) in tet.iter().enumerate() {
+            for (a, &node_a) in nodes.iter().enumerate() {
                 for (row, weight_a) in body.dofs.weights(node_a as usize) {
                     // Rows above the diagonal are not in the list, by its definition.
                     if let Ok(slot) = lower.binary_search(&(row as u32)) {
                         let weight = weight_a * weight_b;
-                        let value = &matrix[a * N + b];
+                        let value = &matrix[a * nodes.len() + b];
                         for (sum, v) in owned[start + slot].iter_mut().zip(value) {
                             *sum += weight * v;
                         }
@@ -280,8 +294,8 @@ fn fill(
 fn elements_of_nodes(body: &Body, nodes: usize) -> (Vec<usize>, Vec<u32>) {
     let mut first = vec![0; nodes + 1];
     let for_each = |mut visit: Box<dyn FnMut(usize, usize) + '_>| {
-        for e in 0..body.tet_count() {
-            for &local in body.tet(e) {
+        for e in 0..body.elements.len() {
+            for &local in body.elements.of(e) {
                 for (free, _) in body.dofs.weights(local as usize) {
                     visit(e, free);
                 }

@@ -9,7 +9,7 @@
 //! (Zienkiewicz and Taylor, The Finite Element Method, vol. 1 ch. 6 and vol. 2 ch. 10; Bathe,
 //! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress sigma.
 
-use super::quadrature::Table;
+use super::tables::Table;
 use crate::model::Material;
 use dovetail_numerics::space::{cross, dot};
 
@@ -31,20 +31,43 @@ impl From<Material> for Lame {
     }
 }
 
+/// The map from the reference element to space, at a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Map {
+    /// Determinant of the Jacobian. Where it is not positive, gradients have no meaning.
+    pub determinant_m3: f64,
+    /// Inverse of the transposed Jacobian, row by row: it takes reference gradients to space.
+    inverse_transposed: [[f64; 3]; 3],
+}
+
+impl Map {
+    /// Of an element with its nodes at `coords_m`, where its shape functions have these gradients.
+    pub fn new<const N: usize>(coords_m: &[[f64; 3]; N], reference: &[[f64; 3]; N]) -> Self {
+        let j = jacobian(coords_m, reference);
+        // Rows of the cofactor matrix; J^-T = cofactor / det.
+        let cofactor = [cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1])];
+        let determinant_m3 = dot(j[0], cofactor[0]);
+        let inverse = 1.0 / determinant_m3;
+        Self {
+            determinant_m3,
+            inverse_transposed: cofactor.map(|row| row.map(|c| c * inverse)),
+        }
+    }
+
+    /// Gradients in space (1/m) from those in the reference element.
+    pub fn gradients<const N: usize>(&self, reference: &[[f64; 3]; N]) -> [[f64; 3]; N] {
+        reference.map(|g| self.inverse_transposed.map(|row| dot(row, g)))
+    }
+}
+
 /// Jacobian determinant of the map from the reference element, and the gradients of the shape
-/// functions in space (1/m), from their reference gradients. A non-positive determinant leaves the
-/// gradients meaningless.
+/// functions in space (1/m), from their reference gradients.
 pub fn map_gradients<const N: usize>(
     coords_m: &[[f64; 3]; N],
     reference: &[[f64; 3]; N],
 ) -> (f64, [[f64; 3]; N]) {
-    let j = jacobian(coords_m, reference);
-    // Rows of the cofactor matrix; J^-T = cofactor / det.
-    let cofactor = [cross(j[1], j[2]), cross(j[2], j[0]), cross(j[0], j[1])];
-    let det = dot(j[0], cofactor[0]);
-    let inverse = 1.0 / det;
-    let gradients = reference.map(|g| [0, 1, 2].map(|k| dot(cofactor[k], g) * inverse));
-    (det, gradients)
+    let map = Map::new(coords_m, reference);
+    (map.determinant_m3, map.gradients(reference))
 }
 
 /// Determinant of the map from the reference element, m3.
@@ -63,25 +86,41 @@ pub fn stiffness<const N: usize>(
     out.fill([0.0; 9]);
     for (reference, weight) in table.gradients.iter().zip(&table.weights) {
         let (det, g) = map_gradients(coords_m, reference);
-        let (lambda, mu) = (lame.lambda_pa * det * weight, lame.mu_pa * det * weight);
-        for a in 0..N {
-            let (lambda_g, mu_g) = (g[a].map(|x| lambda * x), g[a].map(|x| mu * x));
-            for b in 0..=a {
-                let shear = dot(mu_g, g[b]);
-                let block = &mut out[a * N + b];
-                for r in 0..3 {
-                    for c in 0..3 {
-                        block[3 * r + c] += lambda_g[r] * g[b][c] + mu_g[c] * g[b][r];
-                    }
-                    block[4 * r] += shear;
+        add_stiffness(&g, det * weight, lame, out);
+    }
+    mirror_blocks(N, out);
+}
+
+/// Adds what a point of quadrature gives to the stiffness, on and below the diagonal; `g` are the
+/// gradients there, `volume_m3` is its share of the volume.
+pub fn add_stiffness<const N: usize>(
+    g: &[[f64; 3]; N],
+    volume_m3: f64,
+    lame: Lame,
+    out: &mut [[f64; 9]],
+) {
+    let (lambda, mu) = (lame.lambda_pa * volume_m3, lame.mu_pa * volume_m3);
+    for a in 0..N {
+        let (lambda_g, mu_g) = (g[a].map(|x| lambda * x), g[a].map(|x| mu * x));
+        for b in 0..=a {
+            let shear = dot(mu_g, g[b]);
+            let block = &mut out[a * N + b];
+            for r in 0..3 {
+                for c in 0..3 {
+                    block[3 * r + c] += lambda_g[r] * g[b][c] + mu_g[c] * g[b][r];
                 }
+                block[4 * r] += shear;
             }
         }
     }
-    for a in 0..N {
+}
+
+/// Fills the blocks above the diagonal of `n` times `n` with the transposed ones below.
+pub fn mirror_blocks(n: usize, out: &mut [[f64; 9]]) {
+    for a in 0..n {
         for b in 0..a {
-            let t = out[a * N + b];
-            out[b * N + a] = [t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]];
+            let t = out[a * n + b];
+            out[b * n + a] = [t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]];
         }
     }
 }
@@ -110,19 +149,19 @@ pub fn mass<const N: usize>(
     mirror(N, out);
 }
 
-/// Element geometric stiffness, N/m, under the linear stress of the nodal displacements: G_ab at
-/// `a N + b`.
+/// Element geometric stiffness, N/m, under a stress that is given at each point of the table from the
+/// gradients there: G_ab at `a N + b`.
 pub fn geometric_stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
-    displacement_m: &[[f64; 3]; N],
     table: &Table<N>,
-    lame: Lame,
+    stress_pa: impl Fn(usize, &[[f64; 3]; N]) -> [f64; 6],
     out: &mut [[f64; 1]],
 ) {
     out.fill([0.0]);
-    for (reference, weight) in table.gradients.iter().zip(&table.weights) {
+    let points = table.gradients.iter().zip(&table.weights).enumerate();
+    for (point, (reference, weight)) in points {
         let (det, g) = map_gradients(coords_m, reference);
-        let s = stress_at(&g, displacement_m, lame);
+        let s = stress_pa(point, &g);
         let dv = det * weight;
         for a in 0..N {
             let sg = [

@@ -1,45 +1,36 @@
-//! The elements of one body, checked once: their shape and which of them have straight edges.
+//! The elements of one body, checked once: their form and which of them have straight edges.
+
+use std::ops::Deref;
 
 use rayon::prelude::*;
 
 use super::FemError;
-use super::elasticity::{self, Lame};
-use super::quadrature::{Table, Tables};
-use crate::mesh::TET_EDGES;
+use super::elasticity::Lame;
+use super::element::{Element, Form, MOST_NODES, element};
+use crate::mesh::element::ElementType;
 use crate::model::Body;
-use dovetail_numerics::space::{distance, middle};
 
 /// Elements of a body whose maps are one to one at every quadrature point.
-pub struct Elements<'a, const N: usize> {
-    /// Shape functions at the points of quadrature.
-    pub tables: &'a Tables<N>,
+pub struct Elements<'a> {
     body: &'a Body,
-    straight: Vec<bool>,
-    /// Mass per unit density and Jacobian determinant of an element with straight edges.
-    reference_mass: Vec<[f64; 1]>,
-    volume_m3: f64,
+    affine: Vec<bool>,
+    volumes_m3: Vec<f64>,
 }
 
 /// An element this flat, against the cube of its longest edge, counts as degenerate.
 const FLATNESS: f64 = 1e-9;
-/// Mid-edge nodes this close to the middle, against the length of the edge, count as straight.
-const STRAIGHTNESS: f64 = 1e-10;
 
-impl<'a, const N: usize> Elements<'a, N> {
+impl<'a> Elements<'a> {
     /// # Errors
     /// [`FemError::Inverted`] or [`FemError::Degenerate`], with the tags of the elements.
-    pub fn new(body: &'a Body, tables: &'a Tables<N>) -> Result<Self, FemError> {
-        let shapes: Vec<Shape> = (0..body.tet_count())
+    pub fn new(body: &'a Body) -> Result<Self, FemError> {
+        let forms: Vec<Form> = (0..body.elements.len())
             .into_par_iter()
-            .map(|e| shape_of(&values(body, e, &body.nodes_m), tables))
+            .map(|e| integrals(body, e).form(&values(body, e, &body.nodes_m)))
             .collect();
-        let tags_where = |condition: fn(&Shape) -> bool| -> Vec<u64> {
-            shapes
-                .iter()
-                .zip(&body.tet_tags)
-                .filter(|(s, _)| condition(s))
-                .map(|(_, t)| *t)
-                .collect()
+        let tags_where = |condition: fn(&Form) -> bool| -> Vec<u64> {
+            let all = forms.iter().zip(body.elements.tags());
+            all.filter(|(s, _)| condition(s)).map(|(_, t)| *t).collect()
         };
         let degenerate = tags_where(|s| s.flatness.is_nan() || s.flatness.abs() < FLATNESS);
         if !degenerate.is_empty() {
@@ -55,112 +46,72 @@ impl<'a, const N: usize> Elements<'a, N> {
                 tags: inverted.into(),
             });
         }
-        let mut reference_mass = vec![[0.0]; N * N];
-        for (n, weight) in tables.mass.shapes.iter().zip(&tables.mass.weights) {
-            for a in 0..N {
-                for b in 0..N {
-                    reference_mass[a * N + b][0] += weight * n[a] * n[b];
-                }
-            }
-        }
         Ok(Self {
-            tables,
             body,
-            straight: shapes.iter().map(|s| s.straight).collect(),
-            reference_mass,
-            volume_m3: shapes.iter().map(|s| s.volume_m3).sum(),
+            affine: forms.iter().map(|s| s.affine).collect(),
+            volumes_m3: forms.iter().map(|s| s.volume_m3).collect(),
         })
     }
 
     /// Volume of the body.
     pub fn volume_m3(&self) -> f64 {
-        self.volume_m3
+        self.volumes_m3.iter().sum()
     }
 
-    /// Positions of the nodes of tetrahedron `e`.
-    pub fn coords_m(&self, e: usize) -> [[f64; 3]; N] {
-        self.values(e, &self.body.nodes_m)
+    /// Positions of the nodes of element `e`.
+    pub fn coords_m(&self, e: usize) -> NodalValues {
+        values(self.body, e, &self.body.nodes_m)
     }
 
-    /// Values of a nodal field at the nodes of element `e`.
-    pub fn values(&self, e: usize, field: &[[f64; 3]]) -> [[f64; 3]; N] {
-        values(self.body, e, field)
-    }
-
-    /// Element stiffness ([`elasticity::stiffness`]).
+    /// Stiffness of element `e` ([`Element::stiffness`]).
     pub fn stiffness(&self, e: usize, out: &mut [[f64; 9]]) {
-        let table: &Table<N> = if self.straight[e] {
-            &self.tables.stiffness_straight
-        } else {
-            &self.tables.stiffness_curved
-        };
-        elasticity::stiffness(
-            &self.coords_m(e),
-            table,
-            Lame::from(self.body.material),
-            out,
-        );
+        let lame = Lame::from(self.body.material);
+        integrals(self.body, e).stiffness(&self.coords_m(e), self.affine[e], lame, out);
     }
 
-    /// Element mass ([`elasticity::mass`]).
+    /// Mass of element `e` ([`Element::mass`]).
     pub fn mass(&self, e: usize, out: &mut [[f64; 1]]) {
         let density = self.body.material.density_kg_m3;
-        let coords = self.coords_m(e);
-        if self.straight[e] {
-            let det = elasticity::determinant(&coords, &self.tables.centroid.gradients[0]);
-            for (m, reference) in out.iter_mut().zip(&self.reference_mass) {
-                m[0] = density * det * reference[0];
-            }
-        } else {
-            elasticity::mass(&coords, &self.tables.mass, density, out);
-        }
+        integrals(self.body, e).mass(&self.coords_m(e), self.affine[e], density, out);
+    }
+
+    /// Geometric stiffness of element `e` under the stress of a displacement of the nodes of the body
+    /// ([`Element::geometric_stiffness`]).
+    pub fn geometric_stiffness(&self, e: usize, displacement_m: &[[f64; 3]], out: &mut [[f64; 1]]) {
+        let lame = Lame::from(self.body.material);
+        let u = values(self.body, e, displacement_m);
+        integrals(self.body, e).geometric_stiffness(&self.coords_m(e), &u, lame, out);
     }
 }
 
-/// Values of a nodal field at the nodes of element `e`.
-pub fn values<const N: usize>(body: &Body, e: usize, field: &[[f64; 3]]) -> [[f64; 3]; N] {
-    let tet = body.tet(e);
-    std::array::from_fn(|a| field[tet[a] as usize])
+/// The integrals of element `e` of a body.
+pub(super) fn integrals(body: &Body, e: usize) -> &'static dyn Element {
+    let kind = ElementType::with_nodes(body.elements.of(e).len());
+    element(kind.expect("elements have 4, 5, 6, 8, 10, 13, 15 or 20 nodes"))
 }
 
-struct Shape {
-    /// Smallest Jacobian determinant over the cube of the longest edge; NaN when that edge is zero
-    /// or a coordinate is no number.
-    flatness: f64,
-    straight: bool,
-    volume_m3: f64,
+/// Values of a nodal field at the nodes of one element.
+pub struct NodalValues {
+    values: [[f64; 3]; MOST_NODES],
+    count: usize,
 }
 
-fn shape_of<const N: usize>(coords_m: &[[f64; 3]; N], tables: &Tables<N>) -> Shape {
-    let (mut longest, mut straight): (f64, bool) = (0.0, true);
-    for (edge, [a, b]) in TET_EDGES.iter().enumerate() {
-        let (a, b) = (coords_m[*a], coords_m[*b]);
-        let length = distance(a, b);
-        longest = longest.max(length);
-        if N > 4 {
-            straight &= distance(coords_m[4 + edge], middle(a, b)) <= STRAIGHTNESS * length;
-        }
+impl Deref for NodalValues {
+    type Target = [[f64; 3]];
+    fn deref(&self) -> &[[f64; 3]] {
+        &self.values[..self.count]
     }
-    let (mut smallest, mut volume_m3) = (f64::INFINITY, 0.0);
-    for (reference, weight) in tables.mass.gradients.iter().zip(&tables.mass.weights) {
-        let det = elasticity::determinant(coords_m, reference);
-        smallest = smallest.min(det);
-        volume_m3 += weight * det;
-    }
-    if !straight {
-        for reference in &tables.stiffness_curved.gradients {
-            smallest = smallest.min(elasticity::determinant(coords_m, reference));
-        }
-    }
-    // Minima pass over NaN, sums do not.
-    let flatness = if volume_m3.is_finite() {
-        smallest / longest.powi(3)
-    } else {
-        f64::NAN
+}
+
+/// Values of a nodal field of a body at the nodes of element `e`.
+pub fn values(body: &Body, e: usize, field: &[[f64; 3]]) -> NodalValues {
+    let nodes = body.elements.of(e);
+    let mut all = NodalValues {
+        values: [[0.0; 3]; MOST_NODES],
+        count: nodes.len(),
     };
-    Shape {
-        flatness,
-        straight,
-        volume_m3,
+    for (value, &node) in all.values.iter_mut().zip(nodes) {
+        *value = field[node as usize];
     }
+    all
 }

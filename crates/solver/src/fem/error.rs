@@ -22,7 +22,7 @@ pub enum FemError {
     )]
     Degenerate { body: String, tags: Tags },
     #[error(
-        "body \"{body}\": nodes {tags} belong to no tetrahedron; \
+        "body \"{body}\": nodes {tags} belong to no element; \
          remove them from the mesh, or from the groups that name them"
     )]
     OrphanNodes { body: String, tags: Tags },

@@ -6,9 +6,8 @@
 
 use nalgebra_sparse::CscMatrix;
 
-use crate::mesh::{ElementOrder, FACET_EDGES};
+use crate::mesh::facet::{Share, shares};
 use crate::model::{Body, StaticLoad, Traction};
-use dovetail_numerics::space::{cross, norm};
 
 /// Adds the steady loads of a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
 pub fn add_static_loads(body: &Body, load_n: &mut [f64]) {
@@ -16,14 +15,23 @@ pub fn add_static_loads(body: &Body, load_n: &mut [f64]) {
         match load {
             StaticLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
             StaticLoad::Surface { facets, traction } => {
-                let shares = nodal_shares(body, facets);
-                let area: f64 = shares.iter().map(|s| s.area_m2).sum();
-                for share in shares {
+                let coords = |facet: &Vec<u32>| -> Vec<[f64; 3]> {
+                    facet.iter().map(|&n| body.nodes_m[n as usize]).collect()
+                };
+                let parts = facets.iter().map(|facet| shares(&coords(facet)));
+                let parts: Vec<(u32, Share)> = facets
+                    .iter()
+                    .flatten()
+                    .copied()
+                    .zip(parts.flatten())
+                    .collect();
+                let area: f64 = parts.iter().map(|(_, share)| share.area_m2).sum();
+                for (node, share) in parts {
                     let force = match traction {
                         Traction::Total(vector_n) => vector_n.map(|f| f * share.area_m2 / area),
-                        Traction::Pressure(p) => share.outward_m2.map(|n| -p * n),
+                        Traction::Pressure(p) => share.normal_m2.map(|n| -p * n),
                     };
-                    add_at(body, share.node, force, load_n);
+                    add_at(body, node, force, load_n);
                 }
             }
         }
@@ -50,13 +58,6 @@ pub fn uncouple(matrix: &mut CscMatrix<f64>, held_dofs: &[u32]) {
     }
 }
 
-/// A node's part of a facet: int N_a dA and int N_a n dA.
-struct Share {
-    node: u32,
-    area_m2: f64,
-    outward_m2: [f64; 3],
-}
-
 fn add_at(body: &Body, node: u32, force_n: [f64; 3], load_n: &mut [f64]) {
     for (free, weight) in body.dofs.weights(node as usize) {
         for (k, f) in force_n.iter().enumerate() {
@@ -65,112 +66,15 @@ fn add_at(body: &Body, node: u32, force_n: [f64; 3], load_n: &mut [f64]) {
     }
 }
 
-fn nodal_shares(body: &Body, facets: &[u32]) -> Vec<Share> {
-    let per_facet = body.order.nodes_per_facet();
-    let mut shares = Vec::with_capacity(facets.len());
-    for facet in facets.chunks_exact(per_facet) {
-        let first = shares.len();
-        shares.extend(facet.iter().map(|&node| Share {
-            node,
-            area_m2: 0.0,
-            outward_m2: [0.0; 3],
-        }));
-        for (weight, l) in RULE {
-            let (n, derivatives) = shape(body.order, l);
-            let mut tangents = [[0.0; 3]; 2];
-            for (&node, d) in facet.iter().zip(derivatives) {
-                let x = body.nodes_m[node as usize];
-                for (tangent, d) in tangents.iter_mut().zip(d) {
-                    for (t, x) in tangent.iter_mut().zip(x) {
-                        *t += d * x;
-                    }
-                }
-            }
-            let [r, s] = tangents;
-            let normal = cross(r, s);
-            let area = norm(normal);
-            for (share, n) in shares[first..].iter_mut().zip(n) {
-                share.area_m2 += weight * n * area;
-                for (sum, c) in share.outward_m2.iter_mut().zip(normal) {
-                    *sum += weight * n * c;
-                }
-            }
-        }
-    }
-    shares
-}
-
-/// Shape functions of a facet and their derivatives by L_1 and L_2 (L_0 = 1 - L_1 - L_2), padded to six nodes.
-fn shape(order: ElementOrder, l: [f64; 3]) -> ([f64; 6], [[f64; 2]; 6]) {
-    let dl = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
-    let (mut n, mut d) = ([0.0; 6], [[0.0; 2]; 6]);
-    match order {
-        ElementOrder::Linear => {
-            n[..3].copy_from_slice(&l);
-            d[..3].copy_from_slice(&dl);
-        }
-        ElementOrder::Quadratic => {
-            for a in 0..3 {
-                n[a] = l[a] * (2.0 * l[a] - 1.0);
-                d[a] = dl[a].map(|dl| (4.0 * l[a] - 1.0) * dl);
-            }
-            for (i, [a, b]) in FACET_EDGES.into_iter().enumerate() {
-                n[3 + i] = 4.0 * l[a] * l[b];
-                d[3 + i] = [0, 1].map(|k| 4.0 * (l[a] * dl[b][k] + l[b] * dl[a][k]));
-            }
-        }
-    }
-    (n, d)
-}
-
-/// Weights and barycentric coordinates on the triangle of area 1/2, exact to degree 5 (Radon's rule of seven points;
-/// Dunavant, Int. J. Numer. Meth. Engng 21 (1985) 1129-1148).
-const RULE: [(f64, [f64; 3]); 7] = {
-    // (6 -+ sqrt 15) / 21, (155 -+ sqrt 15) / 2400
-    const A: f64 = 0.101_286_507_323_456_34;
-    const B: f64 = 0.470_142_064_105_115_1;
-    const WA: f64 = 0.062_969_590_272_413_58;
-    const WB: f64 = 0.066_197_076_394_253_1;
-    const THIRD: f64 = 1.0 / 3.0;
-    [
-        (9.0 / 80.0, [THIRD, THIRD, THIRD]),
-        (WA, [1.0 - 2.0 * A, A, A]),
-        (WA, [A, 1.0 - 2.0 * A, A]),
-        (WA, [A, A, 1.0 - 2.0 * A]),
-        (WB, [1.0 - 2.0 * B, B, B]),
-        (WB, [B, 1.0 - 2.0 * B, B]),
-        (WB, [B, B, 1.0 - 2.0 * B]),
-    ]
-};
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::ElementOrder;
+    use crate::mesh::{Connectivity, ElementOrder};
     use crate::model::Material;
     use crate::model::{DofMap, NodeMotion};
     use dovetail_numerics::space::middle;
 
-    /// int L_0^i L_1^j L_2^k dA = 2 A i! j! k! / (i + j + k + 2)!
-    #[test]
-    fn the_rule_is_exact_to_degree_five() {
-        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
-        for i in 0..=5 {
-            for j in 0..=5 - i {
-                for k in 0..=5 - i - j {
-                    let exact =
-                        factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 2);
-                    let sum: f64 = RULE
-                        .iter()
-                        .map(|(w, l)| w * l[0].powi(i) * l[1].powi(j) * l[2].powi(k))
-                        .sum();
-                    assert!((sum - exact).abs() < 1e-15, "{i} {j} {k}: {sum} {exact}");
-                }
-            }
-        }
-    }
-
-    fn body(order: ElementOrder, nodes_m: Vec<[f64; 3]>, loads: Vec<StaticLoad>) -> Body {
+    fn body(nodes_m: Vec<[f64; 3]>, loads: Vec<StaticLoad>) -> Body {
         let n = nodes_m.len();
         Body {
             name: "facet".into(),
@@ -181,12 +85,10 @@ mod tests {
             },
             rotates: false,
             fixed_interface_modes: None,
-            order,
             nodes_m,
             mesh_nodes: (0..n as u32).collect(),
             node_tags: (0..n as u64).collect(),
-            tets: Vec::new(),
-            tet_tags: Vec::new(),
+            elements: Connectivity::default(),
             dofs: DofMap {
                 nodes: (0..n as u32).map(NodeMotion::Free).collect(),
                 interior_nodes: n,
@@ -213,10 +115,10 @@ mod tests {
         if order == ElementOrder::Quadratic {
             nodes.extend([middle(a, b), middle(b, c), middle(a, c)]);
         }
-        let facets = (0..nodes.len() as u32).collect();
+        let facets = vec![(0..nodes.len() as u32).collect()];
         let loads = vec![StaticLoad::Surface { facets, traction }];
         let mut load = vec![0.0; 3 * nodes.len()];
-        add_static_loads(&body(order, nodes, loads), &mut load);
+        add_static_loads(&body(nodes, loads), &mut load);
         load
     }
 
@@ -261,12 +163,12 @@ mod tests {
         ];
         let nodes = vec![a, b, c, middles[0], middles[1], middles[2]];
         let loads = vec![StaticLoad::Surface {
-            facets: (0..6).collect(),
+            facets: vec![(0..6).collect()],
             traction: Traction::Pressure(1.0),
         }];
         let mut found = [0.0; 3];
         let mut load = vec![0.0; 18];
-        add_static_loads(&body(ElementOrder::Quadratic, nodes, loads), &mut load);
+        add_static_loads(&body(nodes, loads), &mut load);
         for (i, f) in load.iter().enumerate() {
             found[i % 3] -= f;
         }

@@ -1,10 +1,9 @@
 //! Volume, mass and centre of gravity of a body, and the centrifugal force on all of it: figures that show at a glance
 //! whether units are what they should be.
 
+use super::element::MOST_NODES;
 use super::elements::Elements;
-use super::quadrature::Tables;
-use super::{FemError, spin, tet4, tet10};
-use crate::mesh::ElementOrder;
+use super::{FemError, spin};
 use crate::model::{Body, Rotation};
 
 /// Of one body, as its finite elements see it.
@@ -29,24 +28,15 @@ pub fn mass_properties(
     rotation: Option<&Rotation>,
 ) -> Result<MassProperties, FemError> {
     let rotation = rotation.filter(|_| body.rotates);
-    match body.order {
-        ElementOrder::Linear => of_order(body, &tet4::tables(), rotation),
-        ElementOrder::Quadratic => of_order(body, &tet10::tables(), rotation),
-    }
-}
-
-fn of_order<const N: usize>(
-    body: &Body,
-    tables: &Tables<N>,
-    rotation: Option<&Rotation>,
-) -> Result<MassProperties, FemError> {
-    let elements = Elements::new(body, tables)?;
+    let elements = Elements::new(body)?;
     let (mut sum, mut moment) = (0.0, [0.0; 3]);
-    let mut mass = vec![[0.0]; N * N];
-    for e in 0..body.tet_count() {
-        elements.mass(e, &mut mass);
+    let mut mass = vec![[0.0]; MOST_NODES * MOST_NODES];
+    for e in 0..body.elements.len() {
+        let coords = elements.coords_m(e);
+        let mass = &mut mass[..coords.len().pow(2)];
+        elements.mass(e, mass);
         // The sum of a row is what the consistent mass matrix gives its node.
-        for (row, x) in mass.chunks_exact(N).zip(elements.coords_m(e)) {
+        for (row, x) in mass.chunks_exact(coords.len()).zip(coords.iter()) {
             let at_node: f64 = row.iter().flatten().sum();
             sum += at_node;
             for (moment, x) in moment.iter_mut().zip(x) {

@@ -2,27 +2,25 @@
 
 pub mod assembly;
 pub mod elasticity;
+pub mod element;
 pub mod elements;
+pub mod incompatible;
 pub mod loads;
 pub mod mass_properties;
-pub mod quadrature;
 pub mod spin;
 pub mod statics;
 pub mod stress;
-pub mod tet10;
-pub mod tet4;
+pub mod tables;
 
 mod error;
 
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
-use crate::mesh::ElementOrder;
 use crate::model::Prestress;
 use crate::model::{Body, Model, Rotation};
 use assembly::{NodePattern, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
 use elements::Elements;
-use quadrature::Tables;
 use statics::SolveSpd;
 
 pub use error::{FemError, Tags};
@@ -80,26 +78,14 @@ pub fn assemble_body(
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
     let rotation = rotation.filter(|_| body.rotates);
-    match body.order {
-        ElementOrder::Linear => assemble_order(body, &tet4::tables(), rotation, solve),
-        ElementOrder::Quadratic => assemble_order(body, &tet10::tables(), rotation, solve),
-    }
-}
-
-fn assemble_order<const N: usize>(
-    body: &Body,
-    tables: &Tables<N>,
-    rotation: Option<&Rotation>,
-    solve: &SolveSpd,
-) -> Result<BodyMatrices, FemError> {
-    let elements = Elements::new(body, tables)?;
+    let elements = Elements::new(body)?;
     let pattern = NodePattern::new(body);
     let isolated = pattern.isolated();
     if !isolated.is_empty() {
         return Err(FemError::orphan_nodes(body, &isolated));
     }
-    let mut k = sum_elements::<N, 9>(body, &pattern, |e, out| elements.stiffness(e, out));
-    let m = sum_elements::<N, 1>(body, &pattern, |e, out| elements.mass(e, out));
+    let mut k = sum_elements::<9>(body, &pattern, |e, out| elements.stiffness(e, out));
+    let m = sum_elements::<1>(body, &pattern, |e, out| elements.mass(e, out));
     let mut stiffness = symmetric_matrix(&pattern, &k);
     loads::uncouple(&mut stiffness, &body.held_dofs);
     let mut load_n = vec![0.0; stiffness.ncols()];

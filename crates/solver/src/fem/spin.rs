@@ -10,9 +10,8 @@
 //! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
 
 use super::assembly::{LowerBlocks, NodePattern, sum_elements};
-use super::elasticity::{self, Lame};
+use super::element::MOST_NODES;
 use super::elements::Elements;
-use super::quadrature::Tables;
 use crate::model::{Body, Rotation};
 
 /// Vectors from the axis to each node of the body, perpendicular to the axis, m.
@@ -29,22 +28,17 @@ pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
 
 /// Centrifugal load on the free dofs, N. Fixed nodes have mass too: what they carry themselves goes
 /// to the support, what the others carry of them is here.
-pub fn centrifugal_load<const N: usize>(
-    body: &Body,
-    elements: &Elements<'_, N>,
-    rotation: &Rotation,
-) -> Vec<f64> {
+pub fn centrifugal_load(body: &Body, elements: &Elements<'_>, rotation: &Rotation) -> Vec<f64> {
     let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
     let radii = radii_m(body, rotation);
     let mut load = vec![0.0; 3 * body.dofs.free_nodes()];
-    let mut mass = vec![[0.0]; N * N];
-    for e in 0..body.tet_count() {
-        elements.mass(e, &mut mass);
-        let tet = body.tet(e);
-        for (a, &node) in tet.iter().enumerate() {
+    let mut mass = vec![[0.0]; MOST_NODES * MOST_NODES];
+    for (e, nodes) in body.elements.iter().enumerate() {
+        elements.mass(e, &mut mass[..nodes.len().pow(2)]);
+        for (a, &node) in nodes.iter().enumerate() {
             let mut force = [0.0; 3];
-            for (b, &other) in tet.iter().enumerate() {
-                let weight = omega2 * mass[a * N + b][0];
+            for (b, &other) in nodes.iter().enumerate() {
+                let weight = omega2 * mass[a * nodes.len() + b][0];
                 for k in 0..3 {
                     force[k] += weight * radii[other as usize][k];
                 }
@@ -60,18 +54,14 @@ pub fn centrifugal_load<const N: usize>(
 }
 
 /// Geometric stiffness of the stress of `displacement_m` (every node of the body), N/m.
-pub fn geometric_stiffness<const N: usize>(
+pub fn geometric_stiffness(
     body: &Body,
-    elements: &Elements<'_, N>,
+    elements: &Elements<'_>,
     pattern: &NodePattern,
     displacement_m: &[[f64; 3]],
 ) -> LowerBlocks<1> {
-    let lame = Lame::from(body.material);
-    let tables: &Tables<N> = elements.tables;
-    sum_elements::<N, 1>(body, pattern, |e, out| {
-        let u = elements.values(e, displacement_m);
-        let coords = elements.coords_m(e);
-        elasticity::geometric_stiffness(&coords, &u, &tables.stiffness_curved, lame, out);
+    sum_elements::<1>(body, pattern, |e, out| {
+        elements.geometric_stiffness(e, displacement_m, out);
     })
 }
 

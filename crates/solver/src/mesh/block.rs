@@ -1,91 +1,177 @@
 //! Structured box meshes for tests and examples: no file, no mesher, every node known.
 //!
-//! Each cell is cut into six tetrahedra along its main diagonal (Kuhn), so neighbouring cells match.
+//! Each cell is one hexahedron, two wedges, six pyramids about its middle, or six tetrahedra along its
+//! main diagonal (Kuhn); neighbouring cells match.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::{ElementOrder, FACET_EDGES, Group, Mesh, TET_EDGES};
+use super::{Connectivity, ElementOrder, ElementType, Group, Mesh, Shape};
 use dovetail_numerics::space;
 
-/// Group of all tetrahedra.
+/// Group of all elements.
 pub const VOLUME: &str = "volume";
 /// Groups of the faces, two per direction.
 pub const FACES: [[&str; 2]; 3] = [["x_min", "x_max"], ["y_min", "y_max"], ["z_min", "z_max"]];
 
-/// The box `[0, size_m]` of `cells` cells per direction (at least one each). Groups: [`VOLUME`], the
-/// six [`FACES`], and the corner points `corner_000` ... `corner_111` (x, y, z; 0 low, 1 high).
-/// Tags count from 1 in the order of the nodes, tetrahedra and facets.
-pub fn block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
-    let grid = Grid::new(order, cells);
-    let nodes_m = grid.nodes_m(size_m);
-    let (mut tets, mut facets) = (Vec::new(), Vec::new());
-    let mut face_facets: [[Vec<u32>; 2]; 3] = Default::default();
-    for corners in grid.tets() {
-        tets.extend(grid.element(&corners, &TET_EDGES));
-        for (direction, sides) in face_facets.iter_mut().enumerate() {
-            for (side, on_face) in sides.iter_mut().enumerate() {
-                let level = side * grid.last[direction];
-                let faces = TET_FACES.map(|face| face.map(|v| corners[v]));
-                for face in faces
-                    .iter()
-                    .filter(|f| f.iter().all(|p| p[direction] == level))
-                {
-                    on_face.push((facets.len() / order.nodes_per_facet()) as u32);
-                    facets.extend(grid.element(face, &FACET_EDGES));
-                }
+/// The box `[0, size_m]` of `cells` cells per direction (at least one each), all of one type of element.
+/// Groups: [`VOLUME`], the six [`FACES`], and the corner points `corner_000` ... `corner_111` (x, y, z; 0
+/// low, 1 high). Tags count from 1 in the order of the nodes, elements and facets.
+pub fn block(element: ElementType, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
+    let cell = |_| match element.shape {
+        Shape::Tetrahedron => tetrahedra(),
+        Shape::Pyramid => pyramids(false),
+        Shape::Wedge => wedges(),
+        Shape::Hexahedron => hexahedron(),
+    };
+    filled(element.order, cells, size_m, cell)
+}
+
+/// As [`block`], with elements of all shapes: along x hexahedra, then wedges, pyramids, pyramids with
+/// two tetrahedra, and tetrahedra; five cells or more along x have them all.
+pub fn mixed_block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
+    let last = cells[0].max(1) - 1;
+    filled(order, cells, size_m, |x| match last - x.min(last) {
+        0 => tetrahedra(),
+        1 => pyramids(true),
+        2 => pyramids(false),
+        3 => wedges(),
+        _ => hexahedron(),
+    })
+}
+
+/// Corners of an element, in halves of a cell.
+type Corners = Vec<[usize; 3]>;
+
+/// Points of a cell, in halves of it: the corners as those of a hexahedron.
+const CELL: [[usize; 3]; 8] = [
+    [0, 0, 0],
+    [2, 0, 0],
+    [2, 2, 0],
+    [0, 2, 0],
+    [0, 0, 2],
+    [2, 0, 2],
+    [2, 2, 2],
+    [0, 2, 2],
+];
+
+fn hexahedron() -> Vec<Corners> {
+    vec![CELL.to_vec()]
+}
+
+/// Two, cut along the diagonal of their triangles.
+fn wedges() -> Vec<Corners> {
+    [[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]]
+        .map(|wedge| wedge.map(|i| CELL[i]).to_vec())
+        .to_vec()
+}
+
+/// One on each face, with the apex in the middle; where the next cell along x is of tetrahedra the last
+/// one is two of them.
+fn pyramids(before_tetrahedra: bool) -> Vec<Corners> {
+    const TOWARDS_X: usize = 3;
+    let mut all = Vec::new();
+    for (i, face) in Shape::Hexahedron.faces().iter().enumerate() {
+        // The base is seen from inside, and so is that of a tetrahedron.
+        let base: Corners = face.iter().rev().map(|&corner| CELL[corner]).collect();
+        let mut with_apex = |base: &[usize], corners: &Corners| {
+            let mut element: Corners = base.iter().map(|&i| corners[i]).collect();
+            element.push([1, 1, 1]);
+            all.push(element);
+        };
+        if before_tetrahedra && i == TOWARDS_X {
+            let from = base.iter().position(|p| *p == [2, 0, 0]).unwrap_or(0);
+            for [p, q] in [[1, 2], [2, 3]] {
+                with_apex(&[from, (from + p) % 4, (from + q) % 4], &base);
             }
+        } else {
+            with_apex(&[0, 1, 2, 3], &base);
         }
     }
-    let (tet_count, facet_count) = (
-        tets.len() / order.nodes_per_tet(),
-        facets.len() / order.nodes_per_facet(),
-    );
-    let all = (0..tet_count as u32).collect();
-    let volume = group(3, all, &tets, order.nodes_per_tet());
+    all
+}
+
+/// Six, along the main diagonal.
+fn tetrahedra() -> Vec<Corners> {
+    let of_path = |path: [usize; 3]| {
+        let mut corners = vec![[0; 3]; 4];
+        for (k, direction) in path.iter().enumerate() {
+            for corner in &mut corners[k + 1..] {
+                corner[*direction] += 2;
+            }
+        }
+        // Odd permutations of the directions turn the tetrahedron inside out.
+        if is_odd(path) {
+            corners.swap(1, 2);
+        }
+        corners
+    };
+    PATHS.map(of_path).to_vec()
+}
+
+/// The box, each cell filled with the elements of its place along x.
+fn filled(
+    order: ElementOrder,
+    cells: [usize; 3],
+    size_m: [f64; 3],
+    cell: impl Fn(usize) -> Vec<Corners>,
+) -> Mesh {
+    let grid = Grid {
+        order,
+        last: cells.map(|c| c.max(1) * STEP),
+    };
+    let (mut elements, mut facets) = (Connectivity::default(), Connectivity::default());
+    let mut face_facets: [[Vec<u32>; 2]; 3] = Default::default();
+    for place in points(cells.map(|c| c.max(1))) {
+        for corners in cell(place[0]) {
+            let at = |p: &[usize; 3]| [0, 1, 2].map(|k| place[k] * STEP + p[k] * STEP / 2);
+            let corners: Corners = corners.iter().map(at).collect();
+            let (element, nodes) = grid.element(&corners);
+            for (direction, sides) in face_facets.iter_mut().enumerate() {
+                for (side, on_face) in sides.iter_mut().enumerate() {
+                    let level = side * grid.last[direction];
+                    for (f, face) in element.shape.faces().iter().enumerate() {
+                        if face.iter().all(|&i| corners[i][direction] == level) {
+                            on_face.push(facets.len() as u32);
+                            let on_face = element.face(f).into_iter().map(|i| nodes[i]);
+                            facets.push(facets.len() as u64 + 1, on_face);
+                        }
+                    }
+                }
+            }
+            elements.push(elements.len() as u64 + 1, nodes);
+        }
+    }
+    let volume = group(3, (0..elements.len() as u32).collect(), &elements);
     let mut groups = BTreeMap::from([(VOLUME.to_string(), volume)]);
     for (names, sides) in FACES.iter().zip(face_facets) {
-        for (name, elements) in names.iter().zip(sides) {
-            let face = group(2, elements, &facets, order.nodes_per_facet());
-            groups.insert(name.to_string(), face);
+        for (name, on_face) in names.iter().zip(sides) {
+            groups.insert(name.to_string(), group(2, on_face, &facets));
         }
     }
     groups.extend((0..8).map(|corner| grid.corner(corner)));
-    Mesh {
-        order,
-        node_tags: (1..=nodes_m.len() as u64).collect(),
-        nodes_m,
-        tets,
-        tet_tags: (1..=tet_count as u64).collect(),
+    let mesh = Mesh {
+        nodes_m: grid.nodes_m(size_m),
+        node_tags: Vec::new(),
+        elements,
         facets,
-        facet_tags: (1..=facet_count as u64).collect(),
         groups,
-    }
+    };
+    without_unused_points(mesh)
 }
 
-/// The points of a block: its nodes.
+/// Points of the grid from one end of a cell to the other: the middle of any edge is one, also of those
+/// to the middle of the cell.
+const STEP: usize = 4;
+
+/// The points of a block, of which its nodes are some.
 struct Grid {
     order: ElementOrder,
-    /// Points from one end of a cell to the other: quadratic meshes use the grid of half the
-    /// spacing, where the middle of any edge of a tetrahedron is a point.
-    step: usize,
     /// Last point in each direction; the first is 0.
     last: [usize; 3],
 }
 
 impl Grid {
-    fn new(order: ElementOrder, cells: [usize; 3]) -> Self {
-        let step = match order {
-            ElementOrder::Linear => 1,
-            ElementOrder::Quadratic => 2,
-        };
-        Self {
-            order,
-            step,
-            last: cells.map(|c| c.max(1) * step),
-        }
-    }
-
     fn index(&self, p: [usize; 3]) -> u32 {
         let [x, y] = [0, 1].map(|k| self.last[k] + 1);
         (p[0] + x * (p[1] + y * p[2])) as u32
@@ -97,35 +183,17 @@ impl Grid {
         points(self.last.map(|n| n + 1)).map(point).collect()
     }
 
-    /// Corners of the tetrahedra, cell by cell.
-    fn tets(&self) -> impl Iterator<Item = [[usize; 3]; 4]> {
-        let step = self.step;
-        points(self.last.map(|n| n / step)).flat_map(move |cell| {
-            PATHS.map(|path| {
-                let mut corners = [cell.map(|c| c * step); 4];
-                for (k, direction) in path.iter().enumerate() {
-                    for corner in &mut corners[k + 1..] {
-                        corner[*direction] += step;
-                    }
-                }
-                // Odd permutations of the directions turn the tetrahedron inside out.
-                if is_odd(path) {
-                    corners.swap(1, 2);
-                }
-                corners
-            })
-        })
-    }
-
-    /// Nodes of an element with these corners, and of its edges where it is quadratic.
-    fn element(&self, corners: &[[usize; 3]], edges: &[[usize; 2]]) -> Vec<u32> {
+    /// Type and nodes of the element with these corners.
+    fn element(&self, corners: &[[usize; 3]]) -> (ElementType, Vec<u32>) {
+        let linear = ElementType::with_nodes(corners.len()).expect("corners are those of a shape");
+        let element = ElementType::new(linear.shape, self.order);
         let edges = match self.order {
             ElementOrder::Linear => &[],
-            ElementOrder::Quadratic => edges,
+            ElementOrder::Quadratic => element.shape.edges(),
         };
         let middle = |&[a, b]: &[usize; 2]| [0, 1, 2].map(|k| (corners[a][k] + corners[b][k]) / 2);
         let nodes = corners.iter().copied().chain(edges.iter().map(middle));
-        nodes.map(|p| self.index(p)).collect()
+        (element, nodes.map(|p| self.index(p)).collect())
     }
 
     /// Corner 0 to 7 of the block, with its name.
@@ -138,6 +206,29 @@ impl Grid {
         };
         (format!("corner_{}{}{}", high[0], high[1], high[2]), group)
     }
+}
+
+/// The mesh with the nodes of its elements alone, numbered in the order of the points.
+fn without_unused_points(mut mesh: Mesh) -> Mesh {
+    let mut index = vec![None; mesh.nodes_m.len()];
+    for &node in mesh.elements.nodes() {
+        index[node as usize] = Some(0);
+    }
+    let used = index.iter_mut().flatten();
+    used.zip(0..).for_each(|(new, number)| *new = number);
+    let new = |node: &mut u32| *node = index[*node as usize].unwrap_or(u32::MAX);
+    mesh.elements.nodes_mut().iter_mut().for_each(new);
+    mesh.facets.nodes_mut().iter_mut().for_each(new);
+    let in_groups = mesh.groups.values_mut().flat_map(|group| &mut group.nodes);
+    in_groups.for_each(new);
+    let is_used = |(x, new): ([f64; 3], &Option<u32>)| new.map(|_| x);
+    mesh.nodes_m = std::mem::take(&mut mesh.nodes_m)
+        .into_iter()
+        .zip(&index)
+        .filter_map(is_used)
+        .collect();
+    mesh.node_tags = (1..=mesh.nodes_m.len() as u64).collect();
+    mesh
 }
 
 /// The points below `count` in each direction, the first one fastest.
@@ -171,29 +262,26 @@ pub fn map_nodes(mesh: &mut Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) {
 
 /// Puts the mid-edge nodes of quadratic elements back on the middle of their corners.
 pub fn straighten(mesh: &mut Mesh) {
-    if mesh.order == ElementOrder::Linear {
-        return;
-    }
-    for tet in mesh.tets.chunks_exact(10) {
-        for (edge, [a, b]) in TET_EDGES.iter().enumerate() {
-            let (a, b) = (
-                mesh.nodes_m[tet[*a] as usize],
-                mesh.nodes_m[tet[*b] as usize],
-            );
-            mesh.nodes_m[tet[4 + edge] as usize] = space::middle(a, b);
+    for nodes in mesh.elements.iter() {
+        let Some(ElementType {
+            shape,
+            order: ElementOrder::Quadratic,
+        }) = ElementType::with_nodes(nodes.len())
+        else {
+            continue;
+        };
+        for (&middle, &[a, b]) in nodes[shape.corners()..].iter().zip(shape.edges()) {
+            let [a, b] = [a, b].map(|i| mesh.nodes_m[nodes[i] as usize]);
+            mesh.nodes_m[middle as usize] = space::middle(a, b);
         }
     }
 }
 
 /// Both meshes in one, nothing welded: a two-body mesh as a mesher would write it. Group `g` of the
 /// first becomes `<first name>_g`; likewise the second, whose tags go on where the first's end.
-///
-/// # Panics
-/// If the orders of the two meshes differ.
 pub fn side_by_side(first: (&str, &Mesh), second: (&str, &Mesh)) -> Mesh {
     let (name_a, a) = first;
     let (name_b, b) = second;
-    assert_eq!(a.order, b.order, "both meshes must have the same order");
     let after = |tags: &[u64]| tags.iter().max().copied().unwrap_or(0);
     let mut joined = a.clone();
     joined.nodes_m.extend(&b.nodes_m);
@@ -201,14 +289,16 @@ pub fn side_by_side(first: (&str, &Mesh), second: (&str, &Mesh)) -> Mesh {
         .node_tags
         .extend(b.node_tags.iter().map(|t| t + after(&a.node_tags)));
     let shift = a.nodes_m.len() as u32;
-    joined.tets.extend(b.tets.iter().map(|n| n + shift));
-    joined
-        .tet_tags
-        .extend(b.tet_tags.iter().map(|t| t + after(&a.tet_tags)));
-    joined.facets.extend(b.facets.iter().map(|n| n + shift));
-    joined
-        .facet_tags
-        .extend(b.facet_tags.iter().map(|t| t + after(&a.facet_tags)));
+    let lists = [
+        (&mut joined.elements, &b.elements),
+        (&mut joined.facets, &b.facets),
+    ];
+    for (list, added) in lists {
+        let last = after(list.tags());
+        for (nodes, tag) in added.iter().zip(added.tags()) {
+            list.push(tag + last, nodes.iter().map(|n| n + shift));
+        }
+    }
     joined.groups = a
         .groups
         .iter()
@@ -216,8 +306,8 @@ pub fn side_by_side(first: (&str, &Mesh), second: (&str, &Mesh)) -> Mesh {
         .collect();
     for (name, group) in &b.groups {
         let first_element = match group.dimension {
-            3 => a.tet_tags.len(),
-            _ => a.facet_tags.len(),
+            3 => a.elements.len(),
+            _ => a.facets.len(),
         } as u32;
         let group = Group {
             dimension: group.dimension,
@@ -238,19 +328,14 @@ const PATHS: [[usize; 3]; 6] = [
     [1, 0, 2],
     [2, 1, 0],
 ];
-/// Corners of the faces, normals outwards.
-const TET_FACES: [[usize; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 
 fn is_odd(path: [usize; 3]) -> bool {
     (path[1] + 3 - path[0]) % 3 == 2
 }
 
-fn group(dimension: u8, elements: Vec<u32>, connectivity: &[u32], per_element: usize) -> Group {
-    let mut nodes: Vec<u32> = elements
-        .iter()
-        .flat_map(|&e| &connectivity[e as usize * per_element..(e as usize + 1) * per_element])
-        .copied()
-        .collect();
+fn group(dimension: u8, elements: Vec<u32>, list: &Connectivity) -> Group {
+    let nodes = elements.iter().flat_map(|&e| list.of(e as usize));
+    let mut nodes: Vec<u32> = nodes.copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     Group {
@@ -264,25 +349,32 @@ fn group(dimension: u8, elements: Vec<u32>, connectivity: &[u32], per_element: u
 mod tests {
     use super::*;
 
-    use dovetail_numerics::space::{cross, distance, dot, norm, sub};
-
-    /// Volume of the straight tetrahedron, positive when its corners are in Gmsh's order.
-    fn volume(mesh: &Mesh, e: usize) -> f64 {
-        let [o, a, b, c] = [0, 1, 2, 3].map(|v| mesh.nodes_m[mesh.tet(e)[v] as usize]);
-        dot(cross(sub(a, o), sub(b, o)), sub(c, o)) / 6.0
-    }
+    use dovetail_numerics::space::{cross, distance, norm, sub};
 
     #[test]
-    fn tets_fill_the_box_and_point_outwards_even_when_distorted() {
-        for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
-            let size = [2.0, 3.0, 0.5];
-            let mut mesh = block(order, [3, 2, 4], size);
+    fn elements_fill_the_box_and_point_outwards_even_when_distorted() {
+        let size = [2.0, 3.0, 0.5];
+        let of_one_type = ElementType::ALL.map(|element| {
+            let per_cell = match element.shape {
+                Shape::Tetrahedron | Shape::Pyramid => 6,
+                Shape::Wedge => 2,
+                Shape::Hexahedron => 1,
+            };
+            (block(element, [5, 2, 4], size), 5 * 2 * 4 * per_cell)
+        });
+        let mixed = [ElementOrder::Linear, ElementOrder::Quadratic].map(|order| {
+            (
+                mixed_block(order, [5, 2, 4], size),
+                2 * 4 * (1 + 2 + 6 + 7 + 6),
+            )
+        });
+        for (mut mesh, count) in of_one_type.into_iter().chain(mixed) {
+            assert_eq!(mesh.elements.len(), count);
             for amplitude in [0.0, 0.03] {
                 distort(&mut mesh, size, amplitude);
-                let volumes: Vec<f64> = (0..mesh.tet_count()).map(|e| volume(&mesh, e)).collect();
-                assert_eq!(volumes.len(), 3 * 2 * 4 * 6);
-                assert!(volumes.iter().all(|&v| v > 0.0));
-                assert!((volumes.iter().sum::<f64>() - 3.0).abs() < 1e-13);
+                // Inside out, folded, joined badly: all of that is an error.
+                let found = crate::mesh::quality::check(&mesh).unwrap();
+                assert!((found.volume_m3 - 3.0).abs() < 1e-13, "{found:?}");
             }
         }
     }
@@ -290,7 +382,7 @@ mod tests {
     #[test]
     fn distortion_moves_inner_nodes_and_keeps_the_boundary() {
         let size = [1.0, 1.0, 1.0];
-        let straight = block(ElementOrder::Quadratic, [3, 3, 3], size);
+        let straight = block(ElementType::TET10, [3, 3, 3], size);
         let mut moved = straight.clone();
         distort(&mut moved, size, 0.05);
         let mut inner = 0;
@@ -307,21 +399,21 @@ mod tests {
     }
 
     #[test]
-    fn mid_edge_nodes_are_halfway_in_gmsh_order() {
-        let mesh = block(ElementOrder::Quadratic, [2, 1, 2], [1.0, 2.0, 3.0]);
+    fn mid_edge_nodes_are_halfway() {
+        let mesh = block(ElementType::TET10, [2, 1, 2], [1.0, 2.0, 3.0]);
         let at = |n: u32| mesh.nodes_m[n as usize];
         let halfway = |m: u32, a: u32, b: u32| {
             let mean = space::middle(at(a), at(b));
             assert!(distance(at(m), mean) < 1e-15);
         };
-        for e in 0..mesh.tet_count() {
-            let t = mesh.tet(e);
-            halfway(t[8], t[2], t[3]);
-            halfway(t[9], t[1], t[3]);
+        for e in 0..mesh.elements.len() {
+            let t = mesh.elements.of(e);
+            halfway(t[8], t[1], t[3]);
+            halfway(t[9], t[2], t[3]);
             halfway(t[6], t[0], t[2]);
         }
-        for f in 0..mesh.facet_tags.len() {
-            let t = mesh.facet(f);
+        for f in 0..mesh.facets.len() {
+            let t = mesh.facets.of(f);
             halfway(t[3], t[0], t[1]);
             halfway(t[4], t[1], t[2]);
             halfway(t[5], t[0], t[2]);
@@ -330,8 +422,8 @@ mod tests {
 
     #[test]
     fn groups_name_faces_and_corners() {
-        for (order, face_nodes) in [(ElementOrder::Linear, 12), (ElementOrder::Quadratic, 35)] {
-            let mesh = block(order, [4, 2, 3], [4.0, 2.0, 3.0]);
+        for (element, face_nodes) in [(ElementType::TET4, 12), (ElementType::TET10, 35)] {
+            let mesh = block(element, [4, 2, 3], [4.0, 2.0, 3.0]);
             let face = &mesh.groups["x_max"];
             assert_eq!(
                 (face.dimension, face.elements.len(), face.nodes.len()),
@@ -347,7 +439,7 @@ mod tests {
                 .iter()
                 .map(|&f| {
                     let [a, b, c] =
-                        [0, 1, 2].map(|v| mesh.nodes_m[mesh.facet(f as usize)[v] as usize]);
+                        [0, 1, 2].map(|v| mesh.nodes_m[mesh.facets.of(f as usize)[v] as usize]);
                     let normal = cross(sub(b, a), sub(c, a));
                     assert!(normal[0] > 0.0, "facet normals point outwards");
                     0.5 * norm(normal)
@@ -362,11 +454,11 @@ mod tests {
 
     #[test]
     fn side_by_side_keeps_both_meshes_apart() {
-        let a = block(ElementOrder::Quadratic, [1, 1, 1], [1.0; 3]);
-        let mut b = block(ElementOrder::Quadratic, [2, 1, 1], [1.0; 3]);
+        let a = block(ElementType::TET10, [1, 1, 1], [1.0; 3]);
+        let mut b = block(ElementType::TET10, [2, 1, 1], [1.0; 3]);
         map_nodes(&mut b, |p| [p[0] + 1.0, p[1], p[2]]);
         let both = side_by_side(("blade", &a), ("jaw", &b));
-        assert_eq!(both.tet_count(), 18);
+        assert_eq!(both.elements.len(), 18);
         let jaw = &both.groups["jaw_x_min"];
         assert!(
             jaw.nodes
@@ -374,7 +466,8 @@ mod tests {
                 .all(|&n| both.nodes_m[n as usize][0] == 1.0 && n >= 27)
         );
         assert!(jaw.elements.iter().all(|&f| {
-            both.facet(f as usize)
+            both.facets
+                .of(f as usize)
                 .iter()
                 .all(|n| jaw.nodes.binary_search(n).is_ok())
         }));

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::Group;
 use super::element::Connectivity;
+use super::{FARTHEST_M, Group, Mesh, MeshError};
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -40,4 +40,56 @@ pub struct FileMaterial {
     pub density: Option<f64>,
     /// The elements that are made of it, ascending, each once.
     pub elements: Vec<u32>,
+}
+
+impl Content {
+    /// The mesh in metres: nodes that no group has are dropped, the others numbered in the order of the
+    /// file.
+    ///
+    /// # Errors
+    /// Without groups or solid elements, and where a coordinate is no number or too far away.
+    pub fn into_mesh(mut self, metres_per_unit: f64) -> Result<Mesh, MeshError> {
+        const UNUSED: u32 = u32::MAX;
+        if self.groups.is_empty() {
+            return Err(MeshError::NoGroups);
+        }
+        if self.elements.is_empty() {
+            return Err(MeshError::NoElements);
+        }
+        let mut new_index = vec![UNUSED; self.nodes.len()];
+        for &node in self.groups.values().flat_map(|g| &g.nodes) {
+            new_index[node as usize] = 0;
+        }
+        let (mut nodes_m, mut node_tags) = (Vec::new(), Vec::new());
+        let file = self.nodes.iter().zip(&self.node_tags);
+        for (new, (&at, &tag)) in new_index.iter_mut().zip(file) {
+            if *new == UNUSED {
+                continue;
+            }
+            *new = nodes_m.len() as u32;
+            let at_m = at.map(|x| x * metres_per_unit);
+            if at_m.iter().any(|x| !x.is_finite() || x.abs() > FARTHEST_M) {
+                return Err(MeshError::NotFinite { tag, at });
+            }
+            nodes_m.push(at_m);
+            node_tags.push(tag);
+        }
+        let lists = [&mut self.elements, &mut self.facets];
+        let nodes = lists.into_iter().flat_map(Connectivity::nodes_mut);
+        let in_groups = self.groups.values_mut().flat_map(|g| &mut g.nodes);
+        for node in nodes.chain(in_groups) {
+            *node = new_index[*node as usize];
+        }
+        for group in self.groups.values_mut() {
+            group.nodes.sort_unstable();
+            group.nodes.dedup();
+        }
+        Ok(Mesh {
+            nodes_m,
+            node_tags,
+            elements: self.elements,
+            facets: self.facets,
+            groups: self.groups,
+        })
+    }
 }

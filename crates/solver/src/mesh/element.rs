@@ -4,6 +4,8 @@
 //! [`Shape::edges`]. (Gmsh has the middles in another order.) The first face of a pyramid, a wedge and
 //! a hexahedron is its base; counted from above the base its corners run counter-clockwise.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 /// Shape of an element.
@@ -140,16 +142,45 @@ pub struct ElementType {
 }
 
 impl ElementType {
+    /// Tetrahedron of 4 nodes.
+    pub const TET4: Self = Self::new(Shape::Tetrahedron, ElementOrder::Linear);
+    /// Tetrahedron of 10 nodes.
+    pub const TET10: Self = Self::new(Shape::Tetrahedron, ElementOrder::Quadratic);
+    /// Pyramid of 5 nodes.
+    pub const PYRAMID5: Self = Self::new(Shape::Pyramid, ElementOrder::Linear);
+    /// Pyramid of 13 nodes.
+    pub const PYRAMID13: Self = Self::new(Shape::Pyramid, ElementOrder::Quadratic);
+    /// Wedge of 6 nodes.
+    pub const WEDGE6: Self = Self::new(Shape::Wedge, ElementOrder::Linear);
+    /// Wedge of 15 nodes.
+    pub const WEDGE15: Self = Self::new(Shape::Wedge, ElementOrder::Quadratic);
+    /// Hexahedron of 8 nodes.
+    pub const HEX8: Self = Self::new(Shape::Hexahedron, ElementOrder::Linear);
+    /// Hexahedron of 20 nodes.
+    pub const HEX20: Self = Self::new(Shape::Hexahedron, ElementOrder::Quadratic);
+
     /// All of them.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let orders = [ElementOrder::Linear, ElementOrder::Quadratic];
-        let of = move |shape| orders.map(|order| Self { shape, order });
-        Shape::ALL.into_iter().flat_map(of)
+    pub const ALL: [Self; 8] = [
+        Self::TET4,
+        Self::TET10,
+        Self::PYRAMID5,
+        Self::PYRAMID13,
+        Self::WEDGE6,
+        Self::WEDGE15,
+        Self::HEX8,
+        Self::HEX20,
+    ];
+
+    /// Of a shape and an order.
+    pub const fn new(shape: Shape, order: ElementOrder) -> Self {
+        Self { shape, order }
     }
 
     /// The one that has `nodes` nodes: 4, 5, 6, 8, 10, 13, 15 or 20.
     pub fn with_nodes(nodes: usize) -> Option<Self> {
-        Self::all().find(|element| element.nodes() == nodes)
+        Self::ALL
+            .into_iter()
+            .find(|element| element.nodes() == nodes)
     }
 
     /// Number of nodes.
@@ -158,6 +189,17 @@ impl ElementType {
             ElementOrder::Linear => self.shape.corners(),
             ElementOrder::Quadratic => self.shape.corners() + self.shape.edges().len(),
         }
+    }
+
+    /// Its name: tet4, tet10, pyramid5, pyramid13, wedge6, wedge15, hex8, hex20.
+    pub fn name(self) -> String {
+        let shape = match self.shape {
+            Shape::Tetrahedron => "tet",
+            Shape::Pyramid => "pyramid",
+            Shape::Wedge => "wedge",
+            Shape::Hexahedron => "hex",
+        };
+        format!("{shape}{}", self.nodes())
     }
 
     /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between each
@@ -238,6 +280,18 @@ impl Connectivity {
         &self.tags
     }
 
+    /// How many solid elements there are of each type.
+    pub fn types(&self) -> BTreeMap<ElementType, usize> {
+        let mut counts = BTreeMap::new();
+        for element in self
+            .iter()
+            .filter_map(|nodes| ElementType::with_nodes(nodes.len()))
+        {
+            *counts.entry(element).or_default() += 1;
+        }
+        counts
+    }
+
     /// Nodes of all elements, one element after the other.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
@@ -256,9 +310,7 @@ mod tests {
 
     #[test]
     fn the_number_of_nodes_says_the_type() {
-        let all: Vec<_> = ElementType::all().collect();
-        assert_eq!(all.len(), 8);
-        for element in all {
+        for element in ElementType::ALL {
             assert_eq!(ElementType::with_nodes(element.nodes()), Some(element));
         }
         assert_eq!(ElementType::with_nodes(27), None);
@@ -287,7 +339,10 @@ mod tests {
 
     #[test]
     fn middles_of_a_face_lie_between_its_corners() {
-        for element in ElementType::all().filter(|e| e.order == ElementOrder::Quadratic) {
+        for element in ElementType::ALL
+            .into_iter()
+            .filter(|e| e.order == ElementOrder::Quadratic)
+        {
             for (f, corners) in element.shape.faces().iter().enumerate() {
                 let nodes = element.face(f);
                 assert_eq!(nodes[..corners.len()], **corners);

@@ -94,7 +94,7 @@ pub enum MeshError {
     )]
     UnknownEntity { dimension: i32, entity: i32 },
     #[error(
-        "group `{group}` has elements of type {kind}: only tetrahedra (4 or 10 nodes), triangles (3 or 6), lines (2 or 3) and points are read; mesh without Recombine and with Mesh.ElementOrder 1 or 2"
+        "group `{group}` has elements of type {kind}: only tetrahedra (4 or 10 nodes), pyramids (5 or 13), wedges (6 or 15), hexahedra (8 or 20), triangles (3 or 6), quadrilaterals (4 or 8), lines (2 or 3) and points are read; mesh with Mesh.ElementOrder 1 or 2"
     )]
     UnsupportedElement { group: String, kind: String },
     #[error(
@@ -102,17 +102,13 @@ pub enum MeshError {
     )]
     CompleteElement { group: String, nodes: usize },
     #[error(
-        "group `{linear}` has linear elements and group `{quadratic}` quadratic ones: mesh everything with one Mesh.ElementOrder"
-    )]
-    MixedOrders { linear: String, quadratic: String },
-    #[error(
         "the mesh has no physical groups: name the volumes and surfaces in the script with `Physical Volume(\"blade\") = {{..}};` and so on"
     )]
     NoGroups,
     #[error(
-        "no physical group has tetrahedra: is it meshed in three dimensions (`gmsh -3`), and has it a `Physical Volume`?"
+        "no group has solid elements: is it meshed in three dimensions (`gmsh -3`), and has it a `Physical Volume`?"
     )]
-    NoTetrahedra,
+    NoElements,
 }
 
 impl MeshError {

@@ -69,7 +69,7 @@ mod tests {
 
     #[test]
     fn every_node_has_one_place() {
-        for element in ElementType::all() {
+        for element in ElementType::ALL {
             let mut places = from_gmsh(element).to_vec();
             places.sort_unstable();
             assert!(places.into_iter().eq(0..element.nodes()), "{element:?}");

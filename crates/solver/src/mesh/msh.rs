@@ -14,11 +14,14 @@ use std::path::Path;
 
 use mshio::mshfile::{ElementBlock, ElementType, Entities, MshFile, Nodes};
 
+use super::content::Content;
+use super::element;
+use super::gmsh_order::from_gmsh;
 use super::sections::{
     Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
     physical_names, sections,
 };
-use super::{ElementOrder, FARTHEST_M, Group, Mesh, MeshError};
+use super::{Group, Mesh, MeshError};
 use crate::input;
 
 /// Reads a mesh file. Lengths are multiplied by `metres_per_unit`.
@@ -55,7 +58,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
     blank_other_sections(&mut bytes, &sections);
     let max_node_tag = keep_node_tags(&mut bytes, encoding, &sections)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|e| malformed(&bytes, &e))?;
-    assemble(file, &names, max_node_tag, metres_per_unit)
+    assemble(file, &names, max_node_tag)?.into_mesh(metres_per_unit)
 }
 
 fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {
@@ -79,17 +82,14 @@ fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {
     }
 }
 
-/// Element shapes that are read: dimension and, but for points, order.
-fn shape(kind: ElementType) -> Option<(u8, Option<ElementOrder>)> {
-    use ElementOrder::{Linear, Quadratic};
+/// Dimension of the elements that are read.
+fn dimension(kind: ElementType) -> Option<u8> {
+    use ElementType::*;
     Some(match kind {
-        ElementType::Pnt => (0, None),
-        ElementType::Lin2 => (1, Some(Linear)),
-        ElementType::Lin3 => (1, Some(Quadratic)),
-        ElementType::Tri3 => (2, Some(Linear)),
-        ElementType::Tri6 => (2, Some(Quadratic)),
-        ElementType::Tet4 => (3, Some(Linear)),
-        ElementType::Tet10 => (3, Some(Quadratic)),
+        Pnt => 0,
+        Lin2 | Lin3 => 1,
+        Tri3 | Tri6 | Qua4 | Qua8 => 2,
+        Tet4 | Tet10 | Pyr5 | Pyr13 | Pri6 | Pri15 | Hex8 | Hex20 => 3,
         _ => return None,
     })
 }
@@ -98,8 +98,7 @@ fn assemble(
     file: MshFile<u64, i32, f64>,
     names: &Names,
     max_node_tag: u64,
-    metres_per_unit: f64,
-) -> Result<Mesh, MeshError> {
+) -> Result<Content, MeshError> {
     let missing = |section| MeshError::MissingSection { section };
     let nodes = file.data.nodes.ok_or_else(|| missing("Nodes"))?;
     let elements = file.data.elements.ok_or_else(|| missing("Elements"))?;
@@ -117,20 +116,15 @@ fn assemble(
     check_tags("element", all.map(|e| e.element_tag), range)?;
 
     let groups_of = groups_of_entities(file.data.entities.as_ref(), names)?;
-    let mut mesh = Mesh {
-        order: ElementOrder::Linear,
-        nodes_m: Vec::new(),
-        node_tags: Vec::new(),
-        tets: Vec::new(),
-        tet_tags: Vec::new(),
-        facets: Vec::new(),
-        facet_tags: Vec::new(),
+    let mut content = Content {
+        nodes: positions,
+        node_tags: tags,
         groups: empty_groups(names, &groups_of)?,
+        ..Content::default()
     };
-    if mesh.groups.is_empty() {
+    if content.groups.is_empty() {
         return Err(MeshError::NoGroups);
     }
-    let mut by_order: [Option<&String>; 2] = [None, None];
     for block in &elements.element_blocks {
         let groups = groups_of.get(&(block.entity_dim, block.entity_tag)).ok_or(
             MeshError::UnknownEntity {
@@ -142,36 +136,33 @@ fn assemble(
         let Some(first) = groups.first() else {
             continue; // on an entity that no physical group names
         };
-        let Some((dimension, order)) = shape(block.element_type) else {
-            return Err(MeshError::UnsupportedElement {
-                group: first.clone(),
-                kind: format!("{:?}", block.element_type),
+        let kind = block.element_type;
+        let Some(dimension) = dimension(kind) else {
+            let group = first.clone();
+            return Err(match kind.nodes() {
+                Ok(nodes) if is_complete(kind) => MeshError::CompleteElement { group, nodes },
+                _ => MeshError::UnsupportedElement {
+                    group,
+                    kind: format!("{kind:?}"),
+                },
             });
         };
         if block.entity_dim != i32::from(dimension) {
             return Err(MeshError::Dimension {
-                kind: format!("type {:?}", block.element_type),
+                kind: format!("type {kind:?}"),
                 entity: block.entity_tag,
                 dimension: block.entity_dim,
             });
         }
-        if let Some(order) = order {
-            mesh.order = order;
-            by_order[order as usize] = Some(first);
-        }
-        append_block(&mut mesh, block, groups, dimension, &index_of);
+        append_block(&mut content, block, groups, dimension, &index_of);
     }
-    if let [Some(linear), Some(quadratic)] = by_order {
-        return Err(MeshError::MixedOrders {
-            linear: linear.clone(),
-            quadratic: quadratic.clone(),
-        });
-    }
-    if mesh.tets.is_empty() {
-        return Err(MeshError::NoTetrahedra);
-    }
-    keep_used_nodes(&mut mesh, &positions, &tags, metres_per_unit)?;
-    Ok(mesh)
+    Ok(content)
+}
+
+/// Quadratic elements with nodes inside faces, or inside.
+fn is_complete(kind: ElementType) -> bool {
+    use ElementType::*;
+    matches!(kind, Qua9 | Hex27 | Pri18 | Pyr14)
 }
 
 fn check_total(what: &'static str, said: u64, found: u64) -> Result<(), MeshError> {
@@ -313,86 +304,37 @@ fn check_block(
     Ok(())
 }
 
-/// Adds the elements of a block (node indices still those of the file).
+/// Adds the elements of a block.
 fn append_block(
-    mesh: &mut Mesh,
+    content: &mut Content,
     block: &ElementBlock<u64, i32>,
     groups: &[String],
     dimension: u8,
     index_of: &HashMap<u64, u32>,
 ) {
-    let nodes = || {
-        block
-            .elements
-            .iter()
-            .flat_map(|e| &e.nodes)
-            .map(|n| index_of[n])
+    let list = match dimension {
+        2 => &mut content.facets,
+        _ => &mut content.elements,
     };
-    let tags = block.elements.iter().map(|e| e.element_tag);
-    let first = match dimension {
-        2 => mesh.facet_tags.len(),
-        _ => mesh.tet_tags.len(),
-    } as u32;
-    match dimension {
-        3 => {
-            mesh.tets.extend(nodes());
-            mesh.tet_tags.extend(tags);
-        }
-        2 => {
-            mesh.facets.extend(nodes());
-            mesh.facet_tags.extend(tags);
-        }
-        _ => {}
-    }
-    for name in groups {
-        if let Some(group) = mesh.groups.get_mut(name) {
-            group.nodes.extend(nodes());
-            if dimension >= 2 {
-                group
-                    .elements
-                    .extend(first..first + block.elements.len() as u32);
+    let first = list.len() as u32;
+    if dimension >= 2 {
+        for e in &block.elements {
+            let nodes = |i: usize| index_of[&e.nodes[i]];
+            let solid = element::ElementType::with_nodes(e.nodes.len()).filter(|_| dimension == 3);
+            match solid.map(from_gmsh) {
+                Some(order) => list.push(e.element_tag, order.iter().map(|&i| nodes(i))),
+                None => list.push(e.element_tag, (0..e.nodes.len()).map(nodes)),
             }
         }
     }
-}
-
-/// Drops the nodes that no kept element has and numbers the others, in the order of the file.
-fn keep_used_nodes(
-    mesh: &mut Mesh,
-    positions: &[[f64; 3]],
-    tags: &[u64],
-    metres_per_unit: f64,
-) -> Result<(), MeshError> {
-    const UNUSED: u32 = u32::MAX;
-    let mut new_index = vec![UNUSED; positions.len()];
-    let in_groups = mesh.groups.values().flat_map(|g| &g.nodes);
-    for &node in in_groups {
-        new_index[node as usize] = 0;
-    }
-    for (old, new) in new_index.iter_mut().enumerate() {
-        if *new == UNUSED {
-            continue;
+    let nodes = || block.elements.iter().flat_map(|e| &e.nodes);
+    for name in groups {
+        if let Some(group) = content.groups.get_mut(name) {
+            group.nodes.extend(nodes().map(|n| index_of[n]));
+            if dimension >= 2 {
+                let elements = first..first + block.elements.len() as u32;
+                group.elements.extend(elements);
+            }
         }
-        *new = mesh.nodes_m.len() as u32;
-        let at = positions[old].map(|x| x * metres_per_unit);
-        if at.iter().any(|x| !x.is_finite() || x.abs() > FARTHEST_M) {
-            return Err(MeshError::NotFinite {
-                tag: tags[old],
-                at: positions[old],
-            });
-        }
-        mesh.nodes_m.push(at);
-        mesh.node_tags.push(tags[old]);
     }
-    for node in mesh.tets.iter_mut().chain(&mut mesh.facets) {
-        *node = new_index[*node as usize];
-    }
-    for group in mesh.groups.values_mut() {
-        for node in &mut group.nodes {
-            *node = new_index[*node as usize];
-        }
-        group.nodes.sort_unstable();
-        group.nodes.dedup();
-    }
-    Ok(())
 }

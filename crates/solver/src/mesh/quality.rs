@@ -1,27 +1,33 @@
-//! Elements no calculation can use: turned inside out, flat, doubled; and nodes of no element.
+//! Elements no calculation can use: turned inside out, flat, doubled, or not joined to their
+//! neighbours; and nodes of no element.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 use thiserror::Error;
 
-use super::{ElementOrder, Mesh, TET_EDGES};
-use dovetail_numerics::space::{cross, dot, sub};
+use super::element::facet_corners;
+use super::interpolation::{of_element, reference_nodes};
+use super::{ElementType, Mesh, Shape};
+use dovetail_numerics::space::{cross, dot, middle, sub};
 
-/// A tetrahedron whose mean ratio is below this is flat for any purpose.
+/// An element whose mean ratio is below this is flat for any purpose.
 pub const SLIVER_SHAPE: f64 = 1e-3;
 
 /// How good the elements of a usable mesh are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Smallest mean ratio 12 (3 V)^(2/3) / sum of squared edges (straight edges): 1 for a regular
-    /// tetrahedron, 0 for a flat one. Liu and Joe, BIT 34 (1994) 268-287.
+    /// Smallest mean ratio 3 det(A)^(2/3) / |A|^2 over all corners: A takes the edges that meet there in an
+    /// element of equal edges to those that do here. 1 for such an element, 0 for a flat one. (Of a
+    /// tetrahedron all corners have the same. Liu and Joe, BIT 34 (1994) 268-287; Knupp, SIAM J. Sci.
+    /// Comput. 23 (2001) 193-218.)
     pub worst_shape: f64,
-    /// Tag of that tetrahedron.
+    /// Tag of that element.
     pub worst_tag: u64,
-    /// Smallest ratio, over the quadratic tetrahedra, of the least Jacobian determinant to that of
-    /// the straight element; 1 for linear ones.
+    /// Smallest ratio, over all elements but linear tetrahedra, of the least Jacobian determinant to that
+    /// of an undistorted element of the same volume.
     pub worst_jacobian_ratio: f64,
-    /// Volume of the straight-sided tetrahedra, m3.
+    /// Volume of the elements with straight edges, m3.
     pub volume_m3: f64,
 }
 
@@ -30,31 +36,41 @@ pub struct Quality {
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum QualityError {
     #[error(
-        "all {count} tetrahedra are inside out: the geometry is mirrored, or the nodes of the elements are in another program's order; in Gmsh, turn them with `ReverseMesh Volume {{:}};`"
+        "all {count} elements are inside out: the geometry is mirrored, or the nodes of the elements are in another program's order; in Gmsh, turn them with `ReverseMesh Volume {{:}};`"
     )]
     AllInsideOut { count: usize },
     #[error(
-        "{count} tetrahedra are inside out, first {}: mesh finer there, or with another Mesh.Algorithm3D",
+        "{count} elements are inside out, first {}: mesh finer there, or with another Mesh.Algorithm3D",
         list(tags)
     )]
     InsideOut { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} tetrahedra are flat (mean ratio below {SLIVER_SHAPE}), first {}: optimise the mesh (Mesh.Optimize = 1, Mesh.OptimizeThreshold = 0.3) or use Mesh.Algorithm3D = 10",
+        "{count} elements are flat (mean ratio below {SLIVER_SHAPE}), first {}: optimise the mesh (Mesh.Optimize = 1, Mesh.OptimizeThreshold = 0.3) or use Mesh.Algorithm3D = 10",
         list(tags)
     )]
     Sliver { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} curved tetrahedra fold over themselves (Jacobian not positive), first {}: mesh finer at curved edges, or make them straight with Mesh.SecondOrderLinear = 1",
+        "{count} elements fold over themselves (Jacobian not positive), first {}: mesh finer at curved edges, make them straight with Mesh.SecondOrderLinear = 1, or mend the corners of hexahedra and wedges that are too skewed",
         list(tags)
     )]
     Folded { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} tetrahedra have the same corners as another, first {}: the file holds them twice; is a volume in the script twice?",
+        "{count} elements have the same corners as another, first {}: the file holds them twice; is a volume in the script twice?",
         list(tags)
     )]
     Doubled { count: usize, tags: Vec<u64> },
     #[error(
-        "{count} nodes belong to no tetrahedron, first {}: a group names a surface, curve or point that no meshed volume has",
+        "{count} elements or facets have an edge with a node in its middle where another has none, or another one, first {}: mesh everything that is joined with one order (Mesh.ElementOrder)",
+        list(tags)
+    )]
+    MixedOrders { count: usize, tags: Vec<u64> },
+    #[error(
+        "{count} elements have a quadrilateral on which the triangles of other elements lie, first {}: they are not joined there; put pyramids between hexahedra or wedges and tetrahedra",
+        list(tags)
+    )]
+    NoPyramids { count: usize, tags: Vec<u64> },
+    #[error(
+        "{count} nodes belong to no solid element, first {}: a group names a surface, curve or point that no meshed volume has",
         list(tags)
     )]
     Orphan { count: usize, tags: Vec<u64> },
@@ -69,7 +85,7 @@ fn first_few(tags: &[u64]) -> (usize, Vec<u64>) {
     (tags.len(), tags.iter().copied().take(10).collect())
 }
 
-/// Checks every tetrahedron and node.
+/// Checks every element and node.
 ///
 /// # Errors
 /// Elements that must not be used: see [`QualityError`].
@@ -81,13 +97,12 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
         volume_m3: 0.0,
     };
     let (mut inside_out, mut slivers, mut folded) = (Vec::new(), Vec::new(), Vec::new());
-    for (e, &tag) in mesh.tet_tags.iter().enumerate() {
-        let x: Vec<[f64; 3]> = mesh
-            .tet(e)
-            .iter()
-            .map(|&n| mesh.nodes_m[n as usize])
-            .collect();
-        let (volume, shape) = volume_and_shape(&x);
+    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
+        let x: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.nodes_m[n as usize]).collect();
+        let Some(element) = ElementType::with_nodes(nodes.len()) else {
+            unreachable!("readers keep elements of these types alone");
+        };
+        let (volume, shape) = (volume(element.shape, &x), worst_corner(element.shape, &x));
         quality.volume_m3 += volume;
         if shape < quality.worst_shape {
             (quality.worst_shape, quality.worst_tag) = (shape, tag);
@@ -96,16 +111,16 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
             slivers.push(tag);
         } else if volume < 0.0 {
             inside_out.push(tag);
-        } else if mesh.order == ElementOrder::Quadratic {
-            let ratio = least_jacobian(&x) / (6.0 * volume);
+        } else if element != ElementType::TET4 {
+            let ratio = least_jacobian(element, &x) / (volume / reference_volume(element.shape));
             quality.worst_jacobian_ratio = quality.worst_jacobian_ratio.min(ratio);
-            if ratio <= 0.0 {
+            if ratio <= 0.0 || shape < 0.0 {
                 folded.push(tag);
             }
         }
     }
     let (count, tags) = first_few(&inside_out);
-    if count > 0 && count == mesh.tet_count() {
+    if count > 0 && count == mesh.elements.len() {
         return Err(QualityError::AllInsideOut { count });
     }
     if count > 0 {
@@ -120,24 +135,112 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
         return Err(QualityError::Folded { count, tags });
     }
     check_doubled(mesh)?;
+    check_orders(mesh)?;
+    check_faces(mesh)?;
     check_orphans(mesh)?;
     Ok(quality)
 }
 
-/// Signed volume and signed mean ratio of the straight-sided tetrahedron.
-fn volume_and_shape(x: &[[f64; 3]]) -> (f64, f64) {
-    let edge = |a: usize, b: usize| sub(x[b], x[a]);
-    let volume = determinant([edge(0, 1), edge(0, 2), edge(0, 3)]) / 6.0;
-    let squares: f64 = TET_EDGES
-        .iter()
-        .flat_map(|&[a, b]| edge(a, b))
-        .map(|d| d * d)
-        .sum();
-    if squares == 0.0 {
-        return (0.0, 0.0);
+/// Signed volume of the element with straight edges: each face is the bilinear surface of its corners.
+fn volume(shape: Shape, x: &[[f64; 3]]) -> f64 {
+    let origin = x[0];
+    let cone = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
+        determinant([sub(a, origin), sub(b, origin), sub(c, origin)]) / 6.0
+    };
+    let of_face = |face: &&[usize]| match **face {
+        [a, b, c] => cone(x[a], x[b], x[c]),
+        [a, b, c, d] => {
+            let centre = middle(middle(x[a], x[c]), middle(x[b], x[d]));
+            let sides = [[a, b], [b, c], [c, d], [d, a]];
+            sides.iter().map(|&[p, q]| cone(x[p], x[q], centre)).sum()
+        }
+        _ => unreachable!("faces have three or four corners"),
+    };
+    match shape {
+        Shape::Tetrahedron => cone(x[1], x[2], x[3]),
+        _ => shape.faces().iter().map(of_face).sum(),
     }
-    let shape = 12.0 * (3.0 * volume.abs()).powf(2.0 / 3.0) / squares;
-    (volume, shape.copysign(volume))
+}
+
+/// Volume of the reference element.
+fn reference_volume(shape: Shape) -> f64 {
+    match shape {
+        Shape::Tetrahedron => 1.0 / 6.0,
+        Shape::Wedge => 1.0,
+        Shape::Pyramid => 8.0 / 3.0,
+        Shape::Hexahedron => 8.0,
+    }
+}
+
+/// Corners with the ends of the three edges that meet there, right-handed. The apex of a pyramid, where
+/// four meet, is left out; all corners of a tetrahedron are alike.
+fn corners(shape: Shape) -> &'static [[usize; 4]] {
+    match shape {
+        Shape::Tetrahedron => &[[0, 1, 2, 3]],
+        Shape::Pyramid => &[[0, 1, 3, 4], [1, 2, 0, 4], [2, 3, 1, 4], [3, 0, 2, 4]],
+        Shape::Wedge => &[
+            [0, 1, 2, 3],
+            [1, 2, 0, 4],
+            [2, 0, 1, 5],
+            [3, 5, 4, 0],
+            [4, 3, 5, 1],
+            [5, 4, 3, 2],
+        ],
+        Shape::Hexahedron => &[
+            [0, 1, 3, 4],
+            [1, 2, 0, 5],
+            [2, 3, 1, 6],
+            [3, 0, 2, 7],
+            [4, 7, 5, 0],
+            [5, 4, 6, 1],
+            [6, 5, 7, 2],
+            [7, 6, 4, 3],
+        ],
+    }
+}
+
+/// Edges that meet in a corner, in that order, take to those of an element with equal edges and back:
+/// rows are the columns of the inverse.
+fn to_equal_edges(shape: Shape) -> [[f64; 3]; 3] {
+    let third = 1.0 / 3.0_f64.sqrt();
+    let root = 2.0_f64.sqrt();
+    match shape {
+        // Edges (1, 0, 0), (1/2, sqrt(3)/2, 0), (1/2, sqrt(3)/6, sqrt(2/3)).
+        Shape::Tetrahedron => [
+            [1.0, 0.0, 0.0],
+            [-third, 2.0 * third, 0.0],
+            [-1.0 / 6.0_f64.sqrt(), -1.0 / 6.0_f64.sqrt(), 1.5_f64.sqrt()],
+        ],
+        // (1, 0, 0), (0, 1, 0), (1/2, 1/2, 1/sqrt(2)).
+        Shape::Pyramid => [
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [-0.5 * root, -0.5 * root, root],
+        ],
+        // (1, 0, 0), (1/2, sqrt(3)/2, 0), (0, 0, 1).
+        Shape::Wedge => [[1.0, 0.0, 0.0], [-third, 2.0 * third, 0.0], [0.0, 0.0, 1.0]],
+        Shape::Hexahedron => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    }
+}
+
+/// Least signed mean ratio of all corners; 0 where an edge has no length.
+fn worst_corner(shape: Shape, x: &[[f64; 3]]) -> f64 {
+    let back = to_equal_edges(shape);
+    let ratio = |&[at, p, q, r]: &[usize; 4]| {
+        let edges = [p, q, r].map(|end| sub(x[end], x[at]));
+        let columns =
+            back.map(|w| [0, 1, 2].map(|k| (0..3).map(|i| w[i] * edges[i][k]).sum::<f64>()));
+        let squares: f64 = columns.iter().flatten().map(|a| a * a).sum();
+        if squares == 0.0 {
+            return 0.0;
+        }
+        let det = determinant(columns);
+        (3.0 * det.abs().powf(2.0 / 3.0) / squares).copysign(det)
+    };
+    corners(shape)
+        .iter()
+        .map(ratio)
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// Rows a, b, c.
@@ -145,46 +248,85 @@ fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
     dot(a, cross(b, c))
 }
 
-/// Least Jacobian determinant of a ten-node tetrahedron at its nodes and at the four points of the
-/// quadrature of degree 2.
-fn least_jacobian(x: &[[f64; 3]]) -> f64 {
-    const NEAR: f64 = 0.585_410_196_624_968_5; // (5 + 3 sqrt 5) / 20
-    const FAR: f64 = 0.138_196_601_125_010_5; // (5 - sqrt 5) / 20
-    let corners = (0..4).map(|i| std::array::from_fn(|k| f64::from(u8::from(i == k))));
-    let middles = TET_EDGES
-        .iter()
-        .map(|edge| std::array::from_fn(|k| if edge.contains(&k) { 0.5 } else { 0.0 }));
-    let inner = (0..4).map(|i| std::array::from_fn(|k| if i == k { NEAR } else { FAR }));
-    corners
-        .chain(middles)
-        .chain(inner)
-        .map(|l| jacobian(x, l))
-        .fold(f64::INFINITY, f64::min)
+/// Gradients of the shape functions at a point, and the Jacobian determinant of the undistorted element
+/// there.
+type Probe = (Vec<[f64; 3]>, f64);
+
+/// The points at which a type of element is looked at: its nodes and points inside it.
+fn probes(element: ElementType) -> &'static [Probe] {
+    static ALL: LazyLock<[Vec<Probe>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
+    let place = ElementType::ALL.iter().position(|e| *e == element);
+    &ALL[place.unwrap_or_default()]
 }
 
-/// Jacobian determinant at barycentric coordinates `l`; six times the volume for straight edges.
-fn jacobian(x: &[[f64; 3]], l: [f64; 4]) -> f64 {
-    // dx/dl_i: corner N_i = l_i (2 l_i - 1), middle of (a, b) N = 4 l_a l_b.
-    let mut d = [[0.0; 3]; 4];
-    for k in 0..3 {
-        for i in 0..4 {
-            d[i][k] = (4.0 * l[i] - 1.0) * x[i][k];
+fn made(element: ElementType) -> Vec<Probe> {
+    const NEAR: f64 = 0.585_410_196_624_968_5; // (5 + 3 sqrt 5) / 20
+    const FAR: f64 = 0.138_196_601_125_010_5; // (5 - sqrt 5) / 20
+    let gauss = 1.0 / 3.0_f64.sqrt();
+    let mut points = reference_nodes(element);
+    match element.shape {
+        Shape::Tetrahedron => {
+            points.push([FAR; 3]);
+            let near = |k: usize| std::array::from_fn(|i| if i == k { NEAR } else { FAR });
+            points.extend((0..3).map(near));
         }
-        for (m, &[a, b]) in TET_EDGES.iter().enumerate() {
-            d[a][k] += 4.0 * l[b] * x[4 + m][k];
-            d[b][k] += 4.0 * l[a] * x[4 + m][k];
+        Shape::Wedge => {
+            let inner = [[1.0, 1.0], [4.0, 1.0], [1.0, 4.0]];
+            points.extend(inner.map(|[r, s]| [r / 6.0, s / 6.0, -gauss]));
+            points.extend(inner.map(|[r, s]| [r / 6.0, s / 6.0, gauss]));
+        }
+        Shape::Pyramid | Shape::Hexahedron => {
+            let signs = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 0 { -gauss } else { gauss });
+            points.extend((0..8).map(signs));
         }
     }
-    determinant([1, 2, 3].map(|i| sub(d[i], d[0])))
+    let probe = |point: [f64; 3]| {
+        let s = 0.5 * (1.0 - point[2]);
+        let undistorted = match element.shape {
+            Shape::Pyramid => s * s,
+            _ => 1.0,
+        };
+        let functions = of_element(element, point);
+        (functions.iter().map(|n| n.gradient).collect(), undistorted)
+    };
+    // At a pyramid's apex, where the map from the cube is flat, nothing can be said.
+    let all = points.into_iter().map(probe);
+    all.filter(|(_, undistorted)| *undistorted > 0.0).collect()
+}
+
+/// Least Jacobian determinant, over that of the reference element.
+fn least_jacobian(element: ElementType, x: &[[f64; 3]]) -> f64 {
+    let at = |(gradients, undistorted): &Probe| {
+        let mut j = [[0.0; 3]; 3];
+        for (x, g) in x.iter().zip(gradients) {
+            for r in 0..3 {
+                for c in 0..3 {
+                    j[r][c] += x[r] * g[c];
+                }
+            }
+        }
+        determinant(j) / undistorted
+    };
+    probes(element).iter().map(at).fold(f64::INFINITY, f64::min)
+}
+
+/// Corners of an element or a facet, ascending, filled up.
+pub(crate) fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
+    let mut sorted = [u32::MAX; N];
+    sorted[..corners.len()].copy_from_slice(corners);
+    sorted.sort_unstable();
+    sorted
+}
+
+fn shape_of(nodes: &[u32]) -> Shape {
+    ElementType::with_nodes(nodes.len()).map_or(Shape::Tetrahedron, |element| element.shape)
 }
 
 fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
-    let mut seen = HashMap::with_capacity(mesh.tet_count());
+    let mut seen = HashMap::with_capacity(mesh.elements.len());
     let mut doubled = Vec::new();
-    for (e, &tag) in mesh.tet_tags.iter().enumerate() {
-        let t = mesh.tet(e);
-        let mut corners = [t[0], t[1], t[2], t[3]];
-        corners.sort_unstable();
+    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
+        let corners: [u32; 8] = sorted_corners(&nodes[..shape_of(nodes).corners()]);
         if seen.insert(corners, tag).is_some() {
             doubled.push(tag);
         }
@@ -195,9 +337,95 @@ fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
     }
 }
 
+/// Edges of elements, then of facets, have one node in the middle, or none, for all that share them.
+/// Where everything has one order there is nothing to see.
+fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
+    let is_quadratic = |nodes: &[u32]| nodes.len() > shape_of(nodes).corners();
+    let has_middles = |nodes: &[u32]| nodes.len() > facet_corners(nodes.len());
+    let orders = || {
+        let elements = mesh.elements.iter().map(is_quadratic);
+        elements.chain(mesh.facets.iter().map(has_middles))
+    };
+    if orders().all(|quadratic| quadratic) || !orders().any(|quadratic| quadratic) {
+        return Ok(());
+    }
+    let mut middles: HashMap<[u32; 2], Option<u32>> = HashMap::new();
+    let mut differs = |nodes: &[u32], corners: usize, edges: &[[usize; 2]]| {
+        let mut found = false;
+        for (i, &[a, b]) in edges.iter().enumerate() {
+            let key = [nodes[a].min(nodes[b]), nodes[a].max(nodes[b])];
+            let own = nodes.get(corners + i).copied();
+            found |= *middles.entry(key).or_insert(own) != own;
+        }
+        found
+    };
+    let mut tags = Vec::new();
+    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
+        let shape = shape_of(nodes);
+        if differs(nodes, shape.corners(), shape.edges()) {
+            tags.push(tag);
+        }
+    }
+    for (nodes, &tag) in mesh.facets.iter().zip(mesh.facets.tags()) {
+        let corners = facet_corners(nodes.len());
+        let edges: Vec<_> = (0..corners).map(|i| [i, (i + 1) % corners]).collect();
+        if differs(nodes, corners, &edges) {
+            tags.push(tag);
+        }
+    }
+    match first_few(&tags) {
+        (0, _) => Ok(()),
+        (count, tags) => Err(QualityError::MixedOrders { count, tags }),
+    }
+}
+
+/// No quadrilateral of one element lies on triangles of others.
+fn check_faces(mesh: &Mesh) -> Result<(), QualityError> {
+    let mut shapes = [false; Shape::ALL.len()];
+    for nodes in mesh.elements.iter() {
+        shapes[shape_of(nodes) as usize] = true;
+    }
+    // Of hexahedra alone, or tetrahedra alone, all faces are alike.
+    if shapes.iter().filter(|is_there| **is_there).count() < 2 {
+        return Ok(());
+    }
+    let mut triangles: HashMap<[u32; 3], usize> = HashMap::new();
+    let mut quadrilaterals: HashMap<[u32; 4], (usize, [u32; 4], u64)> = HashMap::new();
+    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
+        for face in shape_of(nodes).faces() {
+            match **face {
+                [a, b, c] => {
+                    let corners = [a, b, c].map(|i| nodes[i]);
+                    *triangles.entry(sorted_corners(&corners)).or_default() += 1;
+                }
+                [a, b, c, d] => {
+                    let corners = [a, b, c, d].map(|i| nodes[i]);
+                    let found = quadrilaterals.entry(sorted_corners(&corners));
+                    found.or_insert((0, corners, tag)).0 += 1;
+                }
+                _ => unreachable!("faces have three or four corners"),
+            }
+        }
+    }
+    let is_outer = |corners: [u32; 3]| triangles.get(&sorted_corners(&corners)) == Some(&1);
+    let outer = quadrilaterals.values().filter(|(count, ..)| *count == 1);
+    let mut tags: Vec<u64> = outer
+        .filter(|(_, [a, b, c, d], _)| {
+            let cut = [[*a, *b, *c], [*a, *c, *d], [*a, *b, *d], [*b, *c, *d]];
+            cut.into_iter().any(is_outer)
+        })
+        .map(|(.., tag)| *tag)
+        .collect();
+    tags.sort_unstable();
+    match first_few(&tags) {
+        (0, _) => Ok(()),
+        (count, tags) => Err(QualityError::NoPyramids { count, tags }),
+    }
+}
+
 fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
     let mut used = vec![false; mesh.nodes_m.len()];
-    for &n in &mesh.tets {
+    for &n in mesh.elements.nodes() {
         used[n as usize] = true;
     }
     let orphans: Vec<u64> = (0..used.len())
@@ -213,19 +441,19 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dovetail_numerics::space::middle;
+    use crate::mesh::Connectivity;
     use std::collections::BTreeMap;
 
-    fn mesh(order: ElementOrder, nodes_m: Vec<[f64; 3]>, tets: Vec<u32>) -> Mesh {
-        let count = tets.len() / order.nodes_per_tet();
+    fn mesh(nodes_m: Vec<[f64; 3]>, elements: &[&[u32]]) -> Mesh {
+        let mut list = Connectivity::default();
+        for (tag, nodes) in (101..).zip(elements) {
+            list.push(tag, nodes.iter().copied());
+        }
         Mesh {
-            order,
             node_tags: (1..=nodes_m.len() as u64).collect(),
             nodes_m,
-            tets,
-            tet_tags: (101..101 + count as u64).collect(),
-            facets: vec![],
-            facet_tags: vec![],
+            elements: list,
+            facets: Connectivity::default(),
             groups: BTreeMap::new(),
         }
     }
@@ -238,16 +466,16 @@ mod tests {
             [0.0, 0.0, 1.0],
             [1.0, 1.0, 1.0],
         ];
-        mesh(ElementOrder::Linear, nodes, vec![0, 1, 2, 3, 1, 2, 3, 4])
+        mesh(nodes, &[&[0, 1, 2, 3], &[1, 2, 3, 4]])
     }
 
     fn quadratic_tet() -> Mesh {
         let mut nodes = two_tets().nodes_m;
         nodes.truncate(4);
-        for [a, b] in TET_EDGES {
+        for &[a, b] in Shape::Tetrahedron.edges() {
             nodes.push(middle(nodes[a], nodes[b]));
         }
-        mesh(ElementOrder::Quadratic, nodes, (0..10).collect())
+        mesh(nodes, &[&(0..10).collect::<Vec<u32>>()])
     }
 
     #[test]
@@ -260,16 +488,16 @@ mod tests {
         assert!((found.worst_shape - corner).abs() < 1e-15);
         // The inner one is regular.
         let x: Vec<_> = [1, 2, 3, 4].map(|i| two_tets().nodes_m[i]).to_vec();
-        assert!((volume_and_shape(&x).1 - 1.0).abs() < 1e-14);
+        assert!((worst_corner(Shape::Tetrahedron, &x) - 1.0).abs() < 1e-14);
     }
 
     #[test]
     fn one_or_all_inside_out() {
         let mut m = two_tets();
-        m.tets.swap(0, 1);
+        m.elements.nodes_mut().swap(0, 1);
         let tags = vec![101];
         assert_eq!(check(&m), Err(QualityError::InsideOut { count: 1, tags }));
-        m.tets.swap(4, 5);
+        m.elements.nodes_mut().swap(4, 5);
         assert_eq!(check(&m), Err(QualityError::AllInsideOut { count: 2 }));
     }
 
@@ -283,8 +511,7 @@ mod tests {
         assert!(matches!(check(&m), Err(QualityError::InsideOut { .. })));
 
         let mut m = two_tets();
-        m.tets.extend([1, 2, 0, 3]);
-        m.tet_tags.push(103);
+        m.elements.push(103, [1, 2, 0, 3]);
         let tags = vec![103];
         assert_eq!(check(&m), Err(QualityError::Doubled { count: 1, tags }));
 

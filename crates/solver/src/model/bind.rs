@@ -86,7 +86,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         }),
         pairs: joints.pairs,
         bonded: joints.bonded,
-        flank_triangles: joints.triangles,
+        flank_facets: joints.facets,
         contact_names: joints.names,
         excitations,
         observations,

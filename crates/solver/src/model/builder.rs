@@ -4,7 +4,7 @@ use super::contacts::Part;
 use super::dofs::{Roles, number};
 use super::groups::{find_group, first_tags};
 use super::{Body, DofMap, ModelError, NodeMotion, StaticLoad};
-use crate::mesh::Mesh;
+use crate::mesh::{Connectivity, Mesh};
 use crate::model::{BodySpec, RotationSpec};
 
 const NONE: u32 = u32::MAX;
@@ -13,7 +13,7 @@ const NONE: u32 = u32::MAX;
 pub(super) struct BodyBuilder {
     name: String,
     /// Elements of the mesh.
-    tets: Vec<u32>,
+    elements: Vec<u32>,
     /// Local node -> mesh node, ascending.
     nodes: Vec<u32>,
     /// Mesh node -> local node, or `NONE`.
@@ -36,7 +36,7 @@ impl BodyBuilder {
         }
         Ok(Self {
             name: spec.name.clone(),
-            tets: group.elements.clone(),
+            elements: group.elements.clone(),
             nodes: group.nodes.clone(),
             local,
             roles: Roles {
@@ -74,8 +74,8 @@ impl BodyBuilder {
         &self.nodes
     }
 
-    pub(super) fn tets(&self) -> &[u32] {
-        &self.tets
+    pub(super) fn elements(&self) -> &[u32] {
+        &self.elements
     }
 
     pub(super) fn local(&self, mesh_node: u32) -> u32 {
@@ -105,7 +105,7 @@ impl BodyBuilder {
         Part {
             body,
             name: &self.name,
-            tets: &self.tets,
+            elements: &self.elements,
             has,
         }
     }
@@ -225,14 +225,18 @@ impl BodyBuilder {
             return Err(ModelError::NothingFree { body: self.name });
         }
         let held_dofs = self.held_dofs(&dofs);
-        let of_tets = self.tets.iter().flat_map(|&e| mesh.tet(e as usize));
+        let mut elements = Connectivity::default();
+        for &e in &self.elements {
+            let nodes = mesh.elements.of(e as usize).iter();
+            let tag = mesh.elements.tags()[e as usize];
+            elements.push(tag, nodes.map(|&n| self.local[n as usize]));
+        }
         let mesh_node = |&n: &u32| n as usize;
         Ok(Body {
             name: self.name,
             material: spec.material,
             rotates: rotation.is_some_and(|r| r.bodies.contains(&spec.name)),
             fixed_interface_modes: spec.fixed_interface_modes,
-            order: mesh.order,
             nodes_m: self
                 .nodes
                 .iter()
@@ -243,12 +247,7 @@ impl BodyBuilder {
                 .iter()
                 .map(|n| mesh.node_tags[mesh_node(n)])
                 .collect(),
-            tets: of_tets.map(|&n| self.local[n as usize]).collect(),
-            tet_tags: self
-                .tets
-                .iter()
-                .map(|&e| mesh.tet_tags[e as usize])
-                .collect(),
+            elements,
             mesh_nodes: self.nodes,
             held_dofs,
             loads: self.loads,

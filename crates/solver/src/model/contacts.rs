@@ -11,8 +11,9 @@ use dovetail_numerics::space::{Vector, cross, dot, middle, scaled, sub, unit};
 /// Pairs of one contact; node numbers are still the mesh's.
 pub(super) struct Contact {
     pub pairs: Vec<ContactPair>,
-    /// Facets of the first flank as indices into `pairs`, counter-clockwise seen from the blade.
-    pub triangles: Vec<[u32; 3]>,
+    /// Facets of the first flank as indices of their corners into `pairs`, counter-clockwise seen from
+    /// the blade.
+    pub facets: Vec<Vec<u32>>,
     /// Per body: mid-edge nodes and their corners.
     pub tied: [Vec<(u32, [u32; 2])>; 2],
     pub largest_mismatch_m: f64,
@@ -24,7 +25,7 @@ pub(super) struct Part<'a> {
     pub body: usize,
     pub name: &'a str,
     /// Elements of the mesh.
-    pub tets: &'a [u32],
+    pub elements: &'a [u32],
     /// Per mesh node: does the body have it?
     pub has: &'a dyn Fn(u32) -> bool,
 }
@@ -45,7 +46,7 @@ pub(super) fn contact(
             group: names[i],
             body: parts[i].name,
         };
-        flank(mesh, groups[i], parts[i].tets, parts[i].has, &side).map_err(|e| match e {
+        flank(mesh, groups[i], parts[i].elements, &side).map_err(|e| match e {
             ModelError::FlankOffBody {
                 contact,
                 group,
@@ -89,7 +90,7 @@ pub(super) fn ground_contact(
         group: &spec.first,
         body: part.name,
     };
-    let flank = flank(mesh, group, part.tets, part.has, &side)?;
+    let flank = flank(mesh, group, part.elements, &side)?;
     let pair = |i: usize| ContactPair {
         contact: number,
         first: on(part, flank.nodes[i]),
@@ -118,14 +119,13 @@ fn ordered(
         place[old] = new;
     }
     let pairs: Vec<ContactPair> = order.iter().map(|&old| pairs[old].clone()).collect();
-    let triangles = first.triangles.iter().map(|t| {
-        let [a, b, c] = t.map(|i| place[i as usize]);
-        let [x, y, z] = [a, b, c].map(|i| pairs[i as usize].position_m);
-        let facing = dot(cross(sub(y, x), sub(z, x)), pairs[a as usize].frame[0]) > 0.0;
-        if facing { [a, b, c] } else { [a, c, b] }
+    // Seen from outside a facet of the blade turns the other way than seen from the blade.
+    let facets = first.facets.iter().map(|facet| {
+        let turned = facet.iter().rev();
+        turned.map(|&i| place[i as usize]).collect()
     });
     Contact {
-        triangles: triangles.collect(),
+        facets: facets.collect(),
         pairs,
         largest_mismatch_m,
         tied: [first.tied.into_iter().collect(), second_tied],

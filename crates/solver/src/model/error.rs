@@ -70,12 +70,21 @@ pub enum ModelError {
         swapped: bool,
     },
     #[error(
-        "contact `{contact}`: facet {tag} of `{group}` lies inside the body, between two tetrahedra: a flank is part of the outer surface"
+        "contact `{contact}`: facet {tag} of `{group}` lies inside the body, between two elements: a flank is part of the outer surface"
     )]
     FlankInside {
         contact: String,
         group: String,
         tag: u64,
+    },
+    #[error(
+        "{used_by}: `{group}` is a set of {nodes} nodes, and no face on the surface of body `{body}` has all its nodes in it: add the missing nodes (those in the middles of edges too), or name a surface"
+    )]
+    NoFaces {
+        used_by: String,
+        group: String,
+        nodes: usize,
+        body: String,
     },
     #[error("contact `{contact}`: facet {tag} of `{group}` {reason}")]
     BadFacet {
@@ -180,7 +189,7 @@ pub enum ModelError {
     )]
     LoadOnBoth { used_by: String, group: String },
     #[error(
-        "{used_by}: facet {tag} of `{group}` is not on the surface of body `{body}`, or lies between two of its tetrahedra: a surface load acts on the outer surface"
+        "{used_by}: facet {tag} of `{group}` is not on the surface of body `{body}`, or lies between two of its elements: a surface load acts on the outer surface"
     )]
     LoadInside {
         used_by: String,

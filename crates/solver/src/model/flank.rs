@@ -3,20 +3,25 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
-use super::groups::{bounded_tets, sorted_corners};
-use crate::mesh::{FACET_EDGES, Group, Mesh};
-use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
+use super::groups::{Face, faces};
+use crate::mesh::element::facet_corners;
+use crate::mesh::facet::shares;
+use crate::mesh::quality::sorted_corners;
+use crate::mesh::{Group, Mesh};
+use dovetail_numerics::space::{distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
-/// six-node triangle vanish at its corners, so node-to-node contact on all six has no meaning.
+/// six-node triangle vanish at its corners, and those of an eight-node quadrilateral are negative there, so
+/// node-to-node contact on all of them has no meaning.
 pub(super) struct Flank {
     /// Corner nodes, mesh indices, ascending.
     pub nodes: Vec<u32>,
-    /// Facets as indices into `nodes`.
-    pub triangles: Vec<[u32; 3]>,
+    /// Facets as indices of their corners in `nodes`, counter-clockwise seen from outside.
+    pub facets: Vec<Vec<u32>>,
     /// Unit normals at the nodes, out of the body: the facets' normals weighted by their areas.
     pub normals: Vec<[f64; 3]>,
-    /// A third of the facets around each node, m2.
+    /// Integrals of the linear shape functions of the facets around each node, m2: a third of each
+    /// triangle, a quarter of each parallelogram.
     pub areas_m2: Vec<f64>,
     /// Shortest facet edge at each node, m.
     pub spacing_m: Vec<f64>,
@@ -34,148 +39,122 @@ pub(super) struct Side<'a> {
 }
 
 impl Side<'_> {
-    /// What is wrong with facet number `facet` of its group.
-    fn bad_facet(
-        &self,
-        mesh: &Mesh,
-        group: &Group,
-        facet: usize,
-        reason: &'static str,
-    ) -> ModelError {
+    /// What is wrong with a facet of the group.
+    fn bad_facet(&self, tag: u64, reason: &'static str) -> ModelError {
         ModelError::BadFacet {
             contact: self.contact.to_string(),
             group: self.group.to_string(),
-            tag: mesh.facet_tags[group.elements[facet] as usize],
+            tag,
             reason,
         }
     }
 }
 
-/// Reads a flank off the mesh. `tets` are the body's elements, `on_body` tells its nodes.
+/// Reads a flank off the mesh; `elements` are the body's.
 ///
-/// Normals come from the tetrahedron behind each facet; the facet's own orientation means nothing.
+/// Normals come from the elements behind the facets; the facets' own orientation means nothing.
 pub(super) fn flank(
     mesh: &Mesh,
     group: &Group,
-    tets: &[u32],
-    on_body: impl Fn(u32) -> bool,
+    elements: &[u32],
     side: &Side,
 ) -> Result<Flank, ModelError> {
-    let behind = nodes_behind(mesh, group, tets, side)?;
-    let facet = |f: u32| mesh.facet(f as usize);
-    let mut nodes: Vec<u32> = group
-        .elements
-        .iter()
-        .flat_map(|&f| &facet(f)[..3])
-        .copied()
-        .collect();
+    let faces = outer_faces(mesh, group, elements, side)?;
+    let mut nodes: Vec<u32> = faces.iter().flat_map(Face::corners).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     let index: HashMap<u32, u32> = nodes.iter().copied().zip(0..).collect();
     let x = |n: u32| mesh.nodes_m[n as usize];
 
-    let mut triangles = Vec::with_capacity(group.elements.len());
+    let mut facets = Vec::with_capacity(faces.len());
+    let mut tied = BTreeMap::new();
     let mut normals = vec![[0.0; 3]; nodes.len()];
     let mut areas_m2 = vec![0.0; nodes.len()];
     let mut spacing_m = vec![f64::INFINITY; nodes.len()];
-    for (i, &opposite) in behind.iter().enumerate() {
-        let corners = facet(group.elements[i]);
-        let [a, b, c] = [0, 1, 2].map(|k| x(corners[k]));
-        let normal = twice_area([a, b, c], x(opposite))
-            .ok_or_else(|| side.bad_facet(mesh, group, i, "has no area"))?;
-        let area = 0.5 * norm(normal);
-        let triangle = [0, 1, 2].map(|k| index[&corners[k]]);
-        for (k, &i) in triangle.iter().enumerate() {
-            for (sum, part) in normals[i as usize].iter_mut().zip(normal) {
+    for face in &faces {
+        let corners: Vec<[f64; 3]> = face.corners().iter().map(|&n| x(n)).collect();
+        let facet: Vec<u32> = face.corners().iter().map(|n| index[n]).collect();
+        let parts = shares(&corners);
+        let mut longest: f64 = 0.0;
+        let last = facet.len();
+        for k in 0..last {
+            let (i, next) = (facet[k] as usize, facet[(k + 1) % last] as usize);
+            for (sum, part) in normals[i].iter_mut().zip(parts[k].normal_m2) {
                 *sum += part;
             }
-            areas_m2[i as usize] += area / 3.0;
-            let next = triangle[(k + 1) % 3];
-            let edge = distance(x(nodes[i as usize]), x(nodes[next as usize]));
+            areas_m2[i] += parts[k].area_m2;
+            let edge = distance(corners[k], corners[(k + 1) % last]);
+            longest = longest.max(edge);
             for i in [i, next] {
-                spacing_m[i as usize] = spacing_m[i as usize].min(edge);
+                spacing_m[i] = spacing_m[i].min(edge);
             }
         }
-        triangles.push(triangle);
+        let least = parts
+            .iter()
+            .map(|p| p.area_m2)
+            .fold(f64::INFINITY, f64::min);
+        if least <= 1e-9 * longest * longest {
+            return Err(side.bad_facet(face.tag, "has no area"));
+        }
+        let (corners, middles) = face.nodes.split_at(last);
+        for (k, &middle) in middles.iter().enumerate() {
+            let (p, q) = (corners[k], corners[(k + 1) % last]);
+            tied.insert(middle, [p.min(q), p.max(q)]);
+        }
+        facets.push(facet);
     }
     for (i, normal) in (0..).zip(&mut normals) {
         // Facets folded back on each other cancel.
         *normal = unit(*normal).ok_or_else(|| {
-            let at = triangles.iter().position(|t| t.contains(&i)).unwrap_or(0);
-            side.bad_facet(mesh, group, at, "is folded back on its neighbour")
+            let at = facets.iter().position(|f| f.contains(&i)).unwrap_or(0);
+            side.bad_facet(faces[at].tag, "is folded back on its neighbour")
         })?;
     }
-    let along = direction_of_edge(&triangles, |i| x(nodes[i as usize]));
+    let along = direction_of_edge(&facets, |i| x(nodes[i as usize]));
     Ok(Flank {
         nodes,
-        triangles,
+        facets,
         normals,
         areas_m2,
         spacing_m,
-        tied: tied(mesh, group, on_body, side)?,
+        tied,
         along,
     })
 }
 
-/// Normal of a facet, as long as twice its area, away from the node behind it; `None` where it has
-/// no area.
-fn twice_area([a, b, c]: [[f64; 3]; 3], behind: [f64; 3]) -> Option<[f64; 3]> {
-    let normal = cross(sub(b, a), sub(c, a));
-    let (area, height) = (0.5 * norm(normal), dot(normal, sub(a, behind)));
-    let edges = [distance(a, b), distance(b, c), distance(c, a)];
-    let longest = edges.into_iter().fold(0.0, f64::max);
-    let is_flat = area <= 1e-9 * longest * longest || height == 0.0;
-    (!is_flat).then(|| scaled(normal, height.signum()))
-}
-
-/// Mid-edge nodes of the group and their corners, mesh indices.
-fn tied(
+/// The faces of the group, which are all on the surface of the body.
+fn outer_faces(
     mesh: &Mesh,
     group: &Group,
-    on_body: impl Fn(u32) -> bool,
+    elements: &[u32],
     side: &Side,
-) -> Result<BTreeMap<u32, [u32; 2]>, ModelError> {
-    let mut tied = BTreeMap::new();
-    for (i, &f) in group.elements.iter().enumerate() {
-        let nodes = mesh.facet(f as usize);
-        // A linear facet has none.
-        for (&middle, [p, q]) in nodes[3..].iter().zip(FACET_EDGES) {
-            if !on_body(middle) {
-                let reason = "has a mid-edge node that its tetrahedron lacks";
-                return Err(side.bad_facet(mesh, group, i, reason));
-            }
-            tied.insert(middle, [nodes[p].min(nodes[q]), nodes[p].max(nodes[q])]);
-        }
-    }
-    Ok(tied)
-}
-
-/// For each facet of the group the fourth corner of the tetrahedron it belongs to.
-fn nodes_behind(
-    mesh: &Mesh,
-    group: &Group,
-    tets: &[u32],
-    side: &Side,
-) -> Result<Vec<u32>, ModelError> {
+) -> Result<Vec<Face>, ModelError> {
     let mut seen = HashSet::with_capacity(group.elements.len());
-    for (i, &f) in group.elements.iter().enumerate() {
-        if !seen.insert(sorted_corners(mesh.facet(f as usize))) {
-            return Err(side.bad_facet(mesh, group, i, "is in the mesh twice"));
+    for &f in &group.elements {
+        let nodes = mesh.facets.of(f as usize);
+        let corners: [u32; 4] = sorted_corners(&nodes[..facet_corners(nodes.len())]);
+        if !seen.insert(corners) {
+            return Err(side.bad_facet(mesh.facets.tags()[f as usize], "is in the mesh twice"));
         }
     }
-    let behind = bounded_tets(mesh, group, tets);
-    let tag = |i: usize| mesh.facet_tags[group.elements[i] as usize];
-    if let Some(i) = behind.iter().position(|(count, _)| *count > 1) {
+    let faces = faces(mesh, group, elements);
+    if let Some(face) = faces.iter().find(|face| face.bounded > 1) {
         return Err(ModelError::FlankInside {
             contact: side.contact.to_string(),
             group: side.group.to_string(),
-            tag: tag(i),
+            tag: face.tag,
         });
     }
-    let off: Vec<u64> = (0..behind.len())
-        .filter(|&i| behind[i].0 == 0)
-        .map(tag)
-        .collect();
+    if faces.is_empty() {
+        return Err(ModelError::NoFaces {
+            used_by: format!("contact `{}`", side.contact),
+            group: side.group.to_string(),
+            nodes: group.nodes.len(),
+            body: side.body.to_string(),
+        });
+    }
+    let off = faces.iter().filter(|face| face.bounded == 0);
+    let off: Vec<u64> = off.map(|face| face.tag).collect();
     if !off.is_empty() {
         return Err(ModelError::FlankOffBody {
             contact: side.contact.to_string(),
@@ -186,17 +165,17 @@ fn nodes_behind(
             swapped: false,
         });
     }
-    Ok(behind.into_iter().map(|(_, opposite)| opposite).collect())
+    Ok(faces)
 }
 
 /// Direction in which most of the length of a surface's edge runs (of all edges, where the surface
 /// is closed), its largest component positive. On a skewed flank, a parallelogram, that is the slot;
 /// the axis of inertia would be a third of a degree off.
-fn direction_of_edge(triangles: &[[u32; 3]], x: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
+fn direction_of_edge(facets: &[Vec<u32>], x: impl Fn(u32) -> [f64; 3]) -> [f64; 3] {
     let mut uses: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-    for t in triangles {
-        for k in 0..3 {
-            let (a, b) = (t[k], t[(k + 1) % 3]);
+    for facet in facets {
+        for k in 0..facet.len() {
+            let (a, b) = (facet[k], facet[(k + 1) % facet.len()]);
             *uses.entry([a.min(b), a.max(b)]).or_default() += 1;
         }
     }
@@ -271,7 +250,7 @@ mod tests {
         for v in 0..3 {
             for i in 0..8 {
                 let a = v * 9 + i;
-                triangles.extend([[a, a + 1, a + 9], [a + 1, a + 10, a + 9]]);
+                triangles.extend([vec![a, a + 1, a + 9], vec![a + 1, a + 10, a + 9]]);
             }
         }
         let d = direction_of_edge(&triangles, |i| nodes[i as usize]);
@@ -292,7 +271,7 @@ mod tests {
                 [x * (1.0 + 1e-12), y, 0.0]
             };
             assert_eq!(
-                direction_of_edge(&[[0, 1, 2], [0, 2, 3]], x),
+                direction_of_edge(&[vec![0, 1, 2], vec![0, 2, 3]], x),
                 [1.0, 0.0, 0.0]
             );
         }

@@ -1,9 +1,11 @@
-//! Groups of the mesh, looked up by name, and the tetrahedra that the facets of one bound.
+//! Groups of the mesh, looked up by name, and the faces of bodies that they are.
 
 use std::collections::HashMap;
 
 use super::ModelError;
-use crate::mesh::{Group, Mesh};
+use crate::mesh::element::facet_corners;
+use crate::mesh::quality::sorted_corners;
+use crate::mesh::{ElementType, Group, Mesh};
 
 pub(super) fn kind(dimension: u8) -> &'static str {
     match dimension {
@@ -61,28 +63,103 @@ pub(super) fn first_tags<'a>(
     (tags.len(), tags.into_iter().take(5).collect())
 }
 
-/// Of each facet of a group, how many of the tetrahedra `tets` it bounds, and the corner of one of
-/// these that is opposite to it.
-pub(super) fn bounded_tets(mesh: &Mesh, group: &Group, tets: &[u32]) -> Vec<(usize, u32)> {
-    let key = |&f: &u32| sorted_corners(mesh.facet(f as usize));
-    let mut bounded: HashMap<[u32; 3], (usize, u32)> =
-        group.elements.iter().map(|f| (key(f), (0, 0))).collect();
-    for &e in tets {
-        let t = mesh.tet(e as usize);
-        for k in 0..4 {
-            let face = [t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]];
-            if let Some((count, opposite)) = bounded.get_mut(&sorted_corners(&face)) {
-                *count += 1;
-                *opposite = t[k];
+/// A surface group, or a set of nodes that serves as one.
+pub(super) fn find_surface<'a>(
+    mesh: &'a Mesh,
+    name: &str,
+    used_by: &str,
+) -> Result<&'a Group, ModelError> {
+    match mesh.groups.get(name) {
+        Some(group) if group.dimension == 0 => find_group(mesh, name, Some(0), used_by),
+        _ => find_group(mesh, name, Some(2), used_by),
+    }
+}
+
+/// A face of a body that belongs to a group.
+pub(super) struct Face {
+    /// Tag of the facet; where the group is a set of nodes, of the element behind.
+    pub tag: u64,
+    /// How many elements of the body it bounds: one where it is on the surface.
+    pub bounded: usize,
+    /// Its nodes, counter-clockwise seen from outside the element behind; empty where it bounds none.
+    pub nodes: Vec<u32>,
+}
+
+impl Face {
+    /// Its corners.
+    pub fn corners(&self) -> &[u32] {
+        &self.nodes[..facet_corners(self.nodes.len())]
+    }
+}
+
+/// The faces of a group on a body of these elements: of a surface its facets, in their order, of a set of
+/// nodes the faces on the surface of the body all of whose nodes are in it.
+pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
+    let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
+    let of_nodes = group.dimension == 0;
+    let mut is_in_set = vec![false; if of_nodes { mesh.nodes_m.len() } else { 0 }];
+    if of_nodes {
+        for &n in &group.nodes {
+            is_in_set[n as usize] = true;
+        }
+    }
+    let mut all: Vec<Face> = Vec::new();
+    let mut number: HashMap<[u32; 4], usize> = HashMap::new();
+    for &f in &group.elements {
+        number
+            .entry(key(mesh.facets.of(f as usize)))
+            .or_insert(all.len());
+        all.push(Face {
+            tag: mesh.facets.tags()[f as usize],
+            bounded: 0,
+            nodes: Vec::new(),
+        });
+    }
+    for &e in elements {
+        let nodes = mesh.elements.of(e as usize);
+        let Some(element) = ElementType::with_nodes(nodes.len()) else {
+            continue;
+        };
+        for (f, corners) in element.shape.faces().iter().enumerate() {
+            let mut found = [u32::MAX; 4];
+            for (corner, &i) in found.iter_mut().zip(*corners) {
+                *corner = nodes[i];
+            }
+            found.sort_unstable();
+            let face = || {
+                element
+                    .face(f)
+                    .into_iter()
+                    .map(|i| nodes[i])
+                    .collect::<Vec<u32>>()
+            };
+            if of_nodes {
+                if !found[..corners.len()]
+                    .iter()
+                    .all(|&n| is_in_set[n as usize])
+                {
+                    continue;
+                }
+                let face = face();
+                if face.iter().all(|&n| is_in_set[n as usize]) {
+                    let at = *number.entry(found).or_insert(all.len());
+                    if at == all.len() {
+                        all.push(Face {
+                            tag: mesh.elements.tags()[e as usize],
+                            bounded: 0,
+                            nodes: face,
+                        });
+                    }
+                    all[at].bounded += 1;
+                }
+            } else if let Some(&at) = number.get(&found) {
+                all[at].bounded += 1;
+                all[at].nodes = face();
             }
         }
     }
-    group.elements.iter().map(|f| bounded[&key(f)]).collect()
-}
-
-/// The corners of a facet, by which two facets are known for the same.
-pub(super) fn sorted_corners(nodes: &[u32]) -> [u32; 3] {
-    let mut corners = [nodes[0], nodes[1], nodes[2]];
-    corners.sort_unstable();
-    corners
+    if of_nodes {
+        all.retain(|face| face.bounded == 1);
+    }
+    all
 }

@@ -3,7 +3,7 @@
 use super::builder::BodyBuilder;
 use super::contacts::{Contact, contact, ground_contact};
 use super::crown::add_crown;
-use super::groups::{find_group, first_tags};
+use super::groups::{find_surface, first_tags};
 use super::{BodyNode, ContactPair, ModelError};
 use crate::mesh::{Group, Mesh};
 use crate::model::{Assembly, ContactLaw, ContactSpec};
@@ -13,7 +13,7 @@ use crate::model::{Assembly, ContactLaw, ContactSpec};
 pub(super) struct Joints {
     pub names: Vec<String>,
     pub pairs: Vec<ContactPair>,
-    pub triangles: Vec<[u32; 3]>,
+    pub facets: Vec<Vec<u32>>,
     pub bonded: Vec<[BodyNode; 2]>,
     pub largest_mismatch_m: f64,
 }
@@ -66,8 +66,10 @@ pub(super) fn joints(
             })?;
         }
         let before = joints.pairs.len() as u32;
-        let triangles = found.triangles.iter().map(|t| t.map(|i| i + before));
-        joints.triangles.extend(triangles);
+        for mut facet in found.facets {
+            facet.iter_mut().for_each(|pair| *pair += before);
+            joints.facets.push(facet);
+        }
         joints.pairs.append(&mut found.pairs);
         joints.names.push(spec.name.clone());
     }
@@ -83,7 +85,7 @@ fn paired(
     bodies: &[BodyBuilder],
 ) -> Result<Contact, ModelError> {
     let used_by = format!("contact `{}`", spec.name);
-    let group = |name| find_group(mesh, name, Some(2), &used_by);
+    let group = |name| find_surface(mesh, name, &used_by);
     let first = group(&spec.first)?;
     // The body that has most of a flank is the one it is meant to be on.
     let owner = |group: &Group| {

@@ -1,11 +1,10 @@
 //! Steady loads of the scene tied to nodes and facets.
 
 use super::builder::BodyBuilder;
-use super::groups::{bounded_tets, find_group, first_tags, kind};
+use super::groups::{faces, find_group, first_tags, kind};
 use super::{ModelError, StaticLoad, Traction};
-use crate::mesh::{ElementOrder, Group, Mesh};
+use crate::mesh::{Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
-use dovetail_numerics::space::{cross, dot, sub};
 
 /// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn static_load(
@@ -28,7 +27,7 @@ pub(super) fn static_load(
             };
             Ok(group.nodes.iter().filter_map(of).map(point).collect())
         }
-        (2, load) => {
+        (2, load) | (0, load @ LoadKind::Pressure { .. }) => {
             let body = bodies
                 .iter()
                 .position(|b| group.nodes.iter().all(|&n| b.has(n)));
@@ -88,36 +87,31 @@ fn check_nodes(
     Ok(())
 }
 
-/// Facets of a group in local nodes, turned so that they are counter-clockwise seen from outside.
+/// Facets of a group in local nodes, counter-clockwise seen from outside.
 fn outward_facets(
     mesh: &Mesh,
     group: &Group,
     body: &BodyBuilder,
     used_by: &str,
     name: &str,
-) -> Result<Vec<u32>, ModelError> {
-    let behind = bounded_tets(mesh, group, body.tets());
-    let x = |n: u32| mesh.nodes_m[n as usize];
-    let mut facets = Vec::with_capacity(group.elements.len() * mesh.order.nodes_per_facet());
-    for (&f, (count, opposite)) in group.elements.iter().zip(behind) {
-        let nodes = mesh.facet(f as usize);
-        if count != 1 {
-            return Err(ModelError::LoadInside {
-                used_by: used_by.to_string(),
-                group: name.to_string(),
-                tag: mesh.facet_tags[f as usize],
-                body: body.name().to_string(),
-            });
-        }
-        let [a, b, c] = [x(nodes[0]), x(nodes[1]), x(nodes[2])];
-        let outward = dot(cross(sub(b, a), sub(c, a)), sub(a, x(opposite))) > 0.0;
-        let order: &[usize] = match (mesh.order, outward) {
-            (ElementOrder::Linear, true) => &[0, 1, 2],
-            (ElementOrder::Linear, false) => &[0, 2, 1],
-            (ElementOrder::Quadratic, true) => &[0, 1, 2, 3, 4, 5],
-            (ElementOrder::Quadratic, false) => &[0, 2, 1, 5, 4, 3],
-        };
-        facets.extend(order.iter().map(|&i| body.local(nodes[i])));
+) -> Result<Vec<Vec<u32>>, ModelError> {
+    let faces = faces(mesh, group, body.elements());
+    if faces.is_empty() {
+        return Err(ModelError::NoFaces {
+            used_by: used_by.to_string(),
+            group: name.to_string(),
+            nodes: group.nodes.len(),
+            body: body.name().to_string(),
+        });
     }
-    Ok(facets)
+    if let Some(face) = faces.iter().find(|face| face.bounded != 1) {
+        return Err(ModelError::LoadInside {
+            used_by: used_by.to_string(),
+            group: name.to_string(),
+            tag: face.tag,
+            body: body.name().to_string(),
+        });
+    }
+    let local = |face: &super::groups::Face| face.nodes.iter().map(|&n| body.local(n)).collect();
+    Ok(faces.iter().map(local).collect())
 }

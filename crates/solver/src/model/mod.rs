@@ -3,9 +3,11 @@
 //! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use crate::mesh::ElementOrder;
+use crate::mesh::{Connectivity, ElementType};
 
 mod bind;
 mod builder;
@@ -38,8 +40,8 @@ pub struct Model {
     pub pairs: Vec<ContactPair>,
     /// Nodes that move as one (bonded contacts).
     pub bonded: Vec<[BodyNode; 2]>,
-    /// Flank facets as triangles of pair indices (corner nodes only), for fields on the flanks.
-    pub flank_triangles: Vec<[u32; 3]>,
+    /// Flank facets, each as the pairs at its three or four corners, for fields on the flanks.
+    pub flank_facets: Vec<Vec<u32>>,
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
     /// Harmonic forces.
@@ -48,6 +50,17 @@ pub struct Model {
     pub observations: Vec<Observation>,
     /// Largest distance between the two nodes of a pair, m.
     pub largest_mismatch_m: f64,
+}
+
+impl Model {
+    /// How many elements of each type all bodies have.
+    pub fn element_types(&self) -> BTreeMap<ElementType, usize> {
+        let mut counts = BTreeMap::new();
+        for (element, count) in self.bodies.iter().flat_map(|body| body.elements.types()) {
+            *counts.entry(element).or_default() += count;
+        }
+        counts
+    }
 }
 
 /// One body: its own node numbering, elements, and degrees of freedom.
@@ -61,18 +74,14 @@ pub struct Body {
     pub rotates: bool,
     /// Modes that a Craig-Bampton reduction of this body keeps; none where it is not reduced by itself.
     pub fixed_interface_modes: Option<usize>,
-    /// Of its tetrahedra.
-    pub order: ElementOrder,
     /// Node positions, m, in the body's own numbering.
     pub nodes_m: Vec<[f64; 3]>,
     /// The mesh's index and Gmsh tag of each node.
     pub mesh_nodes: Vec<u32>,
     /// Gmsh tag of each node.
     pub node_tags: Vec<u64>,
-    /// `order.nodes_per_tet()` local node indices per tetrahedron (Gmsh's order).
-    pub tets: Vec<u32>,
-    /// Gmsh tag of each tetrahedron.
-    pub tet_tags: Vec<u64>,
+    /// Its elements, with local node indices.
+    pub elements: Connectivity,
     /// How its nodes move.
     pub dofs: DofMap,
     /// Free degrees of freedom that do not move, ascending: nodes on planes of symmetry. They keep their
@@ -94,8 +103,8 @@ pub enum StaticLoad {
     },
     /// Spread uniformly over part of the surface.
     Surface {
-        /// `order.nodes_per_facet()` local nodes per facet, counter-clockwise seen from outside.
-        facets: Vec<u32>,
+        /// Local nodes of each facet, counter-clockwise seen from outside.
+        facets: Vec<Vec<u32>>,
         /// What acts on them.
         traction: Traction,
     },
@@ -108,18 +117,6 @@ pub enum Traction {
     Total([f64; 3]),
     /// Along the inward normal, Pa.
     Pressure(f64),
-}
-
-impl Body {
-    /// Number of tetrahedra.
-    pub fn tet_count(&self) -> usize {
-        self.tet_tags.len()
-    }
-    /// Local node indices of tetrahedron `e`.
-    pub fn tet(&self, e: usize) -> &[u32] {
-        let n = self.order.nodes_per_tet();
-        &self.tets[e * n..(e + 1) * n]
-    }
 }
 
 /// How a body's nodes move. *Free nodes* are numbered interior first, then those of contacts, in the

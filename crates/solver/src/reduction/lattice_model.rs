@@ -1,7 +1,7 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
 use crate::fem::{BodyMatrices, Structure};
-use crate::mesh::ElementOrder;
+use crate::mesh::Connectivity;
 use crate::model::Material;
 use crate::model::{
     Body, BodyNode, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation,
@@ -60,7 +60,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         rotation: None,
         pairs,
         bonded: Vec::new(),
-        flank_triangles: Vec::new(),
+        flank_facets: Vec::new(),
         contact_names: vec!["flank".into()],
         excitations: vec![
             force(0, tip, [1.0, -2.0, 0.5], 1, 0.7),
@@ -128,12 +128,10 @@ fn body(
         },
         rotates: true,
         fixed_interface_modes: modes,
-        order: ElementOrder::Linear,
         nodes_m: vec![[0.0; 3]; nodes.len()],
         mesh_nodes: (0..nodes.len() as u32).collect(),
         node_tags: (0..nodes.len() as u64).map(|n| 1000 + n).collect(),
-        tets: Vec::new(),
-        tet_tags: Vec::new(),
+        elements: Connectivity::default(),
         held_dofs: Vec::new(),
         loads: Vec::new(),
         dofs: DofMap {

@@ -1,0 +1,232 @@
+//! The integrals over one element, whatever its type.
+
+use std::sync::LazyLock;
+
+use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
+use super::incompatible::IncompatibleHexahedron;
+use super::tables::{Table, Tables};
+use crate::mesh::element::ElementType;
+use dovetail_numerics::space::{distance, middle};
+
+/// Most nodes that an element has.
+pub const MOST_NODES: usize = 20;
+
+/// Mid-edge nodes this close to the middle, against the length of the edge, count as straight.
+const STRAIGHTNESS: f64 = 1e-10;
+
+/// Integrals over elements of one type. Slices of nodal values hold one entry for each node, matrices
+/// one for each pair of nodes, row by row.
+pub trait Element: Sync + Send {
+    /// What the element looks like.
+    fn form(&self, coords_m: &[[f64; 3]]) -> Form;
+
+    /// Stiffness, N/m, in blocks of 3 x 3. `affine` is that of [`Element::form`].
+    fn stiffness(&self, coords_m: &[[f64; 3]], affine: bool, lame: Lame, out: &mut [[f64; 9]]);
+
+    /// Consistent mass, kg, times the identity.
+    fn mass(&self, coords_m: &[[f64; 3]], affine: bool, density_kg_m3: f64, out: &mut [[f64; 1]]);
+
+    /// Geometric stiffness, N/m, times the identity, under the linear stress of nodal displacements.
+    fn geometric_stiffness(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+        out: &mut [[f64; 1]],
+    );
+
+    /// Stress in the middle, Pa: xx, yy, zz, xy, yz, xz.
+    fn centre_stress(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+    ) -> [f64; 6];
+
+    /// Stress at each node, Pa.
+    fn nodal_stress(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+        out: &mut [[f64; 6]],
+    );
+}
+
+/// The integrals of a type of element.
+pub fn element(element: ElementType) -> &'static dyn Element {
+    static ALL: LazyLock<[Box<dyn Element>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
+    let place = ElementType::ALL.iter().position(|e| *e == element);
+    ALL[place.expect("these are all types")].as_ref()
+}
+
+fn made(element: ElementType) -> Box<dyn Element> {
+    match element {
+        ElementType::TET4 => Box::new(Isoparametric::<4>::new(element)),
+        ElementType::TET10 => Box::new(Isoparametric::<10>::new(element)),
+        ElementType::PYRAMID5 => Box::new(Isoparametric::<5>::new(element)),
+        ElementType::PYRAMID13 => Box::new(Isoparametric::<13>::new(element)),
+        ElementType::WEDGE6 => Box::new(Isoparametric::<6>::new(element)),
+        ElementType::WEDGE15 => Box::new(Isoparametric::<15>::new(element)),
+        ElementType::HEX8 => Box::new(IncompatibleHexahedron::new()),
+        ElementType::HEX20 => Box::new(Isoparametric::<20>::new(element)),
+    }
+}
+
+/// What an element looks like.
+#[derive(Debug, Clone, Copy)]
+pub struct Form {
+    /// Smallest Jacobian determinant over the cube of the longest edge; NaN when that edge is zero
+    /// or a coordinate is no number.
+    pub flatness: f64,
+    /// A tetrahedron with straight edges: its Jacobian is the same everywhere.
+    pub affine: bool,
+    /// Its volume.
+    pub volume_m3: f64,
+}
+
+/// An element whose displacement is interpolated as its positions are.
+#[derive(Debug)]
+pub struct Isoparametric<const N: usize> {
+    element: ElementType,
+    /// Its shape functions.
+    pub tables: Tables<N>,
+    /// Mass per unit density and Jacobian determinant of an affine element.
+    reference_mass: Vec<f64>,
+}
+
+impl<const N: usize> Isoparametric<N> {
+    /// Of a type with `N` nodes.
+    pub fn new(element: ElementType) -> Self {
+        let tables = Tables::new(element);
+        let mut reference_mass = vec![0.0; N * N];
+        for (n, weight) in tables.mass.shapes.iter().zip(&tables.mass.weights) {
+            for a in 0..N {
+                for b in 0..N {
+                    reference_mass[a * N + b] += weight * n[a] * n[b];
+                }
+            }
+        }
+        Self {
+            element,
+            tables,
+            reference_mass,
+        }
+    }
+
+    /// Whether the Jacobian is known to be the same everywhere.
+    fn is_affine(&self, coords_m: &[[f64; 3]; N]) -> bool {
+        let edges = self.element.shape.edges().iter();
+        let middles = &coords_m[self.element.shape.corners()..];
+        self.tables.affine.is_some()
+            && edges.zip(middles).all(|(&[a, b], m)| {
+                let (a, b) = (coords_m[a], coords_m[b]);
+                distance(*m, middle(a, b)) <= STRAIGHTNESS * distance(a, b)
+            })
+    }
+}
+
+/// The values of an element's nodes.
+pub(super) fn nodal<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
+    values
+        .try_into()
+        .expect("one value for each node of the element")
+}
+
+impl<const N: usize> Element for Isoparametric<N> {
+    fn form(&self, coords_m: &[[f64; 3]]) -> Form {
+        let coords = nodal(coords_m);
+        let lengths = self.element.shape.edges().iter();
+        let longest = lengths
+            .map(|&[a, b]| distance(coords[a], coords[b]))
+            .fold(0.0, f64::max);
+        let affine = self.is_affine(coords);
+        let (mut smallest, mut volume_m3) = (f64::INFINITY, 0.0);
+        let mass = &self.tables.mass;
+        for (reference, weight) in mass.gradients.iter().zip(&mass.weights) {
+            let det = determinant(coords, reference);
+            smallest = smallest.min(det);
+            volume_m3 += weight * det;
+        }
+        if !affine {
+            let others = [&self.tables.stiffness, &self.tables.centre];
+            for reference in others.iter().flat_map(|table| &table.gradients) {
+                smallest = smallest.min(determinant(coords, reference));
+            }
+        }
+        // Minima pass over NaN, sums do not.
+        let flatness = match volume_m3.is_finite() {
+            true => smallest / longest.powi(3),
+            false => f64::NAN,
+        };
+        Form {
+            flatness,
+            affine,
+            volume_m3,
+        }
+    }
+
+    fn stiffness(&self, coords_m: &[[f64; 3]], affine: bool, lame: Lame, out: &mut [[f64; 9]]) {
+        let enough = self.tables.affine.as_ref().filter(|_| affine);
+        let table: &Table<N> = enough.unwrap_or(&self.tables.stiffness);
+        elasticity::stiffness(nodal(coords_m), table, lame, out);
+    }
+
+    fn mass(&self, coords_m: &[[f64; 3]], affine: bool, density_kg_m3: f64, out: &mut [[f64; 1]]) {
+        let coords = nodal(coords_m);
+        if affine {
+            let det = determinant(coords, &self.tables.centre.gradients[0]);
+            for (m, reference) in out.iter_mut().zip(&self.reference_mass) {
+                m[0] = density_kg_m3 * det * reference;
+            }
+        } else {
+            elasticity::mass(coords, &self.tables.mass, density_kg_m3, out);
+        }
+    }
+
+    fn geometric_stiffness(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+        out: &mut [[f64; 1]],
+    ) {
+        let stress = |_, g: &[[f64; 3]; N]| stress_at(g, nodal(displacement_m), lame);
+        elasticity::geometric_stiffness(nodal(coords_m), &self.tables.stiffness, stress, out);
+    }
+
+    fn centre_stress(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+    ) -> [f64; 6] {
+        let (_, gradients) = map_gradients(nodal(coords_m), &self.tables.centre.gradients[0]);
+        stress_at::<N>(&gradients, nodal(displacement_m), lame)
+    }
+
+    fn nodal_stress(
+        &self,
+        coords_m: &[[f64; 3]],
+        displacement_m: &[[f64; 3]],
+        lame: Lame,
+        out: &mut [[f64; 6]],
+    ) {
+        let coords = nodal(coords_m);
+        let centre = &self.tables.centre.gradients[0];
+        let (middle, in_middle) = map_gradients(coords, centre);
+        for (reference, out) in self.tables.nodes.gradients.iter().zip(out) {
+            let (det, gradients) = map_gradients(coords, reference);
+            // A curved element may be pinched at a node, though sound at its quadrature points, and
+            // a pyramid is so at its apex.
+            let gradients = match det > PINCHED * middle {
+                true => gradients,
+                false => in_middle,
+            };
+            *out = stress_at::<N>(&gradients, nodal(displacement_m), lame);
+        }
+    }
+}
+
+/// Where the Jacobian determinant is below this share of that in the middle, an element is pinched.
+const PINCHED: f64 = 1e-3;
