@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::{self, ElementOrder, Mesh, quality};
+use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
 
@@ -46,7 +46,7 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
     assert_eq!(model.flank_facets.len(), 4 * (nu - 1) * (nv - 1));
     let mut area = 0.0;
     for t in &model.flank_facets {
-        let [a, b, c] = t.map(|i| &model.pairs[i as usize]);
+        let [a, b, c] = [0, 1, 2].map(|k| &model.pairs[t[k] as usize]);
         assert!(a.contact == b.contact && b.contact == c.contact);
         let normal = cross(
             sub(b.position_m, a.position_m),
@@ -98,7 +98,7 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
         }
         // Edges of a grid with one diagonal per cell.
         let edges = (nu - 1) * nv + nu * (nv - 1) + (nu - 1) * (nv - 1);
-        let quadratic = body.order == ElementOrder::Quadratic;
+        let quadratic = body.elements.of(0).len() == 10;
         assert_eq!(tied, if quadratic { 2 * edges } else { 0 });
     }
 }
@@ -188,17 +188,23 @@ fn renumbered(mesh: &Mesh) -> Mesh {
         }
         n.into_iter().map(|n| new_node[n as usize])
     };
+    let mut elements = Connectivity::default();
+    for &e in &tets {
+        let nodes = mesh.elements.of(e).iter();
+        elements.push(
+            mesh.elements.tags()[e],
+            nodes.map(|&n| new_node[n as usize]),
+        );
+    }
+    let mut new_facets = Connectivity::default();
+    for &f in &facets {
+        new_facets.push(mesh.facets.tags()[f], turned(f));
+    }
     Mesh {
-        order: mesh.order,
         nodes_m: nodes.iter().map(|&i| mesh.nodes_m[i]).collect(),
         node_tags: nodes.iter().map(|&i| mesh.node_tags[i]).collect(),
-        tets: tets
-            .iter()
-            .flat_map(|&e| mesh.elements.of(e).iter().map(|&n| new_node[n as usize]))
-            .collect(),
-        tet_tags: tets.iter().map(|&e| mesh.tet_tags[e]).collect(),
-        facets: facets.iter().flat_map(|&f| turned(f)).collect(),
-        facet_tags: facets.iter().map(|&f| mesh.facet_tags[f]).collect(),
+        elements,
+        facets: new_facets,
         groups,
     }
 }
@@ -464,7 +470,10 @@ fn the_script_meshes_into_what_the_ready_mesh_is() {
     let (mesh, version) = meshed("default", &[]);
     let ready = ready("dovetail.msh");
     check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), 4, 9);
-    assert_eq!(mesh.order, ready.order);
+    assert_eq!(
+        mesh.elements.types().into_keys().collect::<Vec<_>>(),
+        [ElementType::TET10]
+    );
     let groups = |m: &Mesh| m.groups.keys().cloned().collect::<Vec<_>>();
     assert_eq!(groups(&mesh), groups(&ready));
     let volume = |m: &Mesh| quality::check(m).unwrap().volume_m3;

@@ -547,7 +547,7 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
         0.5 * norm(cross(diagonals[0], diagonals[1]))
     };
     let facets = run.model.flank_facets.iter();
-    let facets = facets.flat_map(|t| [t.map(|n| n as usize); 3]);
+    let facets = facets.flat_map(|t| [[0, 1, 2].map(|k| t[k] as usize); 3]);
     let pressure = values(&at_rest.data.point, "pressure_pa");
     let mean = |of: &[usize]| of.iter().map(|&n| pressure[n]).sum::<f64>() / of.len() as f64;
     for ((cell, facet), owner) in quadrilaterals(&at_rest).iter().zip(facets).zip(&owners) {
@@ -923,10 +923,8 @@ fn the_vtk_check_notices_what_is_wrong() {
         "edge_nodes",
         &|o| {
             let mut model = run.model.clone();
-            model.bodies[1]
-                .tets
-                .chunks_exact_mut(10)
-                .for_each(|t| t.swap(8, 9));
+            let tets = model.bodies[1].elements.nodes_mut();
+            tets.chunks_exact_mut(10).for_each(|t| t.swap(8, 9));
             vtu::write_static(&o.join("static.vtu"), &model, &static_fields(&run)).unwrap();
         },
         "middle",
@@ -935,10 +933,10 @@ fn the_vtk_check_notices_what_is_wrong() {
         "inverted",
         &|o| {
             let mut model = run.model.clone();
-            let tet = &mut model.bodies[0].tets[..10];
-            (tet[0], tet[1]) = (tet[1], tet[0]);
-            (tet[5], tet[6]) = (tet[6], tet[5]);
-            (tet[7], tet[9]) = (tet[9], tet[7]);
+            let tet = &mut model.bodies[0].elements.nodes_mut()[..10];
+            tet.swap(0, 1);
+            tet.swap(5, 6);
+            tet.swap(7, 8);
             vtu::write_static(&o.join("static.vtu"), &model, &static_fields(&run)).unwrap();
         },
         "volume",

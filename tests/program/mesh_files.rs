@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::{self, ElementOrder, FACET_EDGES, MeshError, TET_EDGES, quality};
+use dovetail_solver::mesh::quality::{self, QualityError};
+use dovetail_solver::mesh::{self, ElementOrder, ElementType, MeshError, Shape};
 use dovetail_solver::model::bind;
 
 // ------------------------------------------------------------------------- what the files say
@@ -16,7 +17,8 @@ fn the_ready_meshes_hold_what_their_readme_says() {
         ("dovetail_order1.msh", ElementOrder::Linear),
     ] {
         let mesh = ready(name);
-        assert_eq!(mesh.order, order);
+        let element = ElementType::new(Shape::Tetrahedron, order);
+        assert!(mesh.elements.types().into_keys().eq([element]));
         let tets = |g: &str| mesh.groups[g].elements.len();
         let row = format!(
             "| {name} | {} | {} | {} / {} | 72 |",
@@ -57,8 +59,9 @@ fn mid_edge_nodes_lie_between_the_corners_of_their_edge() {
             }
         }
     };
-    (0..mesh.elements.len()).for_each(|e| check(mesh.elements.of(e), 4, &TET_EDGES));
-    (0..mesh.facets.len()).for_each(|f| check(mesh.facets.of(f), 3, &FACET_EDGES));
+    let edges = Shape::Tetrahedron.edges();
+    (0..mesh.elements.len()).for_each(|e| check(mesh.elements.of(e), 4, edges));
+    (0..mesh.facets.len()).for_each(|f| check(mesh.facets.of(f), 3, &[[0, 1], [1, 2], [0, 2]]));
 }
 
 #[test]
@@ -81,11 +84,7 @@ fn ascii_and_binary_blocks_are_the_same_two_cubes() {
         let skin: BTreeSet<_> = mesh.groups["upper_skin"].elements.iter().collect();
         assert!(bottom.len() == 8 && bottom.is_subset(&skin) && skin.len() == 48);
         assert_eq!(mesh.groups["corner"].nodes.len(), 1);
-        let per_edge = if mesh.order == ElementOrder::Linear {
-            3
-        } else {
-            5
-        };
+        let per_edge = if mesh.elements.of(0).len() == 4 { 3 } else { 5 };
         assert_eq!(mesh.groups["rim"].nodes.len(), per_edge);
         let corner = mesh.groups["corner"].nodes[0] as usize;
         assert_vector(mesh.nodes_m[corner], [MM, MM, 2.0 * MM], 1e-15);
@@ -153,7 +152,7 @@ fn node_tags_need_not_stand_in_order() {
         mesh::parse(permuted, MM).unwrap(),
     );
     assert_eq!(permuted.nodes_m, plain.nodes_m);
-    assert_eq!(permuted.tets, plain.tets);
+    assert_eq!(permuted.elements, plain.elements);
     assert_eq!(permuted.groups, plain.groups);
     assert_ne!(permuted.node_tags, plain.node_tags);
 }
@@ -278,7 +277,7 @@ fn wrong_content_is_named_for_what_it_is() {
         ),
         ("UnknownEntity", block(0, "9")),
         ("UnknownEntity", block(1, "99")),
-        ("UnsupportedElement", block(2, "3")),
+        ("UnsupportedElement", block(2, "26")),
         ("Malformed", block(2, "5")),
         ("Malformed", block(2, "4000")),
         ("Malformed", block(3, huge)),
@@ -357,15 +356,15 @@ fn mixed_orders_are_refused() {
                 .join(" ");
         }
     });
-    let error = mesh::parse(linear, MM).unwrap_err();
-    assert!(matches!(error, MeshError::MixedOrders { .. }), "{error}");
+    let error = quality::check(&mesh::parse(linear, MM).unwrap()).unwrap_err();
+    assert!(matches!(error, QualityError::MixedOrders { .. }), "{error}");
 }
 
 #[test]
-fn quadrangles_matter_only_where_a_group_names_them() {
+fn elements_with_nodes_inside_faces_matter_only_where_a_group_names_them() {
     let with_quad = |group: &'static str| {
         edited("blocks_order1.msh", move |lines| {
-            // A new surface entity with one quadrangle on existing nodes.
+            // A new surface entity with one quadrilateral of nine nodes, all there.
             let entities = section(lines, "Entities");
             entities[0] = "16 24 13 2".to_string();
             entities[1 + 16 + 24] += &format!("\n99 0 0 0 1 1 0 {group} 0 ");
@@ -373,7 +372,7 @@ fn quadrangles_matter_only_where_a_group_names_them() {
             let mut words: Vec<u64> = elements[0].split(' ').map(|w| w.parse().unwrap()).collect();
             (words[0], words[1], words[3]) = (words[0] + 1, words[1] + 1, 9000);
             let words: Vec<String> = words.iter().map(u64::to_string).collect();
-            elements[0] = words.join(" ") + "\n2 99 3 1\n9000 1 2 3 4 ";
+            elements[0] = words.join(" ") + "\n2 99 10 1\n9000 1 2 3 4 5 6 7 8 9 ";
         })
     };
     assert_eq!(
@@ -381,7 +380,12 @@ fn quadrangles_matter_only_where_a_group_names_them() {
         ready("blocks_order1.msh")
     );
     let error = mesh::parse(with_quad("1 22"), MM).unwrap_err().to_string();
-    assert!(error.contains("Qua4") && error.contains("base"), "{error}");
+    assert!(
+        error.contains("9 nodes")
+            && error.contains("base")
+            && error.contains("SecondOrderIncomplete = 1"),
+        "{error}"
+    );
 }
 
 /// Whatever happens to the bytes, the answer is a mesh or an error; and a mesh that is read can be

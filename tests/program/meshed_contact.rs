@@ -397,7 +397,10 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
             &["load.0.on=nowhere"],
             "load 1: the mesh has no group `nowhere`",
         ),
-        (&["load.0.on=lower_rail"], "acts on a surface group"),
+        (
+            &["load.0.on=lower_rail"],
+            "`lower_rail` is a set of 1 nodes, and no face on the surface of body `lower`",
+        ),
         (&["load.0.on=upper"], "acts on a surface group"),
         (
             &["load.0.on=lower_base", "body.lower.fixed=[\"lower_base\"]"],

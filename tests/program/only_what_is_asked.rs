@@ -247,7 +247,8 @@ fn frictionless_flanks_carry_the_load_by_their_normals() {
     .unwrap();
     let omega = 5000.0 * std::f64::consts::PI / 30.0;
     let of_tet = |&e: &u32| {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.tet(e as usize)[i] as usize]);
+        let [a, b, c, d] =
+            [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.elements.of(e as usize)[i] as usize]);
         let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
         let [u, v, w] = [b, c, d].map(edge);
         let volume = (u[0] * (v[1] * w[2] - v[2] * w[1])

@@ -1,11 +1,50 @@
 //! Blocks as bodies: free, held at a flank, distorted, bent.
 
-use dovetail_solver::mesh::block::{block, distort, map_nodes};
-use dovetail_solver::mesh::{ElementOrder, Mesh};
+use dovetail_solver::mesh::block::{block, distort, map_nodes, mixed_block};
+use dovetail_solver::mesh::element::facet_corners;
+use dovetail_solver::mesh::{ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
 use dovetail_solver::model::{Material, Prestress};
 
-pub const ORDERS: [ElementOrder; 2] = [ElementOrder::Linear, ElementOrder::Quadratic];
+/// What a block is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Filling {
+    /// Elements of one type.
+    Of(ElementType),
+    /// Elements of all shapes, of one order.
+    Mixed(ElementOrder),
+}
+
+pub const FILLINGS: [Filling; 10] = [
+    Filling::Of(ElementType::TET4),
+    Filling::Of(ElementType::TET10),
+    Filling::Of(ElementType::PYRAMID5),
+    Filling::Of(ElementType::PYRAMID13),
+    Filling::Of(ElementType::WEDGE6),
+    Filling::Of(ElementType::WEDGE15),
+    Filling::Of(ElementType::HEX8),
+    Filling::Of(ElementType::HEX20),
+    Filling::Mixed(ElementOrder::Linear),
+    Filling::Mixed(ElementOrder::Quadratic),
+];
+
+impl Filling {
+    pub fn order(self) -> ElementOrder {
+        match self {
+            Self::Of(element) => element.order,
+            Self::Mixed(order) => order,
+        }
+    }
+
+    /// A block of these elements, of six cells or more along x where it is mixed.
+    pub fn block(self, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
+        match self {
+            Self::Of(element) => block(element, cells, size_m),
+            Self::Mixed(order) => mixed_block(order, [cells[0].max(6), cells[1], cells[2]], size_m),
+        }
+    }
+}
+
 pub const STEEL: Material = Material {
     young_pa: 2.1e11,
     poisson: 0.29,
@@ -35,12 +74,10 @@ pub fn body_of(
         material,
         rotates: true,
         fixed_interface_modes: None,
-        order: mesh.order,
         nodes_m: mesh.nodes_m.clone(),
         mesh_nodes: (0..mesh.nodes_m.len() as u32).collect(),
         node_tags: mesh.node_tags.clone(),
-        tets: mesh.tets.clone(),
-        tet_tags: mesh.tet_tags.clone(),
+        elements: mesh.elements.clone(),
         held_dofs: Vec::new(),
         loads: Vec::new(),
         dofs: DofMap {
@@ -65,11 +102,11 @@ pub fn body_with_flank(mesh: &Mesh, material: Material, flank: &str) -> Body {
     let mut corners: Vec<u32> = Vec::new();
     for &f in &mesh.groups[flank].elements {
         let facet = mesh.facets.of(f as usize);
-        corners.extend(&facet[..3]);
-        for (edge, [a, b]) in [[0, 1], [1, 2], [0, 2]].iter().enumerate() {
-            if let Some(&middle) = facet.get(3 + edge) {
-                motion[middle as usize] = Some(NodeMotion::Tied([facet[*a], facet[*b]]));
-            }
+        let (own, middles) = facet.split_at(facet_corners(facet.len()));
+        corners.extend(own);
+        for (i, &middle) in middles.iter().enumerate() {
+            let ends = [own[i], own[(i + 1) % own.len()]];
+            motion[middle as usize] = Some(NodeMotion::Tied(ends));
         }
     }
     corners.sort_unstable();
@@ -87,15 +124,15 @@ pub fn body_with_flank(mesh: &Mesh, material: Material, flank: &str) -> Body {
     body_of(mesh, material, motion, corners.len())
 }
 
-pub fn distorted(order: ElementOrder, cells: [usize; 3], size: [f64; 3]) -> Mesh {
-    let mut mesh = block(order, cells, size);
+pub fn distorted(filling: Filling, cells: [usize; 3], size: [f64; 3]) -> Mesh {
+    let mut mesh = filling.block(cells, size);
     distort(&mut mesh, size, 0.08 * size[0] / cells[0] as f64);
     mesh
 }
 
 /// A box bent into an arc and sheared: quadratic meshes have curved edges everywhere.
-pub fn bent(order: ElementOrder) -> Mesh {
-    let mut mesh = block(order, [3, 2, 2], SIZE);
+pub fn bent(filling: Filling) -> Mesh {
+    let mut mesh = filling.block([3, 2, 2], SIZE);
     map_nodes(&mut mesh, |p| {
         let (angle, radius) = (p[0] / 0.05, 0.05 + p[1]);
         [
@@ -108,9 +145,9 @@ pub fn bent(order: ElementOrder) -> Mesh {
 }
 
 pub fn meshes() -> Vec<Mesh> {
-    ORDERS
+    FILLINGS
         .into_iter()
-        .flat_map(|order| [distorted(order, [3, 3, 2], SIZE), bent(order)])
+        .flat_map(|filling| [distorted(filling, [3, 3, 2], SIZE), bent(filling)])
         .collect()
 }
 

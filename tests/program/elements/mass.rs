@@ -3,7 +3,7 @@
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::mesh::block::block;
-use dovetail_solver::mesh::{ElementOrder, TET_EDGES};
+use dovetail_solver::mesh::{Connectivity, ElementOrder, ElementType, Shape};
 use dovetail_solver::model::{Body, NodeMotion, Prestress, Rotation};
 
 use super::algebra::*;
@@ -25,7 +25,8 @@ fn single_element_mass_is_the_tabulated_one() {
     let volume = dot(&cross(edge(1, 0), edge(2, 0)), &edge(3, 0)) / 6.0;
     // Tet4: (1 + delta) / 20. Tet10, over 420: corners 6 and 1, corner to middle -4 if on its edge,
     // else -6, middles 32, 16 if their edges meet, 8 if opposite.
-    let ends = |n: usize| if n < 4 { [n, n] } else { TET_EDGES[n - 4] };
+    let edges = Shape::Tetrahedron.edges();
+    let ends = |n: usize| if n < 4 { [n, n] } else { edges[n - 4] };
     let tabulated = |order: ElementOrder, a: usize, b: usize| {
         let meet = ends(a).iter().any(|v| ends(b).contains(v));
         match (order, a < 4, b < 4) {
@@ -40,14 +41,15 @@ fn single_element_mass_is_the_tabulated_one() {
             _ => -6.0,
         }
     };
-    for order in ORDERS {
-        let mut mesh = block(order, [1, 1, 1], [1.0; 3]);
-        let nodes = order.nodes_per_tet();
-        mesh.tets = (0..nodes as u32).collect();
-        mesh.tet_tags.truncate(1);
+    for element in [ElementType::TET4, ElementType::TET10] {
+        let (order, nodes) = (element.order, element.nodes());
+        let mut mesh = block(element, [1, 1, 1], [1.0; 3]);
+        mesh.elements = Connectivity::default();
+        mesh.elements.push(1, 0..nodes as u32);
         mesh.nodes_m = corners.to_vec();
-        let middle = |e: [usize; 2]| [0, 1, 2].map(|d| 0.5 * (corners[e[0]][d] + corners[e[1]][d]));
-        mesh.nodes_m.extend(TET_EDGES.map(middle));
+        let middle =
+            |e: &[usize; 2]| [0, 1, 2].map(|d| 0.5 * (corners[e[0]][d] + corners[e[1]][d]));
+        mesh.nodes_m.extend(edges.iter().map(middle));
         mesh.nodes_m.truncate(nodes);
         mesh.node_tags = (1..=nodes as u64).collect();
         let body = free_body(&mesh);
@@ -67,6 +69,22 @@ fn single_element_mass_is_the_tabulated_one() {
     }
 }
 
+/// Of a box: the product of the masses of three lines, 1/3 of a line at equal ends, 1/6 at others.
+#[test]
+fn mass_of_a_box_of_eight_nodes_is_a_product() {
+    let body = free_body(&block(ElementType::HEX8, [1, 1, 1], SIZE));
+    let all = matrices(&body);
+    for a in 0..8 {
+        for b in 0..8 {
+            let [p, q] = [a, b].map(|n| body.nodes_m[n]);
+            let line = |k: usize| if p[k] == q[k] { 1.0 / 3.0 } else { 1.0 / 6.0 };
+            let expected: f64 = (0..3).map(line).product();
+            let m = all.mass.get_entry(3 * a, 3 * b).unwrap().into_value();
+            assert!((m / mass_kg(&body) - expected).abs() < 1e-15, "{a} {b}");
+        }
+    }
+}
+
 #[test]
 fn total_mass_and_rigid_motion_mass_agree() {
     for mesh in meshes() {
@@ -80,27 +98,31 @@ fn total_mass_and_rigid_motion_mass_agree() {
             assert!(all.load_n.iter().all(|f| *f == 0.0), "no rotation, no load");
         }
     }
-    let straight = free_body(&distorted(ElementOrder::Quadratic, [3, 3, 2], SIZE));
-    assert!((mass_kg(&straight) / (7850.0 * 0.03 * 0.02 * 0.015) - 1.0).abs() < 1e-13);
+    for filling in FILLINGS {
+        let straight = free_body(&distorted(filling, [3, 3, 2], SIZE));
+        let exact = 7850.0 * 0.03 * 0.02 * 0.015;
+        assert!((mass_kg(&straight) / exact - 1.0).abs() < 1e-13);
+    }
 }
 
 #[test]
 fn curved_mesh_has_the_volume_of_the_arc() {
     // Ring sector: radii 0.05 to 0.07, 0.6 rad, height 0.015; the shear along z keeps volumes.
     let exact = 0.5 * (0.07_f64.powi(2) - 0.05_f64.powi(2)) * 0.6 * 0.015 * 7850.0;
-    let quadratic = mass_kg(&free_body(&bent(ElementOrder::Quadratic)));
-    assert!(
-        (quadratic / exact - 1.0).abs() < 1e-4,
-        "{quadratic} {exact}"
-    );
-    let linear = mass_kg(&free_body(&bent(ElementOrder::Linear)));
-    assert!((linear / exact - 1.0).abs() > 1e-3);
+    for filling in FILLINGS {
+        let found = mass_kg(&free_body(&bent(filling)));
+        let off = (found / exact - 1.0).abs();
+        match filling.order() {
+            ElementOrder::Quadratic => assert!(off < 1e-4, "{filling:?}: {off:e}"),
+            ElementOrder::Linear => assert!(off > 1e-3, "{filling:?}: {off:e}"),
+        }
+    }
 }
 
 #[test]
 fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
-    for order in ORDERS {
-        let mesh = distorted(order, [3, 2, 2], SIZE);
+    for filling in FILLINGS {
+        let mesh = distorted(filling, [3, 2, 2], SIZE);
         for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "z_min")] {
             let rotation = rotation(Prestress::None);
             let all = assemble_body(&body, Some(&rotation), &never).unwrap();
@@ -153,8 +175,8 @@ fn nodes_that_do_not_move_still_load_their_neighbours() {
 /// A block of 30 x 20 x 15 mm, its corner at (1, 2, 3) m, that turns about an axis along z through (1, 0, 0).
 #[test]
 fn mass_properties_are_those_of_the_solid() {
-    for order in ORDERS {
-        let mut mesh = block(order, [2, 3, 2], [0.03, 0.02, 0.015]);
+    for filling in FILLINGS {
+        let mut mesh = filling.block([2, 3, 2], [0.03, 0.02, 0.015]);
         for x in &mut mesh.nodes_m {
             for (x, corner) in x.iter_mut().zip([1.0, 2.0, 3.0]) {
                 *x += corner;

@@ -1,12 +1,14 @@
 //! Rotation: closed forms, tables, and the geometric stiffness itself.
 
-use dovetail_solver::fem::elasticity::{Lame, geometric_stiffness, map_gradients, stress_at};
-use dovetail_solver::fem::quadrature::Rule;
+use dovetail_solver::fem::assemble_body;
+use dovetail_solver::fem::elasticity::{Lame, map_gradients};
+use dovetail_solver::fem::element::{Element, Isoparametric};
+use dovetail_solver::fem::elements::element;
 use dovetail_solver::fem::statics::held_displacement;
 use dovetail_solver::fem::stress::nodal_stress;
-use dovetail_solver::fem::{assemble_body, tet10};
-use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::mesh::block::{block, map_nodes};
+use dovetail_solver::mesh::interpolation::reference_nodes;
+use dovetail_solver::mesh::{ElementType, Shape};
 use dovetail_solver::model::{Body, Rotation};
 use dovetail_solver::model::{Material, Prestress};
 
@@ -119,33 +121,53 @@ fn turning_the_spinning_body_about_its_axis_costs_nothing() {
 
 #[test]
 fn a_body_that_does_not_rotate_is_left_alone() {
-    let mut body = body_with_flank(&bent(ElementOrder::Quadratic), STEEL, "x_min");
+    let mut body = body_with_flank(&bent(Filling::Of(ElementType::TET10)), STEEL, "x_min");
     body.rotates = false;
     let all = assemble_body(&body, Some(&rotation(Prestress::HeldFlanks)), &never).unwrap();
     assert!(all.stiffness == matrices(&body).stiffness);
     assert_eq!(largest(&all.load_n), 0.0);
 }
 
-#[test]
-fn geometric_stiffness_is_the_derivative_of_the_strain_energy() {
-    // Energy of Green's strain with Hooke's law. Along infinitesimal rotations v the linear strain
-    // is zero, so d/ds (d2/dt2) energy(s u0 + t v) at s = t = 0 is v^T G(u0) v alone.
-    let mesh = bent(ElementOrder::Quadratic);
-    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.elements.of(7)[a] as usize]);
-    let u0 = x.map(|p| {
-        let u = apply(GRADIENT, p);
+/// An element of its own, bent and skewed; nothing about it is symmetric.
+fn bent_element(element: ElementType) -> Vec<[f64; 3]> {
+    let place = |[x, y, z]: [f64; 3]| {
         [
-            u[0] + 0.3 * p[1] * p[2],
-            u[1] - 0.2 * p[0] * p[2],
-            u[2] + 0.4 * p[0] * p[1],
+            0.02 * x + 0.004 * y * z + 0.003 * x * x,
+            0.025 * y - 0.003 * x * z + 0.002 * y * y,
+            0.03 * z + 0.002 * x * y - 0.003 * z * x,
         ]
-    });
-    let v = x.map(|p| cross([0.3, -0.5, 0.9], p));
+    };
+    let cube = |[u, v, w]: [f64; 3]| match element.shape {
+        Shape::Pyramid => [0.5 * (1.0 - w) * u, 0.5 * (1.0 - w) * v, w],
+        _ => [u, v, w],
+    };
+    let nodes = reference_nodes(element).into_iter();
+    nodes.map(|p| place(cube(p))).collect()
+}
+
+/// Energy of Green's strain with Hooke's law. Along infinitesimal rotations v the linear strain
+/// is zero, so d/ds (d2/dt2) energy(s u0 + t v) at s = t = 0 is v^T G(u0) v alone.
+fn energy_has_the_geometric_stiffness<const N: usize>(element: ElementType) {
+    let x = bent_element(element);
+    let nodal = |values: &[[f64; 3]]| -> [[f64; 3]; N] { values.try_into().unwrap() };
+    let u0: Vec<[f64; 3]> = x
+        .iter()
+        .map(|p| {
+            let u = apply(GRADIENT, *p);
+            [
+                u[0] + 0.3 * p[1] * p[2],
+                u[1] - 0.2 * p[0] * p[2],
+                u[2] + 0.4 * p[0] * p[1],
+            ]
+        })
+        .collect();
+    let v: Vec<[f64; 3]> = x.iter().map(|p| cross([0.3, -0.5, 0.9], *p)).collect();
     let lame = Lame::from(STEEL);
-    let rule = Rule::degree_5();
-    let energy_density = |g: &[[f64; 3]; 10], s: f64, t: f64| {
+    let integrals = Isoparametric::<N>::new(element);
+    let rule = &integrals.tables.stiffness;
+    let energy_density = |g: &[[f64; 3]; N], s: f64, t: f64| {
         let mut h = [[0.0; 3]; 3];
-        for a in 0..10 {
+        for a in 0..N {
             for r in 0..3 {
                 for c in 0..3 {
                     h[r][c] += (s * u0[a][r] + t * v[a][r]) * g[a][c];
@@ -164,10 +186,10 @@ fn geometric_stiffness_is_the_derivative_of_the_strain_energy() {
         0.5 * lame.lambda_pa * trace * trace + lame.mu_pa * square
     };
     let energy = |s: f64, t: f64| -> f64 {
-        let points = rule.points.iter().zip(&rule.weights);
+        let points = rule.gradients.iter().zip(&rule.weights);
         points
-            .map(|(point, weight)| {
-                let (det, g) = map_gradients(&x, &tet10::gradient(*point));
+            .map(|(reference, weight)| {
+                let (det, g) = map_gradients(&nodal(&x), reference);
                 det * weight * energy_density(&g, s, t)
             })
             .sum()
@@ -179,39 +201,48 @@ fn geometric_stiffness_is_the_derivative_of_the_strain_energy() {
         (second(h) - second(-h)) / (2.0 * h)
     };
     let derivative = (4.0 * mixed(0.5) - mixed(1.0)) / 3.0;
-    let mut g = vec![[0.0]; 100];
-    geometric_stiffness(&x, &u0, &tet10::tables().stiffness_curved, lame, &mut g);
-    let quadratic: f64 = (0..100)
-        .map(|k| g[k][0] * dot(&v[k / 10], &v[k % 10]))
+    let mut g = vec![[0.0]; N * N];
+    integrals.geometric_stiffness(&x, &u0, lame, &mut g);
+    let quadratic: f64 = (0..N * N)
+        .map(|k| g[k][0] * dot(&v[k / N], &v[k % N]))
         .sum();
     assert!(
         (quadratic / derivative - 1.0).abs() < 1e-8,
-        "{quadratic} {derivative}"
+        "{element:?}: {quadratic} {derivative}"
     );
-    let (_, gradients) = map_gradients(&x, &tet10::gradient([0.25; 3]));
-    assert!(
-        largest(&stress_at(&gradients, &u0, lame)) > 1e7,
-        "the state is stressed"
-    );
+    assert!(largest(&integrals.centre_stress(&x, &u0, lame)) > 1e7);
+}
+
+#[test]
+fn geometric_stiffness_is_the_derivative_of_the_strain_energy() {
+    energy_has_the_geometric_stiffness::<4>(ElementType::TET4);
+    energy_has_the_geometric_stiffness::<10>(ElementType::TET10);
+    energy_has_the_geometric_stiffness::<5>(ElementType::PYRAMID5);
+    energy_has_the_geometric_stiffness::<13>(ElementType::PYRAMID13);
+    energy_has_the_geometric_stiffness::<6>(ElementType::WEDGE6);
+    energy_has_the_geometric_stiffness::<15>(ElementType::WEDGE15);
+    energy_has_the_geometric_stiffness::<8>(ElementType::HEX8);
+    energy_has_the_geometric_stiffness::<20>(ElementType::HEX20);
 }
 
 #[test]
 fn geometric_stiffness_does_not_see_the_frame() {
     let (s, c) = (0.6, 0.8);
-    let turn = |p: [f64; 3]| {
+    let turn = |p: &[f64; 3]| {
         let q = [c * p[0] - s * p[1], s * p[0] + c * p[1], p[2]];
         [q[0], c * q[1] - s * q[2], s * q[1] + c * q[2]]
     };
-    let mesh = bent(ElementOrder::Quadratic);
-    let x: [[f64; 3]; 10] = std::array::from_fn(|a| mesh.nodes_m[mesh.elements.of(3)[a] as usize]);
-    let u = x.map(|p| apply(GRADIENT, p));
-    let of = |x: &[[f64; 3]; 10], u: &[[f64; 3]; 10]| {
-        let mut g = vec![[0.0]; 100];
-        let table = tet10::tables().stiffness_curved;
-        geometric_stiffness(x, u, &table, Lame::from(STEEL), &mut g);
-        g.concat()
-    };
-    let (here, there) = (of(&x, &u), of(&x.map(turn), &u.map(turn)));
-    let difference: Vec<f64> = here.iter().zip(&there).map(|(a, b)| a - b).collect();
-    assert!(largest(&difference) < 1e-12 * largest(&here));
+    for kind in ElementType::ALL {
+        let x = bent_element(kind);
+        let u: Vec<[f64; 3]> = x.iter().map(|p| apply(GRADIENT, *p)).collect();
+        let of = |x: &[[f64; 3]], u: &[[f64; 3]]| {
+            let mut g = vec![[0.0]; x.len() * x.len()];
+            element(kind).geometric_stiffness(x, u, Lame::from(STEEL), &mut g);
+            g.concat()
+        };
+        let turned = |all: &[[f64; 3]]| all.iter().map(turn).collect::<Vec<_>>();
+        let (here, there) = (of(&x, &u), of(&turned(&x), &turned(&u)));
+        let difference: Vec<f64> = here.iter().zip(&there).map(|(a, b)| a - b).collect();
+        assert!(largest(&difference) < 1e-12 * largest(&here), "{kind:?}");
+    }
 }

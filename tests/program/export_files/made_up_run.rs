@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use dovetail_solver::dlft::{
     LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
-use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::model::Material;
 use dovetail_solver::model::{Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation};
 use dovetail_solver::reduction::{LinearReference, Load, RelativeModel};
@@ -142,12 +142,12 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             for iu in 0..nu - 1 {
                 let a = first_pair + (iv * nu + iu) as u32;
                 let (b, c, d) = (a + 1, a + nu as u32 + 1, a + nu as u32);
-                triangles.extend([[a, b, c], [a, c, d]]);
+                triangles.extend([vec![a, b, c], vec![a, c, d]]);
             }
         }
         for t in triangles.iter().filter(|t| t[0] >= first_pair) {
             for (b, body) in bodies.iter_mut().enumerate() {
-                let nodes = t.map(|p| match (&pairs[p as usize], b) {
+                let nodes = [0, 1, 2].map(|k| match (&pairs[t[k] as usize], b) {
                     (pair, 0) => pair.first.node,
                     (pair, _) => pair.second.unwrap().node,
                 });
@@ -171,22 +171,23 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
     let mut names = [("blade", 1000), ("jaw", 5000)].into_iter();
     let [blade, jaw] = bodies.map(|Corners { mut nodes_m, tets }| {
         let (name, first_tag) = names.next().unwrap();
+        let mut elements = Connectivity::default();
         let tets = match order {
-            ElementOrder::Linear => tets,
+            ElementOrder::Linear => tets.chunks_exact(4).map(<[u32]>::to_vec).collect(),
             ElementOrder::Quadratic => with_edge_nodes(&mut nodes_m, &tets),
         };
-        let count = tets.len() / order.nodes_per_tet();
+        for (nodes, e) in tets.into_iter().zip(0..) {
+            elements.push(first_tag + 7 * e, nodes);
+        }
         Body {
             name: name.to_owned(),
             material,
             rotates: true,
             fixed_interface_modes: None,
-            order,
             mesh_nodes: (0..nodes_m.len() as u32).collect(),
             node_tags: (0..nodes_m.len() as u64)
                 .map(|n| first_tag + 3 * n)
                 .collect(),
-            tet_tags: (0..count as u64).map(|e| first_tag + 7 * e).collect(),
             held_dofs: Vec::new(),
             loads: Vec::new(),
             dofs: DofMap {
@@ -195,7 +196,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 contact_nodes: pairs.len(),
             },
             nodes_m,
-            tets,
+            elements,
         }
     });
     let at = |body, node| BodyNode { body, node };
@@ -233,21 +234,22 @@ fn volume(nodes: &[[f64; 3]], tet: &[u32]) -> f64 {
         + a[2] * (b[0] * c[1] - b[1] * c[0])
 }
 
-/// Ten-node tetrahedra in Gmsh's order: edges 01, 12, 02, 03, 23, 13.
-fn with_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<u32> {
+/// Ten-node tetrahedra on the corners of linear ones.
+fn with_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<Vec<u32>> {
     let mut middles: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let mut tets = Vec::new();
     for tet in corners.chunks_exact(4) {
-        tets.extend(tet);
-        for (i, j) in [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)] {
+        let mut all = tet.to_vec();
+        for &[i, j] in Shape::Tetrahedron.edges() {
             let (a, b) = (tet[i].min(tet[j]), tet[i].max(tet[j]));
             let middle = *middles.entry((a, b)).or_insert_with(|| {
                 let (p, q) = (nodes[a as usize], nodes[b as usize]);
                 nodes.push([0, 1, 2].map(|k| 0.5 * (p[k] + q[k])));
                 nodes.len() as u32 - 1
             });
-            tets.push(middle);
+            all.push(middle);
         }
+        tets.push(all);
     }
     tets
 }

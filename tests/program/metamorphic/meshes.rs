@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use dovetail_solver::mesh::block::map_nodes;
-use dovetail_solver::mesh::{self, ElementOrder, Group, Mesh};
+use dovetail_solver::mesh::{self, Connectivity, Group, Mesh};
 
 /// Groups of the small dovetail that the scene names.
 const GROUPS: [&str; 9] = [
@@ -49,24 +49,27 @@ pub fn renumbered(mesh: &Mesh) -> Mesh {
     let tags = permutation(mesh.nodes_m.len(), 2);
     other.node_tags = tags.iter().map(|&t| 10 + 3 * u64::from(t)).collect();
     // Even permutations of the corners, with the mid-edge nodes that go with them.
-    let tet = [1, 2, 0, 3, 5, 6, 4, 9, 7, 8];
+    let tet = [1, 2, 0, 3, 5, 6, 4, 8, 9, 7];
     let facet = [1, 2, 0, 4, 5, 3];
-    let shuffled = |elements: &[u32], width: usize, cycle: &[usize], places: &[u32]| {
-        let mut out = vec![0; elements.len()];
-        for (e, nodes) in elements.chunks_exact(width).enumerate() {
+    let shuffled = |elements: &Connectivity, cycle: &[usize], places: &[u32]| {
+        let mut turned = vec![Vec::new(); elements.len()];
+        for (e, nodes) in elements.iter().enumerate() {
             let mut nodes: Vec<u32> = nodes.iter().map(|&n| place[n as usize]).collect();
             for _ in 0..e % 3 {
-                nodes = cycle[..width].iter().map(|&a| nodes[a]).collect();
+                nodes = cycle[..nodes.len()].iter().map(|&a| nodes[a]).collect();
             }
-            let at = width * places[e] as usize;
-            out[at..at + width].copy_from_slice(&nodes);
+            turned[places[e] as usize] = nodes;
+        }
+        let mut out = Connectivity::default();
+        for (nodes, &tag) in turned.into_iter().zip(elements.tags()) {
+            out.push(tag, nodes);
         }
         out
     };
     let tets = permutation(mesh.elements.len(), 3);
     let facets = permutation(mesh.facets.len(), 4);
-    other.tets = shuffled(&mesh.tets, mesh.order.nodes_per_tet(), &tet, &tets);
-    other.facets = shuffled(&mesh.facets, mesh.order.nodes_per_facet(), &facet, &facets);
+    other.elements = shuffled(&mesh.elements, &tet, &tets);
+    other.facets = shuffled(&mesh.facets, &facet, &facets);
     for group in other.groups.values_mut() {
         let places = if group.dimension == 3 { &tets } else { &facets };
         group
@@ -131,14 +134,14 @@ pub fn write(mesh: &Mesh) -> String {
     writeln!(text, "{} {total} 1 {total}", groups.len()).unwrap();
     let mut tag = 0;
     for (i, (_, group)) in groups.iter().enumerate() {
-        let kind = match (group.dimension, mesh.order) {
-            (0, _) => 15,
-            (2, ElementOrder::Linear) => 2,
-            (2, ElementOrder::Quadratic) => 9,
-            (_, ElementOrder::Linear) => 4,
-            (_, ElementOrder::Quadratic) => 11,
-        };
         let elements = elements(mesh, group);
+        let kind = match (group.dimension, elements[0].len()) {
+            (0, _) => 15,
+            (2, 3) => 2,
+            (2, _) => 9,
+            (_, 4) => 4,
+            (_, _) => 11,
+        };
         writeln!(
             text,
             "{} {} {kind} {}",
@@ -150,7 +153,12 @@ pub fn write(mesh: &Mesh) -> String {
         for nodes in elements {
             tag += 1;
             write!(text, "{tag}").unwrap();
-            for &node in nodes {
+            // Gmsh has the last two middles of a tetrahedron the other way round.
+            let mut nodes = nodes.to_vec();
+            if nodes.len() == 10 {
+                nodes.swap(8, 9);
+            }
+            for node in nodes {
                 write!(text, " {}", mesh.node_tags[node as usize]).unwrap();
             }
             text.push('\n');
@@ -171,7 +179,7 @@ fn elements<'a>(mesh: &'a Mesh, group: &'a Group) -> Vec<&'a [u32]> {
         _ => group
             .elements
             .iter()
-            .map(|&e| mesh.tet(e as usize))
+            .map(|&e| mesh.elements.of(e as usize))
             .collect(),
     }
 }

@@ -1,9 +1,6 @@
 //! The integrals over one element, whatever its type.
 
-use std::sync::LazyLock;
-
 use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
-use super::incompatible::IncompatibleHexahedron;
 use super::tables::{Table, Tables};
 use crate::mesh::element::ElementType;
 use dovetail_numerics::space::{distance, middle};
@@ -51,26 +48,6 @@ pub trait Element: Sync + Send {
         lame: Lame,
         out: &mut [[f64; 6]],
     );
-}
-
-/// The integrals of a type of element.
-pub fn element(element: ElementType) -> &'static dyn Element {
-    static ALL: LazyLock<[Box<dyn Element>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
-    let place = ElementType::ALL.iter().position(|e| *e == element);
-    ALL[place.expect("these are all types")].as_ref()
-}
-
-fn made(element: ElementType) -> Box<dyn Element> {
-    match element {
-        ElementType::TET4 => Box::new(Isoparametric::<4>::new(element)),
-        ElementType::TET10 => Box::new(Isoparametric::<10>::new(element)),
-        ElementType::PYRAMID5 => Box::new(Isoparametric::<5>::new(element)),
-        ElementType::PYRAMID13 => Box::new(Isoparametric::<13>::new(element)),
-        ElementType::WEDGE6 => Box::new(Isoparametric::<6>::new(element)),
-        ElementType::WEDGE15 => Box::new(Isoparametric::<15>::new(element)),
-        ElementType::HEX8 => Box::new(IncompatibleHexahedron::new()),
-        ElementType::HEX20 => Box::new(Isoparametric::<20>::new(element)),
-    }
 }
 
 /// What an element looks like.

@@ -1,14 +1,36 @@
 //! The elements of one body, checked once: their form and which of them have straight edges.
 
 use std::ops::Deref;
+use std::sync::LazyLock;
 
 use rayon::prelude::*;
 
 use super::FemError;
 use super::elasticity::Lame;
-use super::element::{Element, Form, MOST_NODES, element};
+use super::element::{Element, Form, Isoparametric, MOST_NODES};
+use super::incompatible::IncompatibleHexahedron;
 use crate::mesh::element::ElementType;
 use crate::model::Body;
+
+/// The integrals of a type of element.
+pub fn element(element: ElementType) -> &'static dyn Element {
+    static ALL: LazyLock<[Box<dyn Element>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
+    let place = ElementType::ALL.iter().position(|e| *e == element);
+    ALL[place.expect("these are all types")].as_ref()
+}
+
+fn made(element: ElementType) -> Box<dyn Element> {
+    match element {
+        ElementType::TET4 => Box::new(Isoparametric::<4>::new(element)),
+        ElementType::TET10 => Box::new(Isoparametric::<10>::new(element)),
+        ElementType::PYRAMID5 => Box::new(Isoparametric::<5>::new(element)),
+        ElementType::PYRAMID13 => Box::new(Isoparametric::<13>::new(element)),
+        ElementType::WEDGE6 => Box::new(Isoparametric::<6>::new(element)),
+        ElementType::WEDGE15 => Box::new(Isoparametric::<15>::new(element)),
+        ElementType::HEX8 => Box::new(IncompatibleHexahedron::new()),
+        ElementType::HEX20 => Box::new(Isoparametric::<20>::new(element)),
+    }
+}
 
 /// Elements of a body whose maps are one to one at every quadrature point.
 pub struct Elements<'a> {

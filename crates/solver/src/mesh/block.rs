@@ -27,16 +27,15 @@ pub fn block(element: ElementType, cells: [usize; 3], size_m: [f64; 3]) -> Mesh 
     filled(element.order, cells, size_m, cell)
 }
 
-/// As [`block`], with elements of all shapes: along x hexahedra, then wedges, pyramids, pyramids with
-/// two tetrahedra, and tetrahedra; five cells or more along x have them all.
+/// As [`block`], with elements of all shapes: along x a third hexahedra, a sixth wedges, a third pyramids
+/// (in the last cells of these with two tetrahedra) and a sixth tetrahedra. Six cells or more have all.
 pub fn mixed_block(order: ElementOrder, cells: [usize; 3], size_m: [f64; 3]) -> Mesh {
-    let last = cells[0].max(1) - 1;
-    filled(order, cells, size_m, |x| match last - x.min(last) {
-        0 => tetrahedra(),
-        1 => pyramids(true),
-        2 => pyramids(false),
-        3 => wedges(),
-        _ => hexahedron(),
+    let sixth = |x: usize| 6 * x / cells[0].max(1);
+    filled(order, cells, size_m, |x| match sixth(x) {
+        0 | 1 => hexahedron(),
+        2 => wedges(),
+        3 | 4 => pyramids(sixth(x + 1) == 5),
+        _ => tetrahedra(),
     })
 }
 
@@ -364,8 +363,8 @@ mod tests {
         });
         let mixed = [ElementOrder::Linear, ElementOrder::Quadratic].map(|order| {
             (
-                mixed_block(order, [5, 2, 4], size),
-                2 * 4 * (1 + 2 + 6 + 7 + 6),
+                mixed_block(order, [6, 2, 4], size),
+                2 * 4 * (1 + 1 + 2 + 6 + 7 + 6),
             )
         });
         for (mut mesh, count) in of_one_type.into_iter().chain(mixed) {
