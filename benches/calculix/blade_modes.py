@@ -3,8 +3,8 @@
 
     python3 blade_modes.py MESH.msh [--speed-rpm 5000] [--modes 4] [--units 1e-3]
 
-Elements, supports and rotation as in the default scene: C3D10 or C3D4, all nodes of both flanks
-fixed, rotation about the x axis; the prestressed step has stress stiffening and spin softening.
+Supports and rotation as in the default scene, elements by their number of nodes (deck.py; CalculiX has no
+pyramids): all nodes of both flanks fixed, rotation about the x axis; the prestressed step has stress stiffening and spin softening.
 Needs python3 (standard library only) and ccx.
 """
 

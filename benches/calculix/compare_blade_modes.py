@@ -65,7 +65,7 @@ def made(given, folder, size, order):
 def compare(given, folder, mesh, label):
     """Prints a line for each speed and mode; the largest difference."""
     _, groups = msh.read(mesh)
-    tets = len(msh.group(groups, "blade"))
+    count = len(msh.group(groups, "blade"))
     worst = 0.0
     for speed in given.speed_rpm:
         dovetail(given, "modes", folder, f"mesh.file={mesh}", f"rotation.speed_rpm={speed:g}")
@@ -74,7 +74,7 @@ def compare(given, folder, mesh, label):
         theirs = deck.frequencies_hz(deck.run(case, folder, "modes", given.time_limit))
         for mode, (a, b) in enumerate(zip(ours[: given.modes], theirs[: given.modes], strict=True), 1):
             worst = max(worst, abs(a / b - 1.0))
-            print(f"{label}  {tets:6}  {speed:9g}  {mode:4}  {a:12.4f}  {b:12.4f}  "
+            print(f"{label}  {count:8}  {speed:9g}  {mode:4}  {a:12.4f}  {b:12.4f}  "
                   f"{100 * (a / b - 1):+9.4f} %", flush=True)
     return worst
 
@@ -86,14 +86,14 @@ def main():
     parser.add_argument("--dovetail", default=str(ROOT / "target/release/dovetail"), help="the program")
     parser.add_argument("--speed-rpm", type=float, nargs="+", default=[0.0, 5000.0])
     parser.add_argument("--sizes", action="store_true", help="three meshes: " + ", ".join(SIZES))
-    parser.add_argument("--orders", type=int, nargs="+", choices=[1, 2], help="of the tetrahedra")
+    parser.add_argument("--orders", type=int, nargs="+", choices=[1, 2], help="of the elements")
     parser.add_argument("--modes", type=int, default=4, help="at most 6")
     parser.add_argument("--tolerance", type=float, default=0.005, help="largest relative difference allowed")
     parser.add_argument("--time-limit", type=float, default=600.0, help="for each run, s")
     given = parser.parse_args()
 
     worst = 0.0
-    print("   mesh  order    tets  speed_rpm  mode   dovetail_hz   calculix_hz   difference")
+    print("   mesh  order  elements  speed_rpm  mode   dovetail_hz   calculix_hz   difference")
     with tempfile.TemporaryDirectory() as folder:
         folder = pathlib.Path(folder)
         for size in SIZES if given.sizes else ["scene"]:

@@ -13,18 +13,18 @@ import re
 import tempfile
 
 import deck
+import elements
 import msh
 
 PAIRS = [("blade_flank_left", "jaw_flank_left"), ("blade_flank_right", "jaw_flank_right")]
-FACES = {frozenset(c): k + 1 for k, c in enumerate([(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)])}
 
 
 def surface(name, facets, solid):
     """The element faces that are `facets`."""
-    wanted = {frozenset(n[:3]) for _, n in facets}
+    wanted = {frozenset(elements.facet_corners(n)) for _, n in facets}
     lines = [f"*SURFACE, NAME={name}, TYPE=ELEMENT"]
     for tag, n in solid:
-        for corners, face in FACES.items():
+        for face, corners in enumerate(elements.FACES[elements.corners(len(n))], 1):
             if frozenset(n[c] for c in corners) in wanted:
                 lines.append(f"{tag}, S{face}")
     if len(lines) != 1 + len(wanted):
@@ -39,13 +39,6 @@ def normal_of(facets, points):
     n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
     size = math.sqrt(sum(x * x for x in n))
     return [x / size for x in n]
-
-
-def last_displacements(dat):
-    text = dat.read_text()
-    start = text.rindex("displacements (vx,vy,vz)")
-    rows = re.findall(r"^\s+(\d+)\s+(\S+)\s+(\S+)\s+(\S+)\s*$", text[start:], re.M)
-    return {int(r[0]): [float(x) for x in r[1:]] for r in rows}
 
 
 def forces_n(dat, slave):
@@ -105,13 +98,13 @@ def main():
     with tempfile.TemporaryDirectory() as temporary:
         dat = deck.run(lines, given.folder or temporary, "contact", given.time_limit)
         forces = {slave: forces_n(dat, slave) for slave, _ in PAIRS}
-        u = last_displacements(dat)
+        u = deck.displacements_m(dat)
     place = lambda t: tuple(round(x, 6) for x in points[t])
     for slave, master in PAIRS:
-        opposite = {place(t): t for _, e in groups[master] for t in e[:3]}
+        opposite = {place(t): t for _, e in groups[master] for t in elements.facet_corners(e)}
         normal = normal_of(groups[slave], points)
         slips = []
-        for t in {t for _, e in groups[slave] for t in e[:3]}:
+        for t in {t for _, e in groups[slave] for t in elements.facet_corners(e)}:
             d = [a - b for a, b in zip(u[t], u[opposite[place(t)]])]
             along = sum(a * b for a, b in zip(d, normal))
             slips.append(math.sqrt(sum(a * a for a in d) - along * along))

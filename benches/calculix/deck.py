@@ -5,8 +5,12 @@ import re
 import shutil
 import subprocess
 
+import elements
+
 # Titanium, SI.
 YOUNG_PA, POISSON, DENSITY_KG_M3 = 113.8e9, 0.34, 4430.0
+# By the number of nodes. C3D8I has incompatible modes. CalculiX has no pyramids.
+TYPES = {4: "C3D4", 6: "C3D6", 8: "C3D8I", 10: "C3D10", 15: "C3D15", 20: "C3D20"}
 
 
 def nodes(points, metres_per_unit):
@@ -17,14 +21,19 @@ def nodes(points, metres_per_unit):
     return lines
 
 
-def solid(elements, name):
-    """Tetrahedra with their material. Gmsh's last two mid-edge nodes are swapped in C3D10."""
-    width = len(elements[0][1])
-    lines = [f"*ELEMENT, TYPE=C3D{width}, ELSET={name}"]
-    for tag, n in elements:
-        if width == 10:
-            n = n[:8] + [n[9], n[8]]
-        lines.append(", ".join(map(str, [tag, *n])))
+def solid(found, name):
+    """Elements of a volume group, a block for each type; ccx reads at most 16 numbers a line."""
+    lines = []
+    for kind in sorted({len(nodes) for _, nodes in found}):
+        if kind not in TYPES:
+            raise SystemExit(f"{name} has {elements.NAMES[kind]} nodes, and CalculiX has no such elements: give a "
+                             "mesh without pyramids, or compare with the assembly by numpy (quadrature.py)")
+        lines.append(f"*ELEMENT, TYPE={TYPES[kind]}, ELSET={name}")
+        for tag, nodes in found:
+            if len(nodes) == kind:
+                words = [str(number) for number in (tag, *nodes)]
+                rows = [", ".join(words[i:i + 16]) for i in range(0, len(words), 16)]
+                lines += [row + "," for row in rows[:-1]] + rows[-1:]
     return lines
 
 
@@ -69,3 +78,11 @@ def frequencies_hz(dat):
         raise SystemExit(f"{dat}: no eigenvalues")
     row = re.compile(r"^\s+\d+\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)\s*$", re.M)
     return [float(m[3]) for m in row.finditer(tables[-1].split("P A R T")[0])]
+
+
+def displacements_m(dat):
+    """Last table of displacements in a .dat file, by the node."""
+    text = dat.read_text()
+    start = text.rindex("displacements (vx,vy,vz)")
+    rows = re.findall(r"^\s+(\d+)\s+(\S+)\s+(\S+)\s+(\S+)\s*$", text[start:], re.M)
+    return {int(r[0]): [float(x) for x in r[1:]] for r in rows}

@@ -1,8 +1,30 @@
-"""Reads what the comparison needs of a Gmsh mesh (MSH 4.1, ASCII or binary)."""
+"""Reads what the comparison needs of a Gmsh mesh (MSH 4.1, ASCII or binary).
+
+The nodes of elements are in the order of Abaqus and CalculiX: the corners, then the middles of EDGES.
+"""
 
 import struct
 
-NODES_OF_TYPE = {1: 2, 2: 3, 4: 4, 8: 3, 9: 6, 11: 10, 15: 1}
+import elements
+
+# By Gmsh's number of the type. Those with nodes inside faces (10, 12, 13, 14) are refused.
+NODES_OF_TYPE = {1: 2, 2: 3, 3: 4, 4: 4, 5: 8, 6: 6, 7: 5, 8: 3, 9: 6, 11: 10, 15: 1, 16: 8, 17: 20, 18: 15, 19: 13}
+# Gmsh's order of the middles of edges, by the number of the type.
+EDGES_OF_TYPE = {
+    11: [(0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3)],
+    17: [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)],
+    18: [(0, 1), (0, 2), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (3, 5), (4, 5)],
+    19: [(0, 1), (0, 3), (0, 4), (1, 2), (1, 4), (2, 3), (2, 4), (3, 4)],
+}
+
+
+def order(kind):
+    """Where each node of an element stands in Gmsh's list."""
+    if kind not in EDGES_OF_TYPE:
+        return range(NODES_OF_TYPE[kind])
+    edges = elements.EDGES[NODES_OF_TYPE[kind]]
+    corners = NODES_OF_TYPE[kind] - len(edges)
+    return [*range(corners), *(corners + EDGES_OF_TYPE[kind].index(edge) for edge in edges)]
 
 
 class Text:
@@ -85,11 +107,14 @@ def read(path):
     for _ in range(source.sizes(4)[0]):
         dimension, entity, kind = source.ints(3)
         (count,) = source.sizes(1)
-        width = 1 + NODES_OF_TYPE[kind]
+        if kind not in NODES_OF_TYPE:
+            raise SystemExit(f"{path}: elements of Gmsh's type {kind}; none has nodes inside its faces, "
+                             "and at most three nodes are on an edge (Mesh.SecondOrderIncomplete = 1)")
+        width, places = 1 + NODES_OF_TYPE[kind], order(kind)
         numbers = source.sizes(width * count)
-        elements = [(numbers[i], numbers[i + 1:i + width]) for i in range(0, width * count, width)]
+        found = [(numbers[i], [numbers[i + 1 + k] for k in places]) for i in range(0, width * count, width)]
         for group in groups_of[dimension, entity]:
-            groups[names[dimension, abs(group)]] += elements
+            groups[names[dimension, abs(group)]] += found
     return nodes, groups
 
 

@@ -1,117 +1,66 @@
 #!/usr/bin/env python3
-"""What separates dovetail from CalculiX in the blade at rest: the quadrature of the element matrices.
+"""What separates dovetail from CalculiX at rest: the quadrature of the element matrices.
 
-    python3 quadrature.py MESH.msh [--modes 4]
+    python3 quadrature.py MESH.msh [--modes 4] [--body blade] [--fixed GROUP...]
+    python3 quadrature.py MESH.msh --points 20=27,64 15=6x3,16x4
 
-Assembles the blade (flanks held) by numpy twice: with as many points as are exact, or enough for curved
-elements, as in dovetail, and with fewer, which turn out to be CalculiX's: mass of linear tetrahedra by 1 point, of
-quadratic ones by 15, their stiffness by 4. Shares no code with dovetail. Needs python3, numpy, scipy; takes half a minute.
+Assembles a body (the blade, its flanks held) by numpy with the points of dovetail, with those of CalculiX
+(where it has such elements) and with many; or, with --points, with those given for a type of elements, called
+by its number of nodes: points of the stiffness, of the mass; for wedges on the triangle x along. The
+incompatible modes of hexahedra of 8 nodes are those of Taylor, Beresford and Wilson, which have no mass; CalculiX
+leaves out the factor of their gradients, and gives them mass (assembly.py). Shares no code with dovetail.
+Needs python3, numpy, scipy; takes half a minute.
 """
 
 import argparse
-import math
 
-import numpy as np
-import scipy.sparse as sparse
-import scipy.sparse.linalg as linalg
-
-import deck
-import initial_displacement as quadratic
-import msh
+import assembly
+import blade_modes
 
 
-def points(order, number):
-    """Barycentric points and weights of a rule of `number` points."""
-    if number == 1:
-        return [(np.full(4, 0.25), 1 / 6)]
-    if number == 4:
-        near, far = (5 - math.sqrt(5)) / 20, (5 + 3 * math.sqrt(5)) / 20
-        return [(np.where(np.arange(4) == j, far, near), 1 / 24) for j in range(4)]
-    if number == 15:
-        return quadratic.rule()
-    # Gauss and Legendre's product folded into the tetrahedron.
-    n = round(number ** (1 / 3))
-    x, w = np.polynomial.legendre.leggauss(n)
-    x, w = (x + 1) / 2, w / 2
-    rule = []
-    for a, wa in zip(x, w):
-        for b, wb in zip(x, w):
-            for c, wc in zip(x, w):
-                p = np.array([a, (1 - a) * b, (1 - a) * (1 - b) * c])
-                rule.append((np.concatenate([[1 - p.sum()], p]), wa * wb * wc * (1 - a) ** 2 * (1 - b)))
-    return rule
+def points(text):
+    """`27` or `6x3`."""
+    found = tuple(int(word) for word in text.split("x"))
+    return found if len(found) == 2 else found[0]
 
 
-def shape(order, bary):
-    return quadratic.shape(bary) if order == 2 else (bary, quadratic.CORNER)
+def schemes(kinds, asked):
+    """Name and scheme of each line to print."""
+    if asked:
+        stiffness, mass = dict(assembly.DOVETAIL.stiffness), dict(assembly.DOVETAIL.mass)
+        for word in asked:
+            try:
+                kind, pair = word.split("=")
+                stiffness[int(kind)], mass[int(kind)] = (points(text) for text in pair.split(","))
+            except ValueError:
+                raise SystemExit(f"--points {word}: NODES=STIFFNESS,MASS such as 20=27,64 or 15=6x3,16x4") from None
+        return {"as asked": assembly.Scheme(stiffness, mass)}
+    found = {"as dovetail": assembly.DOVETAIL, "many": assembly.Scheme(assembly.MANY, assembly.MANY)}
+    if all(kind in assembly.CALCULIX.stiffness for kind in kinds):
+        found["as CalculiX"] = assembly.CALCULIX
+    return found
 
 
-class Blade:
-    def __init__(self, mesh, units):
-        nodes, groups = msh.read(mesh)
-        solid = msh.group(groups, "blade")
-        self.order = 2 if len(solid[0][1]) == 10 else 1
-        tags = sorted({n for _, e in solid for n in e})
-        number = {tag: i for i, tag in enumerate(tags)}
-        self.x = np.array([nodes[t] for t in tags]) * units
-        # Gmsh's last two mid-edge nodes are swapped.
-        reorder = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8][: len(solid[0][1])]
-        self.tets = np.array([[number[e[k]] for k in reorder] for _, e in solid])
-        held = {number[n] for f in quadratic.FLANKS for _, e in msh.group(groups, f) for n in e if n in number}
-        fixed = [3 * n + c for n in held for c in range(3)]
-        self.free = np.setdiff1d(np.arange(3 * len(tags)), fixed)
-        self.width = 3 * self.tets.shape[1]
-        self.dofs = (3 * self.tets[:, :, None] + np.arange(3)).reshape(len(self.tets), self.width)
-        self.c = elasticity()
-
-    def matrix(self, number, integrand):
-        total = np.zeros((len(self.tets), self.width, self.width))
-        for bary, weight in points(self.order, number):
-            n, d = shape(self.order, bary)
-            jacobian = np.einsum("eai,aj->eij", self.x[self.tets], d)
-            gradient = np.einsum("aj,eji->eai", d, np.linalg.inv(jacobian))
-            total += (weight * np.linalg.det(jacobian))[:, None, None] * integrand(n, gradient)
-        rows = np.repeat(self.dofs, self.width, axis=1).ravel()
-        columns = np.tile(self.dofs, (1, self.width)).ravel()
-        full = sparse.csc_matrix((total.ravel(), (rows, columns)))
-        return full[self.free][:, self.free].tocsc()
-
-    def stiffness(self, number):
-        def integrand(_, gradient):
-            b = np.zeros((len(self.tets), 6, self.width))
-            for row, (i, j) in enumerate(quadratic.VOIGT):
-                b[:, row, i::3] += gradient[:, :, j]
-                if i != j:
-                    b[:, row, j::3] += gradient[:, :, i]
-            return b.transpose(0, 2, 1) @ (self.c @ b)
-        return self.matrix(number, integrand)
-
-    def mass(self, number):
-        return self.matrix(number, lambda n, _: np.kron(deck.DENSITY_KG_M3 * np.outer(n, n), np.eye(3))[None])
-
-
-def elasticity():
-    nu = deck.POISSON
-    shear = deck.YOUNG_PA / (2 * (1 + nu))
-    c = np.diag([2 * shear] * 3 + [shear] * 3)
-    c[:3, :3] += 2 * shear * nu / (1 - 2 * nu)
-    return c
+def words(rules, kinds):
+    shown = lambda rule: f"{rule[0]} x {rule[1]}" if isinstance(rule, tuple) else f"{rule}"
+    return ", ".join(f"{shown(rules[kind])} ({kind} nodes)" for kind in kinds)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("mesh", help="MSH 4.1, ASCII or binary")
+    parser.add_argument("--body", default="blade", help="volume group")
+    parser.add_argument("--fixed", nargs="+", default=blade_modes.FLANKS)
+    parser.add_argument("--points", nargs="+", default=[], metavar="NODES=STIFFNESS,MASS")
     parser.add_argument("--modes", type=int, default=4)
     parser.add_argument("--units", type=float, default=1e-3, help="metres per mesh unit")
     given = parser.parse_args()
 
-    blade = Blade(given.mesh, given.units)
-    rules = {1: {"dovetail": (1, 4), "CalculiX": (1, 1)}, 2: {"dovetail": (125, 125), "CalculiX": (4, 15)}}
-    for name, (k, m) in rules[blade.order].items():
-        omega2 = linalg.eigsh(blade.stiffness(k), k=given.modes, M=blade.mass(m), sigma=0,
-                              return_eigenvectors=False)
-        hz = np.sqrt(np.sort(omega2)) / (2 * math.pi)
-        print(f"stiffness {k} points, mass {m}, as {name}: {', '.join(f'{f:.4f}' for f in hz)} Hz", flush=True)
+    body = assembly.Body(given.mesh, given.body, given.fixed, given.units)
+    for name, scheme in schemes(body.blocks, given.points).items():
+        hz = assembly.System(body, scheme).frequencies_hz(given.modes)
+        print(f"stiffness {words(scheme.stiffness, body.blocks)} points, mass {words(scheme.mass, body.blocks)}, "
+              f"{name}: {', '.join(f'{f:.4f}' for f in hz)} Hz", flush=True)
 
 
 if __name__ == "__main__":
