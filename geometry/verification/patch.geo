@@ -9,10 +9,14 @@ DefineConstant[
   ny    = 4,     //          along y
   ratio = 1.35,  // of neighbouring elements
   lc    = 4,     // size away from the flank
+  shape = 4,     // corners of an element: 4 tetrahedra, 6 wedges on triangles, 8 hexahedra
   order = 2
 ];
 If(nx < 1 || ny < 1 || ratio <= 0 || lc <= 0)
   Error("patch.geo: nx = %g, ny = %g, ratio = %g, lc = %g: nx, ny at least 1, ratio and lc above 0", nx, ny, ratio, lc); Exit;
+EndIf
+If(shape != 4 && shape != 6 && shape != 8)
+  Error("patch.geo: shape = %g: 4, 6 or 8", shape); Exit;
 EndIf
 
 Macro Prism
@@ -41,6 +45,23 @@ Macro Prism
     v = news; Plane Surface(v) = {l}; all() += v;
   EndFor
   l = newsl; Surface Loop(l) = {all()}; vol = newv; Volume(vol) = {l};
+  If(shape > 4)
+    // Layers from the flank to the far end: its grid, graded alike, on both.
+    Transfinite Curve {b(0)} = nx + 1 Using Progression ratio;
+    Transfinite Curve {b(2)} = nx + 1 Using Progression ratio;
+    Transfinite Curve {b(1)} = ny + 1 Using Progression ratio;
+    Transfinite Curve {b(3)} = ny + 1;
+    Transfinite Curve {u()} = 4;
+    Transfinite Surface {far} = {q()};
+    For i In {0:3}
+      Transfinite Surface {all(2+i)};
+      Recombine Surface {all(2+i)};
+    EndFor
+    If(shape == 8)
+      Recombine Surface {flank, far};
+    EndIf
+    Transfinite Volume {vol} = {p(), q()};
+  EndIf
 Return
 
 zt = 8;  Call Prism;
@@ -59,5 +80,6 @@ Mesh.CharacteristicLengthMin = lc/4; Mesh.CharacteristicLengthMax = lc;
 Mesh.Algorithm = 6; Mesh.Algorithm3D = 1; Mesh.Optimize = 1;
 Mesh.MaxNumThreads1D = 1; Mesh.MaxNumThreads2D = 1; Mesh.MaxNumThreads3D = 1;
 Mesh.ElementOrder = order;
+Mesh.SecondOrderIncomplete = 1;
 Mesh.SecondOrderLinear = 1;
 Mesh.SaveAll = 0;

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
+use dovetail_solver::mesh::block::{block, map_nodes, side_by_side, straighten};
 use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
@@ -585,5 +586,125 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     for nodes in &model.bonded {
         let [blade, jaw] = nodes.map(|at| model.bodies[at.body].nodes_m[at.node as usize]);
         assert!(distance(blade, jaw) < 1e-9);
+    }
+}
+
+/// The nodes of a surface, as a set of nodes: what decks have.
+fn with_sets_of_nodes(mesh: &Mesh) -> Mesh {
+    let mut mesh = mesh.clone();
+    for name in ["upper_bottom", "lower_top"] {
+        let group = mesh.groups.get_mut(name).unwrap();
+        (group.dimension, group.elements) = (0, Vec::new());
+    }
+    mesh
+}
+
+#[test]
+fn a_set_of_nodes_serves_as_a_surface_where_all_nodes_of_a_face_are_in_it() {
+    for name in ["blocks_order1.msh", "blocks_order2.msh"] {
+        let mesh = ready(name);
+        let (plain, sets) = (
+            bind(&blocks_assembly(), &mesh).unwrap(),
+            bind(&blocks_assembly(), &with_sets_of_nodes(&mesh)).unwrap(),
+        );
+        assert_eq!(plain.pairs.len(), sets.pairs.len());
+        for (p, q) in plain.pairs.iter().zip(&sets.pairs) {
+            assert_eq!((p.first, p.second), (q.first, q.second));
+            assert!((p.area_m2 / q.area_m2 - 1.0).abs() < 1e-12);
+        }
+        for (p, q) in plain.bodies.iter().zip(&sets.bodies) {
+            assert_eq!(p.dofs, q.dofs);
+        }
+        let facets = |model: &Model| -> BTreeSet<BTreeSet<u32>> {
+            let sets = model.flank_facets.iter();
+            sets.map(|f| f.iter().copied().collect()).collect()
+        };
+        assert_eq!(facets(&plain), facets(&sets));
+    }
+}
+
+#[test]
+fn a_set_that_has_no_whole_face_is_named_with_what_it_lacks() {
+    // The corners of the faces alone, in a quadratic mesh: no face has its middles.
+    let mut mesh = with_sets_of_nodes(&ready("blocks_order2.msh"));
+    let linear = ready("blocks_order1.msh");
+    let corners = &linear.groups["upper_bottom"].nodes;
+    let places: Vec<[f64; 3]> = corners
+        .iter()
+        .map(|&n| linear.nodes_m[n as usize])
+        .collect();
+    let nodes_m = mesh.nodes_m.clone();
+    let group = mesh.groups.get_mut("upper_bottom").unwrap();
+    let is_corner = |n: &u32| {
+        places
+            .iter()
+            .any(|p| distance(*p, nodes_m[*n as usize]) < 1e-9)
+    };
+    group.nodes.retain(is_corner);
+    assert_eq!(group.nodes.len(), 9);
+    let error = bind(&blocks_assembly(), &mesh).unwrap_err();
+    assert!(
+        matches!(error, ModelError::NoFaces { nodes: 9, .. }),
+        "{error}"
+    );
+    let message = error.to_string();
+    assert!(
+        message.contains("contact `c`: `upper_bottom` is a set of 9 nodes"),
+        "{message}"
+    );
+}
+
+/// Quadrilaterals have the weights of their bilinear functions, and all their edges tie the middle.
+#[test]
+fn flanks_of_quadrilaterals_have_the_areas_of_their_shape_functions() {
+    let size = [3e-3, 2e-3, 1e-3];
+    for element in [ElementType::HEX8, ElementType::HEX20] {
+        let mut upper = block(element, [3, 2, 1], size);
+        map_nodes(&mut upper, |[x, y, z]| [x + 0.2 * y * y / size[1], y, z]);
+        let mut lower = upper.clone();
+        map_nodes(&mut lower, |[x, y, z]| [x, y, z - size[2]]);
+        straighten(&mut upper);
+        straighten(&mut lower);
+        let mut both = side_by_side(("upper", &upper), ("lower", &lower));
+        for (old, new) in [
+            ("upper_volume", "upper"),
+            ("lower_volume", "lower"),
+            ("upper_z_min", "upper_bottom"),
+            ("lower_z_max", "lower_top"),
+            ("lower_z_min", "base"),
+            ("upper_corner_111", "corner"),
+        ] {
+            let group = both.groups.remove(old).unwrap();
+            both.groups.insert(new.to_owned(), group);
+        }
+        quality::check(&both).unwrap();
+        let model = bind(&blocks_assembly(), &both).unwrap();
+        assert_eq!((model.pairs.len(), model.flank_facets.len()), (12, 6));
+        assert!(model.flank_facets.iter().all(|facet| facet.len() == 4));
+        // Columns of trapezia between straight lines: the area of the strip of each row.
+        let total: f64 = model.pairs.iter().map(|p| p.area_m2).sum();
+        assert!(
+            (total / (size[0] * size[1]) - 1.0).abs() < 1e-12,
+            "{total:e}"
+        );
+        let tied = model.bodies[0].dofs.nodes.iter();
+        let tied = tied.filter(|m| matches!(m, NodeMotion::Tied(_))).count();
+        let edges = 3 * 3 + 4 * 2;
+        assert_eq!(
+            tied,
+            if element == ElementType::HEX20 {
+                edges
+            } else {
+                0
+            }
+        );
+        for facet in &model.flank_facets {
+            let [a, b, c] = [0, 1, 2].map(|k| &model.pairs[facet[k] as usize]);
+            let normal = cross(
+                sub(b.position_m, a.position_m),
+                sub(c.position_m, a.position_m),
+            );
+            assert!(dot(normal, a.frame[0]) > 0.0, "seen from the blade");
+        }
     }
 }

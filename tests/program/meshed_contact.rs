@@ -86,7 +86,23 @@ fn order(coarse: f64, fine: f64, refinement: f64) -> f64 {
 /// Two materials, an uneven mesh of an irregular flank: pressure, slip and displacement are exact.
 #[test]
 fn patch_test_uniform_pressure_across_the_interface() {
-    let run = Run::on_ready_mesh("static", "patch", "patch");
+    pressure_is_uniform(&Run::on_ready_mesh("static", "patch", "patch"));
+}
+
+/// Flanks of quadrilaterals and of the triangles of wedges, with mid-edge nodes and without.
+#[test]
+fn patch_test_with_hexahedra_and_wedges() {
+    for shape in [6, 8] {
+        for order in [1, 2] {
+            let set = [("shape", shape), ("order", order)]
+                .map(|(name, value)| format!("mesh.parameters.{name}={value}"));
+            let name = format!("patch_{shape}_{order}");
+            pressure_is_uniform(&Run::new("static", "patch", &name, &set));
+        }
+    }
+}
+
+fn pressure_is_uniform(run: &Run) {
     let pairs = run.table("static.csv");
     assert_eq!(pairs.len(), 30);
     let areas: Vec<f64> = pairs.iter().map(|p| number(p, "area_m2")).collect();
