@@ -25,11 +25,11 @@ pub enum MeshError {
     )]
     NotMsh,
     #[error(
-        "MSH version {found} is not read, only 4.1: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
+        "MSH version {found} is not read, only 4.1 and 2.2: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
     )]
     Version { found: String },
     #[error(
-        "the $MeshFormat line `{line}` is not understood: expected `4.1 0 8` (ASCII) or `4.1 1 8` (binary)"
+        "the $MeshFormat line `{line}` is not understood: expected `4.1 0 8` (ASCII) or `4.1 1 8` (binary), or the same with 2.2"
     )]
     Header { line: String },
     #[error("section ${section} is missing or cut off: the file is not complete; write it again")]
@@ -47,7 +47,7 @@ pub enum MeshError {
     #[error("$PhysicalNames says {said} names and has {found}")]
     PhysicalNameCount { said: String, found: usize },
     #[error(
-        "two physical groups are called `{name}`: give each group, of whatever dimension, a name of its own"
+        "two groups are called `{name}`: give each group, of whatever dimension, a name of its own"
     )]
     GroupNameTwice { name: String },
     #[error("the mesh has no {what}")]
@@ -101,6 +101,10 @@ pub enum MeshError {
         "group `{group}` has elements of {nodes} nodes, with nodes inside faces or elements: only those with nodes at corners and in the middles of edges are read; mesh with `Mesh.SecondOrderIncomplete = 1;`"
     )]
     CompleteElement { group: String, nodes: usize },
+    #[error(
+        "element {element} is of Gmsh's type {kind}, which is not read: mesh with Mesh.ElementOrder 1 or 2 and `Mesh.SecondOrderIncomplete = 1;`"
+    )]
+    ElementKind { element: u64, kind: String },
     #[error(
         "the mesh has no physical groups: name the volumes and surfaces in the script with `Physical Volume(\"blade\") = {{..}};` and so on"
     )]

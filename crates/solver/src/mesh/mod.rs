@@ -16,6 +16,7 @@ pub mod gmsh_order;
 pub mod inputs;
 pub mod interpolation;
 pub mod msh;
+pub mod msh2;
 mod process;
 pub mod quadrature;
 pub mod quality;

@@ -48,7 +48,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
         return Err(MeshError::Unit(metres_per_unit));
     }
     let mut bytes = bytes.into();
-    let encoding = encoding(&bytes)?;
+    let encoding = encoding(&bytes, "4.1")?;
     let sections = sections(&bytes)?;
     if content(&sections, "PartitionedEntities").is_some() {
         return Err(MeshError::Partitioned);
