@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::element::Connectivity;
 use super::{FARTHEST_M, Group, Mesh, MeshError};
+use crate::text;
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -91,5 +92,63 @@ impl Content {
             facets: self.facets,
             groups: self.groups,
         })
+    }
+
+    /// Where no group has solids, makes one of all of them: `name`, or `<name> solids` where a group of
+    /// another kind has that name.
+    pub(super) fn name_all_solids(&mut self, name: &str) {
+        let has_solids = |group: &Group| group.dimension == 3 && !group.elements.is_empty();
+        if self.elements.is_empty() || self.groups.values().any(has_solids) {
+            return;
+        }
+        let name = match self.groups.contains_key(name) {
+            true => format!("{name} solids"),
+            false => name.to_owned(),
+        };
+        let group = Group {
+            dimension: 3,
+            elements: (0..self.elements.len() as u32).collect(),
+            nodes: self.elements.nodes().to_vec(),
+        };
+        self.groups.insert(name, group);
+    }
+
+    /// Leaves out the nodes of groups that no solid has, and groups that are empty then; sorts what is
+    /// left. For formats in which sets of nodes also hold those of masses, springs and supports.
+    pub(super) fn keep_what_solids_have(&mut self) {
+        let mut on_solid = vec![false; self.nodes.len()];
+        for node in self.elements.nodes() {
+            on_solid[*node as usize] = true;
+        }
+        let (mut fewer, mut empty) = (Vec::new(), Vec::new());
+        for (name, group) in &mut self.groups {
+            for list in [&mut group.nodes, &mut group.elements] {
+                list.sort_unstable();
+                list.dedup();
+            }
+            let before = group.nodes.len();
+            group.nodes.retain(|node| on_solid[*node as usize]);
+            match before - group.nodes.len() {
+                0 if before > 0 => {}
+                _ if group.nodes.is_empty() => empty.push(name.clone()),
+                left_out => fewer.push(format!("`{name}` ({left_out} of {before})")),
+            }
+        }
+        for name in &empty {
+            self.groups.remove(name);
+        }
+        if !fewer.is_empty() {
+            let groups = text::list(&fewer);
+            let remark =
+                format!("Nodes that no solid element has were left out of these groups: {groups}.");
+            self.remarks.push(remark);
+        }
+        if !empty.is_empty() {
+            let groups = text::list(&empty);
+            let remark = format!(
+                "These sets are no groups, as no solid element has one of their nodes: {groups}."
+            );
+            self.remarks.push(remark);
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod block;
 use std::collections::BTreeMap;
 
 pub mod content;
+pub mod deck;
 pub mod element;
 mod error;
 pub mod facet;
