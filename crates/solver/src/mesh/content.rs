@@ -94,32 +94,23 @@ impl Content {
         })
     }
 
-    /// Where no group has solids, makes one of all of them: `name`, or `<name> solids` where a group of
-    /// another kind has that name.
-    pub(super) fn name_all_solids(&mut self, name: &str) {
-        let has_solids = |group: &Group| group.dimension == 3 && !group.elements.is_empty();
-        if self.elements.is_empty() || self.groups.values().any(has_solids) {
-            return;
-        }
-        let name = match self.groups.contains_key(name) {
-            true => format!("{name} solids"),
-            false => name.to_owned(),
-        };
-        let group = Group {
+    /// The group of all solids.
+    pub(super) fn all_solids(&self) -> Group {
+        Group {
             dimension: 3,
             elements: (0..self.elements.len() as u32).collect(),
             nodes: self.elements.nodes().to_vec(),
-        };
-        self.groups.insert(name, group);
+        }
     }
 
-    /// Leaves out the nodes of groups that no solid has, and groups that are empty then; sorts what is
-    /// left. For formats in which sets of nodes also hold those of masses, springs and supports.
+    /// Leaves out facets and nodes of groups that no solid has, and groups that are empty then; sorts
+    /// what is left. For formats that also hold rigid tools, masses, springs and supports.
     pub(super) fn keep_what_solids_have(&mut self) {
         let mut on_solid = vec![false; self.nodes.len()];
         for node in self.elements.nodes() {
             on_solid[*node as usize] = true;
         }
+        self.keep_facets(&on_solid);
         let (mut fewer, mut empty) = (Vec::new(), Vec::new());
         for (name, group) in &mut self.groups {
             for list in [&mut group.nodes, &mut group.elements] {
@@ -128,10 +119,15 @@ impl Content {
             }
             let before = group.nodes.len();
             group.nodes.retain(|node| on_solid[*node as usize]);
-            match before - group.nodes.len() {
-                0 if before > 0 => {}
-                _ if group.nodes.is_empty() => empty.push(name.clone()),
-                left_out => fewer.push(format!("`{name}` ({left_out} of {before})")),
+            let left_out = before - group.nodes.len();
+            let is_empty = match group.dimension {
+                2 | 3 => group.elements.is_empty(),
+                _ => group.nodes.is_empty(),
+            };
+            if is_empty {
+                empty.push(name.clone());
+            } else if left_out > 0 {
+                fewer.push(format!("`{name}` ({left_out} of {before})"));
             }
         }
         for name in &empty {
@@ -139,16 +135,41 @@ impl Content {
         }
         if !fewer.is_empty() {
             let groups = text::list(&fewer);
-            let remark =
-                format!("Nodes that no solid element has were left out of these groups: {groups}.");
-            self.remarks.push(remark);
+            self.remarks.push(format!(
+                "Nodes that no solid element has were left out of these groups: {groups}."
+            ));
         }
         if !empty.is_empty() {
-            let groups = text::list(&empty);
-            let remark = format!(
-                "These sets are no groups, as no solid element has one of their nodes: {groups}."
-            );
-            self.remarks.push(remark);
+            let quoted: Vec<String> = empty.iter().map(|name| format!("`{name}`")).collect();
+            let groups = text::list(&quoted);
+            self.remarks.push(format!(
+                "These sets are no groups, as nothing in them belongs to a solid element: {groups}."
+            ));
         }
+    }
+
+    /// Leaves out the facets of which a node is not on a solid.
+    fn keep_facets(&mut self, on_solid: &[bool]) {
+        let is_kept = |facet: &[u32]| facet.iter().all(|n| on_solid[*n as usize]);
+        if self.facets.iter().all(is_kept) {
+            return;
+        }
+        let mut kept = Connectivity::default();
+        let mut new_index = Vec::with_capacity(self.facets.len());
+        for (facet, tag) in self.facets.iter().zip(self.facets.tags()) {
+            new_index.push(is_kept(facet).then_some(kept.len() as u32));
+            if is_kept(facet) {
+                kept.push(*tag, facet.iter().copied());
+            }
+        }
+        let left_out = self.facets.len() - kept.len();
+        self.facets = kept;
+        for group in self.groups.values_mut().filter(|g| g.dimension == 2) {
+            let elements = group.elements.iter();
+            group.elements = elements.filter_map(|f| new_index[*f as usize]).collect();
+        }
+        self.remarks.push(format!(
+            "{left_out} triangles and quadrilaterals (shells, membranes, rigid faces) were left out, because not all of their nodes belong to solid elements."
+        ));
     }
 }

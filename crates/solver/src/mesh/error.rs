@@ -196,6 +196,22 @@ pub enum MeshError {
     },
     #[error("`{file}` is included inside itself, or too many files are included")]
     IncludeCircle { file: String },
+    #[error("the VTU file is not whole: {reason}")]
+    Vtu { reason: String },
+    #[error(
+        "the VTK file holds `{found}`, not UnstructuredGrid: open it in ParaView and save it as .vtu (a .pvtu or .vtm after the filter Merge Blocks); a surface alone (PolyData) must be meshed first"
+    )]
+    VtuKind { found: String },
+    #[error(
+        "the arrays are compressed by {found}, which is not read: write the file with zlib or without compression (ParaView: Compressor Type when saving)"
+    )]
+    VtuCompressor { found: String },
+    #[error("the array `{array}` of the VTU file: {reason}")]
+    VtuArray { array: String, reason: String },
+    #[error(
+        "cell {cell} has VTK's type {kind}, which is not read: read are tetrahedra (10, 24), pyramids (14, 27), wedges (13, 26), hexahedra (12, 25, 11), triangles (5, 22), quadrilaterals (9, 23, 8), lines (3, 4, 21) and vertices (1, 2); mesh without nodes inside faces (gmsh: Mesh.SecondOrderIncomplete = 1), and split polyhedra by ParaView's filter Tetrahedralize"
+    )]
+    CellType { cell: u64, kind: f64 },
     #[error(
         "the mesh has no physical groups: name the volumes and surfaces in the script with `Physical Volume(\"blade\") = {{..}};` and so on"
     )]
@@ -222,7 +238,9 @@ impl MeshError {
             | Self::SharedTag { .. }
             | Self::TagTwice { .. }
             | Self::MissingNode { .. }
-            | Self::UnknownEntity { .. } => true,
+            | Self::UnknownEntity { .. }
+            | Self::Vtu { .. }
+            | Self::VtuArray { .. } => true,
             _ => false,
         }
     }

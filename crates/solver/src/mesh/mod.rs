@@ -24,6 +24,7 @@ pub mod quality;
 mod script;
 mod sections;
 pub mod source;
+pub mod vtu;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use error::MeshError;

@@ -114,38 +114,21 @@ impl Assembly<'_> {
             .scopes()
             .flat_map(|(scope, _)| scope.elements.iter().map(|e| e.kind))
             .collect();
-        let mut on_solid = vec![false; self.content.nodes.len()];
-        let all = || self.model.elements.iter().zip(&kinds);
-        for (nodes, kind) in all() {
-            if matches!(kind, Kind::Solid(_)) {
-                nodes.iter().for_each(|n| on_solid[*n as usize] = true);
-            }
-        }
-        let mut detached = 0;
         let tags = self.model.elements.tags();
-        for ((nodes, kind), tag) in all().zip(tags) {
+        for ((nodes, kind), tag) in self.model.elements.iter().zip(&kinds).zip(tags) {
             let place = match kind {
                 Kind::Solid(_) => {
                     self.content.elements.push(*tag, nodes.iter().copied());
                     At::Solid(self.content.elements.len() as u32 - 1)
                 }
-                Kind::Facet(_) if nodes.iter().all(|n| on_solid[*n as usize]) => {
+                Kind::Facet(_) => {
                     self.content.facets.push(*tag, nodes.iter().copied());
                     At::Facet(self.content.facets.len() as u32 - 1)
-                }
-                Kind::Facet(_) => {
-                    detached += 1;
-                    At::Aside
                 }
                 Kind::Line(_) => At::Line,
                 Kind::Aside => At::Aside,
             };
             self.places.push(place);
-        }
-        if detached > 0 {
-            self.content.remarks.push(format!(
-                "{detached} shells and other elements of faces were left aside, because not all of their nodes belong to solid elements."
-            ));
         }
     }
 
@@ -440,6 +423,21 @@ impl Assembly<'_> {
         }
     }
 
+    /// Where no group has solids, makes one of all of them.
+    fn name_all_solids(&mut self) {
+        let groups = &mut self.content.groups;
+        let has_solids = groups.values().any(|group| group.dimension == 3);
+        if has_solids || self.content.elements.is_empty() {
+            return;
+        }
+        let name = match groups.contains_key(ALL) {
+            true => format!("{ALL} solids"),
+            false => ALL.to_owned(),
+        };
+        let all = self.content.all_solids();
+        self.content.groups.insert(name, all);
+    }
+
     fn finish(mut self) -> Result<Content, MeshError> {
         for (name, origins) in std::mem::take(&mut self.found).into_values() {
             for (place, (origin, group)) in origins.into_iter().enumerate() {
@@ -452,7 +450,7 @@ impl Assembly<'_> {
                 }
             }
         }
-        self.content.name_all_solids(ALL);
+        self.name_all_solids();
         self.content.keep_what_solids_have();
         Ok(self.content)
     }
