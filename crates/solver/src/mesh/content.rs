@@ -44,8 +44,8 @@ pub struct FileMaterial {
 }
 
 impl Content {
-    /// The mesh in metres: nodes that no group has are dropped, the others numbered in the order of the
-    /// file.
+    /// The mesh in metres: nodes that no group, element or facet has are dropped, the others numbered in
+    /// the order of the file.
     ///
     /// # Errors
     /// Without groups or solid elements, and where a coordinate is no number or too far away.
@@ -58,7 +58,9 @@ impl Content {
             return Err(MeshError::NoElements);
         }
         let mut new_index = vec![UNUSED; self.nodes.len()];
-        for &node in self.groups.values().flat_map(|g| &g.nodes) {
+        let in_groups = self.groups.values().flat_map(|g| &g.nodes);
+        let in_lists = self.elements.nodes().iter().chain(self.facets.nodes());
+        for &node in in_groups.chain(in_lists) {
             new_index[node as usize] = 0;
         }
         let (mut nodes_m, mut node_tags) = (Vec::new(), Vec::new());
@@ -171,5 +173,31 @@ impl Content {
         self.remarks.push(format!(
             "{left_out} triangles and quadrilaterals (shells, membranes, rigid faces) were left out, because not all of their nodes belong to solid elements."
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra, of which one is in no group.
+    #[test]
+    fn elements_of_no_group_keep_their_nodes() {
+        let mut content = Content {
+            nodes: (0..9).map(|i| [f64::from(i); 3]).collect(),
+            node_tags: (0..9).collect(),
+            ..Content::default()
+        };
+        content.elements.push(1, [0, 1, 2, 3]);
+        content.elements.push(2, [4, 5, 6, 8]);
+        let group = Group {
+            dimension: 3,
+            elements: vec![0],
+            nodes: vec![0, 1, 2, 3],
+        };
+        content.groups.insert("blade".to_owned(), group);
+        let mesh = content.into_mesh(1.0).unwrap();
+        assert_eq!(mesh.elements.of(1), [4, 5, 6, 7]);
+        assert_eq!(mesh.node_tags, [0, 1, 2, 3, 4, 5, 6, 8]);
     }
 }

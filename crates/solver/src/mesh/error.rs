@@ -105,6 +105,14 @@ pub enum MeshError {
         "element {element} is of Gmsh's type {kind}, which is not read: mesh with Mesh.ElementOrder 1 or 2 and `Mesh.SecondOrderIncomplete = 1;`"
     )]
     ElementKind { element: u64, kind: String },
+    #[error("the file is empty: write it again")]
+    NoBytes,
+    #[error("this is {what}, which is not read; {remedy}")]
+    OtherFormat { what: &'static str, remedy: String },
+    #[error(
+        "the format of the mesh is not known: read are Gmsh's MSH 4.1 and 2.2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
+    )]
+    UnknownFormat,
     #[error("{place}: {source}")]
     Deck {
         place: String,

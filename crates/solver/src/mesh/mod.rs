@@ -12,6 +12,7 @@ pub mod deck;
 pub mod element;
 mod error;
 pub mod facet;
+pub mod format;
 pub mod gmsh;
 pub mod gmsh_order;
 pub mod inputs;

@@ -876,3 +876,45 @@ fn connectors_between_instances_are_left_aside() {
     assert_eq!(content.elements.len(), 2);
     assert!(!content.groups.contains_key("Link"));
 }
+
+/// An instance stands for its solids: its shells and beams are in no group of its name.
+#[test]
+fn an_instance_is_a_group_of_solids_alone() {
+    let shell = "*Element, type=S4, elset=Skin\n2, 1, 2, 3, 4\n*Nset, nset=Set-1, generate\n";
+    let deck = CAE.replacen("*Nset, nset=Set-1, generate\n", shell, 1);
+    let content = read(&deck).unwrap();
+    assert!(
+        !names(&content).iter().any(|name| name.contains("(shells)")),
+        "{:?}",
+        names(&content)
+    );
+    assert_eq!(tags(&content, "Blade-1.Skin"), [2]);
+}
+
+/// What a program calls its own sets takes no name from others.
+#[test]
+fn internal_sets_take_no_names() {
+    let deck = CAE.replace(
+        "*Nset, nset=m_Set-1\n",
+        "*Elset, elset=Set-1, internal, instance=Blade-1\n 1,\n*Nset, nset=m_Set-1\n",
+    );
+    let one = deck.replace(
+        "*Instance, name=Blade-2, part=Blade",
+        "*Instance, name=Blade-2, part=Other",
+    );
+    let other = "*Part, name=Other\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n\
+        *Element, type=C3D4\n1, 1, 2, 3, 4\n*End Part\n*Part, name=Blade\n";
+    let content = read(&one.replacen("*Part, name=Blade\n", other, 1)).unwrap();
+    assert_eq!(tags(&content, "Set-1"), [1], "{:?}", names(&content));
+}
+
+#[test]
+fn edges_of_shells_are_no_faces() {
+    let deck = bricks(
+        "*ELEMENT, TYPE=S4, ELSET=Skin\n11, 9, 10, 11, 12\n*SURFACE, NAME=Rim\nSkin, E1\n11, SPOS\n",
+    );
+    let content = read(&deck).unwrap();
+    assert_eq!(tags(&content, "Rim"), [11]);
+    let remark = "Of the surface `Rim`, 1 edges of shells or faces of other elements that are not read were left aside.";
+    assert_eq!(content.remarks, [remark]);
+}

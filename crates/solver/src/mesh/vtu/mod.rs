@@ -1,7 +1,8 @@
 //! VTU files of VTK, ParaView, pyvista and meshio: one unstructured grid, of one piece or several.
 //!
 //! Arrays of whole numbers say which cells and nodes belong together. One of a single component and of
-//! at most 1000 distinct values gives a group `<array> <value>` for each value. One that holds nothing
+//! at most 1000 distinct values gives a group `<array> <value>` for each value, unless it numbers more
+//! than 100 cells or nodes, each differently. One that holds nothing
 //! but 0 and 1 gives a group `<array>` of the ones, too. Where cells of several dimensions have a value,
 //! the word `volume`, `surface`, `curve` or `point` stands behind the name. Arrays of nodes give
 //! groups of nodes, with the word `nodes` behind the name where cells have an array of that name. All
@@ -27,6 +28,8 @@ use xml::{Array, File, Piece};
 
 /// Values of an array that gives groups, at most.
 const MOST_VALUES: usize = 1000;
+/// So many numbers that are all distinct are numbers of nodes or cells, and no groups.
+const LEAST_NUMBERING: usize = 101;
 /// Name of the group of all solids.
 const ALL: &str = "all";
 
@@ -416,8 +419,12 @@ fn whole_arrays<'a>(
                 whole.extend(values);
             }
         }
-        let few = |values: &Vec<i64>| values.iter().collect::<BTreeSet<_>>().len() <= MOST_VALUES;
-        if let Some(values) = whole.filter(few) {
+        let groups = |values: &Vec<i64>| {
+            let distinct = values.iter().collect::<BTreeSet<_>>().len();
+            let is_numbering = distinct == values.len() && distinct >= LEAST_NUMBERING;
+            distinct <= MOST_VALUES && !is_numbering
+        };
+        if let Some(values) = whole.filter(groups) {
             found.insert(name.to_owned(), values);
         }
     }

@@ -202,9 +202,9 @@ fn arrays_of_whole_numbers_are_groups() {
 
 #[test]
 fn arrays_of_too_many_values_are_no_groups() {
-    let cells = |count: usize| {
+    let cells = |count: usize, distinct: usize| {
         let row = |word: &str| [word, " "].concat().repeat(count);
-        let values: String = (0..count).map(|i| format!("{i} ")).collect();
+        let values: String = (0..count).map(|i| format!("{} ", i % distinct)).collect();
         let ends: String = (1..=count).map(|i| format!("{} ", 4 * i)).collect();
         let array = |kind: &str, name: &str, values: &str| {
             format!(
@@ -221,8 +221,15 @@ fn arrays_of_too_many_values_are_no_groups() {
             array("Int32", "id", &values),
         )
     };
-    assert_eq!(parse(cells(1000).as_bytes()).unwrap().groups.len(), 1001);
-    assert_eq!(parse(cells(1001).as_bytes()).unwrap().groups.len(), 1);
+    for (count, distinct, groups) in [
+        (1001, 1000, 1001),
+        (1002, 1001, 1),
+        (100, 100, 101),
+        (101, 101, 1),
+    ] {
+        let content = parse(cells(count, distinct).as_bytes()).unwrap();
+        assert_eq!(content.groups.len(), groups, "{count} {distinct}");
+    }
 }
 
 /// The pieces of two files are one grid; an array that one of them lacks is left aside.
