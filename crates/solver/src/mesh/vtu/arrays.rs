@@ -199,3 +199,26 @@ fn numbers(bytes: &[u8], scalar: Scalar, big_endian: bool) -> Vec<f64> {
     };
     bytes.chunks_exact(scalar.size()).map(number).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two runs of base64 behind one another, the first with padding, taken across their border.
+    #[test]
+    fn base64_is_taken_across_its_padding() {
+        let mut stream = Stream {
+            rest: Cow::Borrowed(b"AQIDBA==BQYHCAk="),
+            at: 0,
+            base64: true,
+            spare: Vec::new(),
+        };
+        assert_eq!(stream.take(2).unwrap(), [1, 2]);
+        assert_eq!(stream.take(4).unwrap(), [3, 4, 5, 6]);
+        assert_eq!(stream.take(3).unwrap(), [7, 8, 9]);
+        assert!(stream.take(1).is_err());
+        for count in [usize::MAX, usize::MAX / 2, 100] {
+            assert!(stream.take(count).is_err(), "{count}");
+        }
+    }
+}
