@@ -418,8 +418,77 @@ fn what_is_wrong_is_named() {
         let found = small(&changes).unwrap_err().to_string();
         assert!(found.contains(expected), "{text}: {found}");
     }
+    let empty = parse(b"<a/>").unwrap_err().to_string();
+    assert!(empty.contains("it has no <VTKFile>"), "{empty}");
     let none = small(&[("NumberOfCells=\"5\"", "NumberOfCells=\"0\"")]).unwrap_err();
     assert_eq!(none.to_string(), "the mesh has no cells");
+}
+
+/// Integers of each width, with their signs, between the tags.
+#[test]
+fn integers_keep_their_signs() {
+    for (kind, text) in [
+        ("Int8", "BQAAAAH+AQUF"),
+        ("Int16", "CgAAAAEA/v8BAAUABQA="),
+        ("Float32", "FAAAAAAAgD8AAADAAACAPwAAoEAAAKBA"),
+    ] {
+        let array = format!("\"{kind}\" Name=\"part\" format=\"binary\">{text}<");
+        let content = small(&[(
+            "\"Int8\" Name=\"part\" format=\"ascii\">1 -2 1 5 5<",
+            &array,
+        )]);
+        assert_eq!(
+            content.unwrap().groups,
+            small(&[]).unwrap().groups,
+            "{kind}"
+        );
+    }
+}
+
+/// Blocks of equal size have 0 for the size of the last; a block of another size is an error.
+#[test]
+fn blocks_have_the_size_that_is_announced() {
+    use base64::Engine;
+    use std::io::Write;
+    let file = |bytes: &[u8], last: u32| {
+        let mut compressed = Vec::new();
+        for block in bytes.chunks(5) {
+            let mut encoder =
+                flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+            encoder.write_all(block).unwrap();
+            compressed.push(encoder.finish().unwrap());
+        }
+        let sizes = compressed.iter().map(|block| block.len() as u32);
+        let header: Vec<u8> = [compressed.len() as u32, 5, last]
+            .into_iter()
+            .chain(sizes)
+            .flat_map(u32::to_le_bytes)
+            .collect();
+        let base64 = base64::engine::general_purpose::STANDARD;
+        let text = base64.encode(header) + &base64.encode(compressed.concat());
+        let compressor = "compressor=\"vtkZLibDataCompressor\" byte_order";
+        small(&[
+            ("byte_order", compressor),
+            (
+                "\"types\" format=\"ascii\">10 10 5 3 1",
+                &format!("\"types\" format=\"binary\">{text}"),
+            ),
+        ])
+    };
+    let kinds = [10, 10, 5, 3, 1];
+    for last in [0, 5] {
+        assert_eq!(
+            file(&kinds, last).unwrap().groups,
+            small(&[]).unwrap().groups
+        );
+    }
+    let found = file(&kinds[..4], 0).unwrap_err().to_string();
+    assert!(
+        found.contains("a block of it has 4 bytes, expected 5"),
+        "{found}"
+    );
+    let found = file(&[10; 6], 0).unwrap_err().to_string();
+    assert!(found.contains("it has 10 bytes, expected 5"), "{found}");
 }
 
 /// Numbers that a file announces are not believed.

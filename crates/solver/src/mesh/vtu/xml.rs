@@ -124,7 +124,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
             Event::End(_) => {
                 open.pop();
             }
-            Event::Text(text) if open.last().is_some_and(|name| name == "DataArray") => {
+            Event::Text(text) => {
                 let in_input: &[u8] = match text.into_inner() {
                     std::borrow::Cow::Borrowed(inner) => inner,
                     std::borrow::Cow::Owned(_) => return Err(broken("text that cannot be read")),
@@ -159,10 +159,7 @@ fn appended(bytes: &[u8]) -> Result<(&[u8], bool), MeshError> {
     let base64 = tag.contains("base64");
     let content = &bytes[end + 1..];
     let begin = find(content, b"_").ok_or_else(cut)?;
-    let content = &content[begin + 1..];
-    // Base64 has no `<`; raw bytes may have any.
-    let length = if base64 { find(content, b"<") } else { None };
-    Ok((&content[..length.unwrap_or(content.len())], base64))
+    Ok((&content[begin + 1..], base64))
 }
 
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, MeshError> {
