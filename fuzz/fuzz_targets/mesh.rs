@@ -3,11 +3,13 @@
 
 #![no_main]
 
+mod checks;
+
 use std::path::Path;
 use std::sync::LazyLock;
 
 use dovetail::scene;
-use dovetail_solver::mesh::{self, Mesh, quality};
+use dovetail_solver::mesh::{self, quality};
 use dovetail_solver::model::{self, Assembly};
 use dovetail_solver::text;
 
@@ -27,7 +29,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             return;
         }
     };
-    check_indices(&mesh);
+    checks::mesh(&mesh);
     let quality = match quality::check(&mesh) {
         Ok(quality) => quality,
         Err(error) => {
@@ -54,24 +56,3 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         }
     }
 });
-
-/// Every index of a mesh leads to a node or an element, and every number is finite.
-fn check_indices(mesh: &Mesh) {
-    let (per_tet, per_facet) = (mesh.order.nodes_per_tet(), mesh.order.nodes_per_facet());
-    assert_eq!(mesh.tets.len(), per_tet * mesh.elements.len());
-    assert_eq!(mesh.facets.len(), per_facet * mesh.facets.len());
-    assert_eq!(mesh.nodes_m.len(), mesh.node_tags.len());
-    assert!(mesh.nodes_m.iter().flatten().all(|x| x.is_finite()));
-    let is_node = |n: &u32| (*n as usize) < mesh.nodes_m.len();
-    assert!(mesh.tets.iter().chain(&mesh.facets).all(is_node));
-    for group in mesh.groups.values() {
-        assert!(group.nodes.iter().all(is_node));
-        assert!(group.nodes.is_sorted_by(|a, b| a < b));
-        let count = match group.dimension {
-            3 => mesh.elements.len(),
-            2 => mesh.facets.len(),
-            _ => 0,
-        };
-        assert!(group.elements.iter().all(|e| (*e as usize) < count));
-    }
-}

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::element::Connectivity;
 use super::{FARTHEST_M, Group, Mesh, MeshError};
+use crate::text;
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -43,8 +44,8 @@ pub struct FileMaterial {
 }
 
 impl Content {
-    /// The mesh in metres: nodes that no group has are dropped, the others numbered in the order of the
-    /// file.
+    /// The mesh in metres: nodes that no group, element or facet has are dropped, the others numbered in
+    /// the order of the file.
     ///
     /// # Errors
     /// Without groups or solid elements, and where a coordinate is no number or too far away.
@@ -57,7 +58,9 @@ impl Content {
             return Err(MeshError::NoElements);
         }
         let mut new_index = vec![UNUSED; self.nodes.len()];
-        for &node in self.groups.values().flat_map(|g| &g.nodes) {
+        let in_groups = self.groups.values().flat_map(|g| &g.nodes);
+        let in_lists = self.elements.nodes().iter().chain(self.facets.nodes());
+        for &node in in_groups.chain(in_lists) {
             new_index[node as usize] = 0;
         }
         let (mut nodes_m, mut node_tags) = (Vec::new(), Vec::new());
@@ -91,5 +94,110 @@ impl Content {
             facets: self.facets,
             groups: self.groups,
         })
+    }
+
+    /// The group of all solids.
+    pub(super) fn all_solids(&self) -> Group {
+        Group {
+            dimension: 3,
+            elements: (0..self.elements.len() as u32).collect(),
+            nodes: self.elements.nodes().to_vec(),
+        }
+    }
+
+    /// Leaves out facets and nodes of groups that no solid has, and groups that are empty then; sorts
+    /// what is left. For formats that also hold rigid tools, masses, springs and supports.
+    pub(super) fn keep_what_solids_have(&mut self) {
+        let mut on_solid = vec![false; self.nodes.len()];
+        for node in self.elements.nodes() {
+            on_solid[*node as usize] = true;
+        }
+        self.keep_facets(&on_solid);
+        let (mut fewer, mut empty) = (Vec::new(), Vec::new());
+        for (name, group) in &mut self.groups {
+            for list in [&mut group.nodes, &mut group.elements] {
+                list.sort_unstable();
+                list.dedup();
+            }
+            let before = group.nodes.len();
+            group.nodes.retain(|node| on_solid[*node as usize]);
+            let left_out = before - group.nodes.len();
+            let is_empty = match group.dimension {
+                2 | 3 => group.elements.is_empty(),
+                _ => group.nodes.is_empty(),
+            };
+            if is_empty {
+                empty.push(name.clone());
+            } else if left_out > 0 {
+                fewer.push(format!("`{name}` ({left_out} of {before})"));
+            }
+        }
+        for name in &empty {
+            self.groups.remove(name);
+        }
+        if !fewer.is_empty() {
+            let groups = text::list(&fewer);
+            self.remarks.push(format!(
+                "Nodes that no solid element has were left out of these groups: {groups}."
+            ));
+        }
+        if !empty.is_empty() {
+            let quoted: Vec<String> = empty.iter().map(|name| format!("`{name}`")).collect();
+            let groups = text::list(&quoted);
+            self.remarks.push(format!(
+                "These sets are no groups, as nothing in them belongs to a solid element: {groups}."
+            ));
+        }
+    }
+
+    /// Leaves out the facets of which a node is not on a solid.
+    fn keep_facets(&mut self, on_solid: &[bool]) {
+        let is_kept = |facet: &[u32]| facet.iter().all(|n| on_solid[*n as usize]);
+        if self.facets.iter().all(is_kept) {
+            return;
+        }
+        let mut kept = Connectivity::default();
+        let mut new_index = Vec::with_capacity(self.facets.len());
+        for (facet, tag) in self.facets.iter().zip(self.facets.tags()) {
+            new_index.push(is_kept(facet).then_some(kept.len() as u32));
+            if is_kept(facet) {
+                kept.push(*tag, facet.iter().copied());
+            }
+        }
+        let left_out = self.facets.len() - kept.len();
+        self.facets = kept;
+        for group in self.groups.values_mut().filter(|g| g.dimension == 2) {
+            let elements = group.elements.iter();
+            group.elements = elements.filter_map(|f| new_index[*f as usize]).collect();
+        }
+        self.remarks.push(format!(
+            "{left_out} triangles and quadrilaterals (shells, membranes, rigid faces) were left out, because not all of their nodes belong to solid elements."
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra, of which one is in no group.
+    #[test]
+    fn elements_of_no_group_keep_their_nodes() {
+        let mut content = Content {
+            nodes: (0..9).map(|i| [f64::from(i); 3]).collect(),
+            node_tags: (0..9).collect(),
+            ..Content::default()
+        };
+        content.elements.push(1, [0, 1, 2, 3]);
+        content.elements.push(2, [4, 5, 6, 8]);
+        let group = Group {
+            dimension: 3,
+            elements: vec![0],
+            nodes: vec![0, 1, 2, 3],
+        };
+        content.groups.insert("blade".to_owned(), group);
+        let mesh = content.into_mesh(1.0).unwrap();
+        assert_eq!(mesh.elements.of(1), [4, 5, 6, 7]);
+        assert_eq!(mesh.node_tags, [0, 1, 2, 3, 4, 5, 6, 8]);
     }
 }

@@ -25,11 +25,11 @@ pub enum MeshError {
     )]
     NotMsh,
     #[error(
-        "MSH version {found} is not read, only 4.1: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
+        "MSH version {found} is not read, only 4.1 and 2.2: convert it with `gmsh -0 old.msh -format msh41 -o new.msh`, or mesh with `-format msh41`"
     )]
     Version { found: String },
     #[error(
-        "the $MeshFormat line `{line}` is not understood: expected `4.1 0 8` (ASCII) or `4.1 1 8` (binary)"
+        "the $MeshFormat line `{line}` is not understood: expected `4.1 0 8` (ASCII) or `4.1 1 8` (binary), or the same with 2.2"
     )]
     Header { line: String },
     #[error("section ${section} is missing or cut off: the file is not complete; write it again")]
@@ -47,7 +47,7 @@ pub enum MeshError {
     #[error("$PhysicalNames says {said} names and has {found}")]
     PhysicalNameCount { said: String, found: usize },
     #[error(
-        "two physical groups are called `{name}`: give each group, of whatever dimension, a name of its own"
+        "two groups are called `{name}`: give each group, of whatever dimension, a name of its own"
     )]
     GroupNameTwice { name: String },
     #[error("the mesh has no {what}")]
@@ -102,6 +102,125 @@ pub enum MeshError {
     )]
     CompleteElement { group: String, nodes: usize },
     #[error(
+        "element {element} is of Gmsh's type {kind}, which is not read: mesh with Mesh.ElementOrder 1 or 2 and `Mesh.SecondOrderIncomplete = 1;`"
+    )]
+    ElementKind { element: u64, kind: String },
+    #[error("the file is empty: write it again")]
+    NoBytes,
+    #[error("this is {what}, which is not read; {remedy}")]
+    OtherFormat { what: &'static str, remedy: String },
+    #[error(
+        "the format of the mesh is not known: read are Gmsh's MSH 4.1 and 2.2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
+    )]
+    UnknownFormat,
+    #[error("{place}: {source}")]
+    Deck {
+        place: String,
+        source: Box<MeshError>,
+    },
+    #[error("the keyword lacks {parameter}=")]
+    ParameterMissing { parameter: &'static str },
+    #[error("`{found}` is not a number")]
+    NotANumber { found: String },
+    #[error("`{found}` is not the number of a node or an element (a whole number)")]
+    NotALabel { found: String },
+    #[error(
+        "{keyword} makes or moves nodes and elements by a rule, which is not read: write the deck out, in Abaqus/CAE by importing it as a model and writing its input, or in CalculiX' cgx by `send all abq`"
+    )]
+    NotWrittenOut { keyword: String },
+    #[error(
+        "nodes in the system `{found}` are not read, only rectangular (R) and cylindrical (C) ones: write the deck out in rectangular coordinates"
+    )]
+    NodeSystem { found: String },
+    #[error("elements of type {kind} (ELSET {set}) are not read: {read}")]
+    ElementTypeUnknown {
+        kind: String,
+        set: String,
+        read: &'static str,
+    },
+    #[error(
+        "elements of type {kind} (ELSET {set}) have nodes inside faces or elements ({nodes} nodes in all): mesh with those that have nodes at corners and in the middles of edges alone, such as C3D20, C3D15 or S8R"
+    )]
+    NodesInside {
+        kind: String,
+        set: String,
+        nodes: usize,
+    },
+    #[error("element {element} has {found} nodes, and type {kind} has {expected}")]
+    NodesOfElement {
+        element: u64,
+        kind: String,
+        expected: usize,
+        found: usize,
+    },
+    #[error("{what} {label} occurs twice: give each {what} a number of its own")]
+    LabelTwice { what: &'static str, label: u64 },
+    #[error("`{set}` names {what} {label}, which is not there{}", match *what {
+        "element" => " (gmsh leaves pyramids out of its decks: write MSH)",
+        _ => "",
+    })]
+    LabelMissing {
+        what: &'static str,
+        label: u64,
+        set: String,
+    },
+    #[error("there is no {what} `{name}`; known: {known}")]
+    NoSuchName {
+        what: &'static str,
+        name: String,
+        known: String,
+    },
+    #[error("the set `{name}` holds itself, or sets stand too deep inside one another")]
+    SetCircle { name: String },
+    #[error("with GENERATE a line is `first, last, step`, with a step of at least 1: `{line}`")]
+    Generate { line: String },
+    #[error("a line of *SURFACE begins with an element or a set")]
+    SurfaceOfAll,
+    #[error("element {element} has no face `{found}`: {what} have S1 to S{faces}")]
+    FaceLabel {
+        found: String,
+        element: u64,
+        what: &'static str,
+        faces: usize,
+    },
+    #[error(
+        "`{line}`: the first line of *INSTANCE is a translation `x, y, z`, the second a rotation `ax, ay, az, bx, by, bz, angle` about the line through two points"
+    )]
+    Placement { line: String },
+    #[error("the keyword needs {needs}")]
+    Misplaced { needs: &'static str },
+    #[error("{begin} has no {end}: the file is not complete")]
+    NotEnded {
+        begin: &'static str,
+        end: &'static str,
+    },
+    #[error("two {what} are called `{name}`: give each a name of its own")]
+    ScopeTwice { what: &'static str, name: String },
+    #[error("element {element} is of two materials, `{first}` and `{second}`")]
+    TwoMaterials {
+        element: u64,
+        first: String,
+        second: String,
+    },
+    #[error("`{file}` is included inside itself, or too many files are included")]
+    IncludeCircle { file: String },
+    #[error("the VTU file is not whole: {reason}")]
+    Vtu { reason: String },
+    #[error(
+        "the VTK file holds `{found}`, not UnstructuredGrid: open it in ParaView and save it as .vtu (a .pvtu or .vtm after the filter Merge Blocks); a surface alone (PolyData) must be meshed first"
+    )]
+    VtuKind { found: String },
+    #[error(
+        "the arrays are compressed by {found}, which is not read: write the file with zlib or without compression (ParaView: Compressor Type when saving)"
+    )]
+    VtuCompressor { found: String },
+    #[error("the array `{array}` of the VTU file: {reason}")]
+    VtuArray { array: String, reason: String },
+    #[error(
+        "cell {cell} has VTK's type {kind}, which is not read: read are tetrahedra (10, 24), pyramids (14, 27), wedges (13, 26), hexahedra (12, 25, 11), triangles (5, 22), quadrilaterals (9, 23, 8), lines (3, 4, 21) and vertices (1, 2); mesh without nodes inside faces (gmsh: Mesh.SecondOrderIncomplete = 1), and split polyhedra by ParaView's filter Tetrahedralize"
+    )]
+    CellType { cell: u64, kind: f64 },
+    #[error(
         "the mesh has no physical groups: name the volumes and surfaces in the script with `Physical Volume(\"blade\") = {{..}};` and so on"
     )]
     NoGroups,
@@ -116,7 +235,7 @@ impl MeshError {
     /// not of what was meshed.
     pub fn is_damage(&self) -> bool {
         match self {
-            Self::File { source, .. } => source.is_damage(),
+            Self::File { source, .. } | Self::Deck { source, .. } => source.is_damage(),
             Self::NotMsh
             | Self::Header { .. }
             | Self::MissingSection { .. }
@@ -127,7 +246,9 @@ impl MeshError {
             | Self::SharedTag { .. }
             | Self::TagTwice { .. }
             | Self::MissingNode { .. }
-            | Self::UnknownEntity { .. } => true,
+            | Self::UnknownEntity { .. }
+            | Self::Vtu { .. }
+            | Self::VtuArray { .. } => true,
             _ => false,
         }
     }

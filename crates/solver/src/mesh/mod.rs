@@ -8,20 +8,24 @@ pub mod block;
 use std::collections::BTreeMap;
 
 pub mod content;
+pub mod deck;
 pub mod element;
 mod error;
 pub mod facet;
+pub mod format;
 pub mod gmsh;
 pub mod gmsh_order;
 pub mod inputs;
 pub mod interpolation;
 pub mod msh;
+pub mod msh2;
 mod process;
 pub mod quadrature;
 pub mod quality;
 mod script;
 mod sections;
 pub mod source;
+pub mod vtu;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use error::MeshError;

@@ -47,8 +47,16 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
     if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
         return Err(MeshError::Unit(metres_per_unit));
     }
+    parse_content(bytes)?.into_mesh(metres_per_unit)
+}
+
+/// As [`parse`], in the units of the file.
+///
+/// # Errors
+/// Bytes that are no whole mesh in MSH 4.1: see [`MeshError`].
+pub fn parse_content(bytes: impl Into<Vec<u8>>) -> Result<Content, MeshError> {
     let mut bytes = bytes.into();
-    let encoding = encoding(&bytes)?;
+    let encoding = encoding(&bytes, "4.1")?;
     let sections = sections(&bytes)?;
     if content(&sections, "PartitionedEntities").is_some() {
         return Err(MeshError::Partitioned);
@@ -58,7 +66,7 @@ pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, Me
     blank_other_sections(&mut bytes, &sections);
     let max_node_tag = keep_node_tags(&mut bytes, encoding, &sections)?;
     let file = mshio::parse_msh_bytes(&bytes).map_err(|e| malformed(&bytes, &e))?;
-    assemble(file, &names, max_node_tag)?.into_mesh(metres_per_unit)
+    assemble(file, &names, max_node_tag)
 }
 
 fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {

@@ -12,7 +12,8 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-pub(super) fn encoding(bytes: &[u8]) -> Result<Encoding, MeshError> {
+/// How the numbers of a file of this `version` are written.
+pub(super) fn encoding(bytes: &[u8], version: &str) -> Result<Encoding, MeshError> {
     let rest = bytes
         .strip_prefix(b"$MeshFormat")
         .and_then(skip_line_end)
@@ -23,15 +24,15 @@ pub(super) fn encoding(bytes: &[u8]) -> Result<Encoding, MeshError> {
         .to_string();
     let words: Vec<&str> = line.split_whitespace().collect();
     match words[..] {
-        ["4.1", "0", "8"] => Ok(Encoding::Ascii),
-        ["4.1", "1", "8"] => match rest.get(end + 1..end + 5) {
+        [found, "0", "8"] if found == version => Ok(Encoding::Ascii),
+        [found, "1", "8"] if found == version => match rest.get(end + 1..end + 5) {
             Some([1, 0, 0, 0]) => Ok(Encoding::LittleEndian),
             Some([0, 0, 0, 1]) => Ok(Encoding::BigEndian),
             _ => Err(MeshError::Header { line }),
         },
-        [version, "0" | "1", _] if version != "4.1" && version.parse::<f64>().is_ok() => {
+        [found, "0" | "1", _] if found != version && found.parse::<f64>().is_ok() => {
             Err(MeshError::Version {
-                found: version.to_string(),
+                found: found.to_string(),
             })
         }
         _ => Err(MeshError::Header { line }),

@@ -1,0 +1,19 @@
+//! A deck of Abaqus or CalculiX. A file that it includes is the second half of the input, behind a line
+//! `=== include`.
+
+#![no_main]
+
+mod checks;
+
+use dovetail_solver::mesh::deck;
+
+const BETWEEN: &[u8] = b"\n=== include\n";
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let at = bytes.windows(BETWEEN.len()).position(|w| w == BETWEEN);
+    let (deck, included) = match at {
+        Some(at) => (&bytes[..at], &bytes[at + BETWEEN.len()..]),
+        None => (bytes, &b""[..]),
+    };
+    checks::content(deck::parse(deck, &mut |_| Ok(included.to_vec())));
+});

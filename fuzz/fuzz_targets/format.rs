@@ -1,0 +1,15 @@
+//! A mesh file of any format, also of those that are only named.
+
+#![no_main]
+
+mod checks;
+
+use dovetail_solver::mesh::{MeshError, format};
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let none = |_: &str| Err(MeshError::NoBytes);
+    let endings = ["msh", "inp", "vtu", "bdf", "stl", "med", ""];
+    let ending = endings[bytes.len() % endings.len()];
+    let name = format!("mesh.{ending}");
+    checks::content(format::parse(bytes, &name, &mut { none }));
+});

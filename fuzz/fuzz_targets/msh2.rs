@@ -1,0 +1,11 @@
+//! A Gmsh mesh of version 2.2.
+
+#![no_main]
+
+mod checks;
+
+use dovetail_solver::mesh::msh2;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    checks::content(msh2::parse(bytes));
+});

@@ -1,0 +1,11 @@
+//! A VTU file.
+
+#![no_main]
+
+mod checks;
+
+use dovetail_solver::mesh::vtu;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    checks::content(vtu::parse(bytes));
+});
