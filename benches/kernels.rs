@@ -58,10 +58,11 @@ fn bound(more: &[&str]) -> Model {
     overrides.extend(more.iter().map(|s| (*s).to_owned()));
     let scene = scene::load(&root().join("scenes/paper.toml"), &overrides).unwrap();
     let assembly = scene.assembly().unwrap();
-    let MeshKind::File { path } = &assembly.mesh.kind else {
+    let source = assembly.mesh.as_ref().unwrap();
+    let MeshKind::File { path } = &source.kind else {
         unreachable!("mesh.file displaces the geometry");
     };
-    let mesh = mesh::read(path, assembly.mesh.metres_per_unit).unwrap();
+    let mesh = mesh::read(path, source.units).unwrap();
     model::bind(assembly, &mesh).unwrap()
 }
 

@@ -260,7 +260,7 @@ fn bound(mesh: &str) -> Model {
     let overrides = vec![format!("mesh.file={}", file.display())];
     let scene = scene::load(&here.join("scenes/paper.toml"), &overrides).unwrap();
     let assembly = scene.assembly().unwrap();
-    let mesh = mesh::read(&file, assembly.mesh.metres_per_unit).unwrap();
+    let mesh = mesh::read(&file, assembly.mesh.as_ref().unwrap().units).unwrap();
     model::bind(assembly, &mesh).unwrap()
 }
 

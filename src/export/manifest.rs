@@ -115,6 +115,9 @@ pub struct BodySummary {
     pub nodes: usize,
     pub elements: usize,
     pub free_dofs: usize,
+    pub young_pa: f64,
+    pub poisson: f64,
+    pub density_kg_m3: f64,
     pub volume_m3: f64,
     pub mass_kg: f64,
     /// Of gravity.
@@ -308,6 +311,9 @@ pub fn mesh_summary(
         .iter()
         .zip(properties)
         .map(|(b, properties)| BodySummary {
+            young_pa: b.material.young_pa,
+            poisson: b.material.poisson,
+            density_kg_m3: b.material.density_kg_m3,
             volume_m3: properties.volume_m3,
             mass_kg: properties.mass_kg,
             centre_m: properties.centre_m,

@@ -68,7 +68,7 @@ impl Bound {
         context: &Context,
         progress: &Progress,
     ) -> Result<Self, RunError> {
-        let (mesh, origin) = make_mesh(&assembly.mesh, context, progress)?;
+        let (mesh, origin) = make_mesh(assembly, context, progress)?;
         let _stage = progress.stage(Stage::Model);
         let model = bind(assembly, &mesh, progress)?;
         let properties = properties(&model, progress)?;

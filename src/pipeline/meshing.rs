@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::Context;
 use super::cache::{Cache, Key, Kind};
 use super::error::RunError;
-use super::progress::Progress;
+use super::progress::{Progress, StageGuard};
 use crate::export::{create_folder, manifest, write_file};
 use crate::stage::Stage;
 use crate::warning::Weight;
@@ -14,9 +14,10 @@ use dovetail_numerics::stored;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
 use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
-use dovetail_solver::mesh::{Mesh, MeshError, inputs, msh, quality};
-use dovetail_solver::model::Model;
+use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
+use dovetail_solver::mesh::{self, Mesh, MeshError, inputs, quality};
+use dovetail_solver::model::gather::gather;
+use dovetail_solver::model::{Assembly, BodyMesh, Model};
 
 /// The mesh of a script, in the folder of the results.
 pub(super) const MESH_FILE: &str = "mesh.msh";
@@ -30,6 +31,14 @@ pub(super) struct Origin {
 }
 
 impl Origin {
+    fn file(path: &Path) -> Self {
+        Self {
+            source: path.to_path_buf(),
+            gmsh: None,
+            fallback: false,
+        }
+    }
+
     pub(super) fn summary(
         &self,
         model: &Model,
@@ -45,16 +54,23 @@ impl Origin {
     }
 }
 
-/// That what the scene names as its mesh is there. What runs with it is told.
-pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), RunError> {
-    match &mesh.kind {
-        MeshKind::File { path } => {
-            input::check(path).map_err(|source| MeshError::Io {
-                path: path.clone(),
-                source,
-            })?;
+/// That what the scene names as its meshes is there. What runs with it is told.
+pub(super) fn check(assembly: &Assembly, progress: &Progress) -> Result<(), RunError> {
+    let is_there = |path: &Path| {
+        input::check(path).map_err(|source| MeshError::Io {
+            path: path.to_path_buf(),
+            source,
+        })
+    };
+    for body in &assembly.bodies {
+        if let BodyMesh::File { path, .. } = &body.mesh {
+            is_there(path)?;
         }
-        MeshKind::Geometry { script, .. } => {
+    }
+    match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
+        None => {}
+        Some(MeshKind::File { path }) => is_there(path)?,
+        Some(MeshKind::Geometry { script, .. }) => {
             input::check(script).map_err(|source| GmshError::Script {
                 path: script.clone(),
                 source,
@@ -68,21 +84,42 @@ pub(super) fn check(mesh: &MeshSource, progress: &Progress) -> Result<(), RunErr
     Ok(())
 }
 
+/// The mesh of all bodies, with the elements of each file checked, and where it came from.
 pub(super) fn make_mesh(
-    source: &MeshSource,
+    assembly: &Assembly,
     context: &Context,
     progress: &Progress,
 ) -> Result<(Mesh, Origin), RunError> {
     let stage = progress.stage(Stage::Mesh);
-    let metres_per_unit = source.metres_per_unit;
+    let (shared, mut origin) = match &assembly.mesh {
+        Some(source) => {
+            let (mesh, origin) = shared_mesh(source, context, &stage, progress)?;
+            (Some(mesh), Some(origin))
+        }
+        None => (None, None),
+    };
+    let mesh = gather(assembly, shared, &mut |path, units| {
+        origin.get_or_insert_with(|| Origin::file(path));
+        read(path, units)
+    })?;
+    for remark in &mesh.remarks {
+        progress.warning(Weight::Remark, format!("mesh: {remark}"));
+    }
+    let origin = origin.unwrap_or_else(|| Origin::file(Path::new("")));
+    Ok((mesh, origin))
+}
+
+/// The mesh that bodies share.
+fn shared_mesh(
+    source: &MeshSource,
+    context: &Context,
+    stage: &StageGuard<'_, '_>,
+    progress: &Progress,
+) -> Result<(Mesh, Origin), RunError> {
+    let units = source.units;
     let (script, parameters, time_limit_s) = match &source.kind {
         MeshKind::File { path } => {
-            let origin = Origin {
-                source: path.clone(),
-                gmsh: None,
-                fallback: false,
-            };
-            return Ok((read(path, metres_per_unit)?, origin));
+            return Ok((read(path, units)?, Origin::file(path)));
         }
         MeshKind::Geometry {
             script,
@@ -101,7 +138,7 @@ pub(super) fn make_mesh(
         if let Err(error) = write_file(&out, &kept.file) {
             return Ok(Err(error));
         }
-        let mesh = msh::parse(kept.file, metres_per_unit).map_err(|e| e.to_string())?;
+        let mesh = mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
         quality::check(&mesh).map_err(|e| e.to_string())?;
         Ok(Ok((mesh, kept.version, kept.warnings)))
     };
@@ -113,13 +150,13 @@ pub(super) fn make_mesh(
         }
         Err(_turn) => match gmsh::generate(script, parameters, time_limit_s, &out) {
             Ok(run) => {
-                let mesh = read(&out, metres_per_unit).map_err(|error| of_writing(error, &out))?;
+                let mesh = read(&out, units).map_err(|error| of_writing(error, &out))?;
                 keep(&cache, key.as_ref(), &run, &out, progress);
                 Ok((mesh, made(&out, run.version, &run.warnings, progress)))
             }
             Err(missing @ GmshError::Missing { .. }) => {
                 let origin = ready(source.kind.equivalent_fallback(), missing, progress)?;
-                Ok((read(&origin.source, metres_per_unit)?, origin))
+                Ok((read(&origin.source, units)?, origin))
             }
             Err(error) => Err(error.into()),
         },
@@ -127,8 +164,8 @@ pub(super) fn make_mesh(
 }
 
 /// Reads a mesh and checks its elements.
-fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, RunError> {
-    let mesh = msh::read(path, metres_per_unit)?;
+fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
+    let mesh = mesh::read(path, units)?;
     quality::check(&mesh)?;
     Ok(mesh)
 }

@@ -342,7 +342,7 @@ pub fn static_state(
 /// A mesh or script that does not exist, a reduced model that cannot be read.
 pub fn check(scene: &Scene, progress: &Progress) -> Result<(), RunError> {
     match &scene.subject {
-        Subject::Assembly(assembly) => meshing::check(&assembly.mesh, progress)?,
+        Subject::Assembly(assembly) => meshing::check(assembly, progress)?,
         Subject::ReducedModel(spec) => reduced::check(spec)?,
     }
     progress.note(&format!("scene \"{}\" is sound", scene.name));

@@ -5,6 +5,7 @@
 use super::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use super::kinds::{Kind, Limits};
 use super::raw;
+use dovetail_solver::mesh::source::Units;
 
 /// What a scene may say.
 pub const SCENE: Vocabulary = Vocabulary {
@@ -39,8 +40,8 @@ const SECTIONS: [Section; 12] = [
     Section {
         name: "mesh",
         shape: Shape::Table,
-        needed: "one, or `[reduced_model]`",
-        what: "the mesh, or the script that gmsh makes it from",
+        needed: "one, or `mesh_file` of each body, or `[reduced_model]`",
+        what: "the mesh that bodies share, or the script that gmsh makes it from",
         example: "[mesh]\nfile = \"../meshes/dovetail.msh\"\nmetres_per_unit = 1e-3",
         fields: fields::<raw::RawMesh>,
         keys: &MESH,
@@ -169,7 +170,7 @@ const REDUCED_MODEL: [Key; 4] = [
     ),
 ];
 
-const MESH: [Key; 8] = [
+const MESH: [Key; 9] = [
     key(
         "geometry",
         Kind::Text("path of a Gmsh script"),
@@ -208,17 +209,25 @@ const MESH: [Key; 8] = [
     ),
     key(
         "file",
-        Kind::Text("path of a `.msh`"),
+        Kind::Text("path of a mesh"),
         "- or `geometry`",
-        "MSH 4.1, ASCII or binary",
+        "of a [format that is read](how-to/own_mesh.md): MSH, a deck of Abaqus or CalculiX, VTU",
         "file = \"../meshes/dovetail.msh\"",
     ),
     key(
         "metres_per_unit",
         Kind::Number("m", Limits::POSITIVE),
-        "-",
+        "- or `units`",
         "1e-3 for a mesh in millimetres",
         "metres_per_unit = 1e-3  # the mesh is in millimetres",
+    ),
+    key(
+        "units",
+        Kind::Choice(&UNITS),
+        "- or `metres_per_unit`",
+        "`\"m-kg-s\"`: metre, kilogram, second (Pa, kg/m3); `\"mm-t-s\"`: millimetre, tonne, second \
+         (MPa, t/mm3). What the lengths of the mesh are in, and the materials of a deck",
+        "units = \"mm-t-s\"",
     ),
     key(
         "pairing_tolerance",
@@ -229,7 +238,10 @@ const MESH: [Key; 8] = [
     ),
 ];
 
-const BODY: [Key; 10] = [
+/// Words of [`Units::SYSTEMS`].
+pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
+
+const BODY: [Key; 19] = [
     key(
         "name",
         Kind::Name,
@@ -238,30 +250,94 @@ const BODY: [Key; 10] = [
         "name = \"blade\"",
     ),
     key(
+        "mesh_file",
+        Kind::Text("path of a mesh"),
+        "that of `[mesh]`",
+        "a mesh of the body's own; its groups are `<body>.<group>` for all other tables, or \
+         `<group>` where no other body has one of that name",
+        "mesh_file = \"blade.inp\"",
+    ),
+    key(
+        "metres_per_unit",
+        Kind::Number("m", Limits::POSITIVE),
+        "that of `[mesh]`",
+        "of `mesh_file`",
+        "metres_per_unit = 1e-3  # the mesh is in millimetres",
+    ),
+    key(
+        "units",
+        Kind::Choice(&UNITS),
+        "those of `[mesh]`",
+        "of `mesh_file`, as in `[mesh]`",
+        "units = \"mm-t-s\"",
+    ),
+    key(
+        "copy_of",
+        Kind::Text("name of a body"),
+        "none",
+        "takes the mesh of a body above, in its place, and all keys of that body that are not given here",
+        "copy_of = \"blade\"",
+    ),
+    key(
+        "rotation_deg",
+        Kind::Number("degrees", Limits::ANY),
+        "0",
+        "turns the mesh of `mesh_file` or `copy_of` about `rotation_axis`, by the right hand",
+        "rotation_deg = 12.5",
+    ),
+    key(
+        "rotation_axis",
+        Kind::Numbers(3, ""),
+        "- where it is turned",
+        "direction of the axis of any length",
+        "rotation_axis = [1, 0, 0]",
+    ),
+    key(
+        "rotation_point_m",
+        Kind::Numbers(3, "m"),
+        "`[0, 0, 0]`",
+        "a point of the axis",
+        "rotation_point_m = [0, 0, 0]",
+    ),
+    key(
+        "translation_m",
+        Kind::Numbers(3, "m"),
+        "`[0, 0, 0]`",
+        "moves the mesh of `mesh_file` or `copy_of`, once it is turned",
+        "translation_m = [0, 0, 0.45]",
+    ),
+    key(
         "volume",
         Kind::Text("group"),
-        "-",
-        "volume group, not that of the other body",
+        "- or that of `copy_of`",
+        "volume group, not that of the other body in the same mesh",
         "volume = \"blade\"  # a physical volume of the mesh",
+    ),
+    key(
+        "material",
+        Kind::Text("name of a material"),
+        "the one that the mesh gives to the volume",
+        "a material of a deck, in place of `young_pa`, `poisson` and `density_kg_m3`; it needs `units`",
+        "material = \"TITANIUM\"",
     ),
     key(
         "young_pa",
         Kind::Number("Pa", Limits::POSITIVE),
-        "-",
+        "- or `material`",
         "Young's modulus",
         "young_pa = 113.8e9",
     ),
     key(
         "poisson",
         Kind::Number("", Limits::between(-1.0, 0.5)),
-        "-",
+        "- or `material`",
         "Poisson's ratio",
         "poisson = 0.34",
     ),
     key(
         "density_kg_m3",
         Kind::Number("kg/m3", Limits::POSITIVE),
-        "-",
+        "- or `material`",
         "density",
         "density_kg_m3 = 4430",
     ),

@@ -15,7 +15,8 @@ use super::place::element_name;
 use super::source::Source;
 
 /// Keys of a section of which only one group may be given.
-const ALTERNATIVES: [(&str, &[&[&str]]); 4] = [
+const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
+    ("mesh", &[&["metres_per_unit"], &["units"]]),
     (
         "mesh",
         &[

@@ -55,6 +55,7 @@ pub struct RawMesh {
     pub fallback_parameters: Located<BTreeMap<String, Spanned<Number>>>,
     pub file: Located<String>,
     pub metres_per_unit: Located<Number>,
+    pub units: Located<String>,
     pub pairing_tolerance: Located<Number>,
 }
 
@@ -62,7 +63,16 @@ pub struct RawMesh {
 #[serde(deny_unknown_fields)]
 pub struct RawBody {
     pub name: Located<String>,
+    pub mesh_file: Located<String>,
+    pub metres_per_unit: Located<Number>,
+    pub units: Located<String>,
+    pub copy_of: Located<String>,
+    pub rotation_deg: Located<Number>,
+    pub rotation_axis: Located<Numbers<3>>,
+    pub rotation_point_m: Located<Numbers<3>>,
+    pub translation_m: Located<Numbers<3>>,
     pub volume: Located<String>,
+    pub material: Located<String>,
     pub young_pa: Located<Number>,
     pub poisson: Located<Number>,
     pub density_kg_m3: Located<Number>,

@@ -20,7 +20,9 @@ use crate::export::write_file;
 use crate::pipeline;
 use crate::scene;
 use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::BodyMesh;
 
 /// case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -151,16 +153,24 @@ fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
             inside.sort();
             files.extend(inside);
         }
-        Subject::Assembly(assembly) => match &assembly.mesh.kind {
-            MeshKind::File { path } => files.push(path.clone()),
-            MeshKind::Geometry {
-                script, fallback, ..
-            } => {
-                files.push(script.clone());
-                // A ready mesh that is not there is only missed where gmsh is.
-                files.extend(fallback.clone().filter(|f| f.is_file()));
+        Subject::Assembly(assembly) => {
+            match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
+                None => {}
+                Some(MeshKind::File { path }) => files.extend(mesh::files(path)),
+                Some(MeshKind::Geometry {
+                    script, fallback, ..
+                }) => {
+                    files.push(script.clone());
+                    // A ready mesh that is not there is only missed where gmsh is.
+                    files.extend(fallback.clone().filter(|f| f.is_file()));
+                }
             }
-        },
+            for body in &assembly.bodies {
+                if let BodyMesh::File { path, .. } = &body.mesh {
+                    files.extend(mesh::files(path));
+                }
+            }
+        }
     }
     files.iter().map(|file| input(file)).collect()
 }

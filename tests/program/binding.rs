@@ -207,6 +207,7 @@ fn renumbered(mesh: &Mesh) -> Mesh {
         elements,
         facets: new_facets,
         groups,
+        ..Mesh::default()
     }
 }
 
@@ -296,7 +297,7 @@ fn flanks_that_do_not_match_are_an_error_with_places() {
     // A shift within the tolerance is matched and reported.
     shift(&mut mesh, -1e-3 + 1e-6);
     let mut assembly = dovetail_assembly();
-    assembly.mesh.pairing_tolerance = 1e-2;
+    assembly.pairing_tolerance = 1e-2;
     let model = bind(&assembly, &mesh).unwrap();
     assert!((model.largest_mismatch_m - 1e-6).abs() < 1e-12);
     assert_eq!(model.pairs.len(), 72);
@@ -419,7 +420,7 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     // A free surface that touches the flanks, as a contact of its own: 36 edge nodes twice.
     let e = error(&|s| {
         s.contacts[1] = contact("x", "blade_root_free", "jaw_free");
-        s.mesh.pairing_tolerance = 1e-6;
+        s.pairing_tolerance = 1e-6;
     });
     assert!(matches!(e, ModelError::Unmatched { .. }));
 }

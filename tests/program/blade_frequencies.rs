@@ -15,7 +15,7 @@ use crate::shared_program::ended;
 use dovetail::scene;
 use dovetail_numerics::space::{norm, sub};
 use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
-use dovetail_solver::mesh::msh;
+use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
@@ -40,10 +40,11 @@ fn model(mesh: &str, overrides: &[String]) -> Model {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
     let scene = scene::load(&scene, &[&mesh[..], overrides].concat()).unwrap();
     let assembly = scene.assembly().unwrap();
-    let MeshKind::File { path } = &assembly.mesh.kind else {
+    let source = assembly.mesh.as_ref().unwrap();
+    let MeshKind::File { path } = &source.kind else {
         panic!("the ready mesh was asked for");
     };
-    let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
+    let mesh = mesh::read(path, source.units).unwrap();
     bind(assembly, &mesh).unwrap()
 }
 

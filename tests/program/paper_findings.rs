@@ -14,7 +14,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::msh;
+use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, bind};
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
@@ -50,10 +50,11 @@ fn joint() -> &'static Joint {
         let overrides = ["mesh.file=../meshes/dovetail.msh".to_string()];
         let scene = scene::load(&scene, &overrides).unwrap();
         let assembly = scene.assembly().unwrap();
-        let MeshKind::File { path } = &assembly.mesh.kind else {
+        let source = assembly.mesh.as_ref().unwrap();
+        let MeshKind::File { path } = &source.kind else {
             panic!("the ready mesh was asked for");
         };
-        let mesh = msh::read(path, assembly.mesh.metres_per_unit).unwrap();
+        let mesh = mesh::read(path, source.units).unwrap();
         let model = bind(assembly, &mesh).unwrap();
         let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];

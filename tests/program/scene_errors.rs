@@ -791,7 +791,7 @@ fn the_scene_of_the_paper_says_what_the_paper_says() {
     );
     let fallback = Path::new("scenes").join("../meshes/dovetail.msh");
     assert_eq!(
-        assembly.mesh.kind.equivalent_fallback(),
+        assembly.mesh.as_ref().unwrap().kind.equivalent_fallback(),
         Some(fallback.as_path())
     );
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::mesh::{self, Mesh};
 use dovetail_solver::model::{
-    Assembly, BodySpec, ContactSpec, ExcitationSpec, Material, ObservationSpec, Prestress,
-    RotationSpec,
+    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationSpec, Material, ObservationSpec,
+    Prestress, RotationSpec,
 };
 
 pub const MM: f64 = 1e-3;
@@ -28,12 +28,14 @@ pub fn ready(name: &str) -> Mesh {
 pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
     BodySpec {
         name: name.into(),
+        mesh: BodyMesh::Shared,
         volume: name.into(),
         material: Material {
             young_pa: 113.8e9,
             poisson: 0.34,
             density_kg_m3: 4430.0,
-        },
+        }
+        .into(),
         fixed: fixed.iter().map(|s| s.to_string()).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,
@@ -54,13 +56,13 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
 
 pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {
     Assembly {
-        mesh: MeshSource {
+        mesh: Some(MeshSource {
             kind: MeshKind::File {
                 path: PathBuf::from("test.msh"),
             },
-            metres_per_unit: MM,
-            pairing_tolerance: 1e-6,
-        },
+            units: MM.into(),
+        }),
+        pairing_tolerance: 1e-6,
         rotation: Some(RotationSpec {
             point_m: [0.0; 3],
             axis: [1.0, 0.0, 0.0],

@@ -11,7 +11,7 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
-    Assembly, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
+    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
 };
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::stuck_modes;
@@ -50,12 +50,14 @@ pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
 fn assembly() -> Assembly {
     let body = |name: &str, fixed: &[&str]| BodySpec {
         name: name.into(),
+        mesh: BodyMesh::Shared,
         volume: name.into(),
         material: Material {
             young_pa: 113.8e9,
             poisson: 0.34,
             density_kg_m3: 4430.0,
-        },
+        }
+        .into(),
         fixed: fixed.iter().map(ToString::to_string).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,
@@ -70,13 +72,13 @@ fn assembly() -> Assembly {
         crown: None,
     };
     Assembly {
-        mesh: MeshSource {
+        mesh: Some(MeshSource {
             kind: MeshKind::File {
                 path: "meshes/dovetail.msh".into(),
             },
-            metres_per_unit: 1e-3,
-            pairing_tolerance: 1e-6,
-        },
+            units: 1e-3.into(),
+        }),
+        pairing_tolerance: 1e-6,
         bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
         rotation: Some(RotationSpec {
             point_m: [0.0; 3],

@@ -16,8 +16,8 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
-    Assembly, BodySpec, ContactLaw, ContactSpec, ExcitationSpec, Material, ObservationSpec,
-    Prestress, RotationSpec, bind,
+    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationSpec, Material,
+    ObservationSpec, Prestress, RotationSpec, bind,
 };
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
@@ -91,11 +91,11 @@ pub fn solve() -> Result<Answer, Box<dyn Error>> {
 
 fn assembly(mesh: PathBuf) -> Assembly {
     Assembly {
-        mesh: MeshSource {
+        mesh: Some(MeshSource {
             kind: MeshKind::File { path: mesh },
-            metres_per_unit: METRES_PER_UNIT,
-            pairing_tolerance: 1e-6,
-        },
+            units: METRES_PER_UNIT.into(),
+        }),
+        pairing_tolerance: 1e-6,
         // First the body that vibrates, then the one that holds it.
         bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
         rotation: Some(RotationSpec {
@@ -126,12 +126,14 @@ fn assembly(mesh: PathBuf) -> Assembly {
 fn body(name: &str, fixed: &[&str]) -> BodySpec {
     BodySpec {
         name: name.into(),
+        mesh: BodyMesh::Shared,
         volume: name.into(),
         material: Material {
             young_pa: 113.8e9,
             poisson: 0.34,
             density_kg_m3: 4430.0,
-        },
+        }
+        .into(),
         fixed: fixed.iter().map(ToString::to_string).collect(),
         fixed_along: Default::default(),
         fixed_interface_modes: None,

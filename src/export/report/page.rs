@@ -444,9 +444,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                 @let sizes = mesh.and_then(|mesh| mesh.bodies.iter().find(|b| b.name == body.name));
                 tr {
                     td { (body.name) }
-                    td { (quantity(body.material.young_pa, "Pa", 4)) }
-                    td { (figure(body.material.poisson, 3)) }
-                    td { (figure(body.material.density_kg_m3, 4)) " kg/m³" }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| quantity(b.young_pa, "Pa", 4))) }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| figure(b.poisson, 3))) }
+                    td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg/m³", figure(b.density_kg_m3, 4)))) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg", figure(b.mass_kg, 4)))) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.nodes.to_string())) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.elements.to_string())) }

@@ -1,25 +1,42 @@
 //! Checks `[[body]]` and `[rotation]`.
 
 use std::f64::consts::PI;
+use std::path::Path;
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
+use super::mesh::units;
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::kinds::Limits;
-use crate::scene::raw::{Located, RawBody, RawRotation};
-use dovetail_solver::model::{BodySpec, Material, Prestress, RotationSpec};
+use crate::scene::raw::{Located, Numbers, RawBody, RawRotation, RawScene};
+use dovetail_solver::mesh::parts::Placement;
+use dovetail_solver::mesh::source::Units;
+use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
 
 /// Largest speed taken for meant, rpm: far above it squares would leave the range of f64.
 const MOST_RPM: f64 = 1e7;
 
-pub fn bodies(checker: &mut Checker, raw: &[Spanned<RawBody>]) -> Option<Vec<BodySpec>> {
-    let specs: Vec<Option<BodySpec>> = raw
-        .iter()
-        .enumerate()
-        .map(|(i, b)| body(checker, i, b))
-        .collect();
+/// `units`: those of `[mesh]`.
+pub fn bodies(
+    checker: &mut Checker,
+    base_dir: &Path,
+    scene: &RawScene,
+    units: Option<Units>,
+) -> Option<Vec<BodySpec>> {
+    let raw = scene.body.as_slice();
+    let mut specs: Vec<Option<BodySpec>> = Vec::new();
+    for (i, table) in raw.iter().enumerate() {
+        let context = Context {
+            base_dir,
+            scene,
+            units,
+            before: &specs,
+        };
+        let spec = body(checker, i, table, &context);
+        specs.push(spec);
+    }
     if !(1..=2).contains(&raw.len()) {
         let end = checker.source.text.len();
         let span = raw.get(2).or(raw.last()).map_or(end..end, Spanned::span);
@@ -27,10 +44,8 @@ pub fn bodies(checker: &mut Checker, raw: &[Spanned<RawBody>]) -> Option<Vec<Bod
         return None;
     }
     let is_fixed = |b: &Spanned<RawBody>| {
-        b.get_ref()
-            .fixed
-            .as_ref()
-            .is_some_and(|f| !f.get_ref().is_empty())
+        let fixed = b.get_ref().fixed.as_ref();
+        fixed.is_some_and(|f| !f.get_ref().is_empty())
     };
     // A body alone is held by rigid ground.
     if raw.len() == 2 && !raw.iter().any(is_fixed) {
@@ -44,64 +59,238 @@ pub fn bodies(checker: &mut Checker, raw: &[Spanned<RawBody>]) -> Option<Vec<Bod
             value.span(),
         ))
     };
-    let names: Vec<_> = raw
-        .iter()
-        .enumerate()
-        .filter_map(|(i, b)| located("name", i, &b.get_ref().name))
+    let numbered = || raw.iter().map(Spanned::get_ref).enumerate();
+    let names = numbered().filter_map(|(i, b)| located("name", i, &b.name));
+    // In meshes of their own bodies may have volumes of the same name.
+    let shared = numbered().filter(|(_, b)| b.mesh_file.is_none() && b.copy_of.is_none());
+    let volumes: Vec<_> = shared
+        .filter_map(|(i, b)| located("volume", i, &b.volume))
         .collect();
-    let volumes: Vec<_> = raw
-        .iter()
-        .enumerate()
-        .filter_map(|(i, b)| located("volume", i, &b.get_ref().volume))
-        .collect();
-    checker.distinct(&names);
+    checker.distinct(&names.collect::<Vec<_>>());
     checker.distinct(&volumes);
     specs.into_iter().collect()
 }
 
-fn body(checker: &mut Checker, index: usize, raw: &Spanned<RawBody>) -> Option<BodySpec> {
+/// What a body is checked with.
+struct Context<'a> {
+    base_dir: &'a Path,
+    scene: &'a RawScene,
+    /// Those of `[mesh]`.
+    units: Option<Units>,
+    /// The bodies above it.
+    before: &'a [Option<BodySpec>],
+}
+
+fn body(
+    checker: &mut Checker,
+    index: usize,
+    raw: &Spanned<RawBody>,
+    context: &Context,
+) -> Option<BodySpec> {
     let at = Table::of("body", raw.span(), Some((index, &raw.get_ref().name)));
     let raw = raw.get_ref();
     let name = checker.required_name(&at, &raw.name);
-    let volume = checker.text(&at, "volume", &raw.volume);
-    let young_pa = checker.number(&at, "young_pa", &raw.young_pa, Limits::POSITIVE, None);
-    let poisson = checker.number(
-        &at,
-        "poisson",
-        &raw.poisson,
-        Limits::between(-1.0, 0.5),
-        None,
-    );
-    let density = checker.number(
-        &at,
-        "density_kg_m3",
-        &raw.density_kg_m3,
-        Limits::POSITIVE,
-        None,
-    );
-    let key = "fixed_interface_modes";
-    let modes = match &raw.fixed_interface_modes {
-        None => Some(None),
-        given => checker.count(&at, key, given, 0..=10_000, 0).map(Some),
+    let mesh = body_mesh(checker, &at, raw, context);
+    let original = match &mesh {
+        Some(BodyMesh::CopyOf { body, .. }) => {
+            let named = |b: &&BodySpec| b.name == *body;
+            context.before.iter().flatten().find(named)
+        }
+        _ => None,
     };
-    let fixed = groups(checker, &at, "fixed", &raw.fixed);
+    let volume = match (&raw.volume, original) {
+        (None, Some(original)) => Some(original.volume.clone()),
+        (volume, _) => checker.text(&at, "volume", volume),
+    };
+    let material = material(checker, &at, raw, original, context);
+    let key = "fixed_interface_modes";
+    let modes = match (&raw.fixed_interface_modes, original) {
+        (None, original) => Some(original.and_then(|o| o.fixed_interface_modes)),
+        (given, _) => checker.count(&at, key, given, 0..=10_000, 0).map(Some),
+    };
+    let mut supports =
+        |key, given: &Located<Vec<Spanned<String>>>, of: &dyn Fn(&BodySpec) -> Vec<String>| match (
+            given, original,
+        ) {
+            (None, Some(original)) => of(original),
+            (given, _) => groups(checker, &at, key, given),
+        };
+    let fixed = supports("fixed", &raw.fixed, &|o| o.fixed.clone());
     let fixed_along = [
-        groups(checker, &at, "fixed_x", &raw.fixed_x),
-        groups(checker, &at, "fixed_y", &raw.fixed_y),
-        groups(checker, &at, "fixed_z", &raw.fixed_z),
+        supports("fixed_x", &raw.fixed_x, &|o| o.fixed_along[0].clone()),
+        supports("fixed_y", &raw.fixed_y, &|o| o.fixed_along[1].clone()),
+        supports("fixed_z", &raw.fixed_z, &|o| o.fixed_along[2].clone()),
     ];
     Some(BodySpec {
         name: name?,
+        mesh: mesh?,
         volume: volume?,
-        material: Material {
-            young_pa: young_pa?,
-            poisson: poisson?,
-            density_kg_m3: density?,
-        },
+        material: material?,
         fixed,
         fixed_along,
         fixed_interface_modes: modes?,
     })
+}
+
+/// A file of the body's own, or another body, and where it is put.
+fn body_mesh(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawBody,
+    context: &Context,
+) -> Option<BodyMesh> {
+    let copy = raw.copy_of.as_ref().map(Spanned::span);
+    if let Some(file) = &raw.mesh_file {
+        let remedy = "keep `mesh_file` (a mesh of its own) or `copy_of` (that of another body)";
+        checker.exclude(at, ("mesh_file", file.span()), &[("copy_of", copy)], remedy)?;
+    }
+    if raw.mesh_file.is_none() && raw.copy_of.is_none() {
+        let alone = [
+            ("rotation_deg", raw.rotation_deg.as_ref().map(Spanned::span)),
+            (
+                "rotation_axis",
+                raw.rotation_axis.as_ref().map(Spanned::span),
+            ),
+            (
+                "rotation_point_m",
+                raw.rotation_point_m.as_ref().map(Spanned::span),
+            ),
+            (
+                "translation_m",
+                raw.translation_m.as_ref().map(Spanned::span),
+            ),
+            (
+                "metres_per_unit",
+                raw.metres_per_unit.as_ref().map(Spanned::span),
+            ),
+            ("units", raw.units.as_ref().map(Spanned::span)),
+        ];
+        for (key, span) in alone {
+            let remedy = "name a mesh of the body's own by `mesh_file`, or leave it out: a body of the shared mesh \
+                          stands where that has it";
+            if let Some(span) = span {
+                checker.lacks(at, key, "mesh_file", span, remedy);
+            }
+        }
+        return Some(BodyMesh::Shared);
+    }
+    let placement = placement(checker, at, raw);
+    let own = units(checker, at, &raw.metres_per_unit, &raw.units);
+    if let Some(original) = &raw.copy_of {
+        let name = checker.text(at, "copy_of", &raw.copy_of)?;
+        let names = context
+            .scene
+            .body
+            .iter()
+            .filter_map(|b| b.get_ref().name.as_ref());
+        let names: Vec<String> = names.map(|n| n.get_ref().clone()).collect();
+        let before = &names[..context.before.len().min(names.len())];
+        if !before.contains(&name) {
+            let fault = Fault::UnknownBody {
+                path: at.key("copy_of"),
+                nearest: keys::nearest(&name, before),
+                name,
+                bodies: before.to_vec(),
+            };
+            checker.fault(original.span(), fault);
+            return None;
+        }
+        return Some(BodyMesh::CopyOf {
+            body: name,
+            placement: placement?,
+        });
+    }
+    let path = checker.text(at, "mesh_file", &raw.mesh_file);
+    let units = own?.or(context.units);
+    if units.is_none() {
+        checker.missing(at, "metres_per_unit");
+    }
+    Some(BodyMesh::File {
+        path: context.base_dir.join(path?),
+        units: units?,
+        placement: placement?,
+    })
+}
+
+fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placement> {
+    let degrees = checker.number(
+        at,
+        "rotation_deg",
+        &raw.rotation_deg,
+        Limits::ANY,
+        Some(0.0),
+    );
+    let axis = match (&raw.rotation_deg, &raw.rotation_axis) {
+        (None, None) => Some([0.0, 0.0, 1.0]),
+        (_, axis) => checker.direction(at, "rotation_axis", axis),
+    };
+    let vector = |given: &Located<Numbers<3>>| given.as_ref().map_or([0.0; 3], |v| v.get_ref().0);
+    Some(Placement {
+        axis: axis?,
+        point_m: vector(&raw.rotation_point_m),
+        angle_rad: degrees?.to_radians(),
+        translation_m: vector(&raw.translation_m),
+    })
+}
+
+/// Numbers, or a material of the mesh.
+fn material(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawBody,
+    original: Option<&BodySpec>,
+    context: &Context,
+) -> Option<MaterialSpec> {
+    let numbers = [
+        ("young_pa", &raw.young_pa),
+        ("poisson", &raw.poisson),
+        ("density_kg_m3", &raw.density_kg_m3),
+    ];
+    if let Some(name) = &raw.material {
+        let remedy = "keep `material` (one of the mesh) or the three numbers";
+        let given = numbers.map(|(key, value)| (key, value.as_ref().map(Spanned::span)));
+        checker.exclude(at, ("material", name.span()), &given, remedy)?;
+        let name = checker.text(at, "material", &raw.material)?;
+        return Some(MaterialSpec::OfMesh(Some(name)));
+    }
+    if numbers.iter().all(|(_, value)| value.is_none()) {
+        if let Some(original) = original {
+            return Some(original.material.clone());
+        }
+        if is_deck(raw, context) {
+            return Some(MaterialSpec::OfMesh(None));
+        }
+    }
+    let limits = [
+        Limits::POSITIVE,
+        Limits::between(-1.0, 0.5),
+        Limits::POSITIVE,
+    ];
+    let mut found = [None; 3];
+    for ((found, (key, value)), limits) in found.iter_mut().zip(numbers).zip(limits) {
+        *found = checker.number(at, key, value, limits, None);
+    }
+    let [young_pa, poisson, density_kg_m3] = found;
+    let material = Material {
+        young_pa: young_pa?,
+        poisson: poisson?,
+        density_kg_m3: density_kg_m3?,
+    };
+    Some(material.into())
+}
+
+/// Whether the mesh of a body is a deck by its name: the only format with materials.
+fn is_deck(raw: &RawBody, context: &Context) -> bool {
+    let shared = context
+        .scene
+        .mesh
+        .as_ref()
+        .and_then(|mesh| mesh.get_ref().file.as_ref());
+    let file = raw.mesh_file.as_ref().or(shared);
+    let ending = file.map(|file| Path::new(file.get_ref()).extension());
+    ending
+        .flatten()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
 }
 
 /// Names of groups, none of them empty.

@@ -10,31 +10,90 @@ use crate::scene::entries;
 use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Number, RawMesh};
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
+use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
 
-pub fn mesh(checker: &mut Checker, base_dir: &Path, raw: &Spanned<RawMesh>) -> Option<MeshSource> {
+/// What `[mesh]` says.
+pub struct SharedMesh {
+    /// None where every body has a mesh of its own.
+    pub source: Option<MeshSource>,
+    /// Of all files that say nothing else.
+    pub units: Option<Units>,
+    pub pairing_tolerance: f64,
+}
+
+/// `needed`: a body has no mesh of its own.
+pub fn mesh(
+    checker: &mut Checker,
+    base_dir: &Path,
+    raw: Option<&Spanned<RawMesh>>,
+    needed: bool,
+) -> Option<SharedMesh> {
+    const TOLERANCE: f64 = 1e-6;
+    let Some(raw) = raw else {
+        // Where it is needed its absence is said by the caller.
+        return (!needed).then_some(SharedMesh {
+            source: None,
+            units: None,
+            pairing_tolerance: TOLERANCE,
+        });
+    };
     let at = Table::of("mesh", raw.span(), None);
     let raw = raw.get_ref();
-    let kind = mesh_kind(checker, &at, base_dir, raw);
-    let metres = checker.number(
-        &at,
-        "metres_per_unit",
-        &raw.metres_per_unit,
-        Limits::POSITIVE,
-        None,
-    );
+    let has_source = needed || raw.file.is_some() || raw.geometry.is_some();
+    let kind = has_source.then(|| mesh_kind(checker, &at, base_dir, raw));
+    let found = units(checker, &at, &raw.metres_per_unit, &raw.units);
+    if has_source && found == Some(None) {
+        checker.missing(&at, "metres_per_unit");
+    }
     let tolerance = checker.number(
         &at,
         "pairing_tolerance",
         &raw.pairing_tolerance,
         Limits::between(0.0, 0.5),
-        Some(1e-6),
+        Some(TOLERANCE),
     );
-    Some(MeshSource {
-        kind: kind?,
-        metres_per_unit: metres?,
+    let units = found?;
+    let source = match kind {
+        None => None,
+        Some(kind) => Some(MeshSource {
+            kind: kind?,
+            units: units?,
+        }),
+    };
+    Some(SharedMesh {
+        source,
+        units,
         pairing_tolerance: tolerance?,
     })
+}
+
+/// The units of a file; `Some(None)` where nothing is said.
+pub fn units(
+    checker: &mut Checker,
+    at: &Table,
+    metres: &Located<Number>,
+    words: &Located<String>,
+) -> Option<Option<Units>> {
+    match (metres, words) {
+        (None, None) => Some(None),
+        (Some(metres), Some(words)) => {
+            let remedy = "keep `units`, which says what lengths and materials are in, or `metres_per_unit` for \
+                          lengths alone";
+            let given = ("metres_per_unit", metres.span());
+            checker.exclude(at, given, &[("units", Some(words.span()))], remedy)?;
+            None
+        }
+        (None, words) => {
+            let systems = Units::SYSTEMS.map(|(_, units)| units);
+            checker
+                .choice(at, "units", words, &entries::UNITS, &systems)
+                .map(Some)
+        }
+        (metres, None) => {
+            let metres = checker.number(at, "metres_per_unit", metres, Limits::POSITIVE, None)?;
+            Some(Some(Units::MetresPerUnit(metres)))
+        }
+    }
 }
 
 fn mesh_kind(
@@ -44,7 +103,7 @@ fn mesh_kind(
     raw: &RawMesh,
 ) -> Option<MeshKind> {
     let remedy =
-        "keep `file` (a ready .msh) or `geometry` with its parameters (a .geo script), not both";
+        "keep `file` (a ready mesh) or `geometry` with its parameters (a .geo script), not both";
     let of_geometry = [
         ("geometry", raw.geometry.as_ref().map(Spanned::span)),
         ("parameters", raw.parameters.as_ref().map(Spanned::span)),

@@ -20,7 +20,7 @@ use fields::{Checker, Table};
 use super::entries;
 use super::error::{Fault, Problem};
 use super::keys::Shape;
-use super::raw::RawScene;
+use super::raw::{RawBody, RawScene};
 use super::source::Source;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::model::Assembly;
@@ -100,8 +100,9 @@ fn assembly(
     raw: &RawScene,
     response: Option<&ResponseSpec>,
 ) -> Option<Assembly> {
-    let mesh = raw.mesh.as_ref().map(|m| mesh::mesh(checker, base_dir, m));
-    let bodies = bodies::bodies(checker, &raw.body);
+    let mesh = mesh::mesh(checker, base_dir, raw.mesh.as_ref(), needs_shared_mesh(raw));
+    let units = mesh.as_ref().and_then(|mesh| mesh.units);
+    let bodies = bodies::bodies(checker, base_dir, raw, units);
     let body_names: Vec<String> = raw
         .body
         .iter()
@@ -116,8 +117,10 @@ fn assembly(
     let loads = loads::loads(checker, &raw.load);
     let excitations = probes::excitations(checker, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
+    let mesh = mesh?;
     Some(Assembly {
-        mesh: mesh??,
+        mesh: mesh.source,
+        pairing_tolerance: mesh.pairing_tolerance,
         bodies: bodies?,
         rotation: match rotation {
             None => None,
@@ -130,12 +133,18 @@ fn assembly(
     })
 }
 
+/// Whether a body has no mesh of its own.
+fn needs_shared_mesh(raw: &RawScene) -> bool {
+    let has_own = |body: &RawBody| body.mesh_file.is_some() || body.copy_of.is_some();
+    raw.body.is_empty() || !raw.body.iter().all(|body| has_own(body.get_ref()))
+}
+
 /// Sections without which there is nothing to compute. Bodies have a message of their own.
 fn missing_sections(checker: &mut Checker, raw: &RawScene) {
     let meshed = raw.reduced_model.is_none();
     for section in entries::SCENE.sections {
         let absent = match section.name {
-            "mesh" => meshed && raw.mesh.is_none(),
+            "mesh" => meshed && raw.mesh.is_none() && needs_shared_mesh(raw),
             "contact" => meshed && raw.contact.is_empty(),
             "damping" => raw.damping.is_none(),
             "excitation" => meshed && raw.excitation.is_empty(),

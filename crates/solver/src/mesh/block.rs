@@ -155,6 +155,7 @@ fn filled(
         elements,
         facets,
         groups,
+        ..Mesh::default()
     };
     without_unused_points(mesh)
 }
@@ -279,43 +280,21 @@ pub fn straighten(mesh: &mut Mesh) {
 /// Both meshes in one, nothing welded: a two-body mesh as a mesher would write it. Group `g` of the
 /// first becomes `<first name>_g`; likewise the second, whose tags go on where the first's end.
 pub fn side_by_side(first: (&str, &Mesh), second: (&str, &Mesh)) -> Mesh {
-    let (name_a, a) = first;
-    let (name_b, b) = second;
-    let after = |tags: &[u64]| tags.iter().max().copied().unwrap_or(0);
-    let mut joined = a.clone();
-    joined.nodes_m.extend(&b.nodes_m);
-    joined
-        .node_tags
-        .extend(b.node_tags.iter().map(|t| t + after(&a.node_tags)));
-    let shift = a.nodes_m.len() as u32;
-    let lists = [
-        (&mut joined.elements, &b.elements),
-        (&mut joined.facets, &b.facets),
-    ];
-    for (list, added) in lists {
-        let last = after(list.tags());
-        for (nodes, tag) in added.iter().zip(added.tags()) {
-            list.push(tag + last, nodes.iter().map(|n| n + shift));
-        }
+    let after = |list: &Connectivity| list.tags().iter().max().copied().unwrap_or(0);
+    let mut both = Mesh::default();
+    for (name, mesh) in [first, second] {
+        let mut mesh = mesh.clone();
+        let last = both.node_tags.iter().max().copied().unwrap_or(0);
+        mesh.node_tags.iter_mut().for_each(|tag| *tag += last);
+        mesh.elements.shift_tags(after(&both.elements));
+        mesh.facets.shift_tags(after(&both.facets));
+        both.add_part(name, &mesh);
     }
-    joined.groups = a
-        .groups
-        .iter()
-        .map(|(g, v)| (format!("{name_a}_{g}"), v.clone()))
+    let groups = std::mem::take(&mut both.groups).into_iter();
+    both.groups = groups
+        .map(|(name, group)| (name.replacen('.', "_", 1), group))
         .collect();
-    for (name, group) in &b.groups {
-        let first_element = match group.dimension {
-            3 => a.elements.len(),
-            _ => a.facets.len(),
-        } as u32;
-        let group = Group {
-            dimension: group.dimension,
-            elements: group.elements.iter().map(|e| e + first_element).collect(),
-            nodes: group.nodes.iter().map(|n| n + shift).collect(),
-        };
-        joined.groups.insert(format!("{name_b}_{name}"), group);
-    }
-    joined
+    both
 }
 
 /// Orders in which the three directions are walked from one end of a cell's diagonal to the other.

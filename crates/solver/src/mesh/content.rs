@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::element::Connectivity;
-use super::{FARTHEST_M, Group, Mesh, MeshError};
+use super::source::Units;
+use super::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
 use crate::text;
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
@@ -43,14 +44,33 @@ pub struct FileMaterial {
     pub elements: Vec<u32>,
 }
 
+impl FileMaterial {
+    fn in_si(self, units: Units) -> MeshMaterial {
+        let scales = units.stress_pa_and_density_kg_m3();
+        let [stress, density] = scales.unwrap_or([1.0; 2]);
+        MeshMaterial {
+            name: self.name,
+            has_units: scales.is_some(),
+            young_pa: self.young.map(|e| e * stress),
+            poisson: self.poisson,
+            density_kg_m3: self.density.map(|rho| rho * density),
+            elements: self.elements,
+        }
+    }
+}
+
 impl Content {
     /// The mesh in metres: nodes that no group, element or facet has are dropped, the others numbered in
     /// the order of the file.
     ///
     /// # Errors
     /// Without groups or solid elements, and where a coordinate is no number or too far away.
-    pub fn into_mesh(mut self, metres_per_unit: f64) -> Result<Mesh, MeshError> {
+    pub fn into_mesh(mut self, units: Units) -> Result<Mesh, MeshError> {
         const UNUSED: u32 = u32::MAX;
+        let metres = units.metres();
+        if !(metres.is_finite() && metres > 0.0) {
+            return Err(MeshError::Unit(metres));
+        }
         if self.groups.is_empty() {
             return Err(MeshError::NoGroups);
         }
@@ -70,7 +90,7 @@ impl Content {
                 continue;
             }
             *new = nodes_m.len() as u32;
-            let at_m = at.map(|x| x * metres_per_unit);
+            let at_m = at.map(|x| x * metres);
             if at_m.iter().any(|x| !x.is_finite() || x.abs() > FARTHEST_M) {
                 return Err(MeshError::NotFinite { tag, at });
             }
@@ -93,6 +113,8 @@ impl Content {
             elements: self.elements,
             facets: self.facets,
             groups: self.groups,
+            materials: self.materials.into_iter().map(|m| m.in_si(units)).collect(),
+            remarks: self.remarks,
         })
     }
 
@@ -196,7 +218,7 @@ mod tests {
             nodes: vec![0, 1, 2, 3],
         };
         content.groups.insert("blade".to_owned(), group);
-        let mesh = content.into_mesh(1.0).unwrap();
+        let mesh = content.into_mesh(1.0.into()).unwrap();
         assert_eq!(mesh.elements.of(1), [4, 5, 6, 7]);
         assert_eq!(mesh.node_tags, [0, 1, 2, 3, 4, 5, 6, 8]);
     }

@@ -297,6 +297,11 @@ impl Connectivity {
         &self.nodes
     }
 
+    /// Adds `by` to every tag.
+    pub fn shift_tags(&mut self, by: u64) {
+        self.tags.iter_mut().for_each(|tag| *tag += by);
+    }
+
     /// As [`Connectivity::nodes`], to be renumbered.
     pub fn nodes_mut(&mut self) -> &mut [u32] {
         &mut self.nodes

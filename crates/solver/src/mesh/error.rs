@@ -202,6 +202,8 @@ pub enum MeshError {
         first: String,
         second: String,
     },
+    #[error("`{file}` is included: a deck without a place of its own cannot include another file")]
+    IncludeAlone { file: String },
     #[error("`{file}` is included inside itself, or too many files are included")]
     IncludeCircle { file: String },
     #[error("the VTU file is not whole: {reason}")]

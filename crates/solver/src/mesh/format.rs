@@ -29,7 +29,7 @@ pub fn parse(
     include: &mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
 ) -> Result<Content, MeshError> {
     match detect(bytes, name)? {
-        Format::Msh4 => msh::parse_content(bytes),
+        Format::Msh4 => msh::parse(bytes),
         Format::Msh2 => msh2::parse(bytes),
         Format::Deck => deck::parse(bytes, include),
         Format::Vtu => vtu::parse(bytes),

@@ -1,7 +1,7 @@
 //! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
 //!
-//! [`msh`] reads Gmsh's MSH 4.1 files, [`gmsh`] runs the `gmsh` program on a script, [`quality`]
-//! refuses elements no calculation can use.
+//! [`read()`] reads a file of any format that is known, [`gmsh`] runs the `gmsh` program on a script,
+//! [`quality`] refuses elements no calculation can use.
 
 pub mod block;
 
@@ -19,9 +19,11 @@ pub mod inputs;
 pub mod interpolation;
 pub mod msh;
 pub mod msh2;
+pub mod parts;
 mod process;
 pub mod quadrature;
 pub mod quality;
+mod read;
 mod script;
 mod sections;
 pub mod source;
@@ -30,8 +32,8 @@ pub mod vtu;
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use error::MeshError;
 pub use gmsh::{GmshError, GmshRun, generate};
-pub use msh::{parse, read};
 pub use quality::{Quality, QualityError};
+pub use read::{files, parse, read};
 
 /// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
 pub const FARTHEST_M: f64 = 1e9;
@@ -49,7 +51,7 @@ pub struct Group {
 
 /// A mesh of solid elements. Nodes inside an element stand as [`element`] says. Indices are positions
 /// in `nodes_m`; the tags of the file are kept for messages only.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Mesh {
     /// Node positions, m.
     pub nodes_m: Vec<[f64; 3]>,
@@ -61,4 +63,25 @@ pub struct Mesh {
     pub facets: Connectivity,
     /// By name.
     pub groups: BTreeMap<String, Group>,
+    /// Those that the file gives to elements.
+    pub materials: Vec<MeshMaterial>,
+    /// What the file says beside and was not read, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A material of a mesh file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshMaterial {
+    /// As the file calls it.
+    pub name: String,
+    /// Whether the units of the file are known: without them its numbers mean nothing.
+    pub has_units: bool,
+    /// Young's modulus, where it is given.
+    pub young_pa: Option<f64>,
+    /// Poisson's ratio, where it is given.
+    pub poisson: Option<f64>,
+    /// Density, where it is given.
+    pub density_kg_m3: Option<f64>,
+    /// The elements that are made of it, ascending, each once.
+    pub elements: Vec<u32>,
 }

@@ -10,7 +10,6 @@
 //! manual, "MSH file format".
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::path::Path;
 
 use mshio::mshfile::{ElementBlock, ElementType, Entities, MshFile, Nodes};
 
@@ -21,40 +20,13 @@ use super::sections::{
     Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
     physical_names, sections,
 };
-use super::{Group, Mesh, MeshError};
-use crate::input;
+use super::{Group, MeshError};
 
-/// Reads a mesh file. Lengths are multiplied by `metres_per_unit`.
-///
-/// # Errors
-/// A file that cannot be read, or as [`parse`].
-pub fn read(path: &Path, metres_per_unit: f64) -> Result<Mesh, MeshError> {
-    let bytes = input::bytes(path).map_err(|source| MeshError::Io {
-        path: path.to_path_buf(),
-        source,
-    })?;
-    parse(bytes, metres_per_unit).map_err(|e| MeshError::File {
-        path: path.to_path_buf(),
-        source: Box::new(e),
-    })
-}
-
-/// Parses the bytes of a mesh file. Lengths are multiplied by `metres_per_unit`.
-///
-/// # Errors
-/// Bytes that are no whole mesh of tetrahedra in MSH 4.1: see [`MeshError`].
-pub fn parse(bytes: impl Into<Vec<u8>>, metres_per_unit: f64) -> Result<Mesh, MeshError> {
-    if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
-        return Err(MeshError::Unit(metres_per_unit));
-    }
-    parse_content(bytes)?.into_mesh(metres_per_unit)
-}
-
-/// As [`parse`], in the units of the file.
+/// Parses the bytes of a file, in the units of the file.
 ///
 /// # Errors
 /// Bytes that are no whole mesh in MSH 4.1: see [`MeshError`].
-pub fn parse_content(bytes: impl Into<Vec<u8>>) -> Result<Content, MeshError> {
+pub fn parse(bytes: impl Into<Vec<u8>>) -> Result<Content, MeshError> {
     let mut bytes = bytes.into();
     let encoding = encoding(&bytes, "4.1")?;
     let sections = sections(&bytes)?;

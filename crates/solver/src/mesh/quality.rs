@@ -442,7 +442,6 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
 mod tests {
     use super::*;
     use crate::mesh::Connectivity;
-    use std::collections::BTreeMap;
 
     fn mesh(nodes_m: Vec<[f64; 3]>, elements: &[&[u32]]) -> Mesh {
         let mut list = Connectivity::default();
@@ -454,7 +453,7 @@ mod tests {
             nodes_m,
             elements: list,
             facets: Connectivity::default(),
-            groups: BTreeMap::new(),
+            ..Mesh::default()
         }
     }
 

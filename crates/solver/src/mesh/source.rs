@@ -8,16 +8,57 @@ use std::path::{Path, PathBuf};
 pub struct MeshSource {
     /// A file, or a script.
     pub kind: MeshKind,
-    /// Length of one mesh unit in metres (Gmsh files carry no unit).
-    pub metres_per_unit: f64,
-    /// Two flank nodes farther apart than this fraction of the local node spacing are not a pair.
-    pub pairing_tolerance: f64,
+    /// Of the file.
+    pub units: Units,
+}
+
+/// What the numbers of a mesh file are in; no format says it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Units {
+    /// Length of one unit in metres. Materials of the file cannot be used.
+    MetresPerUnit(f64),
+    /// Metre, kilogram, second: Pa, kg/m3.
+    MetreKilogramSecond,
+    /// Millimetre, tonne, second: MPa, t/mm3.
+    MillimetreTonneSecond,
+}
+
+impl Units {
+    /// The systems of units by the words that name them.
+    pub const SYSTEMS: [(&'static str, Self); 2] = [
+        ("m-kg-s", Self::MetreKilogramSecond),
+        ("mm-t-s", Self::MillimetreTonneSecond),
+    ];
+
+    /// Length of one unit in metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::MetresPerUnit(metres) => metres,
+            Self::MetreKilogramSecond => 1.0,
+            Self::MillimetreTonneSecond => 1e-3,
+        }
+    }
+
+    /// One unit of stress in Pa and one of density in kg/m3, where they are known.
+    pub fn stress_pa_and_density_kg_m3(self) -> Option<[f64; 2]> {
+        match self {
+            Self::MetresPerUnit(_) => None,
+            Self::MetreKilogramSecond => Some([1.0, 1.0]),
+            Self::MillimetreTonneSecond => Some([1e6, 1e12]),
+        }
+    }
+}
+
+impl From<f64> for Units {
+    fn from(metres_per_unit: f64) -> Self {
+        Self::MetresPerUnit(metres_per_unit)
+    }
 }
 
 /// A mesh that is there, or one that is to be made.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MeshKind {
-    /// A ready `.msh` file (MSH 4.1, ASCII or binary).
+    /// A ready file, of one of the [formats](super::format) that are read.
     File {
         /// The file.
         path: PathBuf,

@@ -2,7 +2,9 @@
 
 use super::contacts::Part;
 use super::dofs::{Roles, number};
+use super::gather::name_for;
 use super::groups::{find_group, first_tags};
+use super::material::material;
 use super::{Body, DofMap, ModelError, NodeMotion, StaticLoad};
 use crate::mesh::{Connectivity, Mesh};
 use crate::model::{BodySpec, RotationSpec};
@@ -29,7 +31,8 @@ pub(super) struct BodyBuilder {
 impl BodyBuilder {
     pub(super) fn new(spec: &BodySpec, mesh: &Mesh) -> Result<Self, ModelError> {
         let used_by = format!("body `{}`", spec.name);
-        let group = find_group(mesh, &spec.volume, Some(3), &used_by)?;
+        let volume = name_for(mesh, &spec.name, &spec.volume);
+        let group = find_group(mesh, &volume, Some(3), &used_by)?;
         let mut local = vec![NONE; mesh.nodes_m.len()];
         for (i, &n) in (0..).zip(&group.nodes) {
             local[n as usize] = i;
@@ -130,13 +133,14 @@ impl BodyBuilder {
 
     /// The body's nodes (local) in a group, at least one.
     fn own_nodes(&self, name: &str, mesh: &Mesh, used_by: &str) -> Result<Vec<u32>, ModelError> {
-        let group = find_group(mesh, name, None, used_by)?;
+        let name = name_for(mesh, &self.name, name);
+        let group = find_group(mesh, &name, None, used_by)?;
         let own = group.nodes.iter().map(|&n| self.local[n as usize]);
         let own: Vec<u32> = own.filter(|&n| n != NONE).collect();
         if own.is_empty() {
             return Err(ModelError::FixedElsewhere {
                 body: self.name.clone(),
-                group: name.to_string(),
+                group: name.into_owned(),
             });
         }
         Ok(own)
@@ -224,6 +228,7 @@ impl BodyBuilder {
         if dofs.free_nodes() == 0 {
             return Err(ModelError::NothingFree { body: self.name });
         }
+        let material = material(&spec.material, mesh, &self.name, &self.elements)?;
         let held_dofs = self.held_dofs(&dofs);
         let mut elements = Connectivity::default();
         for &e in &self.elements {
@@ -234,7 +239,7 @@ impl BodyBuilder {
         let mesh_node = |&n: &u32| n as usize;
         Ok(Body {
             name: self.name,
-            material: spec.material,
+            material,
             rotates: rotation.is_some_and(|r| r.bodies.contains(&spec.name)),
             fixed_interface_modes: spec.fixed_interface_modes,
             nodes_m: self

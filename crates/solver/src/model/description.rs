@@ -1,15 +1,20 @@
 //! Bodies and what acts on them, as a user describes them: in SI units, with the names of mesh groups still
 //! unresolved.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 
-use crate::mesh::source::MeshSource;
+use crate::mesh::parts::Placement;
+use crate::mesh::source::{MeshSource, Units};
 
 /// Bodies of a mesh, how they are held, driven and watched.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
-    /// Where the mesh is from.
-    pub mesh: MeshSource,
+    /// Where the mesh is from that bodies without one of their own share.
+    pub mesh: Option<MeshSource>,
+    /// Two flank nodes farther apart than this fraction of the local node spacing are not a pair.
+    pub pairing_tolerance: f64,
     /// First the body that vibrates (blade), then the one that holds it (jaw); without the second the contacts are
     /// with rigid ground.
     pub bodies: Vec<BodySpec>,
@@ -30,16 +35,58 @@ pub struct Assembly {
 pub struct BodySpec {
     /// The name by which messages and other items call it.
     pub name: String,
+    /// Where its elements come from.
+    pub mesh: BodyMesh,
     /// Name of the volume group.
     pub volume: String,
     /// What it is made of.
-    pub material: Material,
+    pub material: MaterialSpec,
     /// Groups (of any dimension) whose nodes do not move.
     pub fixed: Vec<String>,
     /// Groups whose nodes do not move along x, y, z (planes of symmetry, rollers).
     pub fixed_along: [Vec<String>; 3],
     /// Number of fixed-interface modes kept in the Craig-Bampton reduction.
     pub fixed_interface_modes: Option<usize>,
+}
+
+/// Where the elements of a body come from. A body with a mesh of its own knows the groups of that mesh by
+/// their names; for all others they are called `<body>.<group>`, or by their names alone where no other
+/// body has such a group.
+#[derive(Debug, Clone, PartialEq)]
+pub enum BodyMesh {
+    /// The mesh of the assembly.
+    Shared,
+    /// A file of its own.
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Of the file.
+        units: Units,
+        /// Where it is put.
+        placement: Placement,
+    },
+    /// A copy of another body, as it is in its own place.
+    CopyOf {
+        /// The other body.
+        body: String,
+        /// Where it is put.
+        placement: Placement,
+    },
+}
+
+/// What a body is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MaterialSpec {
+    /// Given by numbers.
+    Given(Material),
+    /// The one of its mesh of this name, or the one that its mesh gives to all its elements.
+    OfMesh(Option<String>),
+}
+
+impl From<Material> for MaterialSpec {
+    fn from(material: Material) -> Self {
+        Self::Given(material)
+    }
 }
 
 /// Isotropic linear elasticity.

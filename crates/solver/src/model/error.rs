@@ -57,6 +57,31 @@ pub enum ModelError {
         count: usize,
         tags: Vec<u64>,
     },
+    #[error(
+        "body `{body}` has no material: {}; materials of the mesh: {available}; give young_pa, poisson and density_kg_m3, or name one of these by `material`",
+        match name {
+            Some(name) => format!("the mesh has none called `{name}`"),
+            None => "its mesh gives none to all of its elements".to_string(),
+        }
+    )]
+    NoMaterial {
+        body: String,
+        name: Option<String>,
+        available: String,
+    },
+    #[error(
+        "body `{body}` has elements of several materials ({}): make each a body of its own, or name the one that holds for all by `material`",
+        list(names)
+    )]
+    SeveralMaterials { body: String, names: Vec<String> },
+    #[error(
+        "body `{body}`, material `{name}` of the mesh: {reason}; or give young_pa, poisson and density_kg_m3 of the body"
+    )]
+    BadMaterial {
+        body: String,
+        name: String,
+        reason: String,
+    },
     #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
     FixedElsewhere { body: String, group: String },
     #[error("contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`{}", list(tags), if *swapped { ": exchange `first` and `second`" } else { ": `first` is a surface of the body that the scene names first, `second` of the other one" })]

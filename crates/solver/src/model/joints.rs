@@ -114,7 +114,7 @@ fn paired(
                 &bodies[a].part(a, &on_first),
                 &bodies[b].part(b, &on_second),
             ];
-            let tolerance = assembly.mesh.pairing_tolerance;
+            let tolerance = assembly.pairing_tolerance;
             contact(
                 mesh,
                 (spec, name),

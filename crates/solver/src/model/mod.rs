@@ -17,15 +17,17 @@ mod description;
 mod dofs;
 mod error;
 mod flank;
+pub mod gather;
 mod groups;
 mod joints;
 mod loads;
+mod material;
 pub mod pairing;
 
 pub use bind::bind;
 pub use description::{
-    Assembly, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind, LoadSpec,
-    Material, ObservationSpec, Prestress, RotationSpec,
+    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind,
+    LoadSpec, Material, MaterialSpec, ObservationSpec, Prestress, RotationSpec,
 };
 pub use error::{ModelError, Unmatched};
 

@@ -1,0 +1,81 @@
+//! What a body is made of, where its mesh says it.
+
+use std::collections::BTreeSet;
+
+use super::gather::materials;
+use super::{Material, MaterialSpec, ModelError};
+use crate::mesh::{Mesh, MeshMaterial};
+
+/// The material of the body `body`, whose elements are `elements`.
+pub(super) fn material(
+    spec: &MaterialSpec,
+    mesh: &Mesh,
+    body: &str,
+    elements: &[u32],
+) -> Result<Material, ModelError> {
+    let name = match spec {
+        MaterialSpec::Given(material) => return Ok(*material),
+        MaterialSpec::OfMesh(name) => name,
+    };
+    let own: BTreeSet<u32> = elements.iter().copied().collect();
+    let share = |m: &MeshMaterial| m.elements.iter().filter(|e| own.contains(e)).count();
+    let found = match name {
+        Some(name) => {
+            let of_body = format!("{body}.{name}");
+            let is_meant = |m: &&MeshMaterial| m.name == of_body || m.name == *name;
+            mesh.materials.iter().find(is_meant)
+        }
+        None => {
+            let used: Vec<&MeshMaterial> = mesh.materials.iter().filter(|m| share(m) > 0).collect();
+            if used.len() > 1 {
+                return Err(ModelError::SeveralMaterials {
+                    body: body.to_owned(),
+                    names: used.iter().map(|m| m.name.clone()).collect(),
+                });
+            }
+            let all = used.first().copied();
+            all.filter(|m| share(m) == own.len())
+        }
+    };
+    let Some(found) = found else {
+        return Err(ModelError::NoMaterial {
+            body: body.to_owned(),
+            name: name.clone(),
+            available: materials(mesh),
+        });
+    };
+    of_mesh(found, body)
+}
+
+fn of_mesh(found: &MeshMaterial, body: &str) -> Result<Material, ModelError> {
+    let wrong = |reason: String| ModelError::BadMaterial {
+        body: body.to_owned(),
+        name: found.name.clone(),
+        reason,
+    };
+    if !found.has_units {
+        let reason = "its units are not known: give `units` (\"m-kg-s\" or \"mm-t-s\") in place of metres_per_unit";
+        return Err(wrong(reason.to_owned()));
+    }
+    let given = |value: Option<f64>, what: &str| {
+        value.ok_or_else(|| wrong(format!("the mesh file gives it no {what}")))
+    };
+    let material = Material {
+        young_pa: given(found.young_pa, "isotropic Young's modulus (*ELASTIC)")?,
+        poisson: given(found.poisson, "Poisson's ratio (*ELASTIC)")?,
+        density_kg_m3: given(found.density_kg_m3, "density (*DENSITY)")?,
+    };
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    if !positive(material.young_pa) || !positive(material.density_kg_m3) {
+        return Err(wrong(
+            "Young's modulus and density must be positive".to_owned(),
+        ));
+    }
+    if !(material.poisson > -1.0 && material.poisson < 0.5) {
+        let nu = material.poisson;
+        return Err(wrong(format!(
+            "Poisson's ratio is {nu}, not between -1 and 0.5"
+        )));
+    }
+    Ok(material)
+}
