@@ -52,12 +52,21 @@ fn lists(nodes: usize, elements: &Connectivity, facets: &Connectivity) {
         assert!(list.nodes().iter().all(|n| (*n as usize) < nodes));
         assert_eq!(list.len(), list.tags().len());
     }
-    assert!(elements.iter().all(|e| ElementType::with_nodes(e.len()).is_some()));
+    assert!(
+        elements
+            .iter()
+            .all(|e| ElementType::with_nodes(e.len()).is_some())
+    );
     assert!(facets.iter().all(|f| [3, 4, 6, 8].contains(&f.len())));
 }
 
 fn group(group: &Group, mesh: &Mesh) {
-    assert!(group.nodes.iter().all(|n| (*n as usize) < mesh.nodes_m.len()));
+    assert!(
+        group
+            .nodes
+            .iter()
+            .all(|n| (*n as usize) < mesh.nodes_m.len())
+    );
     assert!(group.nodes.is_sorted_by(|a, b| a < b));
     let list = match group.dimension {
         3 => &mesh.elements,

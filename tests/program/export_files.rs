@@ -389,6 +389,39 @@ fn grids_read_back_bit_for_bit() {
     }
 }
 
+/// The reader of meshes takes the file for the bodies that it shows.
+#[test]
+fn the_bodies_are_a_mesh_again() {
+    for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
+        let run = run(order, 2, 2);
+        let path = folder(&format!("mesh_{order:?}")).join("static.vtu");
+        vtu::write_static(&path, &run.model, &static_fields(&run)).unwrap();
+        let content = dovetail_solver::mesh::vtu::parse(&fs::read(&path).unwrap()).unwrap();
+        let bodies = &run.model.bodies;
+        let nodes: Vec<[f64; 3]> = bodies.iter().flat_map(|b| b.nodes_m.clone()).collect();
+        assert_eq!(content.nodes, nodes);
+        let (mut first_node, mut found) = (0, 0);
+        for (number, body) in bodies.iter().enumerate() {
+            let group = &content.groups[&format!("body {number}")];
+            assert_eq!(group.elements.len(), body.elements.len());
+            for (element, nodes) in group.elements.iter().zip(body.elements.iter()) {
+                let shifted = nodes.iter().map(|n| n + first_node);
+                assert!(
+                    content
+                        .elements
+                        .of(*element as usize)
+                        .iter()
+                        .copied()
+                        .eq(shifted)
+                );
+                found += 1;
+            }
+            first_node += body.nodes_m.len() as u32;
+        }
+        assert!(found > 0 && content.groups["all"].elements.len() == found);
+    }
+}
+
 #[test]
 fn mode_shapes_have_the_length_1_under_names_with_their_frequency() {
     let run = run(ElementOrder::Linear, 2, 2);

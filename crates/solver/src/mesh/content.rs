@@ -129,7 +129,14 @@ impl Content {
 
     /// Leaves out facets and nodes of groups that no solid has, and groups that are empty then; sorts
     /// what is left. For formats that also hold rigid tools, masses, springs and supports.
-    pub(super) fn keep_what_solids_have(&mut self) {
+    ///
+    /// # Errors
+    /// There are no solids.
+    pub(super) fn keep_what_solids_have(&mut self) -> Result<(), MeshError> {
+        if self.elements.is_empty() {
+            let what = "solid elements";
+            return Err(MeshError::Empty { what });
+        }
         let mut on_solid = vec![false; self.nodes.len()];
         for node in self.elements.nodes() {
             on_solid[*node as usize] = true;
@@ -170,6 +177,7 @@ impl Content {
                 "These sets are no groups, as nothing in them belongs to a solid element: {groups}."
             ));
         }
+        Ok(())
     }
 
     /// Leaves out the facets of which a node is not on a solid.

@@ -326,14 +326,17 @@ mod tests {
         }
     }
 
+    /// Of a node.
+    type At = [i64; 3];
+
     /// Dimension of a group, and where the nodes of its elements, and all of its nodes, stand.
-    fn described(content: &Content, group: &str) -> (u8, Vec<Vec<[i64; 3]>>, Vec<[i64; 3]>) {
+    fn described(content: &Content, group: &str) -> (u8, Vec<Vec<At>>, Vec<At>) {
         let group = &content.groups[group];
         let list = match group.dimension {
             3 => &content.elements,
             _ => &content.facets,
         };
-        let at = |nodes: &[u32]| -> Vec<[i64; 3]> {
+        let at = |nodes: &[u32]| -> Vec<At> {
             let round = |x: f64| (x * 1e6).round() as i64;
             nodes
                 .iter()

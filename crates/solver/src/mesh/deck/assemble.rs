@@ -427,7 +427,7 @@ impl Assembly<'_> {
     fn name_all_solids(&mut self) {
         let groups = &mut self.content.groups;
         let has_solids = groups.values().any(|group| group.dimension == 3);
-        if has_solids || self.content.elements.is_empty() {
+        if has_solids {
             return;
         }
         let name = match groups.contains_key(ALL) {
@@ -451,7 +451,7 @@ impl Assembly<'_> {
             }
         }
         self.name_all_solids();
-        self.content.keep_what_solids_have();
+        self.content.keep_what_solids_have()?;
         Ok(self.content)
     }
 }

@@ -13,13 +13,16 @@ use crate::text;
 /// Sets inside one another at most.
 const DEEPEST: usize = 200;
 
+/// Labels with the indices of what they stand for, by label.
+type ByLabel = Rc<Vec<(u64, u32)>>;
+
 /// A scope, and where its nodes and elements begin in the lists of all.
 struct Placed<'a> {
     scope: &'a Scope,
     first_node: u32,
     first_element: u32,
-    /// Label and index of each node and of each element, by label; made when a range asks for it.
-    by_label: [Option<Rc<Vec<(u64, u32)>>>; 2],
+    /// Of nodes and of elements; made when a range asks for them.
+    by_label: [Option<ByLabel>; 2],
 }
 
 /// Nodes or elements.
@@ -259,7 +262,7 @@ impl<'a> Model<'a> {
             })
     }
 
-    fn by_label(&mut self, what: What, scope: usize) -> Rc<Vec<(u64, u32)>> {
+    fn by_label(&mut self, what: What, scope: usize) -> ByLabel {
         let placed = &mut self.scopes[scope];
         let (index, first) = match what {
             What::Nodes => (&placed.scope.node_index, placed.first_node),

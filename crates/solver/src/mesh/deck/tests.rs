@@ -909,6 +909,13 @@ fn internal_sets_take_no_names() {
 }
 
 #[test]
+fn shells_alone_are_no_body() {
+    let deck = format!("{NODES}*ELEMENT, TYPE=S4, ELSET=Skin\n1, 1, 2, 3, 4\n");
+    assert_eq!(message(&deck), "the mesh has no solid elements");
+    assert_eq!(message("*HEADING\n"), "the mesh has no solid elements");
+}
+
+#[test]
 fn edges_of_shells_are_no_faces() {
     let deck = bricks(
         "*ELEMENT, TYPE=S4, ELSET=Skin\n11, 9, 10, 11, 12\n*SURFACE, NAME=Rim\nSkin, E1\n11, SPOS\n",

@@ -93,9 +93,6 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     for piece in &file.pieces {
         grid.add(&file, piece)?;
     }
-    if grid.cells.is_empty() {
-        return Err(MeshError::Empty { what: "cells" });
-    }
     if file.pieces.iter().filter(|p| p.points > 0).count() > 1 {
         let remark = "The file has several pieces: nodes that stand in two of them are not joined \
             (ParaView's filter Clean to Grid joins them).";
@@ -103,10 +100,10 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     }
     grid.groups(&file)?;
     let mut content = grid.content;
-    if !content.groups.contains_key(ALL) && !content.elements.is_empty() {
+    if !content.groups.contains_key(ALL) {
         content.groups.insert(ALL.to_owned(), content.all_solids());
     }
-    content.keep_what_solids_have();
+    content.keep_what_solids_have()?;
     Ok(content)
 }
 

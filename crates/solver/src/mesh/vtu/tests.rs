@@ -421,7 +421,7 @@ fn what_is_wrong_is_named() {
     let empty = parse(b"<a/>").unwrap_err().to_string();
     assert!(empty.contains("it has no <VTKFile>"), "{empty}");
     let none = small(&[("NumberOfCells=\"5\"", "NumberOfCells=\"0\"")]).unwrap_err();
-    assert_eq!(none.to_string(), "the mesh has no cells");
+    assert_eq!(none.to_string(), "the mesh has no solid elements");
 }
 
 /// Integers of each width, with their signs, between the tags.
