@@ -12,6 +12,7 @@ mod accuracy;
 mod bad_input;
 mod binding;
 mod blade_frequencies;
+mod body_meshes;
 mod cache;
 mod clearance;
 mod closed_forms;

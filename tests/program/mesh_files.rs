@@ -188,9 +188,9 @@ fn replace(lines: &mut [String], from: &str, to: &str) {
 fn wrong_files_are_named_for_what_they_are() {
     use MeshError as E;
     let plain = String::from_utf8(bytes("blocks_order1.msh")).unwrap();
-    assert!(matches!(mesh::parse("", MM), Err(E::NotMsh)));
-    assert!(matches!(mesh::parse("solid cube", MM), Err(E::NotMsh)));
-    let old = plain.replace("4.1 0 8", "2.2 0 8");
+    assert!(matches!(mesh::parse("", MM), Err(E::NoBytes)));
+    assert!(matches!(mesh::parse("a cube", MM), Err(E::UnknownFormat)));
+    let old = plain.replace("4.1 0 8", "4.0 0 8");
     let error = mesh::parse(old, MM).unwrap_err();
     assert!(error.to_string().contains("-format msh41"), "{error}");
     for header in ["4.1 2 8", "4.1 0 4", "4.1 0", "x", "4.1 0 8 9", "4.1 1 8"] {

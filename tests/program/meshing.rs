@@ -84,7 +84,7 @@ fn a_parameter_without_effect_is_told_with_those_there_are() {
     for (name, expected) in [
         (
             "nz",
-            "patch.geo has no parameter `nz`: it has nx, ny, ratio, lc, order (",
+            "patch.geo has no parameter `nz`: it has nx, ny, ratio, lc, shape, order (",
         ),
         ("\"mesh/nx\"", "no parameter `mesh/nx`"),
         ("\"a.nx\"", "no parameter `a.nx`"),

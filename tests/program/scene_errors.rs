@@ -91,7 +91,7 @@ fn an_unknown_key_names_the_near_one_and_all_others() {
         &[
             "unknown key `body.blade.poison`",
             "did you mean `poisson`?",
-            "the keys of `body` are: name, volume, young_pa, poisson, density_kg_m3",
+            "translation_m, volume, material, young_pa, poisson, density_kg_m3",
         ],
     );
     refused(

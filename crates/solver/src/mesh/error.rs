@@ -239,6 +239,7 @@ impl MeshError {
         match self {
             Self::File { source, .. } | Self::Deck { source, .. } => source.is_damage(),
             Self::NotMsh
+            | Self::NoBytes
             | Self::Header { .. }
             | Self::MissingSection { .. }
             | Self::Malformed { .. }

@@ -52,11 +52,17 @@ impl Sub for ShapeValue {
 
 impl Mul for ShapeValue {
     type Output = Self;
+    /// By the product rule.
     fn mul(self, other: Self) -> Self {
-        let by = |k: usize| self.value * other.gradient[k] + other.value * self.gradient[k];
+        let of = |(a, b): (&f64, &f64)| other.value.mul_add(*a, self.value * b);
+        let mut gradient = [0.0; 3];
+        let both = self.gradient.iter().zip(&other.gradient);
+        for (g, pair) in gradient.iter_mut().zip(both) {
+            *g = of(pair);
+        }
         Self {
             value: self.value * other.value,
-            gradient: [0, 1, 2].map(by),
+            gradient,
         }
     }
 }
