@@ -186,9 +186,11 @@ class System:
     def spinning(self, speed_rad_s):
         """Rotation about the x axis: stiffness about the static state with stress stiffening and spin softening, as
         dovetail and the paper have it; and with the strain of the small vibration taken about that state, too
-        (B(u0)^T C B(u0) in place of B(0)^T C B(0), the total Lagrangian tangent), as CalculiX has it."""
+        (B(u0)^T C B(u0) in place of B(0)^T C B(0), the total Lagrangian tangent), as CalculiX has it. On incompatible
+        modes the rotation does not act, though they have mass in CalculiX."""
         body = self.body
-        spin = speed_rad_s ** 2 * self.mass(np.diag([0.0, 1.0, 1.0]))
+        of_nodes = sparse.diags(np.repeat(np.arange(body.vectors) < len(body.x), 3).astype(float))
+        spin = speed_rad_s ** 2 * of_nodes @ self.mass(np.diag([0.0, 1.0, 1.0])) @ of_nodes
         at_rest = self.stiffness()
         places = np.zeros((body.vectors, 3))
         places[:len(body.x)] = body.x
