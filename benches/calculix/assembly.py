@@ -50,7 +50,10 @@ def in_directions(scalar, directions):
 
 
 class Body:
-    """Elements of one volume group; `held` are the groups whose nodes do not move."""
+    """Elements of one volume group; `held` are the groups whose nodes do not move.
+
+    Hexahedra of 8 nodes have three more unknown vectors each, those of their incompatible modes 1 - r^2, 1 - s^2 and
+    1 - t^2 (Taylor, Beresford and Wilson 1976). They are numbered like nodes, behind these, and free."""
 
     def __init__(self, mesh, volume, held, units):
         points, groups = msh.read(mesh)
@@ -61,82 +64,44 @@ class Body:
         self.x = np.array([points[t] for t in tags]) * units
         self.blocks = {kind: np.array([[self.number[n] for n in e] for _, e in solid if len(e) == kind])
                        for kind in sorted({len(e) for _, e in solid})}
+        # Of displacements, in each direction: of the nodes, then of the incompatible modes.
+        self.vectors = len(tags)
+        self.unknown = dict(self.blocks)
+        if 8 in self.blocks:
+            modes = self.vectors + np.arange(3 * len(self.blocks[8])).reshape(-1, 3)
+            self.unknown[8] = np.hstack([self.blocks[8], modes])
+            self.vectors += modes.size
         fixed = {self.number[n] for name in held for _, e in msh.group(groups, name) for n in e if n in self.number}
-        self.free = np.setdiff1d(np.arange(3 * len(tags)), [3 * n + c for n in fixed for c in range(3)])
-        self.c = elasticity()
-
-    def integrate(self, kind, points, integrand):
-        """Sum over the points of a rule of integrand(shape functions, their gradients) times the volume, per element."""
-        x = self.x[self.blocks[kind]]
-        total = 0.0
-        for place, weight in elements.rule(kind, points):
-            n, d = elements.shape(kind, place)
-            jacobian = np.einsum("eai,aj->eij", x, d)
-            gradient = np.einsum("aj,eji->eai", d, np.linalg.inv(jacobian))
-            total = total + (weight * np.linalg.det(jacobian))[:, None, None] * integrand(n, gradient)
-        return total
+        self.free = np.setdiff1d(np.arange(3 * self.vectors), [3 * n + c for n in fixed for c in range(3)])
 
     def assemble(self, matrices):
-        """Sum of {kind: matrices elements x 3 n x 3 n}, on all nodes."""
+        """Sum of {kind: matrices elements x 3 n x 3 n}, on all unknowns."""
         rows, columns, values = [], [], []
         for kind, blocks in matrices.items():
-            dofs = (3 * self.blocks[kind][:, :, None] + np.arange(3)).reshape(len(blocks), -1)
+            dofs = (3 * self.unknown[kind][:, :, None] + np.arange(3)).reshape(len(blocks), -1)
             width = dofs.shape[1]
             rows.append(np.repeat(dofs, width, axis=1).ravel())
             columns.append(np.tile(dofs, (1, width)).ravel())
             values.append(np.asarray(blocks).ravel())
-        size = 3 * len(self.x)
+        size = 3 * self.vectors
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         return sparse.csc_matrix(entries, shape=(size, size))
 
     def free_part(self, matrix):
         return matrix[self.free][:, self.free].tocsc()
 
-    def stiffness_of(self, kind, points):
-        def integrand(_, gradient):
-            b = strain(gradient)
-            return b.transpose(0, 2, 1) @ (self.c @ b)
-        return self.integrate(kind, points, integrand)
-
-    def mass_of(self, kind, points):
-        scalar = self.integrate(kind, points, lambda n, _: deck.DENSITY_KG_M3 * np.outer(n, n)[None])
-        return in_directions(scalar, np.eye(3))
-
-    def incompatible(self, points, scaled):
-        """Stiffness, elements x 33 x 33, of hexahedra of 8 nodes with the modes 1 - r^2, 1 - s^2, 1 - t^2 in each
-        direction (Taylor, Beresford and Wilson 1976): the gradients of the modes are taken by the Jacobian in the
-        middle, and `scaled` by its determinant there over that at the point, with which their integral vanishes."""
-        x = self.x[self.blocks[8]]
-        middle = np.einsum("eai,aj->eij", x, elements.shape(8, (0.0, 0.0, 0.0))[1])
-        inverse, size = np.linalg.inv(middle), np.linalg.det(middle)
-        total = 0.0
-        for place, weight in elements.rule(8, points):
-            _, d = elements.shape(8, place)
-            jacobian = np.einsum("eai,aj->eij", x, d)
-            determinant = np.linalg.det(jacobian)
-            modes = np.einsum("aj,eji->eai", np.diag(-2.0 * np.array(place)), inverse)
-            if scaled:
-                modes = modes * (size / determinant)[:, None, None]
-            gradient = np.concatenate([np.einsum("aj,eji->eai", d, np.linalg.inv(jacobian)), modes], axis=1)
-            b = strain(gradient)
-            total = total + (weight * determinant)[:, None, None] * (b.transpose(0, 2, 1) @ (self.c @ b))
-        return total
-
-    def massive_modes(self, points):
-        """Mass, elements x 33 x 33, in which the incompatible modes of hexahedra of 8 nodes take part."""
-        x = self.x[self.blocks[8]]
-        total = 0.0
-        for place, weight in elements.rule(8, points):
-            n, d = elements.shape(8, place)
-            n = np.concatenate([n, 1.0 - np.array(place) ** 2])
-            determinant = np.linalg.det(np.einsum("eai,aj->eij", x, d))
-            total = total + (weight * determinant)[:, None, None] * deck.DENSITY_KG_M3 * np.outer(n, n)[None]
-        return in_directions(total, np.eye(3))
+    def shares(self, force_n, group):
+        """Vector of a force that the nodes of a group share equally, and the numbers of these nodes."""
+        found = [self.number[n] for n in {n for _, e in msh.group(self.groups, group) for n in e}]
+        load = np.zeros((self.vectors, 3))
+        load[found] = np.array(force_n) / len(found)
+        return load.ravel(), found
 
 
 class Scheme:
-    """Rules of stiffness and mass, and for hexahedra of 8 nodes whether the gradients of the incompatible modes
-    are scaled and whether these modes have mass."""
+    """Rules of stiffness and mass, and of the incompatible modes: whether their gradients, taken by the Jacobian in
+    the middle, are scaled by its determinant there over that at the point (with which their integral vanishes); and
+    whether they are functions like others, which have mass and carry the stress of the static state, too."""
 
     def __init__(self, stiffness, mass, scaled=True, massive=False):
         self.stiffness, self.mass, self.scaled, self.massive = stiffness, mass, scaled, massive
@@ -150,47 +115,85 @@ CALCULIX = Scheme(_POINTS, _POINTS, scaled=False, massive=True)
 
 
 class System:
-    """Stiffness and mass of a body on what is free to move."""
+    """Matrices of a body by a scheme, on all unknowns."""
 
     def __init__(self, body, scheme):
-        self.body = body
-        kinds = body.blocks
-        stiffness = {k: body.stiffness_of(k, scheme.stiffness[k]) for k in kinds if k != 8}
-        mass = {k: body.mass_of(k, scheme.mass[k]) for k in kinds if k != 8 or not scheme.massive}
-        inner = None
-        if 8 in kinds:
-            full = body.incompatible(scheme.stiffness[8], scheme.scaled)
-            if scheme.massive:
-                inner = full, body.massive_modes(scheme.mass[8])
-                stiffness[8], mass[8] = (m[:, :24, :24] for m in inner)
-            else:
-                stiffness[8] = full[:, :24, :24] - full[:, :24, 24:] @ np.linalg.solve(full[:, 24:, 24:], full[:, 24:, :24])
-        self.k, self.m = (body.free_part(body.assemble(a)) for a in (stiffness, mass))
-        if inner:
-            self.k, self.m = (self.with_inner(a, b) for a, b in zip((self.k, self.m), inner))
+        self.body, self.scheme, self.c = body, scheme, elasticity()
 
-    def with_inner(self, outer, full):
-        """Adds the incompatible modes as unknowns of their own."""
-        count, size = len(full), 3 * len(self.body.x)
-        dofs = (3 * self.body.blocks[8][:, :, None] + np.arange(3)).reshape(count, 24)
-        own = np.arange(9 * count).reshape(count, 9)
-        rows, columns = np.repeat(dofs, 9, axis=1).ravel(), np.tile(own, (1, 24)).ravel()
-        coupling = sparse.csc_matrix((full[:, :24, 24:].ravel(), (rows, columns)), shape=(size, 9 * count))[self.body.free]
-        diagonal = sparse.block_diag(list(full[:, 24:, 24:]))
-        return sparse.bmat([[outer, coupling], [coupling.T, diagonal]], format="csc")
+    def matrix(self, rules, integrand):
+        """Sum over the points of the rules of integrand(kind, functions, their gradients) times the volume."""
+        return self.body.assemble({kind: self.integrate(kind, rules[kind], integrand) for kind in self.body.blocks})
 
-    def frequencies_hz(self, count):
-        omega2 = linalg.eigsh(self.k, k=count, M=self.m, sigma=0, return_eigenvectors=False)
+    def integrate(self, kind, points, integrand):
+        x = self.body.x[self.body.blocks[kind]]
+        middle = np.einsum("eai,aj->eij", x, elements.shape(kind, (0.0, 0.0, 0.0))[1]) if kind == 8 else None
+        total = 0.0
+        for place, weight in elements.rule(kind, points):
+            n, d = elements.shape(kind, place)
+            jacobian = np.einsum("eai,aj->eij", x, d)
+            determinant = np.linalg.det(jacobian)
+            gradient = np.einsum("aj,eji->eai", d, np.linalg.inv(jacobian))
+            if kind == 8:
+                modes = np.einsum("aj,eji->eai", np.diag(-2.0 * np.array(place)), np.linalg.inv(middle))
+                if self.scheme.scaled:
+                    modes = modes * (np.linalg.det(middle) / determinant)[:, None, None]
+                n = np.concatenate([n, self.scheme.massive * (1.0 - np.array(place) ** 2)])
+                gradient = np.concatenate([gradient, modes], axis=1)
+            total = total + (weight * determinant)[:, None, None] * integrand(kind, n, gradient)
+        return total
+
+    def slope(self, kind, displacement, gradient):
+        return np.einsum("eai,eaj->eij", displacement.reshape(-1, 3)[self.body.unknown[kind]], gradient)
+
+    def stiffness(self, displacement=None):
+        """Integral of B(u)^T C B(u); about no displacement where none is given."""
+        def integrand(kind, _, gradient):
+            about = None if displacement is None else np.eye(3) + self.slope(kind, displacement, gradient)
+            b = strain(gradient, about)
+            return b.transpose(0, 2, 1) @ (self.c @ b)
+        return self.matrix(self.scheme.stiffness, integrand)
+
+    def geometric_stiffness(self, displacement):
+        """Of the stress, linear in the displacement."""
+        def integrand(kind, _, gradient):
+            slope = self.slope(kind, displacement, gradient)
+            straining = 0.5 * (slope + slope.transpose(0, 2, 1))
+            voigt = np.stack([straining[:, i, j] * (1 if i == j else 2) for i, j in VOIGT], axis=1) @ self.c
+            stress = np.zeros_like(straining)
+            for s, (i, j) in zip(voigt.T, VOIGT):
+                stress[:, i, j] = stress[:, j, i] = s
+            if kind == 8 and not self.scheme.massive:
+                gradient = gradient * (np.arange(11) < 8)[:, None]
+            return in_directions(gradient @ stress @ gradient.transpose(0, 2, 1), np.eye(3))
+        return self.matrix(self.scheme.stiffness, integrand)
+
+    def mass(self, directions):
+        """Mass that acts on each direction by `directions`."""
+        return self.matrix(self.scheme.mass, lambda kind, n, _: in_directions(
+            np.broadcast_to(deck.DENSITY_KG_M3 * np.outer(n, n), (len(self.body.blocks[kind]), len(n), len(n))), directions))
+
+    def answer(self, stiffness, load):
+        """Static displacement."""
+        u, free = np.zeros(len(load)), self.body.free
+        u[free] = linalg.spsolve(self.body.free_part(stiffness), load[free])
+        return u
+
+    def frequencies_hz(self, stiffness, count):
+        omega2 = linalg.eigsh(self.body.free_part(stiffness), k=count, M=self.body.free_part(self.mass(np.eye(3))),
+                              sigma=0, return_eigenvectors=False)
         return np.sqrt(np.sort(omega2)) / (2 * math.pi)
 
-    def displacement_m(self, force_n, group):
-        """Mean displacement of the nodes of a group that share a force equally."""
-        found = [self.body.number[n] for n in {n for _, e in msh.group(self.body.groups, group) for n in e}]
-        load = np.zeros(3 * len(self.body.x))
-        for n in found:
-            load[3 * n:3 * n + 3] = np.array(force_n) / len(found)
-        right = np.zeros(self.k.shape[0])
-        right[:len(self.body.free)] = load[self.body.free]
-        u = np.zeros_like(load)
-        u[self.body.free] = linalg.spsolve(self.k, right)[:len(self.body.free)]
-        return u.reshape(-1, 3)[found].mean(axis=0)
+    def spinning(self, speed_rad_s):
+        """Rotation about the x axis: stiffness about the static state with stress stiffening and spin softening, as
+        dovetail and the paper have it; and with the strain of the small vibration taken about that state, too
+        (B(u0)^T C B(u0) in place of B(0)^T C B(0), the total Lagrangian tangent), as CalculiX has it. On incompatible
+        modes the rotation does not act, though they have mass in CalculiX."""
+        body = self.body
+        of_nodes = sparse.diags(np.repeat(np.arange(body.vectors) < len(body.x), 3).astype(float))
+        spin = speed_rad_s ** 2 * of_nodes @ self.mass(np.diag([0.0, 1.0, 1.0])) @ of_nodes
+        at_rest = self.stiffness()
+        places = np.zeros((body.vectors, 3))
+        places[:len(body.x)] = body.x
+        u0 = self.answer(at_rest, spin @ places.ravel())
+        stiffening = self.geometric_stiffness(u0) - spin
+        return at_rest + stiffening, self.stiffness(u0) + stiffening

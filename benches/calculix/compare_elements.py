@@ -2,13 +2,14 @@
 """Element type by element type: a twisted bar by dovetail, by CalculiX and by numpy, on the same mesh.
 
     apt-get install calculix-ccx gmsh; cargo build --release
-    target/venv/bin/python benches/calculix/compare_elements.py [--elements C3D8I C3D20] [--divisions 2]
+    target/venv/bin/python benches/calculix/compare_elements.py [--elements C3D8I C3D20] [--divisions 2] [--rpm 20000]
 
-Meshes geometry/verification/element_bar.geo with each type, its root held: the first frequencies, and the
+Meshes geometry/verification/element_bar.geo with each type, its root held: the first frequencies, and at rest the
 displacement of the end under a force, by `dovetail modes` and `dovetail static` of
 scenes/verification/element_bar.toml, by ccx, and by the assembly of assembly.py with the rules of each of
-the two programs. Prints a Markdown table. Each program must give what the assembly gives with its rules: then
-what the two differ by is their rules. Ends with status 1 where one is off by more than ALLOWED. Material,
+the two programs. At a speed about the x axis, through the root, the assembly of CalculiX has its initial-displacement
+stiffness, too, and the last two columns divide what the two programs differ by: between their rules, and between
+what they compute. Prints a Markdown table. Each program must give what the assembly gives with its rules. Ends with status 1 where one is off by more than ALLOWED. Material,
 force and supports of the decks are those of the scene. Needs python3, numpy, scipy, gmsh and ccx; takes a
 minute.
 """
@@ -22,6 +23,7 @@ import sys
 import tempfile
 
 import assembly
+import blade_modes
 import compare_blade_modes
 import deck
 import msh
@@ -56,7 +58,10 @@ def along(displacement):
 
 
 def by_calculix(given, folder, mesh):
-    """Frequencies, Hz, and displacement along the force, m."""
+    """Frequencies, Hz, and at rest displacement along the force, m."""
+    if given.rpm:
+        case = blade_modes.case(mesh, given.modes, given.rpm, "bar", [ROOT_GROUP], UNITS)
+        return deck.frequencies_hz(deck.run(case, folder, "modes", given.time_limit))[:given.modes], None
     points, groups = msh.read(mesh)
     solid = msh.group(groups, "bar")
     fixed = {n for _, e in msh.group(groups, ROOT_GROUP) for n in e}
@@ -74,25 +79,44 @@ def by_calculix(given, folder, mesh):
 
 def by_dovetail(given, folder, mesh):
     """The same."""
-    compare_blade_modes.dovetail(given, "modes", folder, f"mesh.file={mesh}")
+    sets = [f"mesh.file={mesh}"]
+    if given.rpm:
+        sets += [f"rotation={{ axis = [1, 0, 0], point_m = [0, 0, 0], speed_rpm = {given.rpm:g}, bodies = ['bar'], "
+                 "prestress = 'held_flanks' }", "load="]
+    compare_blade_modes.dovetail(given, "modes", folder, *sets)
     with open(folder / "modes.csv", newline="") as file:
         hz = [float(row["frequency_hz"]) for row in csv.DictReader(file) if row["kind"] == "stuck"]
-    compare_blade_modes.dovetail(given, "static", folder, f"mesh.file={mesh}", options=["--force"])
+    if given.rpm:
+        return hz[:given.modes], None
+    compare_blade_modes.dovetail(given, "static", folder, *sets, options=["--force"])
     with open(folder / "static_observed.csv", newline="") as file:
         moved = {row["name"]: float(row["displacement_m"]) for row in csv.DictReader(file)}
     return hz[:given.modes], along([moved["x"], moved["y"], moved["z"]])
 
 
 def by_assembly(given, body, scheme):
-    """The same."""
+    """The same; at a speed with all that CalculiX has, where the scheme is its."""
     system = assembly.System(body, scheme)
-    return system.frequencies_hz(given.modes), along(system.displacement_m(FORCE_N, CORNERS))
+    if given.rpm:
+        as_paper, as_calculix = system.spinning(given.rpm * math.pi / 30)
+        return system.frequencies_hz(as_calculix if scheme is assembly.CALCULIX else as_paper, given.modes), None
+    stiffness = system.stiffness()
+    load, ends = body.shares(FORCE_N, CORNERS)
+    moved = system.answer(stiffness, load).reshape(-1, 3)[ends].mean(axis=0)
+    return system.frequencies_hz(stiffness, given.modes), along(moved)
+
+
+def with_our_terms(given, body):
+    """Of the assembly with the points of CalculiX, at a speed with the stiffness of dovetail."""
+    system = assembly.System(body, assembly.CALCULIX)
+    return system.frequencies_hz(system.spinning(given.rpm * math.pi / 30)[0], given.modes), None
 
 
 def figures(result):
     """Names and values: frequencies in Hz, displacement in um."""
     hz, displacement_m = result
-    return [(f"mode {mode}, Hz", f) for mode, f in enumerate(hz, 1)] + [("displacement, um", 1e6 * displacement_m)]
+    found = [(f"mode {mode}, Hz", f) for mode, f in enumerate(hz, 1)]
+    return found if displacement_m is None else found + [("displacement, um", 1e6 * displacement_m)]
 
 
 def compare(given, folder, element):
@@ -102,6 +126,7 @@ def compare(given, folder, element):
     theirs = figures(by_calculix(given, folder, mesh))
     their_points = figures(by_assembly(given, body, assembly.CALCULIX))
     our_points = figures(by_assembly(given, body, assembly.DOVETAIL))
+    between = figures(with_our_terms(given, body)) if given.rpm else their_points
     ours = figures(by_dovetail(given, folder / element, mesh)) if not given.without_dovetail else None
     count = f"{sum(len(b) for b in body.blocks.values())}, {len(body.x)}"
     off = dict.fromkeys(ALLOWED, 0.0)
@@ -112,7 +137,10 @@ def compare(given, folder, element):
             off["dovetail"] = max(off["dovetail"], abs(ours[row][1] / our_points[row][1] - 1))
             cells.append(f"{ours[row][1]:.7g}")
         cells += [f"{our_points[row][1]:.7g}", f"{b:.7g}", f"{their_points[row][1]:.7g}"]
-        cells.append(f"{100 * (our_points[row][1] / their_points[row][1] - 1):+.4f} %")
+        over = [our_points[row][1] / between[row][1]]
+        if given.rpm:
+            over.append(between[row][1] / their_points[row][1])
+        cells += [f"{100 * (ratio - 1):+.4f} %" for ratio in over]
         print("| " + " | ".join(cells) + " |", flush=True)
     return off
 
@@ -124,12 +152,15 @@ def main():
     parser.add_argument("--without-dovetail", action="store_true", help="compare CalculiX with the assembly alone")
     parser.add_argument("--elements", nargs="+", default=list(ELEMENTS), choices=list(ELEMENTS))
     parser.add_argument("--divisions", type=int, default=1, help="times as many elements each way")
+    parser.add_argument("--rpm", type=float, default=0.0, help="speed of rotation")
     parser.add_argument("--modes", type=int, default=6)
     parser.add_argument("--time-limit", type=float, default=600.0, help="for each run, s")
     given = parser.parse_args()
 
     heads = ["element", "elements, nodes", "figure", "dovetail", "assembly, points of dovetail", "CalculiX",
              "assembly, points of CalculiX", "dovetail over CalculiX, by the assembly"]
+    if given.rpm:
+        heads[-1:] = ["points of dovetail over those of CalculiX", "without over with initial displacement"]
     if given.without_dovetail:
         heads.remove("dovetail")
     print("| " + " | ".join(heads) + " |")

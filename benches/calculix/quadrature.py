@@ -58,7 +58,8 @@ def main():
 
     body = assembly.Body(given.mesh, given.body, given.fixed, given.units)
     for name, scheme in schemes(body.blocks, given.points).items():
-        hz = assembly.System(body, scheme).frequencies_hz(given.modes)
+        system = assembly.System(body, scheme)
+        hz = system.frequencies_hz(system.stiffness(), given.modes)
         print(f"stiffness {words(scheme.stiffness, body.blocks)} points, mass {words(scheme.mass, body.blocks)}, "
               f"{name}: {', '.join(f'{f:.4f}' for f in hz)} Hz", flush=True)
 
