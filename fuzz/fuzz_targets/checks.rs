@@ -24,7 +24,7 @@ pub fn content(content: Result<Content, MeshError>) {
         let is_element = |e: &u32| (*e as usize) < content.elements.len();
         assert!(material.elements.iter().all(is_element));
     }
-    match content.into_mesh(1e-3) {
+    match content.into_mesh(1e-3.into()) {
         Ok(mesh) => {
             self::mesh(&mesh);
             if let Err(error) = quality::check(&mesh) {

@@ -1,7 +1,7 @@
 //! Writes unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
 //! Arrays are f64, compressed by zlib, which every reader of the format knows. The nodes of an element
-//! stand as VTK wants them, but for the wedge of six nodes: VTK turns it the other way.
+//! stand as VTK wants them.
 
 use std::path::{Path, PathBuf};
 
@@ -269,11 +269,9 @@ impl Grid {
         let mut first_node = 0;
         for (b, body) in model.bodies.iter().enumerate() {
             for nodes in body.elements.iter() {
-                let (cell, order) = vtk_cell(nodes.len());
-                let node = |&i: &usize| first_node + u64::from(nodes[i]);
-                connectivity.extend(order.iter().map(node));
+                connectivity.extend(nodes.iter().map(|&n| first_node + u64::from(n)));
                 offsets.push(connectivity.len() as u64);
-                types.push(cell);
+                types.push(vtk_cell(nodes.len()));
             }
             points.extend_from_slice(body.nodes_m.as_flattened());
             node_tags.extend_from_slice(&body.node_tags);
@@ -416,22 +414,18 @@ pub(super) fn check_length(
     })
 }
 
-/// VTK's cell for an element of so many nodes, and which of its nodes stands where.
-fn vtk_cell(nodes: usize) -> (CellType, &'static [usize]) {
-    const ALL: [usize; 20] = [
-        0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19,
-    ];
-    let cell = match nodes {
+/// VTK's cell for an element of so many nodes.
+fn vtk_cell(nodes: usize) -> CellType {
+    match nodes {
         4 => CellType::Tetra,
         10 => CellType::QuadraticTetra,
         5 => CellType::Pyramid,
         13 => CellType::QuadraticPyramid,
-        6 => return (CellType::Wedge, &[0, 2, 1, 3, 5, 4]),
+        6 => CellType::Wedge,
         15 => CellType::QuadraticWedge,
         8 => CellType::Hexahedron,
         _ => CellType::QuadraticHexahedron,
-    };
-    (cell, &ALL[..nodes])
+    }
 }
 
 fn array<T>(name: &str, components: u32, values: Vec<T>) -> Attribute

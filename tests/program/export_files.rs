@@ -19,6 +19,7 @@ use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::mesh::ElementOrder;
+use dovetail_solver::mesh::block::mixed_block;
 use dovetail_solver::model::{Prestress, Rotation};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
@@ -1037,6 +1038,49 @@ fn the_vtk_check_notices_what_is_wrong() {
 }
 
 /// An interpreter that can import what scripts/check_output.py imports.
+/// Cells of all shapes, of both orders: VTK finds every volume positive and every middle in the middle of
+/// its edge, and the whole the box that it is.
+#[test]
+fn vtk_knows_the_elements_of_all_shapes() {
+    let python = python_with_vtk();
+    let size = [6e-3, 2e-3, 1e-3];
+    for order in [ElementOrder::Linear, ElementOrder::Quadratic] {
+        let out = folder(&format!("shapes_{order:?}"));
+        let mesh = mixed_block(order, [6, 2, 2], size);
+        let mut run = run(order, 2, 2);
+        let blade = &mut run.model.bodies[0];
+        blade.elements = mesh.elements.clone();
+        blade.node_tags = mesh.node_tags.clone();
+        blade.nodes_m = mesh.nodes_m;
+        run.model.bodies.truncate(1);
+        let (nodes, elements) = (mesh.node_tags.len(), mesh.elements.len());
+        let (u, von_mises) = (vec![[0.0; 3]; nodes], vec![0.0; nodes]);
+        let stress = vec![[0.0; 6]; elements];
+        let fields = [vtu::StaticBodyFields {
+            displacement_m: &u,
+            stress_pa: &stress,
+            von_mises_pa: &von_mises,
+        }];
+        let path = out.join("static.vtu");
+        vtu::write_static(&path, &run.model, &fields).unwrap();
+        let check = "import sys, pathlib; sys.path.insert(0, 'scripts'); import check_output as c; p = pathlib.Path(sys.argv[1]); \
+                     c.check_elements(c.Grid(p, p.parent)); print(c.facts, c.problems)";
+        let done = Command::new(&python)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args(["-c", check])
+            .arg(&path)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&done.stdout).into_owned();
+        let errors = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(said.trim_end().ends_with("[]"), "{said}{errors}");
+        let kinds = ["Tetra", "Pyramid", "Wedge", "Hexahedron"];
+        assert!(kinds.iter().all(|kind| said.contains(kind)), "{said}");
+        // The apexes of the pyramids lie inside: the whole is 6 x 2 x 1 mm.
+        assert!(said.contains("1.200000e-08 m3"), "{said}");
+    }
+}
+
 fn python_with_vtk() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let python = std::env::var_os("DOVETAIL_PYTHON")

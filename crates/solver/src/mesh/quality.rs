@@ -521,6 +521,73 @@ mod tests {
         assert_eq!(check(&m), Err(QualityError::Orphan { count: 1, tags }));
     }
 
+    /// With equal edges every shape is as good as can be; its mirror image is inside out.
+    #[test]
+    fn elements_of_equal_edges_are_the_best_there_are() {
+        let h = 0.75_f64.sqrt();
+        let triangle = [[0.0, 0.0], [1.0, 0.0], [0.5, h]];
+        let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+        let level = |corners: &[[f64; 2]], z: f64| -> Vec<[f64; 3]> {
+            corners.iter().map(|[x, y]| [*x, *y, z]).collect()
+        };
+        let pyramid = [level(&square, 0.0), vec![[0.5, 0.5, 0.5_f64.sqrt()]]].concat();
+        let wedge = [level(&triangle, 0.0), level(&triangle, 1.0)].concat();
+        let cube = [level(&square, 0.0), level(&square, 1.0)].concat();
+        for (nodes, volume) in [
+            (pyramid, 0.5_f64.sqrt() / 3.0),
+            (wedge, h / 2.0),
+            (cube, 1.0),
+        ] {
+            let all: Vec<u32> = (0..nodes.len() as u32).collect();
+            let mut m = mesh(nodes, &[&all]);
+            let found = check(&m).unwrap();
+            assert!((found.worst_shape - 1.0).abs() < 1e-14, "{found:?}");
+            assert!(
+                (found.worst_jacobian_ratio - 1.0).abs() < 1e-14,
+                "{found:?}"
+            );
+            assert!((found.volume_m3 - volume).abs() < 1e-15, "{found:?}");
+            m.nodes_m.iter_mut().for_each(|x| x[2] = -x[2]);
+            assert_eq!(check(&m), Err(QualityError::AllInsideOut { count: 1 }));
+        }
+    }
+
+    #[test]
+    fn a_corner_drawn_inwards_folds_a_hexahedron() {
+        let mut m = crate::mesh::block::block(ElementType::HEX8, [1, 1, 1], [1.0; 3]);
+        m.nodes_m[7] = [0.2; 3];
+        let tags = vec![1];
+        assert_eq!(check(&m), Err(QualityError::Folded { count: 1, tags }));
+    }
+
+    /// A cube with two wedges beside it whose triangles lie on its face.
+    #[test]
+    fn triangles_on_a_quadrilateral_are_not_joined_to_it() {
+        let cube = crate::mesh::block::block(ElementType::HEX8, [1, 1, 1], [1.0; 3]);
+        let mut m = mesh(cube.nodes_m.clone(), &[cube.elements.of(0)]);
+        let far = m.nodes_m.len() as u32;
+        m.nodes_m.push([2.0, 0.5, 0.5]);
+        m.node_tags.push(99);
+        let face: Vec<u32> = Shape::Hexahedron.faces()[3]
+            .iter()
+            .map(|&i| cube.elements.of(0)[i])
+            .collect();
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            let base = corners.map(|i: usize| face[i]);
+            m.elements.push(200, [base[0], base[1], base[2], far]);
+        }
+        let tags = vec![101];
+        assert_eq!(check(&m), Err(QualityError::NoPyramids { count: 1, tags }));
+        // One pyramid in their place is.
+        let mut joined = mesh(cube.nodes_m.clone(), &[cube.elements.of(0)]);
+        joined.nodes_m.push([2.0, 0.5, 0.5]);
+        joined.node_tags.push(99);
+        joined
+            .elements
+            .push(200, [face[0], face[1], face[2], face[3], far]);
+        assert!(check(&joined).is_ok());
+    }
+
     #[test]
     fn curved_elements_are_checked_where_they_are_integrated() {
         let straight = check(&quadratic_tet()).unwrap();
