@@ -41,6 +41,8 @@ calculix: setup
 	$(PYTHON) benches/calculix/campbell.py
 	$(PYTHON) benches/calculix/initial_displacement.py meshes/dovetail.msh
 	$(PYTHON) benches/calculix/quadrature.py meshes/dovetail.msh
+	$(PYTHON) benches/calculix/compare_elements.py
+	$(PYTHON) benches/calculix/compare_elements.py --rpm 20000
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
 lint:

@@ -21,6 +21,7 @@ try:
     import numpy as np
     import pyvista
     import vtk
+    from meshio._mesh import topological_dimension
     from vtk.util.numpy_support import vtk_to_numpy
 except ImportError as missing:
     print(f"cannot start: {missing}. Remedy: pip install meshio pyvista", file=sys.stderr)
@@ -37,6 +38,9 @@ STATIC_STATUS = ["stuck", "slipping", "open"]
 # Names of the components of vectors and of stresses.
 COMPONENTS = {3: ["X", "Y", "Z"], 6: ["XX", "YY", "ZZ", "XY", "YZ", "XZ"]}
 CYCLE_STATUS = ["stuck", "slipping", "opening", "open_at_rest"]
+
+# meshio reads quadratic pyramids but for this entry (5.3.5).
+topological_dimension.setdefault("pyramid13", 3)
 
 problems = []
 facts = []
