@@ -268,7 +268,7 @@ const BODY: [Key; 19] = [
         "units",
         Kind::Choice(&UNITS),
         "those of `[mesh]`",
-        "of `mesh_file`, as in `[mesh]`",
+        "`\"m-kg-s\"` or `\"mm-t-s\"`, of `mesh_file`, as in `[mesh]`",
         "units = \"mm-t-s\"",
     ),
     key(
@@ -772,13 +772,22 @@ pub(crate) mod tests {
             _ => "times_first_linear_mode = [0.9, 1.1]",
         };
         let body = "young_pa = 1e11\npoisson = 0.3\ndensity_kg_m3 = 4000";
+        let own = match (section, key) {
+            ("body", "metres_per_unit") => "mesh_file = \"a.msh\"\n",
+            ("body", "units") => "mesh_file = \"a.inp\"\n",
+            ("body", "rotation_axis") => "mesh_file = \"a.msh\"\nrotation_deg = 1\n",
+            ("body", "rotation_deg" | "rotation_point_m" | "translation_m") => {
+                "mesh_file = \"a.msh\"\nrotation_axis = [1, 0, 0]\n"
+            }
+            _ => "",
+        };
         let subject = match section {
             "reduced_model" => {
                 "[reduced_model]\nfolder = \"a\"\nfriction = 0.3\nforce_n = 1".to_owned()
             }
             _ => format!(
                 "[mesh]\n{mesh}\nmetres_per_unit = 1e-3\n\
-                 [[body]]\nname = \"a\"\nvolume = \"a\"\n{body}\n\
+                 [[body]]\nname = \"a\"\n{own}volume = \"a\"\n{body}\n\
                  [[body]]\nname = \"b\"\nvolume = \"b\"\n{body}\nfixed = [\"base\"]\n\
                  [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
                  [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\nfriction = 0.3\n\

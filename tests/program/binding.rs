@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::block::{block, map_nodes, side_by_side, straighten};
+use dovetail_solver::mesh::block::{block, map_nodes, straighten};
 use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
@@ -666,18 +666,7 @@ fn flanks_of_quadrilaterals_have_the_areas_of_their_shape_functions() {
         map_nodes(&mut lower, |[x, y, z]| [x, y, z - size[2]]);
         straighten(&mut upper);
         straighten(&mut lower);
-        let mut both = side_by_side(("upper", &upper), ("lower", &lower));
-        for (old, new) in [
-            ("upper_volume", "upper"),
-            ("lower_volume", "lower"),
-            ("upper_z_min", "upper_bottom"),
-            ("lower_z_max", "lower_top"),
-            ("lower_z_min", "base"),
-            ("upper_corner_111", "corner"),
-        ] {
-            let group = both.groups.remove(old).unwrap();
-            both.groups.insert(new.to_owned(), group);
-        }
+        let both = two_blocks(&upper, &lower);
         quality::check(&both).unwrap();
         let model = bind(&blocks_assembly(), &both).unwrap();
         assert_eq!((model.pairs.len(), model.flank_facets.len()), (12, 6));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::shared_scenes::*;
 use dovetail::scene;
-use dovetail_solver::mesh::block::{block, map_nodes, side_by_side};
+use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::mesh::parts::Placement;
 use dovetail_solver::mesh::source::Units;
 use dovetail_solver::mesh::{self, ElementType, Mesh};
@@ -81,18 +81,7 @@ fn gathered(assembly: &Assembly, upper: &Mesh, lower: &Mesh) -> Result<Mesh, Mod
 
 /// What both bodies are, where nothing is put anywhere.
 fn plain() -> Model {
-    let mut both = side_by_side(("upper", &wedge_shaped()), ("lower", &support()));
-    for (old, new) in [
-        ("upper_volume", "upper"),
-        ("lower_volume", "lower"),
-        ("upper_z_min", "upper_bottom"),
-        ("lower_z_max", "lower_top"),
-        ("lower_z_min", "base"),
-        ("upper_corner_111", "corner"),
-    ] {
-        let group = both.groups.remove(old).unwrap();
-        both.groups.insert(new.to_owned(), group);
-    }
+    let both = two_blocks(&wedge_shaped(), &support());
     bind(&blocks_assembly(), &both).unwrap()
 }
 

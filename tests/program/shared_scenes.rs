@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use dovetail_solver::mesh::block::side_by_side;
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::mesh::{self, Mesh};
 use dovetail_solver::model::{
@@ -107,6 +108,23 @@ pub fn blocks_assembly() -> Assembly {
         vec![contact("c", "upper_bottom", "lower_top")],
         "corner",
     )
+}
+
+/// Two blocks in one mesh, with the groups that [`blocks_assembly`] names.
+pub fn two_blocks(upper: &Mesh, lower: &Mesh) -> Mesh {
+    let mut both = side_by_side(("upper", upper), ("lower", lower));
+    for (old, new) in [
+        ("upper_volume", "upper"),
+        ("lower_volume", "lower"),
+        ("upper_z_min", "upper_bottom"),
+        ("lower_z_max", "lower_top"),
+        ("lower_z_min", "base"),
+        ("upper_corner_111", "corner"),
+    ] {
+        let group = both.groups.remove(old).unwrap();
+        both.groups.insert(new.to_owned(), group);
+    }
+    both
 }
 
 // ----------------------------------------------------------------------------- small vectors

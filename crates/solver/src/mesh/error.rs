@@ -240,6 +240,8 @@ impl MeshError {
             Self::File { source, .. } | Self::Deck { source, .. } => source.is_damage(),
             Self::NotMsh
             | Self::NoBytes
+            | Self::OtherFormat { .. }
+            | Self::UnknownFormat
             | Self::Header { .. }
             | Self::MissingSection { .. }
             | Self::Malformed { .. }
