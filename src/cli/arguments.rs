@@ -107,6 +107,9 @@ pub(super) enum Command {
     /// The whole chain: mesh, static state, response, fields and plots
     #[command(after_help = RUN_HELP)]
     Run(Run),
+    /// List the groups and materials of a mesh file, for a scene to name
+    #[command(after_help = "Example:\n  dovetail groups my_part.inp")]
+    Groups(MeshFile),
     /// Only mesh the geometry and pair the flanks
     #[command(after_help = "Example:\n  dovetail mesh scene.toml --set mesh.parameters.nu=8")]
     Mesh(SceneFile),
@@ -228,6 +231,13 @@ pub(super) struct SceneFile {
     /// The scene: a TOML file that describes one run
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(super) scene: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct MeshFile {
+    /// The mesh: MSH, a deck of Abaqus or CalculiX, or VTU
+    #[arg(value_name = "MESH", value_hint = ValueHint::FilePath)]
+    pub(super) mesh: PathBuf,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -37,7 +37,7 @@ fn shared(command: &clap::Command) -> impl Iterator<Item = &Arg> {
 
 /// Whether a command is about a scene or a study.
 fn takes_shared(name: &str) -> bool {
-    !["new", "schema", "completions", "man", "help"].contains(&name)
+    !["new", "groups", "schema", "completions", "man", "help"].contains(&name)
 }
 
 /// Reads the command line.
@@ -110,6 +110,7 @@ impl Command {
             | Self::Check(file) => Some(&file.scene),
             Self::Study(_)
             | Self::New(_)
+            | Self::Groups(_)
             | Self::Schema(_)
             | Self::Completions(_)
             | Self::Man(_) => None,
@@ -198,6 +199,7 @@ mod tests {
             "dovetail --out o schema",
             "dovetail man m --set a=1",
             "dovetail completions bash --no-cache",
+            "dovetail groups a.inp --out b",
         ] {
             let error = parses(line).unwrap_err();
             assert_eq!(error.exit_code(), 2);

@@ -4,6 +4,7 @@
 mod arguments;
 mod closing;
 mod error;
+mod groups;
 mod help;
 mod interruption;
 mod new;
@@ -72,6 +73,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
                 false => print(&told),
             }
         }
+        Command::Groups(arguments) => print(&groups::of(&arguments.mesh, &mut console)?),
         Command::Schema(arguments) => {
             let schema = match arguments.kind {
                 FileKind::Scene => schema::scene(),
@@ -230,6 +232,7 @@ fn with_files(
         | Command::Check(_)
         | Command::Study(_)
         | Command::New(_)
+        | Command::Groups(_)
         | Command::Schema(_)
         | Command::Completions(_)
         | Command::Man(_) => Ok(()),

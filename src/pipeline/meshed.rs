@@ -231,6 +231,7 @@ impl Meshed {
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
     let model = model::bind(assembly, mesh)?;
+    warn_of_held_volumes(assembly, mesh, progress);
     let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
     for (element, count) in model.element_types() {
         *shapes.entry(element.shape).or_default() += count;
@@ -250,6 +251,37 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
         model.largest_mismatch_m
     ));
     Ok(model)
+}
+
+/// A set of a face in a deck of Abaqus/CAE is one of nodes and one of elements, and the elements have its
+/// name: holding them holds more than the face.
+fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, progress: &Progress) {
+    for body in &assembly.bodies {
+        for name in body.fixed.iter().chain(body.fixed_along.iter().flatten()) {
+            let own = [format!("{}.{name}", body.name), name.clone()];
+            let group = own.iter().find_map(|name| mesh.groups.get(name));
+            let Some(group) = group.filter(|group| group.dimension == 3) else {
+                continue;
+            };
+            let nodes = format!("{name} (nodes)");
+            let is_there = own
+                .iter()
+                .any(|name| mesh.groups.contains_key(&format!("{name} (nodes)")));
+            let remedy = match is_there {
+                true => format!("the set of nodes alone is `{nodes}`"),
+                false => "name a surface or a set of nodes to hold a face".to_owned(),
+            };
+            progress.warning(
+                Weight::Doubt,
+                format!(
+                    "body \"{}\": the group `{name}` that is fixed is a volume, and all {} nodes of its elements \
+                     are held: {remedy}",
+                    body.name,
+                    group.nodes.len()
+                ),
+            );
+        }
+    }
 }
 
 /// Told, so that a wrong unit is seen before anything is computed with it.

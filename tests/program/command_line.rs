@@ -427,7 +427,11 @@ fn succeed(command: &str, scene: &Path, out: &Folder, set: &[&str]) {
 #[test]
 fn every_scene_is_sound() {
     let folder = Folder::new("sound");
-    for (folder_of_scenes, least) in [("scenes", 2), ("scenes/verification", 8)] {
+    for (folder_of_scenes, least) in [
+        ("scenes", 2),
+        ("scenes/verification", 8),
+        ("scenes/decks", 2),
+    ] {
         let scenes = scenes(folder_of_scenes);
         assert!(scenes.len() >= least, "{scenes:?}");
         for scene in scenes {

@@ -1,19 +1,32 @@
-//! The tutorial is true: its commands are run in an empty folder one after the other, and what it
-//! says they print and leave, and its listings of files, are compared with what they do.
+//! The tutorials are true: their commands are run one after the other, and what a page says they print
+//! and leave, and its listings of files, are compared with what they do.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Numbers of the page and of a run may differ by this: another version of gmsh makes another mesh.
+use crate::shared_folder::Folder;
+
+/// Numbers of a page and of a run may differ by this: another version of gmsh makes another mesh.
 const TOLERANCE: f64 = 0.02;
 
-fn page() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/tutorial.md");
-    fs::read_to_string(path).unwrap()
+/// A figure of summary.json: the run's folder in `output`, and where it stands there.
+type Figure<'a> = &'a dyn Fn(&str, &str) -> f64;
+
+/// A page and what it is about.
+struct Tutorial {
+    page: &'static str,
+    /// Folders of the repository that its reader stands beside.
+    beside: &'static [&'static str],
+    /// The run, in `output`, whose files and arrays it names.
+    run: &'static str,
+    /// Listings, commands, lines of output, arrays and files that it has at least.
+    least: [usize; 5],
+    /// Sentences with figures, as its runs have them.
+    sentences: fn(Figure<'_>) -> Vec<String>,
 }
 
-/// The fenced blocks of a page in order: the word after the fence and the text.
+/// The fenced blocks of a page in order: the words after the fence and the text.
 fn blocks(page: &str) -> Vec<(&str, &str)> {
     let parts: Vec<&str> = page.split("```").collect();
     assert!(parts.len() % 2 == 1, "a fence is not closed");
@@ -55,15 +68,6 @@ fn run(line: &str, folder: &Path) -> String {
     printed
 }
 
-fn empty_folder() -> PathBuf {
-    let folder = std::env::temp_dir().join(format!("tutorial_{}", std::process::id()));
-    if folder.exists() {
-        fs::remove_dir_all(&folder).unwrap();
-    }
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 /// All files below `folder`, with their paths.
 fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
@@ -76,100 +80,183 @@ fn files_below(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
+/// The texts of the files below `folder` whose names have this ending.
+fn texts(folder: &Path, ending: &str) -> Vec<String> {
+    let mut files = Vec::new();
+    files_below(folder, &mut files);
+    let own = files
+        .iter()
+        .filter(|f| f.extension().is_some_and(|e| e == ending));
+    own.map(|f| String::from_utf8_lossy(&fs::read(f).unwrap()).into_owned())
+        .collect()
+}
+
+impl Tutorial {
+    fn follow(&self, folder: &Path) {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        for beside in self.beside {
+            std::os::unix::fs::symlink(root.join(beside), folder.join(beside)).unwrap();
+        }
+        let page = fs::read_to_string(root.join("docs").join(self.page)).unwrap();
+        let counts = self.blocks(&page, folder);
+        let prose: String = page.split("```").step_by(2).collect();
+        let named = self.names(&prose, folder);
+        let found: Vec<usize> = counts.into_iter().chain(named).collect();
+        let enough = found.iter().zip(self.least).all(|(f, least)| *f >= least);
+        assert!(enough, "{}: {found:?}", self.page);
+        self.figures(&prose, folder);
+    }
+
+    /// Runs the commands and compares what they print, and the listings; gives their numbers.
+    fn blocks(&self, page: &str, folder: &Path) -> [usize; 3] {
+        let (mut printed, mut counts) = (String::new(), [0; 3]);
+        for (kind, text) in blocks(page) {
+            match kind.split(' ').collect::<Vec<_>>()[..] {
+                ["sh"] => {
+                    printed = text.lines().map(|line| run(line, folder)).collect();
+                    counts[1] += text.lines().count();
+                }
+                ["text"] => {
+                    for line in text.lines() {
+                        let found = printed.lines().any(|found| same_line(found, line));
+                        assert!(
+                            found,
+                            "the page has\n{line}\nthe program printed\n{printed}"
+                        );
+                        counts[2] += 1;
+                    }
+                    // A listing of files is complete.
+                    if text.lines().all(|line| !line.contains(' ')) {
+                        assert_eq!(text.lines().count(), printed.lines().count(), "{printed}");
+                    }
+                }
+                ["geo" | "toml" | "inp", ref rest @ ..] if matches!(rest, [] | ["excerpt"]) => {
+                    let ending = kind.split(' ').next().unwrap();
+                    let is_listed = |file: &String| match rest {
+                        [] => file == text,
+                        _ => file.contains(text),
+                    };
+                    let is_there = texts(folder, ending).iter().any(is_listed);
+                    assert!(is_there, "no file has\n{text}");
+                    counts[0] += 1;
+                }
+                _ => panic!("a block of {kind:?}"),
+            }
+        }
+        counts
+    }
+
+    /// Arrays and files that the page names exist; gives their numbers.
+    fn names(&self, prose: &str, folder: &Path) -> [usize; 2] {
+        let results = folder.join("output").join(self.run);
+        let fields = texts(&results, "vtu").concat();
+        let columns = fs::read_to_string(results.join("response.csv")).unwrap();
+        let columns: Vec<&str> = columns.lines().next().unwrap().split(',').collect();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let keys = fs::read_to_string(root.join("docs/scene.md")).unwrap();
+        let (mut arrays, mut files) = (0, 0);
+        for word in prose.split('`').skip(1).step_by(2) {
+            let unit = ["_m", "_pa", "_w_m2"]
+                .iter()
+                .any(|unit| word.ends_with(unit));
+            let is_other = || {
+                word.contains('.') || columns.contains(&word) || keys.contains(&format!("`{word}`"))
+            };
+            if (unit && !is_other()) || word == "status" {
+                arrays += 1;
+                let name = format!("Name=\"{word}\"");
+                assert!(fields.contains(&name), "no array {word}");
+            }
+            let is_written = [".vtu", ".pvd", ".csv", ".svg"]
+                .iter()
+                .any(|end| word.ends_with(end));
+            if is_written {
+                files += 1;
+                assert!(results.join(word).exists(), "no file {word}");
+            }
+        }
+        [arrays, files]
+    }
+
+    /// The figures in its sentences.
+    fn figures(&self, prose: &str, folder: &Path) {
+        let figure = |run: &str, place: &str| -> f64 {
+            let file = folder.join("output").join(run).join("summary.json");
+            let text = fs::read_to_string(file).unwrap();
+            let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+            summary.pointer(place).unwrap().as_f64().unwrap()
+        };
+        let words: Vec<&str> = prose.split_whitespace().collect();
+        let sentences = (self.sentences)(&figure);
+        assert!(!sentences.is_empty());
+        for sentence in sentences {
+            let length = sentence.split_whitespace().count();
+            let mut found = words.windows(length).map(|w| w.join(" "));
+            assert!(found.any(|f| same_line(&sentence, &f)), "{sentence}");
+        }
+    }
+}
+
 #[test]
 fn what_the_tutorial_says_is_what_happens() {
-    let page = page();
-    let folder = empty_folder();
-    let (mut printed, mut listings, mut commands, mut compared) = (String::new(), 0, 0, 0);
-    for (kind, text) in blocks(&page) {
-        match kind {
-            "geo" | "toml" => {
-                let entries = fs::read_dir(folder.join("blocks")).unwrap();
-                let mut files = entries.map(|entry| entry.unwrap().path());
-                let is_listed = |path: &PathBuf| fs::read_to_string(path).unwrap() == text;
-                assert!(files.any(|path| is_listed(&path)), "no file is\n{text}");
-                listings += 1;
-            }
-            "sh" => {
-                printed = text.lines().map(|line| run(line, &folder)).collect();
-                commands += text.lines().count();
-            }
-            "text" => {
-                for line in text.lines() {
-                    let found = printed.lines().any(|found| same_line(found, line));
-                    assert!(
-                        found,
-                        "the page has\n{line}\nthe program printed\n{printed}"
-                    );
-                    compared += 1;
-                }
-                // A listing of files is complete.
-                if text.lines().all(|line| !line.contains(' ')) {
-                    assert_eq!(text.lines().count(), printed.lines().count(), "{printed}");
-                }
-            }
-            other => panic!("a block of {other:?}"),
-        }
-    }
-    assert!(
-        listings == 2 && commands >= 4 && compared > 15,
-        "{listings}, {commands}, {compared}"
-    );
-
-    // Arrays and files that the page names exist.
-    let mut files = Vec::new();
-    files_below(&folder.join("output/blocks"), &mut files);
-    let fields: String = files
-        .iter()
-        .filter(|f| f.extension().is_some_and(|e| e == "vtu"))
-        .map(|f| String::from_utf8_lossy(&fs::read(f).unwrap()).into_owned())
-        .collect();
-    let prose: String = page.split("```").step_by(2).collect();
-    let quoted = prose.split('`').skip(1).step_by(2);
-    let (mut arrays, mut named) = (0, 0);
-    for word in quoted {
-        let unit = ["_m", "_pa", "_w_m2"]
-            .iter()
-            .any(|unit| word.ends_with(unit));
-        if (unit && !word.starts_with("top_") && !word.contains('.')) || word == "status" {
-            arrays += 1;
-            assert!(
-                fields.contains(&format!("Name=\"{word}\"")),
-                "no array {word}"
-            );
-        }
-        let written = [".vtu", ".pvd", ".csv", ".svg"]
-            .iter()
-            .any(|end| word.ends_with(end));
-        if written {
-            named += 1;
-            assert!(
-                folder.join("output/blocks").join(word).exists(),
-                "no file {word}"
-            );
-        }
-    }
-    assert!(arrays >= 5 && named >= 5, "{arrays} arrays, {named} files");
-
-    // The figures in its sentences.
-    let figure = |run: &str, place: &str| -> f64 {
-        let file = folder.join("output").join(run).join("summary.json");
-        let text = fs::read_to_string(file).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
-        summary.pointer(place).unwrap().as_f64().unwrap()
+    let blocks = Tutorial {
+        page: "tutorial.md",
+        beside: &[],
+        run: "blocks",
+        least: [2, 4, 16, 5, 5],
+        sentences: |figure| {
+            let rough = figure("blocks", "/response/peak_amplitude_m") * 1e6;
+            let slippery = figure("slippery", "/response/peak_amplitude_m") * 1e6;
+            let ratio = figure("blocks", "/response/peak_ratio");
+            vec![
+                format!("peak falls from {rough} to {slippery} um"),
+                format!("With friction the peak is {ratio} of the linear one."),
+            ]
+        },
     };
-    let rough = figure("blocks", "/response/peak_amplitude_m") * 1e6;
-    let slippery = figure("slippery", "/response/peak_amplitude_m") * 1e6;
-    let ratio = figure("blocks", "/response/peak_ratio");
-    let words: Vec<&str> = prose.split_whitespace().collect();
-    let sentences = [
-        format!("peak falls from {rough} to {slippery} um"),
-        format!("With friction the peak is {ratio} of the linear one."),
-    ];
-    for sentence in sentences {
-        let length = sentence.split_whitespace().count();
-        let mut found = words.windows(length).map(|w| w.join(" "));
-        assert!(found.any(|f| same_line(&sentence, &f)), "{sentence}");
-    }
-    fs::remove_dir_all(&folder).unwrap();
+    blocks.follow(&Folder::new("tutorial_blocks"));
+}
+
+#[test]
+fn what_the_tutorial_of_decks_says_is_what_happens() {
+    let joint = Tutorial {
+        page: "tutorial_deck.md",
+        beside: &["meshes", "scenes"],
+        run: "joint",
+        least: [4, 9, 60, 3, 5],
+        sentences: |figure| {
+            let place = "/response/peak_amplitude_m";
+            let [one, two] = ["joint", "two_decks"].map(|run| figure(run, place));
+            let error = (two / one - 1.0).abs();
+            println!("one deck or two: peaks differ by {error:.1e}");
+            assert!(error < 1e-6, "{one} m with one deck, {two} m with two");
+            let watts = |place: &str| figure("joint", place);
+            vec![
+                format!("The largest amplitude of the tip is {} mm.", one * 1e3),
+                format!(
+                    "At the peak friction takes {} W and the damping of the material {} W.",
+                    watts("/response/peak_friction_power_w"),
+                    watts("/response/peak_damping_power_w")
+                ),
+                format!(
+                    "The blade weighs {} g",
+                    figure("joint", "/mesh/bodies/0/mass_kg") * 1e3
+                ),
+            ]
+        },
+    };
+    joint.follow(&Folder::new("tutorial_joint"));
+}
+
+/// The decks are what their script writes.
+#[test]
+fn the_decks_are_those_of_their_script() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/decks/two_parts.py");
+    let output = Command::new("python3")
+        .arg(script)
+        .arg("--check")
+        .output()
+        .expect("python3 runs: `tools/setup.sh checks` installs it");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
 }

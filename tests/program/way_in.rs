@@ -174,7 +174,7 @@ fn files_in(folders: &[&str]) -> Vec<PathBuf> {
 
 #[test]
 fn the_schemas_take_every_scene_and_every_study() {
-    let scenes = files_in(&["scenes", "scenes/verification", "templates"]);
+    let scenes = files_in(&["scenes", "scenes/decks", "scenes/verification", "templates"]);
     let studies = files_in(&["studies"]);
     assert!(scenes.len() >= 12 && studies.len() >= 4);
     for (kind, files) in [("scene", scenes), ("study", studies)] {
@@ -256,6 +256,72 @@ fn the_schemas_refuse_wrong_keys_types_and_values() {
         let problem = problem.unwrap_or_else(|| panic!("{to} passes"));
         assert!(problem.contains(place), "{to}: {problem}");
     }
+}
+
+// ------------------------------------------------------------------------- groups of a mesh file
+
+#[test]
+fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
+    let mut lines = 0;
+    for file in [
+        "meshes/dovetail_small.msh",
+        "meshes/decks/joint.inp",
+        "meshes/elements/order2_zlib.vtu",
+    ] {
+        let mesh = dovetail_solver::mesh::read(&root().join(file), 1.0).unwrap();
+        let list = printed(ended(program(root(), &["groups", file]), 0));
+        for (name, group) in &mesh.groups {
+            let kind = ["point", "curve", "surface", "volume"][usize::from(group.dimension)];
+            let line = list.lines().find(|line| {
+                let words = line.strip_prefix(kind).map(str::trim_start);
+                words.is_some_and(|words| words.starts_with(&format!("{name:?} ")))
+            });
+            let line = line.unwrap_or_else(|| panic!("{name} is missing:\n{list}"));
+            let nodes = line.split([',', ' ']).filter_map(|w| w.parse().ok());
+            assert_eq!(nodes.last(), Some(group.nodes.len()), "{line}");
+            lines += 1;
+        }
+        assert_eq!(
+            list.lines().count(),
+            2 + mesh.groups.len() + mesh.materials.len(),
+            "{list}"
+        );
+    }
+    assert!(lines > 40, "{lines}");
+    let folder = Folder::new("way-in-groups");
+    let ansys = folder.join("part.cdb");
+    fs::write(&ansys, "/PREP7\nNBLOCK,6,SOLID\n").unwrap();
+    let failed = ended(
+        program(root(), &["groups", &ansys.display().to_string()]),
+        2,
+    );
+    let said = said_in_one_line(&failed);
+    assert!(said.contains("an archive of Ansys"), "{said}");
+    assert_eq!(
+        said.matches("an archive of Ansys").count(),
+        1,
+        "once is enough: {said}"
+    );
+}
+
+#[test]
+fn a_volume_that_is_held_in_place_of_a_face_is_warned_of() {
+    let folder = Folder::new("way-in-held");
+    let mesh = |fixed: &str| {
+        let out = folder.display().to_string();
+        let set = format!("body.jaw.fixed=[{fixed:?}]");
+        let scene = "scenes/decks/joint.toml";
+        let words = ["mesh", scene, "--no-cache", "--out", &out, "--set", &set];
+        said_in_one_line(&ended(program(root(), &words), 0))
+    };
+    let held = mesh("Base");
+    assert!(
+        held.contains("`Base` that is fixed is a volume, and all 287 nodes")
+            && held.contains("the set of nodes alone is `Base (nodes)`"),
+        "{held}"
+    );
+    let face = mesh("Base (nodes)");
+    assert!(!face.contains("is fixed"), "{face}");
 }
 
 // ------------------------------------------------------------------------- completions and man pages

@@ -13,10 +13,10 @@ pub enum MeshError {
         path: PathBuf,
         source: std::io::Error,
     },
-    #[error("mesh {}: {source}", path.display())]
+    #[error("mesh {}: {error}", path.display())]
     File {
         path: PathBuf,
-        source: Box<MeshError>,
+        error: Box<MeshError>,
     },
     #[error("metres_per_unit is {0}: give a positive length (0.001 for a mesh in mm)")]
     Unit(f64),
@@ -113,10 +113,10 @@ pub enum MeshError {
         "the format of the mesh is not known: read are Gmsh's MSH 4.1 and 2.2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
     )]
     UnknownFormat,
-    #[error("{place}: {source}")]
+    #[error("{place}: {error}")]
     Deck {
         place: String,
-        source: Box<MeshError>,
+        error: Box<MeshError>,
     },
     #[error("the keyword lacks {parameter}=")]
     ParameterMissing { parameter: &'static str },
@@ -237,7 +237,7 @@ impl MeshError {
     /// not of what was meshed.
     pub fn is_damage(&self) -> bool {
         match self {
-            Self::File { source, .. } | Self::Deck { source, .. } => source.is_damage(),
+            Self::File { error, .. } | Self::Deck { error, .. } => error.is_damage(),
             Self::NotMsh
             | Self::NoBytes
             | Self::OtherFormat { .. }

@@ -19,7 +19,7 @@ pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
     let mesh = content.and_then(|content| content.into_mesh(units.into()));
     mesh.map_err(|e| MeshError::File {
         path: path.to_path_buf(),
-        source: Box::new(e),
+        error: Box::new(e),
     })
 }
 

@@ -119,7 +119,7 @@ pub enum ModelError {
         reason: &'static str,
     },
     #[error(
-        "contact `{contact}`: {first_count} nodes of `{first}` and {second_count} of `{second}` have no partner within {tolerance:e} of the node spacing: {}. Mesh both flanks alike (transfinite, same curves), or raise mesh.pairing_tolerance",
+        "contact `{contact}`: {first_count} nodes of `{first}` and {second_count} of `{second}` have no partner within {tolerance:e} of the node spacing: {}. Mesh both flanks alike (transfinite, same curves), put both in the same place (units, translation_m), or raise mesh.pairing_tolerance",
         points(nearest)
     )]
     Unmatched {

@@ -76,9 +76,9 @@ pub(super) struct Files(Vec<String>);
 
 impl Files {
     /// The error, with the place and the keyword where it was found.
-    pub fn at(&self, place: Place, keyword: &str, source: MeshError) -> MeshError {
-        if matches!(source, MeshError::Deck { .. }) {
-            return source;
+    pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
+        if matches!(error, MeshError::Deck { .. }) {
+            return error;
         }
         let line = place.line;
         let mut place = match self.0.get(place.file).map_or("", String::as_str) {
@@ -91,7 +91,7 @@ impl Files {
         }
         MeshError::Deck {
             place,
-            source: Box::new(source),
+            error: Box::new(error),
         }
     }
 }

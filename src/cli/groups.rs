@@ -1,0 +1,94 @@
+//! `dovetail groups`: what a mesh file holds, before any scene names it.
+
+use std::path::Path;
+
+use super::error::Error;
+use crate::pipeline::RunError;
+use crate::pipeline::observer::Observer;
+use crate::pipeline::progress::Progress;
+use crate::warning::Weight;
+use crate::words::counted;
+use dovetail_solver::mesh::{self, Group, Mesh};
+
+/// Most characters of a name to which the columns are aligned.
+const MOST_OF_A_COLUMN: usize = 40;
+
+/// The groups and materials of a mesh file, a line each; what of it is not read is told.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn of(path: &Path, observer: &mut dyn Observer) -> Result<String, Error> {
+    // Its numbers are shown as they are: one unit of the file is a metre here.
+    let mesh = mesh::read(path, 1.0).map_err(RunError::from)?;
+    let progress = Progress::new(observer);
+    for remark in &mesh.remarks {
+        progress.warning(Weight::Remark, format!("mesh: {remark}"));
+    }
+    Ok(table(&mesh))
+}
+
+fn table(mesh: &Mesh) -> String {
+    let types = mesh.elements.types();
+    let types = types
+        .iter()
+        .map(|(e, n)| format!("{n} {} of {} nodes", e.shape.plural(), e.nodes()));
+    let mut text = types.collect::<Vec<_>>().join(", ") + "\n";
+    let axis = |k: usize| {
+        let along = mesh.nodes_m.iter().map(|x| x[k]);
+        let least = along.clone().fold(f64::INFINITY, f64::min);
+        let most = along.fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = [least, most].map(short);
+        format!("{} from {least} to {most}", ["x", "y", "z"][k])
+    };
+    let extents: Vec<String> = (0..3).map(axis).collect();
+    text += &format!("{}, in the unit of the file\n", extents.join(", "));
+    let mut rows: Vec<[String; 3]> = Vec::new();
+    for (dimension, kind) in [(3, "volume"), (2, "surface"), (1, "curve"), (0, "point")] {
+        let own = mesh.groups.iter().filter(|(_, g)| g.dimension == dimension);
+        rows.extend(own.map(|(name, group)| [kind.to_owned(), name.clone(), size(group)]));
+    }
+    for material in &mesh.materials {
+        let properties = [
+            ("young", material.young_pa),
+            ("poisson", material.poisson),
+            ("density", material.density_kg_m3),
+        ];
+        let words = properties.map(|(what, value)| match value {
+            Some(value) => format!(", {what} {}", short(value)),
+            None => format!(", no {what}"),
+        });
+        let size = counted(material.elements.len(), "element", "elements");
+        rows.push([
+            "material".to_owned(),
+            material.name.clone(),
+            size + &words.concat(),
+        ]);
+    }
+    let quoted = |name: &str| toml::Value::String(name.to_owned()).to_string();
+    let width = rows.iter().map(|row| quoted(&row[1]).chars().count());
+    let width = width.max().unwrap_or(0).min(MOST_OF_A_COLUMN);
+    for [kind, name, size] in &rows {
+        text += &format!("{kind:<9} {:<width$}  {size}\n", quoted(name));
+    }
+    text
+}
+
+/// Six digits of a number, and no more than it needs.
+fn short(value: f64) -> String {
+    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    match rounded == 0.0 || (1e-4..1e7).contains(&rounded.abs()) {
+        true => format!("{rounded}"),
+        false => format!("{rounded:e}"),
+    }
+}
+
+/// What a group has.
+fn size(group: &Group) -> String {
+    let nodes = counted(group.nodes.len(), "node", "nodes");
+    let elements = group.elements.len();
+    match group.dimension {
+        3 => format!("{}, {nodes}", counted(elements, "element", "elements")),
+        2 => format!("{}, {nodes}", counted(elements, "face", "faces")),
+        _ => nodes,
+    }
+}
