@@ -277,8 +277,8 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
                 words.is_some_and(|words| words.starts_with(&format!("{name:?} ")))
             });
             let line = line.unwrap_or_else(|| panic!("{name} is missing:\n{list}"));
-            let nodes = line.split([',', ' ']).filter_map(|w| w.parse().ok());
-            assert_eq!(nodes.last(), Some(group.nodes.len()), "{line}");
+            let mut nodes = line.split([',', ' ']).filter_map(|w| w.parse().ok());
+            assert_eq!(nodes.next_back(), Some(group.nodes.len()), "{line}");
             lines += 1;
         }
         assert_eq!(
