@@ -10,7 +10,7 @@ use crate::text;
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
 /// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of a
-/// [`Mesh`](super::Mesh); a set of nodes is a group of dimension 0.
+/// [`Mesh`]; a set of nodes is a group of dimension 0.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Content {
     /// Positions, in the unit of length of the file.
