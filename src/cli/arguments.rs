@@ -71,8 +71,7 @@ pub(super) struct Shared {
     #[arg(long, value_name = "DIR", global = true, value_hint = ValueHint::DirPath)]
     pub(super) cache: Option<PathBuf>,
 
-    /// Most that is kept there; 0 keeps nothing
-    /// [default: $DOVETAIL_CACHE_LIMIT_GIB, else 4]
+    /// Most that is kept there, 0 for none [default: 4]
     #[arg(long, value_name = "GIB", global = true, value_parser = gibibytes)]
     pub(super) cache_limit_gib: Option<f64>,
 
