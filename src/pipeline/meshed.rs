@@ -23,6 +23,7 @@ use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::Assembly;
+use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
@@ -258,16 +259,12 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, progress: &Progress) {
     for body in &assembly.bodies {
         for name in body.fixed.iter().chain(body.fixed_along.iter().flatten()) {
-            let own = [format!("{}.{name}", body.name), name.clone()];
-            let group = own.iter().find_map(|name| mesh.groups.get(name));
-            let Some(group) = group.filter(|group| group.dimension == 3) else {
+            let find = |name| mesh.groups.get(&*name_for(mesh, &body.name, name));
+            let Some(group) = find(name).filter(|group| group.dimension == 3) else {
                 continue;
             };
             let nodes = format!("{name} (nodes)");
-            let is_there = own
-                .iter()
-                .any(|name| mesh.groups.contains_key(&format!("{name} (nodes)")));
-            let remedy = match is_there {
+            let remedy = match find(&nodes).is_some() {
                 true => format!("the set of nodes alone is `{nodes}`"),
                 false => "name a surface or a set of nodes to hold a face".to_owned(),
             };

@@ -6,7 +6,6 @@ use std::collections::HashMap;
 use serde::Serialize;
 
 use super::packed::{Scaled, integers, scaled};
-use dovetail_solver::mesh::ElementType;
 use dovetail_solver::mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
@@ -114,21 +113,19 @@ impl Skin {
 
 /// Those of all faces that belong to one element alone, each as the nodes of a facet.
 fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
-    let mut once: HashMap<Vec<u32>, Option<Vec<u32>>> = HashMap::new();
-    for nodes in body.elements.iter() {
-        let Some(element) = ElementType::with_nodes(nodes.len()) else {
-            continue;
-        };
-        for f in 0..element.shape.faces().len() {
-            let face: Vec<u32> = element.face(f).into_iter().map(|i| nodes[i]).collect();
-            let mut corners = face[..facet_corners(face.len())].to_vec();
-            corners.sort_unstable();
+    let mut once: HashMap<[u32; 4], Option<(usize, usize)>> = HashMap::new();
+    for (e, (element, nodes)) in body.elements.solids().enumerate() {
+        for (f, corners) in element.sorted_faces(nodes) {
             once.entry(corners)
                 .and_modify(|face| *face = None)
-                .or_insert(Some(face));
+                .or_insert(Some((e, f)));
         }
     }
-    let mut faces: Vec<Vec<u32>> = once.into_values().flatten().collect();
+    let nodes_of = |(e, f): (usize, usize)| {
+        let (element, nodes) = body.elements.solid(e);
+        element.face_of(f, nodes)
+    };
+    let mut faces: Vec<Vec<u32>> = once.into_values().flatten().map(nodes_of).collect();
     faces.sort_unstable();
     faces
 }

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use super::content::Content;
 use super::{Connectivity, ElementOrder, ElementType, Group, Mesh, Shape};
 use dovetail_numerics::space;
 
@@ -132,8 +133,7 @@ fn filled(
                     for (f, face) in element.shape.faces().iter().enumerate() {
                         if face.iter().all(|&i| corners[i][direction] == level) {
                             on_face.push(facets.len() as u32);
-                            let on_face = element.face(f).into_iter().map(|i| nodes[i]);
-                            facets.push(facets.len() as u64 + 1, on_face);
+                            facets.push(facets.len() as u64 + 1, element.face_of(f, &nodes));
                         }
                     }
                 }
@@ -149,15 +149,21 @@ fn filled(
         }
     }
     groups.extend((0..8).map(|corner| grid.corner(corner)));
-    let mesh = Mesh {
-        nodes_m: grid.nodes_m(size_m),
-        node_tags: Vec::new(),
+    let points = grid.nodes_m(size_m);
+    let content = Content {
+        node_tags: (1..=points.len() as u64).collect(),
+        nodes: points,
         elements,
         facets,
         groups,
-        ..Mesh::default()
+        ..Content::default()
     };
-    without_unused_points(mesh)
+    // Without the points that no element has.
+    let mut mesh = content
+        .into_mesh(1.0.into())
+        .expect("a box of elements is a mesh");
+    mesh.node_tags = (1..=mesh.nodes_m.len() as u64).collect();
+    mesh
 }
 
 /// Points of the grid from one end of a cell to the other: the middle of any edge is one, also of those
@@ -208,29 +214,6 @@ impl Grid {
     }
 }
 
-/// The mesh with the nodes of its elements alone, numbered in the order of the points.
-fn without_unused_points(mut mesh: Mesh) -> Mesh {
-    let mut index = vec![None; mesh.nodes_m.len()];
-    for &node in mesh.elements.nodes() {
-        index[node as usize] = Some(0);
-    }
-    let used = index.iter_mut().flatten();
-    used.zip(0..).for_each(|(new, number)| *new = number);
-    let new = |node: &mut u32| *node = index[*node as usize].unwrap_or(u32::MAX);
-    mesh.elements.nodes_mut().iter_mut().for_each(new);
-    mesh.facets.nodes_mut().iter_mut().for_each(new);
-    let in_groups = mesh.groups.values_mut().flat_map(|group| &mut group.nodes);
-    in_groups.for_each(new);
-    let is_used = |(x, new): ([f64; 3], &Option<u32>)| new.map(|_| x);
-    mesh.nodes_m = std::mem::take(&mut mesh.nodes_m)
-        .into_iter()
-        .zip(&index)
-        .filter_map(is_used)
-        .collect();
-    mesh.node_tags = (1..=mesh.nodes_m.len() as u64).collect();
-    mesh
-}
-
 /// The points below `count` in each direction, the first one fastest.
 fn points(count: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let plane = count[0] * count[1];
@@ -262,14 +245,7 @@ pub fn map_nodes(mesh: &mut Mesh, map: impl Fn([f64; 3]) -> [f64; 3]) {
 
 /// Puts the mid-edge nodes of quadratic elements back on the middle of their corners.
 pub fn straighten(mesh: &mut Mesh) {
-    for nodes in mesh.elements.iter() {
-        let Some(ElementType {
-            shape,
-            order: ElementOrder::Quadratic,
-        }) = ElementType::with_nodes(nodes.len())
-        else {
-            continue;
-        };
+    for (ElementType { shape, .. }, nodes) in mesh.elements.solids() {
         for (&middle, &[a, b]) in nodes[shape.corners()..].iter().zip(shape.edges()) {
             let [a, b] = [a, b].map(|i| mesh.nodes_m[nodes[i] as usize]);
             mesh.nodes_m[middle as usize] = space::middle(a, b);

@@ -182,19 +182,13 @@ impl Content {
 
     /// Leaves out the facets of which a node is not on a solid.
     fn keep_facets(&mut self, on_solid: &[bool]) {
-        let is_kept = |facet: &[u32]| facet.iter().all(|n| on_solid[*n as usize]);
-        if self.facets.iter().all(is_kept) {
+        let nodes = on_solid.iter().zip(0..);
+        let nodes: Vec<Option<u32>> = nodes.map(|(on, n)| on.then_some(n)).collect();
+        let (kept, new_index) = self.facets.kept(&nodes);
+        let left_out = self.facets.len() - kept.len();
+        if left_out == 0 {
             return;
         }
-        let mut kept = Connectivity::default();
-        let mut new_index = Vec::with_capacity(self.facets.len());
-        for (facet, tag) in self.facets.iter().zip(self.facets.tags()) {
-            new_index.push(is_kept(facet).then_some(kept.len() as u32));
-            if is_kept(facet) {
-                kept.push(*tag, facet.iter().copied());
-            }
-        }
-        let left_out = self.facets.len() - kept.len();
         self.facets = kept;
         for group in self.groups.values_mut().filter(|g| g.dimension == 2) {
             let elements = group.elements.iter();

@@ -202,6 +202,31 @@ impl ElementType {
         format!("{shape}{}", self.nodes())
     }
 
+    /// Its place in [`ElementType::ALL`].
+    pub fn number(self) -> usize {
+        2 * self.shape as usize + self.order as usize
+    }
+
+    /// Number and corners of each face of an element with these nodes, in the way of
+    /// [`sorted_corners`].
+    pub fn sorted_faces(self, nodes: &[u32]) -> impl Iterator<Item = (usize, [u32; 4])> {
+        let faces = self.shape.faces().iter().enumerate();
+        faces.map(|(f, corners)| {
+            let mut sorted = [u32::MAX; 4];
+            for (corner, &i) in sorted.iter_mut().zip(*corners) {
+                *corner = nodes[i];
+            }
+            sorted.sort_unstable();
+            (f, sorted)
+        })
+    }
+
+    /// Nodes of face number `face` of an element with these nodes, as in a facet; seen from outside
+    /// they run counter-clockwise.
+    pub fn face_of(self, face: usize, nodes: &[u32]) -> Vec<u32> {
+        self.face(face).into_iter().map(|i| nodes[i]).collect()
+    }
+
     /// Nodes of face number `face`: its corners as in [`Shape::faces`], then the middle between each
     /// corner and the next, as in a facet.
     pub fn face(self, face: usize) -> Vec<usize> {
@@ -228,6 +253,14 @@ pub fn facet_corners(nodes: usize) -> usize {
     }
 }
 
+/// Corners of an element or a facet, ascending and filled up: two of them are the same where these are.
+pub fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
+    let mut sorted = [u32::MAX; N];
+    sorted[..corners.len()].copy_from_slice(corners);
+    sorted.sort_unstable();
+    sorted
+}
+
 /// Nodes and tags of elements (or of facets), one element after the other.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Connectivity {
@@ -235,6 +268,12 @@ pub struct Connectivity {
     offsets: Vec<usize>,
     nodes: Vec<u32>,
     tags: Vec<u64>,
+}
+
+/// The type of a solid element.
+fn solid_of(nodes: &[u32]) -> ElementType {
+    ElementType::with_nodes(nodes.len())
+        .expect("readers keep the eight types of solid elements alone")
 }
 
 impl Default for Connectivity {
@@ -283,13 +322,34 @@ impl Connectivity {
     /// How many solid elements there are of each type.
     pub fn types(&self) -> BTreeMap<ElementType, usize> {
         let mut counts = BTreeMap::new();
-        for element in self
-            .iter()
-            .filter_map(|nodes| ElementType::with_nodes(nodes.len()))
-        {
+        for (element, _) in self.solids() {
             *counts.entry(element).or_default() += 1;
         }
         counts
+    }
+
+    /// Type and nodes of each element of a list of solid ones.
+    pub fn solids(&self) -> impl Iterator<Item = (ElementType, &[u32])> + Clone {
+        self.iter().map(|nodes| (solid_of(nodes), nodes))
+    }
+
+    /// Type and nodes of element `e` of a list of solid ones.
+    pub fn solid(&self, e: usize) -> (ElementType, &[u32]) {
+        (solid_of(self.of(e)), self.of(e))
+    }
+
+    /// What is left where some nodes are kept, with their new numbers: the elements all of whose nodes
+    /// are; and the new number of each element.
+    pub fn kept(&self, node: &[Option<u32>]) -> (Self, Vec<Option<u32>>) {
+        let (mut left, mut numbers) = (Self::default(), Vec::with_capacity(self.len()));
+        for (nodes, &tag) in self.iter().zip(&self.tags) {
+            let nodes: Option<Vec<u32>> = nodes.iter().map(|&n| node[n as usize]).collect();
+            numbers.push(nodes.map(|nodes| {
+                left.push(tag, nodes);
+                left.len() as u32 - 1
+            }));
+        }
+        (left, numbers)
     }
 
     /// Nodes of all elements, one element after the other.
@@ -315,7 +375,8 @@ mod tests {
 
     #[test]
     fn the_number_of_nodes_says_the_type() {
-        for element in ElementType::ALL {
+        for (number, element) in ElementType::ALL.into_iter().enumerate() {
+            assert_eq!(element.number(), number);
             assert_eq!(ElementType::with_nodes(element.nodes()), Some(element));
         }
         assert_eq!(ElementType::with_nodes(27), None);

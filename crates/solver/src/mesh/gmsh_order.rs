@@ -1,6 +1,47 @@
-//! The order of the nodes inside an element in Gmsh's files, of whatever version of the format.
+//! What Gmsh's files, of whatever version of the format, say of elements: their types, the order of the
+//! nodes inside them, and the groups that they belong to.
 
 use super::element::{ElementOrder, ElementType, Shape};
+use super::sections::Names;
+
+/// Dimension and number of nodes of an element by Gmsh's number of its type. Those that have nodes inside
+/// faces or elements are among them.
+pub fn dimension_and_nodes(kind: u64) -> Option<(u8, usize)> {
+    Some(match kind {
+        15 => (0, 1),
+        1 => (1, 2),
+        8 => (1, 3),
+        2 => (2, 3),
+        3 => (2, 4),
+        9 => (2, 6),
+        10 => (2, 9),
+        16 => (2, 8),
+        4 => (3, 4),
+        5 => (3, 8),
+        6 => (3, 6),
+        7 => (3, 5),
+        11 => (3, 10),
+        12 => (3, 27),
+        13 => (3, 18),
+        14 => (3, 14),
+        17 => (3, 20),
+        18 => (3, 15),
+        19 => (3, 13),
+        _ => return None,
+    })
+}
+
+/// Types with nodes inside faces or elements, which are not read.
+pub const COMPLETE: [u64; 4] = [10, 12, 13, 14];
+
+/// The name of a physical group; one without a name is called after its dimension and tag, such as
+/// `surface 12`.
+pub(super) fn group_name(names: &Names, dimension: u8, tag: u32) -> String {
+    names.get(&(dimension, tag)).cloned().unwrap_or_else(|| {
+        let kind = ["point", "curve", "surface", "volume"][usize::from(dimension)];
+        format!("{kind} {tag}")
+    })
+}
 
 /// Where in Gmsh's element each of our nodes stands: node `i` is Gmsh's node `from_gmsh(element)[i]`.
 /// Corners are the same; the middles of the edges follow another list of edges. Facets and lines

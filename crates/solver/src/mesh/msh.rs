@@ -11,11 +11,11 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use mshio::mshfile::{ElementBlock, ElementType, Entities, MshFile, Nodes};
+use mshio::mshfile::{ElementBlock, Entities, MshFile, Nodes};
 
 use super::content::Content;
 use super::element;
-use super::gmsh_order::from_gmsh;
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
 use super::sections::{
     Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
     physical_names, sections,
@@ -62,18 +62,6 @@ fn malformed(bytes: &[u8], error: &mshio::MshParserError<&[u8]>) -> MeshError {
     }
 }
 
-/// Dimension of the elements that are read.
-fn dimension(kind: ElementType) -> Option<u8> {
-    use ElementType::*;
-    Some(match kind {
-        Pnt => 0,
-        Lin2 | Lin3 => 1,
-        Tri3 | Tri6 | Qua4 | Qua8 => 2,
-        Tet4 | Tet10 | Pyr5 | Pyr13 | Pri6 | Pri15 | Hex8 | Hex20 => 3,
-        _ => return None,
-    })
-}
-
 fn assemble(
     file: MshFile<u64, i32, f64>,
     names: &Names,
@@ -116,20 +104,21 @@ fn assemble(
         let Some(first) = groups.first() else {
             continue; // on an entity that no physical group names
         };
-        let kind = block.element_type;
-        let Some(dimension) = dimension(kind) else {
-            let group = first.clone();
-            return Err(match kind.nodes() {
-                Ok(nodes) if is_complete(kind) => MeshError::CompleteElement { group, nodes },
-                _ => MeshError::UnsupportedElement {
-                    group,
-                    kind: format!("{kind:?}"),
-                },
+        let kind = block.element_type as u64;
+        let group = || first.clone();
+        let Some((dimension, nodes)) = dimension_and_nodes(kind) else {
+            return Err(MeshError::UnsupportedElement {
+                group: group(),
+                kind: format!("{:?}", block.element_type),
             });
         };
+        if COMPLETE.contains(&kind) {
+            let group = group();
+            return Err(MeshError::CompleteElement { group, nodes });
+        }
         if block.entity_dim != i32::from(dimension) {
             return Err(MeshError::Dimension {
-                kind: format!("type {kind:?}"),
+                kind: format!("type {:?}", block.element_type),
                 entity: block.entity_tag,
                 dimension: block.entity_dim,
             });
@@ -137,12 +126,6 @@ fn assemble(
         append_block(&mut content, block, groups, dimension, &index_of);
     }
     Ok(content)
-}
-
-/// Quadratic elements with nodes inside faces, or inside.
-fn is_complete(kind: ElementType) -> bool {
-    use ElementType::*;
-    matches!(kind, Qua9 | Hex27 | Pri18 | Pyr14)
 }
 
 fn check_total(what: &'static str, said: u64, found: u64) -> Result<(), MeshError> {
@@ -203,8 +186,7 @@ fn flatten_nodes(
 
 type GroupsOf = BTreeMap<(i32, i32), Vec<String>>;
 
-/// (dimension, entity tag) -> names of its physical groups. A group without a name is called after
-/// its dimension and tag, such as `surface 12`.
+/// (dimension, entity tag) -> names of its physical groups. See [`group_name`].
 fn groups_of_entities(
     entities: Option<&Entities<i32, f64>>,
     names: &Names,
@@ -227,13 +209,7 @@ fn groups_of_entities(
         let mut groups: Vec<String> = physical
             .iter()
             .map(|p| p.unsigned_abs()) // the sign is an orientation
-            .map(|p| match names.get(&(dimension, p)) {
-                Some(name) => name.clone(),
-                None => {
-                    let kind = ["point", "curve", "surface", "volume"][usize::from(dimension)];
-                    format!("{kind} {p}")
-                }
-            })
+            .map(|p| group_name(names, dimension, p))
             .collect();
         groups.sort();
         groups.dedup();

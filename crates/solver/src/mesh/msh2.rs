@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::content::Content;
 use super::element::ElementType;
-use super::gmsh_order::from_gmsh;
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
 use super::sections::{Encoding, Names, content, encoding, physical_names, sections};
 use super::{Group, MeshError};
 
@@ -129,36 +129,6 @@ impl<'a> Numbers<'a> {
         rest.iter().all(u8::is_ascii_whitespace)
     }
 }
-
-/// Dimension and number of nodes of Gmsh's types of elements, also of those that have nodes inside
-/// faces.
-fn dimension_and_nodes(kind: u64) -> Option<(u8, usize)> {
-    Some(match kind {
-        15 => (0, 1),
-        1 => (1, 2),
-        8 => (1, 3),
-        2 => (2, 3),
-        3 => (2, 4),
-        9 => (2, 6),
-        10 => (2, 9),
-        16 => (2, 8),
-        4 => (3, 4),
-        5 => (3, 8),
-        6 => (3, 6),
-        7 => (3, 5),
-        11 => (3, 10),
-        12 => (3, 27),
-        13 => (3, 18),
-        14 => (3, 14),
-        17 => (3, 20),
-        18 => (3, 15),
-        19 => (3, 13),
-        _ => return None,
-    })
-}
-
-/// Types with nodes inside faces or elements.
-const COMPLETE: [u64; 4] = [10, 12, 13, 14];
 
 struct Reader<'a> {
     names: &'a Names,
@@ -346,14 +316,6 @@ impl<'a> Reader<'a> {
         }
         Ok(self.content)
     }
-}
-
-/// A group without a name is called after its dimension and tag, such as `surface 12`.
-fn group_name(names: &Names, dimension: u8, tag: u32) -> String {
-    names.get(&(dimension, tag)).cloned().unwrap_or_else(|| {
-        let kind = ["point", "curve", "surface", "volume"][usize::from(dimension)];
-        format!("{kind} {tag}")
-    })
 }
 
 fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {

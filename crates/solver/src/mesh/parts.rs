@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Connectivity, Group, Mesh, MeshMaterial};
+use super::{Group, Mesh, MeshMaterial};
 use dovetail_numerics::space::{cross, dot, norm};
 
 /// Where a part is put: turned about an axis, then moved.
@@ -33,19 +33,6 @@ impl Placement {
     }
 }
 
-/// What is left of a list where some of its nodes are kept, and the new number of each entry.
-fn kept(list: &Connectivity, node: &[Option<u32>]) -> (Connectivity, Vec<Option<u32>>) {
-    let (mut left, mut numbers) = (Connectivity::default(), Vec::with_capacity(list.len()));
-    for (nodes, &tag) in list.iter().zip(list.tags()) {
-        let nodes: Option<Vec<u32>> = nodes.iter().map(|&n| node[n as usize]).collect();
-        numbers.push(nodes.map(|nodes| {
-            left.push(tag, nodes);
-            left.len() as u32 - 1
-        }));
-    }
-    (left, numbers)
-}
-
 fn renumbered(list: &[u32], number: &[Option<u32>]) -> Vec<u32> {
     list.iter().filter_map(|&i| number[i as usize]).collect()
 }
@@ -62,8 +49,8 @@ impl Mesh {
         for (new, &old) in (0..).zip(&whole.nodes) {
             node[old as usize] = Some(new);
         }
-        let (elements, element) = kept(&self.elements, &node);
-        let (facets, facet) = kept(&self.facets, &node);
+        let (elements, element) = self.elements.kept(&node);
+        let (facets, facet) = self.facets.kept(&node);
         let mut groups = BTreeMap::new();
         for (name, group) in &self.groups {
             let (list, number) = match group.dimension {

@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 
 use thiserror::Error;
 
-use super::element::facet_corners;
+use super::element::{facet_corners, sorted_corners};
 use super::interpolation::{of_element, reference_nodes};
-use super::{ElementType, Mesh, Shape};
+use super::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_numerics::space::{cross, dot, middle, sub};
 
 /// An element whose mean ratio is below this is flat for any purpose.
@@ -97,11 +97,8 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
         volume_m3: 0.0,
     };
     let (mut inside_out, mut slivers, mut folded) = (Vec::new(), Vec::new(), Vec::new());
-    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
+    for ((element, nodes), &tag) in mesh.elements.solids().zip(mesh.elements.tags()) {
         let x: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.nodes_m[n as usize]).collect();
-        let Some(element) = ElementType::with_nodes(nodes.len()) else {
-            unreachable!("readers keep elements of these types alone");
-        };
         let (volume, shape) = (volume(element.shape, &x), worst_corner(element.shape, &x));
         quality.volume_m3 += volume;
         if shape < quality.worst_shape {
@@ -255,8 +252,7 @@ type Probe = (Vec<[f64; 3]>, f64);
 /// The points at which a type of element is looked at: its nodes and points inside it.
 fn probes(element: ElementType) -> &'static [Probe] {
     static ALL: LazyLock<[Vec<Probe>; 8]> = LazyLock::new(|| ElementType::ALL.map(made));
-    let place = ElementType::ALL.iter().position(|e| *e == element);
-    &ALL[place.unwrap_or_default()]
+    &ALL[element.number()]
 }
 
 fn made(element: ElementType) -> Vec<Probe> {
@@ -310,23 +306,11 @@ fn least_jacobian(element: ElementType, x: &[[f64; 3]]) -> f64 {
     probes(element).iter().map(at).fold(f64::INFINITY, f64::min)
 }
 
-/// Corners of an element or a facet, ascending, filled up.
-pub(crate) fn sorted_corners<const N: usize>(corners: &[u32]) -> [u32; N] {
-    let mut sorted = [u32::MAX; N];
-    sorted[..corners.len()].copy_from_slice(corners);
-    sorted.sort_unstable();
-    sorted
-}
-
-fn shape_of(nodes: &[u32]) -> Shape {
-    ElementType::with_nodes(nodes.len()).map_or(Shape::Tetrahedron, |element| element.shape)
-}
-
 fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
     let mut seen = HashMap::with_capacity(mesh.elements.len());
     let mut doubled = Vec::new();
-    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
-        let corners: [u32; 8] = sorted_corners(&nodes[..shape_of(nodes).corners()]);
+    for ((element, nodes), &tag) in mesh.elements.solids().zip(mesh.elements.tags()) {
+        let corners: [u32; 8] = sorted_corners(&nodes[..element.shape.corners()]);
         if seen.insert(corners, tag).is_some() {
             doubled.push(tag);
         }
@@ -340,10 +324,10 @@ fn check_doubled(mesh: &Mesh) -> Result<(), QualityError> {
 /// Edges of elements, then of facets, have one node in the middle, or none, for all that share them.
 /// Where everything has one order there is nothing to see.
 fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
-    let is_quadratic = |nodes: &[u32]| nodes.len() > shape_of(nodes).corners();
     let has_middles = |nodes: &[u32]| nodes.len() > facet_corners(nodes.len());
     let orders = || {
-        let elements = mesh.elements.iter().map(is_quadratic);
+        let elements = mesh.elements.solids();
+        let elements = elements.map(|(element, _)| element.order == ElementOrder::Quadratic);
         elements.chain(mesh.facets.iter().map(has_middles))
     };
     if orders().all(|quadratic| quadratic) || !orders().any(|quadratic| quadratic) {
@@ -360,8 +344,9 @@ fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
         found
     };
     let mut tags = Vec::new();
-    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
-        let shape = shape_of(nodes);
+    for ((ElementType { shape, .. }, nodes), &tag) in
+        mesh.elements.solids().zip(mesh.elements.tags())
+    {
         if differs(nodes, shape.corners(), shape.edges()) {
             tags.push(tag);
         }
@@ -382,39 +367,33 @@ fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
 /// No quadrilateral of one element lies on triangles of others.
 fn check_faces(mesh: &Mesh) -> Result<(), QualityError> {
     let mut shapes = [false; Shape::ALL.len()];
-    for nodes in mesh.elements.iter() {
-        shapes[shape_of(nodes) as usize] = true;
+    for (element, _) in mesh.elements.solids() {
+        shapes[element.shape as usize] = true;
     }
     // Of hexahedra alone, or tetrahedra alone, all faces are alike.
     if shapes.iter().filter(|is_there| **is_there).count() < 2 {
         return Ok(());
     }
-    let mut triangles: HashMap<[u32; 3], usize> = HashMap::new();
-    let mut quadrilaterals: HashMap<[u32; 4], (usize, [u32; 4], u64)> = HashMap::new();
-    for (nodes, &tag) in mesh.elements.iter().zip(mesh.elements.tags()) {
-        for face in shape_of(nodes).faces() {
-            match **face {
-                [a, b, c] => {
-                    let corners = [a, b, c].map(|i| nodes[i]);
-                    *triangles.entry(sorted_corners(&corners)).or_default() += 1;
-                }
-                [a, b, c, d] => {
-                    let corners = [a, b, c, d].map(|i| nodes[i]);
-                    let found = quadrilaterals.entry(sorted_corners(&corners));
-                    found.or_insert((0, corners, tag)).0 += 1;
-                }
-                _ => unreachable!("faces have three or four corners"),
-            }
+    let mut faces: HashMap<[u32; 4], (usize, u64)> = HashMap::new();
+    for ((element, nodes), &tag) in mesh.elements.solids().zip(mesh.elements.tags()) {
+        for (_, corners) in element.sorted_faces(nodes) {
+            faces.entry(corners).or_insert((0, tag)).0 += 1;
         }
     }
-    let is_outer = |corners: [u32; 3]| triangles.get(&sorted_corners(&corners)) == Some(&1);
-    let outer = quadrilaterals.values().filter(|(count, ..)| *count == 1);
-    let mut tags: Vec<u64> = outer
-        .filter(|(_, [a, b, c, d], _)| {
-            let cut = [[*a, *b, *c], [*a, *c, *d], [*a, *b, *d], [*b, *c, *d]];
-            cut.into_iter().any(is_outer)
+    let is_outer = |corners: [u32; 4]| faces.get(&corners).is_some_and(|(count, _)| *count == 1);
+    let of_three = |corners: &[u32; 4]| corners[3] == u32::MAX;
+    let mut tags: Vec<u64> = faces
+        .iter()
+        .filter(|(corners, (count, _))| {
+            let without = |k: usize| {
+                let mut three = **corners;
+                three[k] = u32::MAX;
+                three.sort_unstable();
+                three
+            };
+            *count == 1 && !of_three(corners) && (0..4).any(|k| is_outer(without(k)))
         })
-        .map(|(.., tag)| *tag)
+        .map(|(_, (_, tag))| *tag)
         .collect();
     tags.sort_unstable();
     match first_few(&tags) {

@@ -4,9 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
 use super::groups::{Face, faces};
-use crate::mesh::element::facet_corners;
+use crate::mesh::element::{facet_corners, sorted_corners};
 use crate::mesh::facet::shares;
-use crate::mesh::quality::sorted_corners;
 use crate::mesh::{Group, Mesh};
 use dovetail_numerics::space::{distance, dot, norm, scaled, sub, unit};
 

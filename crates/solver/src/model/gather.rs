@@ -109,7 +109,7 @@ fn add_short_names(mesh: &mut Mesh, parts: &BTreeMap<&str, Mesh>) {
 }
 
 /// The name of a group as a body means it: that of its own mesh before that of another.
-pub(super) fn name_for<'a>(mesh: &Mesh, body: &str, name: &'a str) -> std::borrow::Cow<'a, str> {
+pub fn name_for<'a>(mesh: &Mesh, body: &str, name: &'a str) -> std::borrow::Cow<'a, str> {
     let own = format!("{body}.{name}");
     match mesh.groups.contains_key(&own) {
         true => own.into(),

@@ -3,9 +3,8 @@
 use std::collections::HashMap;
 
 use super::ModelError;
-use crate::mesh::element::facet_corners;
-use crate::mesh::quality::sorted_corners;
-use crate::mesh::{ElementType, Group, Mesh};
+use crate::mesh::element::{facet_corners, sorted_corners};
+use crate::mesh::{Group, Mesh};
 
 pub(super) fn kind(dimension: u8) -> &'static str {
     match dimension {
@@ -97,12 +96,7 @@ impl Face {
 pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
     let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
     let of_nodes = group.dimension == 0;
-    let mut is_in_set = vec![false; if of_nodes { mesh.nodes_m.len() } else { 0 }];
-    if of_nodes {
-        for &n in &group.nodes {
-            is_in_set[n as usize] = true;
-        }
-    }
+    let is_in_set = |node: &u32| group.nodes.binary_search(node).is_ok();
     let mut all: Vec<Face> = Vec::new();
     let mut number: HashMap<[u32; 4], usize> = HashMap::new();
     for &f in &group.elements {
@@ -116,46 +110,27 @@ pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
         });
     }
     for &e in elements {
-        let nodes = mesh.elements.of(e as usize);
-        let Some(element) = ElementType::with_nodes(nodes.len()) else {
-            continue;
-        };
-        for (f, corners) in element.shape.faces().iter().enumerate() {
-            let mut found = [u32::MAX; 4];
-            for (corner, &i) in found.iter_mut().zip(*corners) {
-                *corner = nodes[i];
-            }
-            found.sort_unstable();
-            let face = || {
-                element
-                    .face(f)
-                    .into_iter()
-                    .map(|i| nodes[i])
-                    .collect::<Vec<u32>>()
-            };
-            if of_nodes {
-                if !found[..corners.len()]
-                    .iter()
-                    .all(|&n| is_in_set[n as usize])
+        let (element, nodes) = mesh.elements.solid(e as usize);
+        for (f, corners) in element.sorted_faces(nodes) {
+            let at = match number.get(&corners) {
+                Some(&at) => at,
+                // Most faces have a corner outside.
+                None if of_nodes
+                    && corners.iter().all(|c| *c == u32::MAX || is_in_set(c))
+                    && element.face_of(f, nodes).iter().all(is_in_set) =>
                 {
-                    continue;
+                    number.insert(corners, all.len());
+                    all.push(Face {
+                        tag: mesh.elements.tags()[e as usize],
+                        bounded: 0,
+                        nodes: Vec::new(),
+                    });
+                    all.len() - 1
                 }
-                let face = face();
-                if face.iter().all(|&n| is_in_set[n as usize]) {
-                    let at = *number.entry(found).or_insert(all.len());
-                    if at == all.len() {
-                        all.push(Face {
-                            tag: mesh.elements.tags()[e as usize],
-                            bounded: 0,
-                            nodes: face,
-                        });
-                    }
-                    all[at].bounded += 1;
-                }
-            } else if let Some(&at) = number.get(&found) {
-                all[at].bounded += 1;
-                all[at].nodes = face();
-            }
+                None => continue,
+            };
+            all[at].bounded += 1;
+            all[at].nodes = element.face_of(f, nodes);
         }
     }
     if of_nodes {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::super::content::{Content, FileMaterial};
-use super::super::element::{ElementType, facet_corners};
+use super::super::element::facet_corners;
 use super::super::{Group, MeshError};
 use super::lines::Files;
 use super::read::Deck;
@@ -88,7 +88,7 @@ struct Assembly<'a> {
     /// Groups by the key of their names.
     found: BTreeMap<String, Found>,
     /// How many solids have a face with these corners, ascending.
-    face_counts: Option<Rc<HashMap<Vec<u32>, u32>>>,
+    face_counts: Option<Rc<HashMap<[u32; 4], u32>>>,
 }
 
 fn group(dimension: u8) -> Group {
@@ -272,9 +272,8 @@ impl Assembly<'_> {
             }
         }
         for (solid, face) in faces {
-            let nodes = self.content.elements.of(solid as usize);
-            let element = ElementType::with_nodes(nodes.len()).expect("solids have a type");
-            let nodes: Vec<u32> = element.face(face).into_iter().map(|i| nodes[i]).collect();
+            let (element, nodes) = self.content.elements.solid(solid as usize);
+            let nodes = element.face_of(face, nodes);
             let tag = self.content.elements.tags()[solid as usize];
             group.elements.push(self.content.facets.len() as u32);
             self.content.facets.push(tag, nodes);
@@ -312,16 +311,15 @@ impl Assembly<'_> {
         line: &SurfaceLine,
         out: &mut BTreeSet<(u32, usize)>,
     ) -> Result<(), MeshError> {
-        let nodes = self.content.elements.of(solid as usize);
-        let element = ElementType::with_nodes(nodes.len()).expect("solids have a type");
-        let faces = element.shape.faces();
         let Some(label) = &line.face else {
-            let nodes = nodes.to_vec();
             let counts = self.face_counts();
-            let exposed = (0..faces.len()).filter(|f| counts[&corners(&nodes, faces[*f])] == 1);
-            out.extend(exposed.map(|f| (solid, f)));
+            let (element, nodes) = self.content.elements.solid(solid as usize);
+            let exposed = element.sorted_faces(nodes).filter(|(_, f)| counts[f] == 1);
+            out.extend(exposed.map(|(f, _)| (solid, f)));
             return Ok(());
         };
+        let (element, _) = self.content.elements.solid(solid as usize);
+        let faces = element.shape.faces();
         let number = label
             .strip_prefix(['S', 'P'])
             .and_then(|n| n.parse::<usize>().ok());
@@ -339,14 +337,13 @@ impl Assembly<'_> {
         }
     }
 
-    fn face_counts(&mut self) -> Rc<HashMap<Vec<u32>, u32>> {
+    fn face_counts(&mut self) -> Rc<HashMap<[u32; 4], u32>> {
         let elements = &self.content.elements;
         let counts = self.face_counts.get_or_insert_with(|| {
             let mut counts = HashMap::new();
-            for nodes in elements.iter() {
-                let element = ElementType::with_nodes(nodes.len()).expect("solids have a type");
-                for face in element.shape.faces() {
-                    *counts.entry(corners(nodes, face)).or_insert(0) += 1;
+            for (element, nodes) in elements.solids() {
+                for (_, corners) in element.sorted_faces(nodes) {
+                    *counts.entry(corners).or_insert(0) += 1;
                 }
             }
             Rc::new(counts)
@@ -454,11 +451,4 @@ impl Assembly<'_> {
         self.content.keep_what_solids_have()?;
         Ok(self.content)
     }
-}
-
-/// Corners of a face, ascending.
-fn corners(nodes: &[u32], face: &[usize]) -> Vec<u32> {
-    let mut corners: Vec<u32> = face.iter().map(|i| nodes[*i]).collect();
-    corners.sort_unstable();
-    corners
 }
