@@ -249,7 +249,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
             .map(|b| 3 * b.dofs.free_nodes())
             .sum::<usize>(),
         model.pairs.len(),
-        model.largest_mismatch_m
+        model.largest_mismatch_m()
     ));
     Ok(model)
 }

@@ -49,8 +49,8 @@ const SECTIONS: [Section; 12] = [
     Section {
         name: "body",
         shape: Shape::List,
-        needed: "one or two",
-        what: "the body that vibrates, then the one that holds it",
+        needed: "one or more",
+        what: "a body, and how it is held",
         example: "[[body]]\nname = \"blade\"\nvolume = \"blade\"\nyoung_pa = 113.8e9",
         fields: fields::<raw::RawBody>,
         keys: &BODY,
@@ -67,7 +67,7 @@ const SECTIONS: [Section; 12] = [
     Section {
         name: "contact",
         shape: Shape::List,
-        needed: "one or more",
+        needed: "none or more",
         what: "two flanks that touch, and the law between them",
         example: "[[contact]]\nname = \"left\"\nfirst = \"blade_flank_left\"\n\
                   second = \"jaw_flank_left\"\nfriction = 0.3",
@@ -170,7 +170,7 @@ const REDUCED_MODEL: [Key; 4] = [
     ),
 ];
 
-const MESH: [Key; 9] = [
+const MESH: [Key; 8] = [
     key(
         "geometry",
         Kind::Text("path of a Gmsh script"),
@@ -228,13 +228,6 @@ const MESH: [Key; 9] = [
         "`\"m-kg-s\"`: metre, kilogram, second (Pa, kg/m3); `\"mm-t-s\"`: millimetre, tonne, second \
          (MPa, t/mm3). What the lengths of the mesh are in, and the materials of a deck",
         "units = \"mm-t-s\"",
-    ),
-    key(
-        "pairing_tolerance",
-        Kind::Number("", Limits::between(0.0, 0.5)),
-        "1e-6",
-        "of the local node spacing: flank nodes nearer than this are a pair",
-        "pairing_tolerance = 1e-6",
     ),
 ];
 
@@ -421,7 +414,7 @@ const ROTATION: [Key; 5] = [
     ),
 ];
 
-const CONTACT: [Key; 9] = [
+const CONTACT: [Key; 12] = [
     key(
         "name",
         Kind::Name,
@@ -433,16 +426,24 @@ const CONTACT: [Key; 9] = [
         "first",
         Kind::Text("group"),
         "-",
-        "surface group of the first body",
+        "surface group of a body",
         "first = \"blade_flank_left\"  # a physical surface of the blade",
     ),
     key(
         "second",
         Kind::Text("group"),
-        "- (one body: none)",
-        "surface group of the second body, its corner nodes at the same places; left out \
-         where there is no second body",
+        "rigid ground",
+        "surface group that lies opposite `first`, of another body or of the same one; the meshes of \
+         the two need not match",
         "second = \"jaw_flank_left\"  # a physical surface of the jaw",
+    ),
+    key(
+        "slave",
+        Kind::Choice(&["first", "second"]),
+        "the side of the smaller facets; `\"first\"` where they are alike",
+        "the side whose nodes have the contact forces and follow the other side, which need not have \
+         nodes opposite",
+        "slave = \"second\"",
     ),
     key(
         "law",
@@ -461,11 +462,26 @@ const CONTACT: [Key; 9] = [
         "friction = 0.3",
     ),
     key(
+        "gap",
+        Kind::Choice(&["closed", "mesh"]),
+        "`\"closed\"`",
+        "`\"closed\"`: the sides touch, however far apart the mesh has them; `\"mesh\"`: their distance in \
+         the mesh is clearance (on curved sides that do not match it alternates from node to node)",
+        "gap = \"mesh\"",
+    ),
+    key(
         "gap_m",
-        Kind::Number("m", Limits::NOT_NEGATIVE),
+        Kind::Number("m", Limits::ANY),
         "0",
-        "initial clearance",
+        "initial clearance, added to that of `gap`; negative where the sides interfere (a press fit)",
         "gap_m = 0.0",
+    ),
+    key(
+        "search_distance_m",
+        Kind::Number("m", Limits::POSITIVE),
+        "half of the longest edge of both facets",
+        "facets farther apart than this along their normals are not opposite each other",
+        "search_distance_m = 0.5e-3",
     ),
     key(
         "crown_radius_m",

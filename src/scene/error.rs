@@ -196,10 +196,10 @@ pub enum Fault {
     },
     #[error("`damping.linear_mode` is {linear_mode}, but only {kept} stuck modes are kept")]
     LinearModeNotKept { linear_mode: usize, kept: usize },
-    #[error("the scene has {found} bodies; it needs one or two")]
-    BodyCount { found: usize },
-    #[error("`{path}` is given, and the scene has no second [[body]]")]
-    NoSecondBody { path: String },
+    #[error("the scene has no body")]
+    NoBody,
+    #[error("`{path}` is the same group as `first`")]
+    SameFlank { path: String },
     #[error("no body is fixed anywhere")]
     NothingFixed,
     #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
@@ -274,9 +274,8 @@ impl Fault {
             Self::TooFewSamples { least, .. } => format!("at least {least}"),
             Self::HarmonicNotKept { harmonics, .. } => format!("at most {harmonics}"),
             Self::LinearModeNotKept { kept, .. } => format!("at most {kept}"),
-            Self::BodyCount { found: 0 } => "a body is needed".to_owned(),
-            Self::NoSecondBody { .. } => "no such body".to_owned(),
-            Self::BodyCount { .. } => "one body too many".to_owned(),
+            Self::NoBody => "a body is needed".to_owned(),
+            Self::SameFlank { .. } => "a flank against itself".to_owned(),
             Self::NothingFixed => "every body floats".to_owned(),
             Self::OverrideSyntax { .. } => "no `=` with a key before it".to_owned(),
             Self::OverrideTooDeep { .. } => "too deep".to_owned(),
@@ -340,17 +339,15 @@ impl Fault {
             Self::LinearModeNotKept { linear_mode, .. } => format!(
                 "set response.stuck_modes to {linear_mode} or more, or leave it out to keep as many as are needed"
             ),
-            Self::BodyCount { .. } => "write two [[body]] tables: first the one that vibrates (blade), then the one \
-                 that holds it (jaw); or only the first, held by rigid ground"
+            Self::NoBody => "write a [[body]] table for each body: the one that vibrates (blade), and what holds \
+                 it (jaw)"
                 .to_owned(),
-            Self::NoSecondBody { .. } => "leave it out: the flank `first` then touches rigid ground; or write a \
-                 second [[body]], the one that holds the first"
+            Self::SameFlank { .. } => "name the surface that lies opposite, or leave it out: the flank `first` then \
+                 touches rigid ground"
                 .to_owned(),
-            Self::NothingFixed => {
-                "name a group of the mesh that does not move in at least one [[body]], for example: fixed = \
-                 [\"jaw_base\"]"
-                    .to_owned()
-            }
+            Self::NothingFixed => "name a group of the mesh that does not move in at least one [[body]], for \
+                 example: fixed = [\"jaw_base\"]; or let a contact be with rigid ground (no `second`)"
+                .to_owned(),
             Self::OverrideSyntax { .. } => "write for example --set response.points=20, --set \
                  contact.left.friction=0.1 or --set 'contact.*.friction=0.1'; KEY= with nothing after it \
                  removes the key"

@@ -56,7 +56,6 @@ pub struct RawMesh {
     pub file: Located<String>,
     pub metres_per_unit: Located<Number>,
     pub units: Located<String>,
-    pub pairing_tolerance: Located<Number>,
 }
 
 #[derive(Debug, serde::Deserialize)]
@@ -100,8 +99,11 @@ pub struct RawContact {
     pub first: Located<String>,
     pub second: Located<String>,
     pub law: Located<String>,
+    pub slave: Located<String>,
     pub friction: Located<Number>,
+    pub gap: Located<String>,
     pub gap_m: Located<Number>,
+    pub search_distance_m: Located<Number>,
     pub crown_radius_m: Located<Number>,
     pub crown_axis: Located<Numbers<3>>,
     pub crown_centre_m: Located<Numbers<3>>,

@@ -7,7 +7,7 @@ use crate::shared_scenes::*;
 use dovetail_solver::mesh::block::{block, map_nodes, straighten};
 use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
-use dovetail_solver::model::{Model, ModelError, NodeMotion, bind};
+use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
 
 // --------------------------------------------------------------------------- binding a scene
 
@@ -27,7 +27,10 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
         assert_vector(n, [-half * out[0], -half * out[1], -half], 1e-9);
         assert_vector(t1, slot, 1e-9);
         assert_vector(t2, cross(n, t1), 1e-14);
-        for (b, at) in [pair.first, pair.second.unwrap()].into_iter().enumerate() {
+        for (b, at) in [pair.slave.node, pair.slave.partner().unwrap()]
+            .into_iter()
+            .enumerate()
+        {
             let body = &model.bodies[b];
             assert_eq!(at.body, b);
             assert!(distance(body.nodes_m[at.node as usize], pair.position_m) < 1e-12);
@@ -61,9 +64,9 @@ fn check_dovetail(model: &Model, nu: usize, nv: usize) {
     }
     assert!((area / (2.0 * expected) - 1.0).abs() < 1e-9);
     assert!(
-        model.largest_mismatch_m < 1e-15,
+        model.largest_mismatch_m() < 1e-15,
         "{}",
-        model.largest_mismatch_m
+        model.largest_mismatch_m()
     );
     for body in &model.bodies {
         let d = &body.dofs;
@@ -219,10 +222,10 @@ fn numbering_and_facet_orientation_change_nothing() {
     check_dovetail(&other, 4, 9);
     for (p, q) in plain.pairs.iter().zip(&other.pairs) {
         let tag = |m: &Model, at: BodyNode| m.bodies[at.body].node_tags[at.node as usize];
-        assert_eq!(tag(&plain, p.first), tag(&other, q.first));
+        assert_eq!(tag(&plain, p.slave.node), tag(&other, q.slave.node));
         assert_eq!(
-            tag(&plain, p.second.unwrap()),
-            tag(&other, q.second.unwrap())
+            tag(&plain, p.slave.partner().unwrap()),
+            tag(&other, q.slave.partner().unwrap())
         );
         for k in 0..3 {
             assert_vector(p.frame[k], q.frame[k], 1e-12);
@@ -263,44 +266,49 @@ fn bodies_named_the_other_way_round_have_the_opposite_normals() {
 }
 
 #[test]
-fn flanks_that_do_not_match_are_an_error_with_places() {
-    let mut mesh = ready("dovetail_order1.msh");
-    let jaw = mesh.groups["jaw"].nodes.clone();
-    let shift = |mesh: &mut Mesh, by: f64| {
-        for &n in &jaw {
-            mesh.nodes_m[n as usize][0] += by;
+fn flanks_that_miss_each_other_are_an_error_with_the_place() {
+    let shifted = |by: f64| {
+        let mut mesh = ready("dovetail_order1.msh");
+        for n in mesh.groups["jaw"].nodes.clone() {
+            mesh.nodes_m[n as usize][2] += by;
         }
+        mesh
     };
-    shift(&mut mesh, 1e-3);
-    let error = bind(&dovetail_assembly(), &mesh).unwrap_err();
-    let ModelError::Unmatched {
+    // Half a longest edge is some 3 mm here, and the flanks stand at 45 degrees.
+    let error = bind(&dovetail_assembly(), &shifted(5e-3)).unwrap_err();
+    let ModelError::NoneOpposite {
         contact,
-        first_count,
-        second_count,
-        nearest,
+        nearest: Some((_, distance_m)),
         ..
     } = &error
     else {
         panic!("{error}");
     };
-    assert_eq!(
-        (contact.as_str(), *first_count, *second_count),
-        ("left", 36, 36)
-    );
-    // Node spacing across is 1.5 mm: the old partner, 1 mm away, is (nearly) the nearest.
+    assert_eq!(contact, "left");
     assert!(
-        nearest
-            .iter()
-            .all(|u| u.distance_m > 0.5e-3 && u.distance_m < 1.1e-3)
+        (distance_m - 5e-3 * 0.5f64.sqrt()).abs() < 1e-9,
+        "{distance_m}"
     );
-    assert!(error.to_string().contains("pairing_tolerance"));
-    // A shift within the tolerance is matched and reported.
-    shift(&mut mesh, -1e-3 + 1e-6);
+    assert!(error.to_string().contains("search_distance_m"));
     let mut assembly = dovetail_assembly();
-    assembly.pairing_tolerance = 1e-2;
-    let model = bind(&assembly, &mesh).unwrap();
-    assert!((model.largest_mismatch_m - 1e-6).abs() < 1e-12);
-    assert_eq!(model.pairs.len(), 72);
+    assembly.contacts[0].search_distance_m = Some(1e-2);
+    assembly.contacts[1].search_distance_m = Some(1e-2);
+    // Along the flank's normal the two lie askew: they cover each other in part.
+    let model = bind(&assembly, &shifted(2e-3)).unwrap();
+    for found in &model.matches {
+        assert!((0.5..0.9).contains(&found.covered), "{found:?}");
+        assert!(!found.nodes_match, "{found:?}");
+    }
+    // Clearance counts the distance where the scene asks for it.
+    for contact in &mut assembly.contacts {
+        contact.gap_from_mesh = true;
+        contact.gap_m = 1e-6;
+    }
+    let model = bind(&assembly, &shifted(2e-3)).unwrap();
+    for pair in &model.pairs {
+        let expected = 2e-3 * 0.5f64.sqrt() + 1e-6;
+        assert!((pair.gap_m - expected).abs() < 1e-12, "{}", pair.gap_m);
+    }
 }
 
 #[test]
@@ -385,44 +393,24 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
     let e = error(&|s| s.bodies.clear());
     assert!(matches!(e, ModelError::NoBody));
     let e = error(&|s| s.bodies.truncate(1));
-    assert!(matches!(e, ModelError::SecondFlank { bodies: 1, .. }));
-    let e = error(&|s| s.contacts[1].second = None);
-    assert!(matches!(e, ModelError::SecondFlank { bodies: 2, .. }));
+    assert!(matches!(e, ModelError::NodesElsewhere { count: 36, .. }));
     let e = error(&|s| s.rotation.as_mut().unwrap().bodies = vec!["disc".into()]);
     assert!(matches!(e, ModelError::UnknownBody { .. }));
-    let e = error(&|s| {
-        let c = &mut s.contacts[0];
-        let second = c.second.replace(c.first.clone());
-        c.first = second.unwrap();
-    });
-    assert!(matches!(
-        e,
-        ModelError::FlankOffBody {
-            swapped: true,
-            count: 48,
-            ..
-        }
-    ));
     let e = error(&|s| s.contacts[1] = contact("again", "blade_flank_left", "jaw_flank_left"));
-    assert!(matches!(e, ModelError::TwoContacts { count: 36, .. }));
-    let e = error(&|s| s.bodies[1].fixed.push("jaw_flank_left".into()));
+    assert!(matches!(e, ModelError::SlaveTwice { count: 36, .. }));
+    let e = error(&|s| {
+        for c in &mut s.contacts {
+            c.slave = Some(Side::Second);
+        }
+        s.bodies[1].fixed.push("jaw_flank_left".into());
+    });
     assert!(matches!(e, ModelError::FlankFixed { count: 36, .. }));
     let e = error(&|s| s.bodies[0].fixed = vec!["blade_tip".into()]);
     assert!(matches!(e, ModelError::NodesFixed { count: 1, .. }));
     let e = error(&|s| s.contacts[0].second = Some("jaw_flank_right".into()));
-    assert!(matches!(
-        e,
-        ModelError::Unmatched {
-            first_count: 36,
-            ..
-        }
-    ));
-    // A free surface that touches the flanks, as a contact of its own: 36 edge nodes twice.
-    let e = error(&|s| {
-        s.contacts[1] = contact("x", "blade_root_free", "jaw_free");
-        s.pairing_tolerance = 1e-6;
-    });
-    assert!(matches!(e, ModelError::Unmatched { .. }));
+    assert!(matches!(e, ModelError::NoneOpposite { nearest: None, .. }));
+    let e = error(&|s| s.contacts[0].second = Some("blade_flank_right".into()));
+    assert!(matches!(e, ModelError::NoneOpposite { .. }));
 }
 
 #[test]
@@ -545,15 +533,19 @@ fn a_body_alone_stands_on_rigid_ground() {
     assert_eq!(one.flank_facets, two.flank_facets);
     assert_eq!(one.pairs.len(), 9);
     for (one, two) in one.pairs.iter().zip(&two.pairs) {
-        assert_eq!((one.first, one.second), (two.first, None));
-        assert!(two.second.is_some());
+        assert_eq!(
+            (one.slave.node, one.slave.partner()),
+            (two.slave.node, None)
+        );
+        assert!(one.slave.masters.is_empty());
+        assert!(two.slave.partner().is_some());
         assert_eq!(one.position_m, two.position_m);
         assert!((one.area_m2 - two.area_m2).abs() < 1e-15);
         for (a, b) in one.frame.iter().zip(two.frame) {
             assert_vector(*a, b, 1e-14);
         }
     }
-    assert_eq!(one.largest_mismatch_m, 0.0);
+    assert_eq!(one.largest_mismatch_m(), 0.0);
     // Bonded to the ground its flank is fixed, mid-edge nodes too.
     assembly.contacts = vec![bonded(assembly.contacts.remove(0))];
     let held = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
@@ -578,14 +570,16 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
     for b in 0..2 {
         let dofs = &model.bodies[b].dofs;
         assert_eq!(dofs.contact_nodes, 72);
-        let pairs = model.pairs.iter().map(|p| [p.first, p.second.unwrap()]);
-        for (i, nodes) in pairs.chain(model.bonded.iter().copied()).enumerate() {
+        let pairs = model.pairs.iter().map(|p| &p.slave);
+        for (i, slave) in pairs.chain(&model.bonded).enumerate() {
+            let nodes = [slave.node, slave.partner().unwrap()];
             assert_eq!(nodes[b].body, b);
             assert_eq!(dofs.free(nodes[b].node), Some(dofs.interior_nodes + i));
         }
     }
-    for nodes in &model.bonded {
-        let [blade, jaw] = nodes.map(|at| model.bodies[at.body].nodes_m[at.node as usize]);
+    for slave in &model.bonded {
+        let [blade, jaw] = [slave.node, slave.partner().unwrap()]
+            .map(|at| model.bodies[at.body].nodes_m[at.node as usize]);
         assert!(distance(blade, jaw) < 1e-9);
     }
 }
@@ -610,7 +604,7 @@ fn a_set_of_nodes_serves_as_a_surface_where_all_nodes_of_a_face_are_in_it() {
         );
         assert_eq!(plain.pairs.len(), sets.pairs.len());
         for (p, q) in plain.pairs.iter().zip(&sets.pairs) {
-            assert_eq!((p.first, p.second), (q.first, q.second));
+            assert_eq!(&p.slave, &q.slave);
             assert!((p.area_m2 / q.area_m2 - 1.0).abs() < 1e-12);
         }
         for (p, q) in plain.bodies.iter().zip(&sets.bodies) {

@@ -140,8 +140,8 @@ fn mode_shapes_have_the_energies_of_their_frequencies() {
         assert!(off.abs() < 1e-9, "{name}: {found_hz} {frequency_hz}");
         // Flanks that are held do not move, and stuck ones move as one.
         for pair in &model.pairs {
-            let first = shape[pair.first.node as usize];
-            let second = shape[first_node[1] + pair.second.unwrap().node as usize];
+            let first = shape[pair.slave.node.node as usize];
+            let second = shape[first_node[1] + pair.slave.partner().unwrap().node as usize];
             let slip = norm(sub(first, second));
             assert!(slip < 1e-9, "{name}: {slip}");
             assert!(row[0] == "stuck" || norm(first) == 0.0, "{name}");

@@ -291,7 +291,7 @@ fn tables_per_pair_hold_the_exact_numbers() {
     let (pair, state) = (&run.model.pairs[7], &run.static_state);
     assert_eq!(
         rows[7]["blade_node"],
-        run.model.bodies[0].node_tags[pair.first.node as usize].to_string()
+        run.model.bodies[0].node_tags[pair.slave.node.node as usize].to_string()
     );
     assert_eq!(
         rows[7]["pressure_pa"].parse::<f64>().unwrap(),
@@ -936,7 +936,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         "slip",
         &|o| {
             let mut moved = run.static_displacement.clone();
-            moved[0][run.model.pairs[1].first.node as usize][2] += 1e-6;
+            moved[0][run.model.pairs[1].slave.node.node as usize][2] += 1e-6;
             let mut fields = static_fields(&run);
             fields[0].displacement_m = &moved[0];
             vtu::write_static(&o.join("static.vtu"), &run.model, &fields).unwrap();

@@ -428,7 +428,10 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
             "neither `load.0.force_n` nor `load.0.pressure_pa` is given",
         ),
         (
-            &["body.lower.fixed_x=[\"lower_flank\"]"],
+            &[
+                "body.lower.fixed_x=[\"lower_flank\"]",
+                "contact.flank.slave=second",
+            ],
             "body `lower`, fixed_x: 30 nodes",
         ),
         (

@@ -71,7 +71,7 @@ fn flank_rows(model: &Model, body: usize) -> Mat<c64> {
     let dofs = &model.bodies[body].dofs;
     let mut rows = Mat::zeros(3 * model.pairs.len(), 3 * dofs.free_nodes());
     for (i, pair) in model.pairs.iter().enumerate() {
-        let node = [pair.first, pair.second.unwrap()][body].node;
+        let node = [pair.slave.node, pair.slave.partner().unwrap()][body].node;
         for (free, weight) in dofs.weights(node as usize) {
             for (r, direction) in pair.frame.iter().enumerate() {
                 for axis in 0..3 {

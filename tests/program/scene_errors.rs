@@ -305,20 +305,14 @@ fn impossible_numbers_are_refused() {
         &["`mesh.time_limit_s` is -1"],
     );
     refused(
-        "pairing_tolerance = 1e-6",
-        "pairing_tolerance = 0.7",
-        &["less than 0.5"],
+        "friction = 0.3",
+        "search_distance_m = 0\nfriction = 0.3",
+        &["`contact.left.search_distance_m` is 0", "greater than 0"],
     );
     refused(
         "friction = 0.3",
         "friction = -0.3",
         &["`contact.left.friction` is -0.3", "0 or more"],
-    );
-    refused_at(
-        "gap_m = 0.0",
-        1,
-        "gap_m = -1e-6",
-        &["`contact.right.gap_m`", "0 or more"],
     );
     refused(
         "speed_rpm = 5000",
@@ -470,12 +464,6 @@ fn names_are_fit_for_files_and_not_used_twice() {
         "name = \"left\"",
         &["\"left\" is taken already", "first here", "used again"],
     );
-    let words = ["\"blade_flank_left\" is taken already"];
-    refused(
-        "first = \"blade_flank_right\"",
-        "first = \"blade_flank_left\"",
-        &words,
-    );
     refused(
         "volume = \"jaw\"",
         "volume = \"blade\"",
@@ -562,8 +550,8 @@ fn a_missing_key_points_at_the_heading_of_its_table() {
         (
             "[[contact]]",
             1,
-            "second = \"jaw_flank_right\"",
-            "`contact.right.second` is missing",
+            "first = \"blade_flank_right\"",
+            "`contact.right.first` is missing",
         ),
         (
             "[[excitation]]",
@@ -618,7 +606,6 @@ fn a_scene_without_a_section_says_which_and_how_it_begins() {
     let message = rendered(&error);
     for section in [
         "[mesh]",
-        "[[contact]]",
         "[damping]",
         "[[excitation]]",
         "[[observe]]",
@@ -629,31 +616,21 @@ fn a_scene_without_a_section_says_which_and_how_it_begins() {
             "{section} in {message}"
         );
     }
-    assert!(
-        message.contains("the scene has 0 bodies; it needs one or two"),
-        "{message}"
-    );
+    assert!(message.contains("the scene has no body"), "{message}");
     assert!(
         message.contains("add it, beginning for example like this: [mesh] file ="),
         "{message}"
     );
-    assert_eq!(count(&error), 7);
-    assert_eq!(count(&parse("", &[]).unwrap_err()), 8);
+    assert_eq!(count(&error), 6);
+    assert_eq!(count(&parse("", &[]).unwrap_err()), 7);
 }
 
 #[test]
-fn there_are_one_or_two_bodies_and_of_two_one_is_fixed() {
+fn of_any_number_of_bodies_one_is_held() {
     let third =
         "[[body]]\nname = \"c\"\nvolume = \"c\"\nyoung_pa = 1\npoisson = 0\ndensity_kg_m3 = 1\n";
-    let words = [
-        "the scene has 3 bodies; it needs one or two",
-        "one body too many",
-    ];
-    refused_on(
-        &format!("{PAPER}{third}"),
-        1 + PAPER.matches('\n').count(),
-        &words,
-    );
+    let scene = parse(&format!("{PAPER}{third}"), &[]).unwrap();
+    assert_eq!(scene.assembly().unwrap().bodies.len(), 3);
     let (text, _) = edited("fixed = [\"jaw_base\"]", 0, "");
     let second = 2 + text[..text.rfind("\n[[body]]").unwrap()]
         .matches('\n')
@@ -663,26 +640,39 @@ fn there_are_one_or_two_bodies_and_of_two_one_is_fixed() {
         second,
         &["no body is fixed anywhere", "fixed = [\"jaw_base\"]"],
     );
+    // Rigid ground holds what rests on it.
+    parse(&text.replacen("second = \"jaw_flank_left\"", "", 1), &[]).unwrap();
 }
 
 #[test]
-fn a_body_alone_has_no_second_flank_and_a_bonded_one_needs_no_friction() {
-    let at = PAPER.rfind("[[body]]").unwrap();
-    let end = at + PAPER[at..].find("[rotation]").unwrap();
-    let alone =
-        format!("{}{}", &PAPER[..at], &PAPER[end..]).replace("\"blade\", \"jaw\"", "\"blade\"");
-    let line = line_of(&alone, "second = \"jaw_flank_left\"");
-    let one = alone.replacen("second = \"jaw_flank_right\"", "", 1);
-    let words = [
-        "`contact.left.second` is given, and the scene has no second [[body]]",
-        "rigid ground",
-    ];
-    refused_on(&one, line, &words);
-    let scene = parse(&one.replacen("second = \"jaw_flank_left\"", "", 1), &[]).unwrap();
-    let assembly = scene.assembly().unwrap();
-    assert_eq!(
-        (assembly.bodies.len(), &assembly.contacts[1].second),
-        (1, &None)
+fn a_flank_without_another_is_on_rigid_ground_and_a_bonded_one_needs_no_friction() {
+    let ground = PAPER.replacen("second = \"jaw_flank_left\"", "", 1);
+    let scene = parse(&ground, &[]).unwrap();
+    assert_eq!(scene.assembly().unwrap().contacts[0].second, None);
+    refused(
+        "second = \"jaw_flank_left\"",
+        "second = \"blade_flank_left\"",
+        &[
+            "`contact.left.second` is the same group as `first`",
+            "rigid ground",
+        ],
+    );
+    for key in [
+        "slave = \"first\"",
+        "gap = \"mesh\"",
+        "search_distance_m = 1e-3",
+    ] {
+        let name = key.split(' ').next().unwrap();
+        refused(
+            "second = \"jaw_flank_left\"",
+            key,
+            &[&format!("`contact.left.{name}`"), "second", "rigid ground"],
+        );
+    }
+    refused(
+        "friction = 0.3",
+        "slave = \"third\"\nfriction = 0.3",
+        &["third", "first", "second"],
     );
 
     refused(

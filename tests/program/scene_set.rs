@@ -146,7 +146,6 @@ fn an_empty_value_removes() {
 fn what_the_paper_writes_out_is_mostly_the_default() {
     let defaults = [
         "mesh.time_limit_s",
-        "mesh.pairing_tolerance",
         "body.blade.fixed",
         "rotation.point_m",
         "rotation.bodies",

@@ -51,6 +51,9 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         law: dovetail_solver::model::ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
+        gap_from_mesh: false,
+        search_distance_m: None,
+        slave: None,
         crown: None,
     }
 }
@@ -63,7 +66,6 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
             },
             units: MM.into(),
         }),
-        pairing_tolerance: 1e-6,
         rotation: Some(RotationSpec {
             point_m: [0.0; 3],
             axis: [1.0, 0.0, 0.0],

@@ -69,6 +69,9 @@ fn assembly() -> Assembly {
         law: ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
+        gap_from_mesh: false,
+        search_distance_m: None,
+        slave: None,
         crown: None,
     };
     Assembly {
@@ -78,7 +81,6 @@ fn assembly() -> Assembly {
             },
             units: 1e-3.into(),
         }),
-        pairing_tolerance: 1e-6,
         bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
         rotation: Some(RotationSpec {
             point_m: [0.0; 3],

@@ -95,7 +95,6 @@ fn assembly(mesh: PathBuf) -> Assembly {
             kind: MeshKind::File { path: mesh },
             units: METRES_PER_UNIT.into(),
         }),
-        pairing_tolerance: 1e-6,
         // First the body that vibrates, then the one that holds it.
         bodies: vec![body("blade", &[]), body("jaw", &["jaw_base"])],
         rotation: Some(RotationSpec {
@@ -148,6 +147,9 @@ fn contact(side: &str) -> ContactSpec {
         law: ContactLaw::UnilateralCoulomb,
         friction: 0.3,
         gap_m: 0.0,
+        gap_from_mesh: false,
+        search_distance_m: None,
+        slave: None,
         crown: None,
     }
 }

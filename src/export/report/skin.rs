@@ -73,8 +73,8 @@ impl Skin {
         for side in 0..2 {
             let start = nodes.len() as u32;
             let of_side = |pair: usize| match side {
-                0 => Some(model.pairs[pair].first),
-                _ => model.pairs[pair].second,
+                0 => Some(model.pairs[pair].slave.node),
+                _ => model.pairs[pair].slave.partner(),
             };
             let mut number = HashMap::new();
             for (pair, _) in model.pairs.iter().enumerate() {

@@ -10,7 +10,7 @@ use super::mesh::units;
 use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::kinds::Limits;
-use crate::scene::raw::{Located, Numbers, RawBody, RawRotation, RawScene};
+use crate::scene::raw::{Located, Numbers, RawBody, RawContact, RawRotation, RawScene};
 use dovetail_solver::mesh::parts::Placement;
 use dovetail_solver::mesh::source::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
@@ -37,19 +37,26 @@ pub fn bodies(
         let spec = body(checker, i, table, &context);
         specs.push(spec);
     }
-    if !(1..=2).contains(&raw.len()) {
+    let Some(last) = raw.last() else {
         let end = checker.source.text.len();
-        let span = raw.get(2).or(raw.last()).map_or(end..end, Spanned::span);
-        checker.fault(span, Fault::BodyCount { found: raw.len() });
+        checker.fault(end..end, Fault::NoBody);
         return None;
-    }
-    let is_fixed = |b: &Spanned<RawBody>| {
-        let fixed = b.get_ref().fixed.as_ref();
-        fixed.is_some_and(|f| !f.get_ref().is_empty())
     };
-    // A body alone is held by rigid ground.
-    if raw.len() == 2 && !raw.iter().any(is_fixed) {
-        checker.fault(raw[1].span(), Fault::NothingFixed);
+    let is_fixed = |b: &Spanned<RawBody>| {
+        let RawBody {
+            fixed,
+            fixed_x,
+            fixed_y,
+            fixed_z,
+            copy_of,
+            ..
+        } = b.get_ref();
+        let groups = [fixed, fixed_x, fixed_y, fixed_z].into_iter().flatten();
+        copy_of.is_some() || groups.into_iter().any(|g| !g.get_ref().is_empty())
+    };
+    let on_ground = |c: &Spanned<RawContact>| c.get_ref().second.is_none();
+    if !raw.iter().any(is_fixed) && !scene.contact.iter().any(on_ground) {
+        checker.fault(last.span(), Fault::NothingFixed);
     }
     let located = |key: &str, i: usize, value: &Located<String>| {
         let value = value.as_ref()?;

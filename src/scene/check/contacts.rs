@@ -8,16 +8,11 @@ use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawContact, RawDamping};
 use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec};
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
 
-/// `bodies`: how many the scene has.
-pub fn contacts(
-    checker: &mut Checker,
-    raw: &[Spanned<RawContact>],
-    bodies: usize,
-) -> Option<Vec<ContactSpec>> {
-    let (mut specs, mut names, mut groups) = (Vec::new(), Vec::new(), Vec::new());
+pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
+    let (mut specs, mut names) = (Vec::new(), Vec::new());
     for (index, table) in raw.iter().enumerate() {
         let at = Table::of(
             "contact",
@@ -25,13 +20,6 @@ pub fn contacts(
             Some((index, &table.get_ref().name)),
         );
         let raw = table.get_ref();
-        for (key, value) in [("first", &raw.first), ("second", &raw.second)] {
-            groups.extend(
-                value
-                    .iter()
-                    .map(|v| (at.key(key), v.get_ref().clone(), v.span())),
-            );
-        }
         names.extend(
             raw.name
                 .iter()
@@ -39,7 +27,8 @@ pub fn contacts(
         );
         let name = checker.required_name(&at, &raw.name);
         let first = checker.text(&at, "first", &raw.first);
-        let second = second(checker, &at, raw, bodies);
+        let second = second(checker, &at, raw);
+        let slave = slave(checker, &at, raw);
         let law = checker.choice(
             &at,
             "law",
@@ -49,41 +38,72 @@ pub fn contacts(
         );
         let unused = (law == Some(ContactLaw::Bonded)).then_some(0.0);
         let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, unused);
-        let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
+        let gap_from_mesh =
+            checker.choice(&at, "gap", &raw.gap, &["closed", "mesh"], &[false, true]);
+        let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::ANY, Some(0.0));
+        let reach = match &raw.search_distance_m {
+            None => Some(None),
+            given => checker
+                .number(&at, "search_distance_m", given, Limits::POSITIVE, None)
+                .map(Some),
+        };
         let crown = crown(checker, &at, raw);
         specs.push((|| {
             Some(ContactSpec {
                 name: name?,
                 first: first?,
                 second: second?,
+                slave: slave?,
                 law: law?,
                 friction: friction?,
                 gap_m: gap_m?,
+                gap_from_mesh: gap_from_mesh?,
+                search_distance_m: reach?,
                 crown: crown?,
             })
         })());
     }
     checker.distinct(&names);
-    checker.distinct(&groups);
     specs.into_iter().collect()
 }
 
-/// The second body's flank, `Some(None)` where there is no second body.
-fn second(
-    checker: &mut Checker,
-    at: &Table,
-    raw: &RawContact,
-    bodies: usize,
-) -> Option<Option<String>> {
-    match (&raw.second, bodies) {
-        (None, 1) => Some(None),
-        (Some(given), 1) => {
-            let path = at.key("second");
-            checker.fault(given.span(), Fault::NoSecondBody { path });
-            None
+/// The opposite flank, `Some(None)` where that is rigid ground.
+fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<String>> {
+    let Some(given) = &raw.second else {
+        for (key, span) in [
+            ("slave", raw.slave.as_ref().map(Spanned::span)),
+            ("gap", raw.gap.as_ref().map(Spanned::span)),
+            (
+                "search_distance_m",
+                raw.search_distance_m.as_ref().map(Spanned::span),
+            ),
+        ] {
+            let remedy =
+                "name the opposite flank, or leave both out: rigid ground lies where the flank is";
+            if let Some(span) = span {
+                checker.lacks(at, key, "second", span, remedy);
+                return None;
+            }
         }
-        (given, _) => checker.text(at, "second", given).map(Some),
+        return Some(None);
+    };
+    let name = checker.text(at, "second", &raw.second)?;
+    if raw.first.as_ref().is_some_and(|f| *f.get_ref() == name) {
+        let path = at.key("second");
+        checker.fault(given.span(), Fault::SameFlank { path });
+        return None;
     }
+    Some(Some(name))
+}
+
+/// The flank that follows the other, `Some(None)` where the scene leaves it open.
+fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<Side>> {
+    if raw.slave.is_none() {
+        return Some(None);
+    }
+    let sides = [Side::First, Side::Second];
+    let side = checker.choice(at, "slave", &raw.slave, &["first", "second"], &sides);
+    side.map(Some)
 }
 
 /// The crown of a flank, `Some(None)` where it has none.

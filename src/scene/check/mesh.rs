@@ -18,7 +18,6 @@ pub struct SharedMesh {
     pub source: Option<MeshSource>,
     /// Of all files that say nothing else.
     pub units: Option<Units>,
-    pub pairing_tolerance: f64,
 }
 
 /// `needed`: a body has no mesh of its own.
@@ -28,13 +27,11 @@ pub fn mesh(
     raw: Option<&Spanned<RawMesh>>,
     needed: bool,
 ) -> Option<SharedMesh> {
-    const TOLERANCE: f64 = 1e-6;
     let Some(raw) = raw else {
         // Where it is needed its absence is said by the caller.
         return (!needed).then_some(SharedMesh {
             source: None,
             units: None,
-            pairing_tolerance: TOLERANCE,
         });
     };
     let at = Table::of("mesh", raw.span(), None);
@@ -45,13 +42,6 @@ pub fn mesh(
     if has_source && found == Some(None) {
         checker.missing(&at, "metres_per_unit");
     }
-    let tolerance = checker.number(
-        &at,
-        "pairing_tolerance",
-        &raw.pairing_tolerance,
-        Limits::between(0.0, 0.5),
-        Some(TOLERANCE),
-    );
     let units = found?;
     let source = match kind {
         None => None,
@@ -60,11 +50,7 @@ pub fn mesh(
             units: units?,
         }),
     };
-    Some(SharedMesh {
-        source,
-        units,
-        pairing_tolerance: tolerance?,
-    })
+    Some(SharedMesh { source, units })
 }
 
 /// The units of a file; `Some(None)` where nothing is said.

@@ -113,14 +113,13 @@ fn assembly(
         .rotation
         .as_ref()
         .map(|r| bodies::rotation(checker, &body_names, r));
-    let contacts = contacts::contacts(checker, &raw.contact, raw.body.len());
+    let contacts = contacts::contacts(checker, &raw.contact);
     let loads = loads::loads(checker, &raw.load);
     let excitations = probes::excitations(checker, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
     let mesh = mesh?;
     Some(Assembly {
         mesh: mesh.source,
-        pairing_tolerance: mesh.pairing_tolerance,
         bodies: bodies?,
         rotation: match rotation {
             None => None,
@@ -145,7 +144,6 @@ fn missing_sections(checker: &mut Checker, raw: &RawScene) {
     for section in entries::SCENE.sections {
         let absent = match section.name {
             "mesh" => meshed && raw.mesh.is_none() && needs_shared_mesh(raw),
-            "contact" => meshed && raw.contact.is_empty(),
             "damping" => raw.damping.is_none(),
             "excitation" => meshed && raw.excitation.is_empty(),
             "observe" => meshed && raw.observe.is_empty(),

@@ -8,7 +8,9 @@ use dovetail_solver::dlft::{
 };
 use dovetail_solver::mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::model::Material;
-use dovetail_solver::model::{Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation};
+use dovetail_solver::model::{
+    Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation, Side, Slave,
+};
 use dovetail_solver::reduction::{LinearReference, Load, RelativeModel};
 use dovetail_solver::results::recovery::NodalField;
 use faer::Mat;
@@ -42,7 +44,7 @@ pub fn run(order: ElementOrder, nu: usize, nv: usize) -> Run {
     });
     for (i, pair) in model.pairs.iter().enumerate() {
         let x = &static_state.x[3 * i..3 * i + 3];
-        let [b, j] = [pair.first, pair.second.unwrap()].map(|at| at.node as usize);
+        let [b, j] = [pair.slave.node, pair.slave.partner().unwrap()].map(|at| at.node as usize);
         let relative = |a: usize| (0..3).map(|row| x[row] * pair.frame[row][a]).sum::<f64>();
         let held = static_displacement[1][j];
         static_displacement[0][b] = [0, 1, 2].map(|a| held[a] + relative(a));
@@ -122,14 +124,20 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 });
                 pairs.push(ContactPair {
                     contact: flank,
-                    first: BodyNode {
-                        body: 0,
-                        node: nodes[0],
+                    slave: Slave {
+                        node: BodyNode {
+                            body: 0,
+                            node: nodes[0],
+                        },
+                        masters: vec![(
+                            BodyNode {
+                                body: 1,
+                                node: nodes[1],
+                            },
+                            1.0,
+                        )],
                     },
-                    second: Some(BodyNode {
-                        body: 1,
-                        node: nodes[1],
-                    }),
+                    side: Side::First,
                     position_m: position,
                     frame: [n, t1, t2],
                     area_m2: du * dv * border(iv, nv) * border(iu, nu),
@@ -148,8 +156,8 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         for t in triangles.iter().filter(|t| t[0] >= first_pair) {
             for (b, body) in bodies.iter_mut().enumerate() {
                 let nodes = [0, 1, 2].map(|k| match (&pairs[t[k] as usize], b) {
-                    (pair, 0) => pair.first.node,
-                    (pair, _) => pair.second.unwrap().node,
+                    (pair, 0) => pair.slave.node.node,
+                    (pair, _) => pair.slave.partner().unwrap().node,
                 });
                 let centroid = [0, 1, 2].map(|a| {
                     let corner = |n: u32| body.nodes_m[n as usize][a];
@@ -221,7 +229,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 terms: vec![(at(1, 0), [1.0, 0.0, 0.0])],
             },
         ],
-        largest_mismatch_m: 0.0,
+        matches: Vec::new(),
     }
 }
 

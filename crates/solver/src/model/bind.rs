@@ -90,7 +90,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         contact_names: joints.names,
         excitations,
         observations,
-        largest_mismatch_m: joints.largest_mismatch_m,
+        matches: joints.matches,
     })
 }
 

@@ -1,9 +1,9 @@
 //! A body while it is built: its nodes, how they move, and what acts on them.
 
-use super::contacts::Part;
+use super::contacts::ContactSide;
 use super::dofs::{Roles, number};
 use super::gather::name_for;
-use super::groups::{find_group, first_tags};
+use super::groups::find_group;
 use super::material::material;
 use super::{Body, DofMap, ModelError, NodeMotion, StaticLoad};
 use crate::mesh::{Connectivity, Mesh};
@@ -24,8 +24,8 @@ pub(super) struct BodyBuilder {
     /// Per local node: held along x, y, z.
     held: Vec<[bool; 3]>,
     loads: Vec<StaticLoad>,
-    /// Which contact each local node belongs to.
-    contact_of: Vec<Option<usize>>,
+    /// Whether a contact has each local node.
+    in_contact: Vec<bool>,
 }
 
 impl BodyBuilder {
@@ -49,18 +49,14 @@ impl BodyBuilder {
             },
             held: vec![[false; 3]; group.nodes.len()],
             loads: Vec::new(),
-            contact_of: vec![None; group.nodes.len()],
+            in_contact: vec![false; group.nodes.len()],
         })
     }
 
-    /// Flank nodes that rigid ground holds: fixed, no longer flank.
-    pub(super) fn hold_flank(
-        &mut self,
-        flank: impl Iterator<Item = u32>,
-        tied: &[(u32, [u32; 2])],
-    ) {
-        let held: Vec<u32> = flank.chain(tied.iter().map(|t| self.local(t.0))).collect();
-        for &node in &held {
+    /// A flank that rigid ground holds: fixed, no longer flank.
+    pub(super) fn hold_flank(&mut self, side: &ContactSide) {
+        for &node in side.nodes.iter().chain(side.tied.iter().map(|t| &t.0)) {
+            let node = self.local(node);
             self.roles.fixed[node as usize] = true;
         }
         let is_fixed = |node: u32| self.roles.fixed[node as usize];
@@ -85,14 +81,9 @@ impl BodyBuilder {
         self.local[mesh_node as usize]
     }
 
-    /// Of a local node.
-    pub(super) fn mesh_node(&self, node: u32) -> u32 {
-        self.nodes[node as usize]
-    }
-
-    /// Whether a local node is held along x, y, z.
-    pub(super) fn held(&self, node: u32) -> [bool; 3] {
-        self.held[node as usize]
+    /// Whether a node of the mesh is held along an axis.
+    pub(super) fn is_held(&self, mesh_node: u32, axis: usize) -> bool {
+        self.held[self.local(mesh_node) as usize][axis]
     }
 
     pub(super) fn has(&self, mesh_node: u32) -> bool {
@@ -101,16 +92,6 @@ impl BodyBuilder {
 
     pub(super) fn is_fixed(&self, mesh_node: u32) -> bool {
         self.roles.fixed[self.local[mesh_node as usize] as usize]
-    }
-
-    /// This body, the `body`-th of the scene, as its contacts see it.
-    pub(super) fn part<'a>(&'a self, body: usize, has: &'a dyn Fn(u32) -> bool) -> Part<'a> {
-        Part {
-            body,
-            name: &self.name,
-            elements: &self.elements,
-            has,
-        }
     }
 
     pub(super) fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
@@ -168,50 +149,22 @@ impl BodyBuilder {
         held
     }
 
-    /// Adds the flank nodes (local, in the order of the pairs) and mid-edge nodes (mesh) of contact
-    /// number `contact`.
-    pub(super) fn add_flank(
-        &mut self,
-        flank: &[u32],
-        tied: &[(u32, [u32; 2])],
-        contact: usize,
-        names: &[String],
-        mesh: &Mesh,
-    ) -> Result<(), ModelError> {
-        let local = |n: u32| self.local[n as usize];
-        let tied = tied
-            .iter()
-            .map(|&(n, corners)| (local(n), corners.map(local)));
-        let tied: Vec<_> = tied.collect();
-        let all = || flank.iter().copied().chain(tied.iter().map(|t| t.0));
-        let tags = |wanted: &dyn Fn(u32) -> bool| {
-            let found: Vec<u32> = all().filter(|&n| wanted(n)).collect();
-            first_tags(mesh, found.iter().map(|&n| &self.nodes[n as usize]))
-        };
-        let (count, fixed) = tags(&|n| self.roles.fixed[n as usize]);
-        if count > 0 {
-            return Err(ModelError::FlankFixed {
-                body: self.name.clone(),
-                contact: names[contact].clone(),
-                count,
-                tags: fixed,
-            });
+    /// Adds the nodes (mesh) of a flank in the order of the pairs, and its mid-edge nodes. Fixed ones and those that
+    /// another contact has already added stay as they are.
+    pub(super) fn add_flank(&mut self, flank: &[u32], tied: &[(u32, [u32; 2])]) {
+        for &n in flank {
+            let node = self.local(n) as usize;
+            if !self.roles.fixed[node] && !std::mem::replace(&mut self.in_contact[node], true) {
+                self.roles.contact.push(node as u32);
+            }
         }
-        if let Some(other) = all().find_map(|n| self.contact_of[n as usize]) {
-            let (count, tags) = tags(&|n| self.contact_of[n as usize] == Some(other));
-            return Err(ModelError::TwoContacts {
-                first: names[other].clone(),
-                second: names[contact].clone(),
-                count,
-                tags,
-            });
+        for &(middle, corners) in tied {
+            let node = self.local(middle) as usize;
+            if !self.roles.fixed[node] && !std::mem::replace(&mut self.in_contact[node], true) {
+                let corners = corners.map(|n| self.local(n));
+                self.roles.tied.push((node as u32, corners));
+            }
         }
-        for n in all() {
-            self.contact_of[n as usize] = Some(contact);
-        }
-        self.roles.contact.extend(flank);
-        self.roles.tied.extend(tied);
-        Ok(())
     }
 
     pub(super) fn add_load(&mut self, load: StaticLoad) {

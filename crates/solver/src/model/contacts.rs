@@ -1,223 +1,260 @@
-//! The contact pairs of a model: partners, frames, areas, and the order they stand in.
+//! The contact pairs of a model: slave nodes, frames, areas, and the order they stand in.
 
-use super::flank::{Flank, Side, flank};
-use super::pairing::{nearest_distance, pair};
-use super::{BodyNode, ContactPair, ModelError};
+use super::flank::{Flank, Side as FlankOf, flank};
+use super::mortar::{Mortar, Reach, Row, mortar};
+use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
 use crate::mesh::{Group, Mesh};
 use crate::model::ContactSpec;
-use crate::model::error::Unmatched;
-use dovetail_numerics::space::{Vector, cross, dot, middle, scaled, sub, unit};
+use dovetail_numerics::space::{Vector, cross, distance, dot, middle, scaled, sub, unit};
+
+/// Where a contact gives no other distance: facets may be this far apart, of the longest edge of both.
+const REACH: f64 = 0.5;
 
 /// Pairs of one contact; node numbers are still the mesh's.
 pub(super) struct Contact {
     pub pairs: Vec<ContactPair>,
-    /// Facets of the first flank as indices of their corners into `pairs`, counter-clockwise seen from
-    /// the blade.
+    /// Facets of the slave flank as indices of their corners into `pairs`, counter-clockwise seen from the
+    /// first body.
     pub facets: Vec<Vec<u32>>,
-    /// Per body: mid-edge nodes and their corners.
-    pub tied: [Vec<(u32, [u32; 2])>; 2],
-    pub largest_mismatch_m: f64,
+    /// The slave's, and the master's where it is no rigid ground.
+    pub sides: Vec<ContactSide>,
+    /// Of a contact between two flanks.
+    pub flank_match: Option<FlankMatch>,
 }
 
-/// What a contact needs to know of a body.
-pub(super) struct Part<'a> {
-    /// Its number.
+/// What a contact makes of the nodes of one body.
+pub(super) struct ContactSide {
     pub body: usize,
-    pub name: &'a str,
-    /// Elements of the mesh.
-    pub elements: &'a [u32],
-    /// Per mesh node: does the body have it?
-    pub has: &'a dyn Fn(u32) -> bool,
+    /// Nodes with contact forces, each once, in the order of the pairs.
+    pub nodes: Vec<u32>,
+    /// Mid-edge nodes of facets in contact, and their corners.
+    pub tied: Vec<(u32, [u32; 2])>,
 }
 
-/// Finds the pairs of a contact, number `number` among those of the model, with the flank `second` of the second body.
-pub(super) fn contact(
-    mesh: &Mesh,
-    (spec, second): (&ContactSpec, &str),
-    number: usize,
-    groups: [&Group; 2],
-    parts: [&Part; 2],
-    tolerance: f64,
-) -> Result<Contact, ModelError> {
-    let names = [spec.first.as_str(), second];
-    let side = |i: usize, other: usize| {
-        let side = Side {
-            contact: &spec.name,
-            group: names[i],
-            body: parts[i].name,
+/// The surface of one body at a contact.
+pub(super) struct Surface {
+    body: usize,
+    flank: Flank,
+    nodes_m: Vec<Vector>,
+}
+
+impl Surface {
+    /// The flank `group` of a body, `body`-th of the scene, with these elements.
+    pub fn new(
+        mesh: &Mesh,
+        contact: &str,
+        (name, group): (&str, &Group),
+        body: usize,
+        (body_name, elements): (&str, &[u32]),
+    ) -> Result<Self, ModelError> {
+        let of = FlankOf {
+            contact,
+            group: name,
+            body: body_name,
         };
-        flank(mesh, groups[i], parts[i].elements, &side).map_err(|e| match e {
-            ModelError::FlankOffBody {
-                contact,
-                group,
-                body,
-                count,
-                tags,
-                ..
-            } => ModelError::FlankOffBody {
-                contact,
-                group,
-                body,
-                count,
-                tags,
-                swapped: groups[i].nodes.iter().all(|&n| (parts[other].has)(n)),
-            },
-            e => e,
+        let flank = flank(mesh, group, elements, &of)?;
+        Ok(Self {
+            body,
+            nodes_m: flank.positions_m(mesh),
+            flank,
         })
-    };
-    let flanks = [side(0, 1)?, side(1, 0)?];
-    let partners = partners(mesh, (spec, second), &flanks, tolerance)?;
-    let mut pairs = Vec::with_capacity(partners.len());
-    for &(i, j, _) in &partners {
-        pairs.push(contact_pair(mesh, spec, number, parts, &flanks, [i, j])?);
     }
-    let largest_mismatch_m = partners.iter().map(|p| p.2).fold(0.0, f64::max);
-    let [first, second] = flanks;
-    let tied = second.tied.into_iter().collect();
-    Ok(ordered(pairs, first, tied, largest_mismatch_m))
+
+    fn node(&self, i: usize) -> BodyNode {
+        BodyNode {
+            body: self.body,
+            node: self.flank.nodes[i],
+        }
+    }
+
+    fn side(&self, nodes: impl Iterator<Item = u32>, met: &[bool]) -> ContactSide {
+        let mut seen = std::collections::HashSet::new();
+        ContactSide {
+            body: self.body,
+            nodes: nodes.filter(|n| seen.insert(*n)).collect(),
+            tied: self.flank.tied(met),
+        }
+    }
 }
 
-/// Every corner node of the flank `group` of the first body against rigid ground at the same place.
-pub(super) fn ground_contact(
-    mesh: &Mesh,
+/// The flank whose nodes follow the other one: that of the smaller facets, and the first where they are alike.
+pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
+    const ALIKE: f64 = 1e-2;
+    let [a, b] = [first, second].map(|s| s.flank.facet_area_m2());
+    match b < (1.0 - ALIKE) * a {
+        true => Side::Second,
+        false => Side::First,
+    }
+}
+
+/// The pairs of a contact, number `number` among those of the model, at the nodes of the flank `slave`.
+pub(super) fn contact(
     spec: &ContactSpec,
     number: usize,
-    group: &Group,
-    part: &Part,
+    [first, second]: [&Surface; 2],
+    slave: Side,
 ) -> Result<Contact, ModelError> {
-    let side = Side {
-        contact: &spec.name,
-        group: &spec.first,
-        body: part.name,
+    let along = first.flank.along;
+    let [own, other] = match slave {
+        Side::First => [first, second],
+        Side::Second => [second, first],
     };
-    let flank = flank(mesh, group, part.elements, &side)?;
+    let reach = spec
+        .search_distance_m
+        .map_or(Reach::OfFacets(REACH), Reach::Given);
+    let found = mortar(
+        [&own.flank, &other.flank],
+        [&own.nodes_m, &other.nodes_m],
+        reach,
+    );
+    if found.rows.iter().all(Option::is_none) {
+        return Err(nothing_opposite(spec, &found));
+    }
+    let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(found.rows.len());
+    let mut summary = FlankMatch {
+        contact: spec.name.clone(),
+        slave,
+        covered: found.covered,
+        largest_mismatch_m: 0.0,
+        largest_weight: 0.0,
+        nodes_match: true,
+    };
+    for (i, row) in found.rows.iter().enumerate() {
+        let Some(row) = row else {
+            pairs.push(None);
+            continue;
+        };
+        let [met_m, met_normal] = [&other.nodes_m, &other.flank.normals].map(|of| mean(of, row));
+        let weights = row.masters.iter().map(|(_, w)| w.abs());
+        summary.largest_weight = weights.fold(summary.largest_weight, f64::max);
+        let mismatch = distance(own.nodes_m[i], met_m);
+        summary.largest_mismatch_m = summary.largest_mismatch_m.max(mismatch);
+        summary.nodes_match &= row.masters.len() == 1;
+        // Out of the second flank is into the first.
+        let (normals, points) = match slave {
+            Side::First => ([own.flank.normals[i], met_normal], [own.nodes_m[i], met_m]),
+            Side::Second => ([met_normal, own.flank.normals[i]], [met_m, own.nodes_m[i]]),
+        };
+        let position_m = middle(points[0], points[1]);
+        let cosine = unit(met_normal).map_or(0.0, |met| dot(own.flank.normals[i], met));
+        let normal = unit(sub(normals[1], normals[0])).filter(|_| cosine < -0.5);
+        let normal = normal.ok_or_else(|| ModelError::NotFacing {
+            contact: spec.name.clone(),
+            position_m,
+            degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
+        })?;
+        let in_mesh = match spec.gap_from_mesh {
+            true => dot(normal, sub(points[0], points[1])),
+            false => 0.0,
+        };
+        let master = |&(k, weight): &(u32, f64)| (other.node(k as usize), weight);
+        pairs.push(Some(ContactPair {
+            contact: number,
+            slave: Slave {
+                node: own.node(i),
+                masters: row.masters.iter().map(master).collect(),
+            },
+            side: slave,
+            position_m,
+            frame: frame(normal, along),
+            area_m2: row.area_m2,
+            gap_m: spec.gap_m + in_mesh,
+            friction: spec.friction,
+        }));
+    }
+    let mut contact = ordered(pairs, &own.flank, along, slave);
+    let masters = contact.pairs.iter().flat_map(|p| &p.slave.masters);
+    let masters = masters.map(|(at, _)| at.node);
+    contact.sides = vec![
+        own.side(
+            contact.pairs.iter().map(|p| p.slave.node.node),
+            &found.met[0],
+        ),
+        other.side(masters, &found.met[1]),
+    ];
+    contact.flank_match = Some(summary);
+    Ok(contact)
+}
+
+/// The weighted mean of vectors at the masters of a row.
+fn mean(of: &[Vector], row: &Row) -> Vector {
+    let mut sum = [0.0; 3];
+    for &(k, weight) in &row.masters {
+        for (sum, v) in sum.iter_mut().zip(of[k as usize]) {
+            *sum += weight * v;
+        }
+    }
+    sum
+}
+
+fn nothing_opposite(spec: &ContactSpec, found: &Mortar) -> ModelError {
+    let contact = spec.name.clone();
+    match found.missed {
+        Some(missed) if missed.degrees < 120.0 => ModelError::NotFacing {
+            contact,
+            position_m: missed.position_m,
+            degrees: missed.degrees,
+        },
+        missed => ModelError::NoneOpposite {
+            contact,
+            first: spec.first.clone(),
+            second: spec.second.clone().unwrap_or_default(),
+            nearest: missed.map(|m| (m.position_m, m.distance_m)),
+        },
+    }
+}
+
+/// Every corner node of a flank against rigid ground at the same place.
+pub(super) fn ground_contact(spec: &ContactSpec, number: usize, surface: &Surface) -> Contact {
+    let flank = &surface.flank;
     let pair = |i: usize| ContactPair {
         contact: number,
-        first: on(part, flank.nodes[i]),
-        second: None,
-        position_m: mesh.nodes_m[flank.nodes[i] as usize],
-        // Out of the ground is into the blade.
+        slave: Slave {
+            node: surface.node(i),
+            masters: Vec::new(),
+        },
+        side: Side::First,
+        position_m: surface.nodes_m[i],
+        // Out of the ground is into the body.
         frame: frame(flank.normals[i].map(|n| -n), flank.along),
         area_m2: flank.areas_m2[i],
         gap_m: spec.gap_m,
         friction: spec.friction,
     };
-    let pairs = (0..flank.nodes.len()).map(pair).collect();
-    Ok(ordered(pairs, flank, Vec::new(), 0.0))
+    let pairs = (0..flank.nodes.len()).map(|i| Some(pair(i))).collect();
+    let mut contact = ordered(pairs, flank, flank.along, Side::First);
+    let nodes = contact.pairs.iter().map(|p| p.slave.node.node);
+    contact.sides = vec![surface.side(nodes, &vec![true; flank.facets.len()])];
+    contact
 }
 
-/// Pairs in the order of the nodes of the `first` flank, put along the slot.
-fn ordered(
-    pairs: Vec<ContactPair>,
-    first: Flank,
-    second_tied: Vec<(u32, [u32; 2])>,
-    largest_mismatch_m: f64,
-) -> Contact {
-    let order = order_along(&pairs, first.along);
-    let mut place = vec![0u32; pairs.len()];
+/// Pairs, of which there is one for each node of the slave flank or none, put along the slot.
+fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave: Side) -> Contact {
+    let mut place: Vec<Option<u32>> = vec![None; pairs.len()];
+    let (nodes, pairs): (Vec<usize>, Vec<ContactPair>) = pairs
+        .into_iter()
+        .enumerate()
+        .filter_map(|(node, pair)| Some((node, pair?)))
+        .unzip();
+    let order = order_along(&pairs, along);
     for (new, &old) in (0..).zip(&order) {
-        place[old] = new;
+        place[nodes[old]] = Some(new);
     }
-    let pairs: Vec<ContactPair> = order.iter().map(|&old| pairs[old].clone()).collect();
-    // Seen from outside a facet of the blade turns the other way than seen from the blade.
-    let facets = first.facets.iter().map(|facet| {
-        let turned = facet.iter().rev();
-        turned.map(|&i| place[i as usize]).collect()
-    });
+    let facet = |facet: &Vec<u32>| -> Option<Vec<u32>> {
+        let of_pairs = facet.iter().map(|&i| place[i as usize]);
+        let mut facet: Vec<u32> = of_pairs.collect::<Option<_>>()?;
+        // Seen from outside a facet of the first body turns the other way than seen from it.
+        if slave == Side::First {
+            facet.reverse();
+        }
+        Some(facet)
+    };
     Contact {
-        facets: facets.collect(),
-        pairs,
-        largest_mismatch_m,
-        tied: [first.tied.into_iter().collect(), second_tied],
+        facets: flank.facets.iter().filter_map(facet).collect(),
+        pairs: order.iter().map(|&old| pairs[old].clone()).collect(),
+        sides: Vec::new(),
+        flank_match: None,
     }
-}
-
-/// (node of the first flank, node of the second, distance), all nodes of both.
-fn partners(
-    mesh: &Mesh,
-    (spec, second_group): (&ContactSpec, &str),
-    flanks: &[Flank; 2],
-    tolerance: f64,
-) -> Result<Vec<(usize, usize, f64)>, ModelError> {
-    let tag = |side: usize, i: usize| mesh.node_tags[flanks[side].nodes[i] as usize];
-    let points = |side: usize| -> Vec<Vector> {
-        let nodes = &flanks[side].nodes;
-        nodes.iter().map(|&n| mesh.nodes_m[n as usize]).collect()
-    };
-    let (first, second) = (points(0), points(1));
-    let reach: Vec<f64> = flanks[0].spacing_m.iter().map(|h| h * tolerance).collect();
-    let found = pair(&first, &reach, &second);
-    if let Some(([a, b], j)) = found.conflict {
-        return Err(ModelError::PairedTwice {
-            contact: spec.name.clone(),
-            first: [tag(0, a), tag(0, b)],
-            second: tag(1, j),
-        });
-    }
-    if found.unmatched_first.is_empty() && found.unmatched_second.is_empty() {
-        return Ok(found.pairs);
-    }
-    let alone = |side: usize, which: &[usize], points: &[Vector], others: &[Vector]| {
-        let describe = |&i: &usize| Unmatched {
-            tag: tag(side, i),
-            position_m: points[i],
-            distance_m: nearest_distance(&points[i], others),
-        };
-        which.iter().take(3).map(describe).collect::<Vec<_>>()
-    };
-    let mut nearest = alone(0, &found.unmatched_first, &first, &second);
-    nearest.extend(alone(1, &found.unmatched_second, &second, &first));
-    Err(ModelError::Unmatched {
-        contact: spec.name.clone(),
-        first: spec.first.clone(),
-        second: second_group.to_owned(),
-        first_count: found.unmatched_first.len(),
-        second_count: found.unmatched_second.len(),
-        tolerance,
-        nearest,
-    })
-}
-
-fn contact_pair(
-    mesh: &Mesh,
-    spec: &ContactSpec,
-    number: usize,
-    parts: [&Part; 2],
-    flanks: &[Flank; 2],
-    [i, j]: [usize; 2],
-) -> Result<ContactPair, ModelError> {
-    let [first, second] = [
-        on(parts[0], flanks[0].nodes[i]),
-        on(parts[1], flanks[1].nodes[j]),
-    ];
-    let [a, b] = [first, second].map(|n| mesh.nodes_m[n.node as usize]);
-    let position_m = middle(a, b);
-    // Out of the jaw is into the blade.
-    let (blade, jaw) = (flanks[0].normals[i], flanks[1].normals[j]);
-    let cosine = dot(blade, jaw);
-    let normal = unit(sub(jaw, blade)).filter(|_| cosine < -0.5);
-    let Some(normal) = normal else {
-        return Err(ModelError::NotFacing {
-            contact: spec.name.clone(),
-            position_m,
-            degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
-        });
-    };
-    Ok(ContactPair {
-        contact: number,
-        first,
-        second: Some(second),
-        position_m,
-        frame: frame(normal, flanks[0].along),
-        area_m2: 0.5 * (flanks[0].areas_m2[i] + flanks[1].areas_m2[j]),
-        gap_m: spec.gap_m,
-        friction: spec.friction,
-    })
-}
-
-fn on(part: &Part, node: u32) -> BodyNode {
-    let body = part.body;
-    BodyNode { body, node }
 }
 
 /// Rows n, t1, t2: t1 is `along` projected on the tangent plane, t2 = n x t1. Where a curved flank

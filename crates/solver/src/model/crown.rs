@@ -52,7 +52,7 @@ const LEAST_ALONG: f64 = 0.1;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::BodyNode;
+    use crate::model::{BodyNode, Side, Slave};
 
     fn pairs() -> Vec<ContactPair> {
         // A plane flank at 45 degrees, 3 x 3 nodes, areas of a uniform grid.
@@ -65,8 +65,11 @@ mod tests {
                 let (a, b) = (1e-3 * i as f64, 2e-3 * j as f64);
                 ContactPair {
                     contact: 0,
-                    first: BodyNode { body: 0, node: 0 },
-                    second: None,
+                    slave: Slave {
+                        node: BodyNode { body: 0, node: 0 },
+                        masters: Vec::new(),
+                    },
+                    side: Side::First,
                     position_m: [0, 1, 2].map(|c| a * t1[c] + b * t2[c] + 0.3),
                     frame: [n, t1, t2],
                     area_m2: weight(i) * weight(j),

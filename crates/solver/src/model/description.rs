@@ -13,10 +13,7 @@ use crate::mesh::source::{MeshSource, Units};
 pub struct Assembly {
     /// Where the mesh is from that bodies without one of their own share.
     pub mesh: Option<MeshSource>,
-    /// Two flank nodes farther apart than this fraction of the local node spacing are not a pair.
-    pub pairing_tolerance: f64,
-    /// First the body that vibrates (blade), then the one that holds it (jaw); without the second the contacts are
-    /// with rigid ground.
+    /// Any number of them.
     pub bodies: Vec<BodySpec>,
     /// `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
@@ -137,18 +134,35 @@ pub enum Prestress {
 pub struct ContactSpec {
     /// The name by which messages and results call it.
     pub name: String,
-    /// Surface group of the first body.
+    /// Surface group of a body.
     pub first: String,
-    /// Surface group of the second body; `None` where there is no second body.
+    /// Surface group of another body, or another one of the same; `None`: rigid ground.
     pub second: Option<String>,
+    /// The flank whose nodes the pairs are made at; `None`: the one of the smaller facets, and the first where
+    /// they are alike.
+    pub slave: Option<Side>,
     /// What joins the two sides.
     pub law: ContactLaw,
     /// Coulomb coefficient.
     pub friction: f64,
-    /// Initial clearance along the normal, m (0: the flanks touch).
+    /// Initial clearance along the normal, m (0: the flanks touch; negative: they interfere).
     pub gap_m: f64,
+    /// Whether the distance of the flanks in the mesh counts as clearance too.
+    pub gap_from_mesh: bool,
+    /// Facets of both flanks farther apart than this along the normal are not opposite each other; `None`: half
+    /// of the longest edge of both.
+    pub search_distance_m: Option<f64>,
     /// Clearance that grows away from a point or line of the flank.
     pub crown: Option<CrownSpec>,
+}
+
+/// One of the two flanks of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Side {
+    /// The one named `first`.
+    First,
+    /// The one named `second`.
+    Second,
 }
 
 /// What joins the two sides of a contact.

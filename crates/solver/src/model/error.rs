@@ -37,10 +37,6 @@ pub enum ModelError {
     },
     #[error("{used_by}: group `{name}` has no elements in the mesh")]
     EmptyGroup { used_by: String, name: String },
-    #[error(
-        "contact `{contact}`: with {bodies} {} {}", if *bodies == 1 { "body" } else { "bodies" }, if *bodies == 1 { "there is no second flank: leave `second` out" } else { "name the flank of the second, `second`" }
-    )]
-    SecondFlank { contact: String, bodies: usize },
     #[error("{used_by}: there is no body `{name}`; bodies: {}", list(available))]
     UnknownBody {
         used_by: String,
@@ -84,15 +80,16 @@ pub enum ModelError {
     },
     #[error("body `{body}`: no node of the fixed group `{group}` belongs to it")]
     FixedElsewhere { body: String, group: String },
-    #[error("contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`{}", list(tags), if *swapped { ": exchange `first` and `second`" } else { ": `first` is a surface of the body that the scene names first, `second` of the other one" })]
+    #[error(
+        "contact `{contact}`: {count} facets of `{group}` (first tags {}) are not on the surface of `{body}`, which has the most of its nodes",
+        list(tags)
+    )]
     FlankOffBody {
         contact: String,
         group: String,
         body: String,
         count: usize,
         tags: Vec<u64>,
-        /// The facets are on the other body.
-        swapped: bool,
     },
     #[error(
         "contact `{contact}`: facet {tag} of `{group}` lies inside the body, between two elements: a flank is part of the outer surface"
@@ -119,26 +116,20 @@ pub enum ModelError {
         reason: &'static str,
     },
     #[error(
-        "contact `{contact}`: {first_count} nodes of `{first}` and {second_count} of `{second}` have no partner within {tolerance:e} of the node spacing: {}. Mesh both flanks alike (transfinite, same curves), put both in the same place (units, translation_m), or raise mesh.pairing_tolerance",
-        points(nearest)
+        "contact `{contact}`: no facet of `{first}` lies opposite one of `{second}`: {}",
+        match nearest {
+            Some((at, distance)) => format!(
+                "the nearest two are {distance:.3e} m apart, at ({}, {}, {}) m; bring the bodies together (units, translation_m), or give a larger search_distance_m", at[0], at[1], at[2]
+            ),
+            None => "along their normals they miss each other; check the groups, and where the bodies stand (units, translation_m)".to_string(),
+        }
     )]
-    Unmatched {
+    NoneOpposite {
         contact: String,
         first: String,
         second: String,
-        first_count: usize,
-        second_count: usize,
-        tolerance: f64,
-        nearest: Vec<Unmatched>,
-    },
-    #[error(
-        "contact `{contact}`: nodes {} of one flank are both nearest to node {second} of the other: lower mesh.pairing_tolerance",
-        list(first)
-    )]
-    PairedTwice {
-        contact: String,
-        first: [u64; 2],
-        second: u64,
+        /// Where two facets that lie opposite each other are nearest, and how far apart they are there, m.
+        nearest: Option<([f64; 3], f64)>,
     },
     #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side?", x = position_m[0], y = position_m[1], z = position_m[2])]
     NotFacing {
@@ -147,17 +138,17 @@ pub enum ModelError {
         degrees: f64,
     },
     #[error(
-        "{count} nodes (first tags {}) belong to contacts `{first}` and `{second}`: a node can have one normal only; leave a gap between the two surfaces, or make them one contact",
+        "{count} nodes (first tags {}) would follow the opposite flanks of contacts `{first}` and `{second}`: let the other flank of one of them follow (its key `slave`), or leave a gap between the two surfaces",
         list(tags)
     )]
-    TwoContacts {
+    SlaveTwice {
         first: String,
         second: String,
         count: usize,
         tags: Vec<u64>,
     },
     #[error(
-        "body `{body}`: {count} nodes (first tags {}) are fixed and on the flank of contact `{contact}`: a fixed group must not touch a flank",
+        "body `{body}`: {count} nodes (first tags {}) are fixed and on the flank of contact `{contact}`: keep fixed groups off the flank, or let the other flank be the `slave`",
         list(tags)
     )]
     FlankFixed {
@@ -177,7 +168,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to neither body",
+        "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to no body",
         list(tags)
     )]
     NodesElsewhere {
@@ -187,7 +178,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "body `{body}`, {key}: {count} nodes (first tags {}) are on the flank of contact `{contact}`: flank nodes may be held only along the flank, and in both bodies alike, as on a plane of symmetry that cuts the contact",
+        "body `{body}`, {key}: {count} nodes (first tags {}) are on the flank of contact `{contact}`: its nodes may be held only along the flank, and in both bodies alike, as on a plane of symmetry that cuts the contact; or let the other flank be the `slave`",
         list(tags)
     )]
     FlankHeld {
@@ -226,32 +217,9 @@ pub enum ModelError {
     NothingFree { body: String },
 }
 
-/// A flank node without a partner.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Unmatched {
-    /// Its tag in the mesh.
-    pub tag: u64,
-    /// Where it is.
-    pub position_m: [f64; 3],
-    /// To the nearest node of the other flank (infinite where it has none).
-    pub distance_m: f64,
-}
-
 fn plural(wanted: &str) -> String {
     match wanted {
         "any" => "groups".to_string(),
         kind => format!("{kind} groups"),
     }
-}
-
-fn points(nearest: &[Unmatched]) -> String {
-    let point = |u: &Unmatched| {
-        let [x, y, z] = u.position_m;
-        let d = u.distance_m;
-        format!(
-            "node {} at ({x:.6}, {y:.6}, {z:.6}) m, nearest {d:.3e} m away",
-            u.tag
-        )
-    };
-    nearest.iter().map(point).collect::<Vec<_>>().join("; ")
 }

@@ -22,10 +22,8 @@ pub(super) struct Flank {
     /// Integrals of the linear shape functions of the facets around each node, m2: a third of each
     /// triangle, a quarter of each parallelogram.
     pub areas_m2: Vec<f64>,
-    /// Shortest facet edge at each node, m.
-    pub spacing_m: Vec<f64>,
-    /// Mid-edge nodes and their corners, mesh indices.
-    pub tied: BTreeMap<u32, [u32; 2]>,
+    /// Of each facet the nodes in the middles of its edges, mesh indices.
+    pub middles: Vec<Vec<u32>>,
     /// Unit direction in which most of the surface's edge runs: along the slot.
     pub along: [f64; 3],
 }
@@ -66,10 +64,9 @@ pub(super) fn flank(
     let x = |n: u32| mesh.nodes_m[n as usize];
 
     let mut facets = Vec::with_capacity(faces.len());
-    let mut tied = BTreeMap::new();
+    let mut middles = Vec::with_capacity(faces.len());
     let mut normals = vec![[0.0; 3]; nodes.len()];
     let mut areas_m2 = vec![0.0; nodes.len()];
-    let mut spacing_m = vec![f64::INFINITY; nodes.len()];
     for face in &faces {
         let corners: Vec<[f64; 3]> = face.corners().iter().map(|&n| x(n)).collect();
         let facet: Vec<u32> = face.corners().iter().map(|n| index[n]).collect();
@@ -77,16 +74,12 @@ pub(super) fn flank(
         let mut longest: f64 = 0.0;
         let last = facet.len();
         for k in 0..last {
-            let (i, next) = (facet[k] as usize, facet[(k + 1) % last] as usize);
+            let i = facet[k] as usize;
             for (sum, part) in normals[i].iter_mut().zip(parts[k].normal_m2) {
                 *sum += part;
             }
             areas_m2[i] += parts[k].area_m2;
-            let edge = distance(corners[k], corners[(k + 1) % last]);
-            longest = longest.max(edge);
-            for i in [i, next] {
-                spacing_m[i] = spacing_m[i].min(edge);
-            }
+            longest = longest.max(distance(corners[k], corners[(k + 1) % last]));
         }
         let least = parts
             .iter()
@@ -95,11 +88,7 @@ pub(super) fn flank(
         if least <= 1e-9 * longest * longest {
             return Err(side.bad_facet(face.tag, "has no area"));
         }
-        let (corners, middles) = face.nodes.split_at(last);
-        for (k, &middle) in middles.iter().enumerate() {
-            let (p, q) = (corners[k], corners[(k + 1) % last]);
-            tied.insert(middle, [p.min(q), p.max(q)]);
-        }
+        middles.push(face.nodes[last..].to_vec());
         facets.push(facet);
     }
     for (i, normal) in (0..).zip(&mut normals) {
@@ -115,10 +104,37 @@ pub(super) fn flank(
         facets,
         normals,
         areas_m2,
-        spacing_m,
-        tied,
+        middles,
         along,
     })
+}
+
+impl Flank {
+    /// Where the nodes are.
+    pub fn positions_m(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
+        let at = |&n: &u32| mesh.nodes_m[n as usize];
+        self.nodes.iter().map(at).collect()
+    }
+
+    /// Mean area of a facet, m2.
+    pub fn facet_area_m2(&self) -> f64 {
+        self.areas_m2.iter().sum::<f64>() / self.facets.len() as f64
+    }
+
+    /// The nodes in the middles of the edges of these facets, ascending, with the two corners; mesh
+    /// indices.
+    pub fn tied(&self, is_wanted: &[bool]) -> Vec<(u32, [u32; 2])> {
+        let mut tied = BTreeMap::new();
+        let all = self.facets.iter().zip(&self.middles).zip(is_wanted);
+        for ((facet, middles), _) in all.filter(|(_, wanted)| **wanted) {
+            let corner = |k: usize| self.nodes[facet[k % facet.len()] as usize];
+            for (k, &middle) in middles.iter().enumerate() {
+                let (p, q) = (corner(k), corner(k + 1));
+                tied.insert(middle, [p.min(q), p.max(q)]);
+            }
+        }
+        tied.into_iter().collect()
+    }
 }
 
 /// The faces of the group, which are all on the surface of the body.
@@ -161,7 +177,6 @@ fn outer_faces(
             body: side.body.to_string(),
             count: off.len(),
             tags: off.into_iter().take(5).collect(),
-            swapped: false,
         });
     }
     Ok(faces)

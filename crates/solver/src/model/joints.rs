@@ -1,11 +1,13 @@
 //! What the contacts of a scene make of the flanks: pairs, and nodes tied for good.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::builder::BodyBuilder;
-use super::contacts::{Contact, contact, ground_contact};
+use super::contacts::{Contact, Surface, contact, finer, ground_contact};
 use super::crown::add_crown;
 use super::groups::{find_surface, first_tags};
-use super::{BodyNode, ContactPair, ModelError};
-use crate::mesh::{Group, Mesh};
+use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
+use crate::mesh::Mesh;
 use crate::model::{Assembly, ContactLaw, ContactSpec};
 
 /// What the contacts of a scene make of the flanks.
@@ -14,8 +16,10 @@ pub(super) struct Joints {
     pub names: Vec<String>,
     pub pairs: Vec<ContactPair>,
     pub facets: Vec<Vec<u32>>,
-    pub bonded: Vec<[BodyNode; 2]>,
-    pub largest_mismatch_m: f64,
+    pub bonded: Vec<Slave>,
+    pub matches: Vec<FlankMatch>,
+    /// The contact of each slave node, and the nodes that it follows.
+    slaves: BTreeMap<BodyNode, (String, Vec<BodyNode>)>,
 }
 
 /// Pairs the flanks, the bonded ones last, and gives the bodies their contact nodes.
@@ -26,148 +30,213 @@ pub(super) fn joints(
 ) -> Result<Joints, ModelError> {
     let is_bonded = |spec: &&ContactSpec| spec.law == ContactLaw::Bonded;
     let mut joints = Joints::default();
-    let mut all_names = Vec::new();
     let opening = assembly.contacts.iter().filter(|c| !is_bonded(c));
     for spec in opening.chain(assembly.contacts.iter().filter(is_bonded)) {
-        all_names.push(spec.name.clone());
-        let mut found = paired(assembly, spec, joints.names.len(), mesh, bodies)?;
+        let mut found = joints.paired(spec, mesh, bodies)?;
+        for side in &found.sides {
+            bodies[side.body].add_flank(&side.nodes, &side.tied);
+        }
         for pair in &mut found.pairs {
-            for at in std::iter::once(&mut pair.first).chain(&mut pair.second) {
+            let masters = pair.slave.masters.iter_mut().map(|(at, _)| at);
+            for at in std::iter::once(&mut pair.slave.node).chain(masters) {
                 at.node = bodies[at.body].local(at.node);
             }
         }
-        let firsts: Vec<BodyNode> = found.pairs.iter().map(|p| p.first).collect();
-        let seconds: Vec<BodyNode> = found.pairs.iter().filter_map(|p| p.second).collect();
-        for (flank, tied) in [&firsts, &seconds].into_iter().zip(&found.tied) {
-            let Some(&BodyNode { body, .. }) = flank.first() else {
-                continue;
-            };
-            let flank: Vec<u32> = flank.iter().map(|at| at.node).collect();
-            bodies[body].add_flank(&flank, tied, all_names.len() - 1, &all_names, mesh)?;
+        for Slave { node, masters } in found.pairs.iter().map(|p| &p.slave) {
+            let masters = masters.iter().map(|(at, _)| *at).collect();
+            joints.slaves.insert(*node, (spec.name.clone(), masters));
         }
-        joints.largest_mismatch_m = joints.largest_mismatch_m.max(found.largest_mismatch_m);
-        check_held_flanks(bodies, &found.pairs, spec, mesh)?;
+        joints.matches.extend(found.flank_match.take());
         if is_bonded(&spec) {
-            match firsts.first() {
-                Some(at) if seconds.is_empty() => {
-                    let flank = firsts.iter().map(|at| at.node);
-                    bodies[at.body].hold_flank(flank, &found.tied[0]);
+            if spec.second.is_none() {
+                for side in &found.sides {
+                    bodies[side.body].hold_flank(side);
                 }
-                _ => joints
+            } else {
+                joints
                     .bonded
-                    .extend(firsts.into_iter().zip(seconds).map(|(a, b)| [a, b])),
+                    .extend(found.pairs.into_iter().map(|p| p.slave));
             }
             continue;
         }
+        joints.add(spec, found)?;
+    }
+    Ok(joints)
+}
+
+impl Joints {
+    fn add(&mut self, spec: &ContactSpec, mut found: Contact) -> Result<(), ModelError> {
         if let Some(crown) = &spec.crown {
             add_crown(&mut found.pairs, crown).map_err(|_| ModelError::CrownAcross {
                 contact: spec.name.clone(),
                 axis: crown.axis.unwrap_or_default(),
             })?;
         }
-        let before = joints.pairs.len() as u32;
+        let before = self.pairs.len() as u32;
         for mut facet in found.facets {
             facet.iter_mut().for_each(|pair| *pair += before);
-            joints.facets.push(facet);
+            self.facets.push(facet);
         }
-        joints.pairs.append(&mut found.pairs);
-        joints.names.push(spec.name.clone());
+        self.pairs.append(&mut found.pairs);
+        self.names.push(spec.name.clone());
+        Ok(())
     }
-    Ok(joints)
-}
 
-/// The pairs of one contact, node numbers still the mesh's.
-fn paired(
-    assembly: &Assembly,
-    spec: &ContactSpec,
-    number: usize,
-    mesh: &Mesh,
-    bodies: &[BodyBuilder],
-) -> Result<Contact, ModelError> {
-    let used_by = format!("contact `{}`", spec.name);
-    let group = |name| find_surface(mesh, name, &used_by);
-    let first = group(&spec.first)?;
-    // The body that has most of a flank is the one it is meant to be on.
-    let owner = |group: &Group| {
-        let count = |body: &BodyBuilder| group.nodes.iter().filter(|&&n| body.has(n)).count();
-        let counts = bodies.iter().map(count).enumerate();
-        counts
-            .rev()
-            .max_by_key(|(_, count)| *count)
-            .map_or(0, |(b, _)| b)
-    };
-    let on_body = |b: usize| move |n: u32| bodies[b].has(n);
-    match &spec.second {
-        None if bodies.len() == 1 => {
-            let on_body = on_body(0);
-            ground_contact(mesh, spec, number, first, &bodies[0].part(0, &on_body))
+    /// The pairs of one contact, node numbers still the mesh's. Where the scene does not say which flank follows the
+    /// other, the coarser one may where the finer one cannot.
+    fn paired(
+        &self,
+        spec: &ContactSpec,
+        mesh: &Mesh,
+        bodies: &[BodyBuilder],
+    ) -> Result<Contact, ModelError> {
+        let number = self.names.len();
+        let first = surface(mesh, spec, &spec.first, bodies)?;
+        let Some(second) = &spec.second else {
+            let found = ground_contact(spec, number, &first);
+            self.check(spec, &found, mesh, bodies)?;
+            return Ok(found);
+        };
+        let second = surface(mesh, spec, second, bodies)?;
+        let both = [&first, &second];
+        let attempt = |slave: Side| {
+            let found = contact(spec, number, both, slave)?;
+            self.check(spec, &found, mesh, bodies)?;
+            Ok(found)
+        };
+        if let Some(slave) = spec.slave {
+            return attempt(slave);
         }
-        Some(name) if bodies.len() > 1 => {
-            let second = group(name)?;
-            // `first` is on the body that is named first.
-            let [a, b] = match [owner(first), owner(second)] {
-                [a, b] if a == b => [a.min(bodies.len() - 2), a.min(bodies.len() - 2) + 1],
-                [a, b] => [a.min(b), a.max(b)],
+        let slave = finer(both);
+        attempt(slave).or_else(|refused| {
+            let other = match slave {
+                Side::First => Side::Second,
+                Side::Second => Side::First,
             };
-            let (on_first, on_second) = (on_body(a), on_body(b));
-            let parts = [
-                &bodies[a].part(a, &on_first),
-                &bodies[b].part(b, &on_second),
-            ];
-            let tolerance = assembly.pairing_tolerance;
-            contact(
-                mesh,
-                (spec, name),
-                number,
-                [first, second],
-                parts,
-                tolerance,
-            )
+            attempt(other).map_err(|_| refused)
+        })
+    }
+
+    /// A node follows one contact alone and none that follows it, and no support holds it where contact forces act.
+    fn check(
+        &self,
+        spec: &ContactSpec,
+        found: &Contact,
+        mesh: &Mesh,
+        bodies: &[BodyBuilder],
+    ) -> Result<(), ModelError> {
+        let Some(side) = found.sides.first() else {
+            return Ok(());
+        };
+        let body = &bodies[side.body];
+        let tied = side.tied.iter().map(|t| t.0);
+        let fixed = side.nodes.iter().copied().chain(tied);
+        let fixed: Vec<u32> = fixed.filter(|&n| body.is_fixed(n)).collect();
+        let (count, tags) = first_tags(mesh, fixed.iter());
+        if count > 0 {
+            return Err(ModelError::FlankFixed {
+                body: body.name().to_string(),
+                contact: spec.name.clone(),
+                count,
+                tags,
+            });
         }
-        _ => Err(ModelError::SecondFlank {
-            contact: spec.name.clone(),
-            bodies: assembly.bodies.len(),
-        }),
+        let local = |at: &BodyNode| BodyNode {
+            node: bodies[at.body].local(at.node),
+            ..*at
+        };
+        let slaves = || found.pairs.iter().map(|p| &p.slave);
+        let own: BTreeSet<BodyNode> = slaves().map(|s| local(&s.node)).collect();
+        let other = |slave: &Slave| {
+            let itself = self.slaves.get(&local(&slave.node)).map(|(name, _)| name);
+            let masters = slave.masters.iter().map(|(at, _)| local(at)).collect();
+            itself.or_else(|| self.way_back(masters, &own))
+        };
+        if let Some(first) = slaves().find_map(other) {
+            let twice = slaves().filter(|s| other(s) == Some(first));
+            let twice: Vec<u32> = twice.map(|s| s.node.node).collect();
+            let (count, tags) = first_tags(mesh, twice.iter());
+            return Err(ModelError::SlaveTwice {
+                first: first.clone(),
+                second: spec.name.clone(),
+                count,
+                tags,
+            });
+        }
+        check_held(bodies, &found.pairs, spec, mesh)
     }
 }
 
-/// A flank node may be held along the flank only, and its partner with it: a plane of symmetry cuts both bodies.
-/// Contact forces then never act on a support. Bonded nodes may be held in any direction, both alike.
-fn check_held_flanks(
+impl Joints {
+    /// The contact by which a node that these nodes follow, one after the other, is one of `own`.
+    fn way_back(&self, mut nodes: Vec<BodyNode>, own: &BTreeSet<BodyNode>) -> Option<&String> {
+        let mut seen = BTreeSet::new();
+        while let Some(node) = nodes.pop() {
+            let Some((name, masters)) = self.slaves.get(&node).filter(|_| seen.insert(node)) else {
+                continue;
+            };
+            if masters.iter().any(|master| own.contains(master)) {
+                return Some(name);
+            }
+            nodes.extend(masters);
+        }
+        None
+    }
+}
+
+/// A flank, on the body that has the most of its nodes.
+fn surface(
+    mesh: &Mesh,
+    spec: &ContactSpec,
+    name: &str,
+    bodies: &[BodyBuilder],
+) -> Result<Surface, ModelError> {
+    let used_by = format!("contact `{}`", spec.name);
+    let group = find_surface(mesh, name, &used_by)?;
+    let count = |body: &BodyBuilder| group.nodes.iter().filter(|&&n| body.has(n)).count();
+    let counts = bodies.iter().map(count).enumerate();
+    // The first of equals.
+    let owner = counts.rev().max_by_key(|(_, count)| *count);
+    let Some((owner, _)) = owner.filter(|(_, count)| *count > 0) else {
+        let (count, tags) = first_tags(mesh, group.nodes.iter());
+        return Err(ModelError::NodesElsewhere {
+            used_by,
+            group: name.to_string(),
+            count,
+            tags,
+        });
+    };
+    let body = (bodies[owner].name(), bodies[owner].elements());
+    Surface::new(mesh, &spec.name, (name, group), owner, body)
+}
+
+/// A slave node may be held along the flank only, and what it meets with it: a plane of symmetry cuts both bodies.
+/// Contact forces then never act on a support of the slave. Bonded nodes may be held in any direction, both alike.
+fn check_held(
     bodies: &[BodyBuilder],
     pairs: &[ContactPair],
     contact: &ContactSpec,
     mesh: &Mesh,
 ) -> Result<(), ModelError> {
     for (axis, key) in ["fixed_x", "fixed_y", "fixed_z"].into_iter().enumerate() {
-        let is_held = |at: BodyNode| bodies[at.body].held(at.node)[axis];
-        // On the ground a support along the flank opposes no contact force.
-        let held = |p: &ContactPair| [is_held(p.first), is_held(p.second.unwrap_or(p.first))];
-        let is_wrong = |p: &ContactPair| match held(p) {
-            [false, false] => false,
-            [true, true] => {
-                contact.law != ContactLaw::Bonded && p.frame[0][axis].abs() > ALONG_FLANK
-            }
-            _ => true,
+        let is_held = |at: BodyNode| bodies[at.body].is_held(at.node, axis);
+        let is_wrong = |pair: &&ContactPair| {
+            let masters = &pair.slave.masters;
+            // On the ground a support along the flank opposes no contact force.
+            let alone = !masters.is_empty() && !masters.iter().any(|(at, _)| is_held(*at));
+            let across = pair.frame[0][axis].abs() > ALONG_FLANK;
+            is_held(pair.slave.node) && (alone || contact.law != ContactLaw::Bonded && across)
         };
-        let held_node = |p: &ContactPair| match held(p) {
-            [false, true] => p.second.unwrap_or(p.first),
-            _ => p.first,
-        };
-        let wrong: Vec<BodyNode> = pairs
-            .iter()
-            .filter(|p| is_wrong(p))
-            .map(held_node)
-            .collect();
+        let wrong = pairs.iter().filter(is_wrong);
+        let wrong: Vec<BodyNode> = wrong.map(|pair| pair.slave.node).collect();
         if let Some(&BodyNode { body, .. }) = wrong.first() {
-            let on_body = wrong.iter().filter(|at| at.body == body);
-            let nodes: Vec<u32> = on_body.map(|at| bodies[body].mesh_node(at.node)).collect();
+            let (count, tags) = first_tags(mesh, wrong.iter().map(|at| &at.node));
             return Err(ModelError::FlankHeld {
                 body: bodies[body].name().to_string(),
                 key,
                 contact: contact.name.clone(),
-                count: nodes.len(),
-                tags: first_tags(mesh, nodes.iter()).1,
+                count,
+                tags,
             });
         }
     }

@@ -22,14 +22,14 @@ mod groups;
 mod joints;
 mod loads;
 mod material;
-pub mod pairing;
+mod mortar;
 
 pub use bind::bind;
 pub use description::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind,
-    LoadSpec, Material, MaterialSpec, ObservationSpec, Prestress, RotationSpec,
+    LoadSpec, Material, MaterialSpec, ObservationSpec, Prestress, RotationSpec, Side,
 };
-pub use error::{ModelError, Unmatched};
+pub use error::ModelError;
 
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]
@@ -40,9 +40,10 @@ pub struct Model {
     pub rotation: Option<Rotation>,
     /// Pairs of nodes that may slide and open.
     pub pairs: Vec<ContactPair>,
-    /// Nodes that move as one (bonded contacts).
-    pub bonded: Vec<[BodyNode; 2]>,
-    /// Flank facets, each as the pairs at its three or four corners, for fields on the flanks.
+    /// Nodes that move with others (bonded contacts).
+    pub bonded: Vec<Slave>,
+    /// Facets of the slave flanks, each as the pairs at its three or four corners, for fields on the
+    /// flanks.
     pub flank_facets: Vec<Vec<u32>>,
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
@@ -50,11 +51,17 @@ pub struct Model {
     pub excitations: Vec<Excitation>,
     /// Displacements that are watched.
     pub observations: Vec<Observation>,
-    /// Largest distance between the two nodes of a pair, m.
-    pub largest_mismatch_m: f64,
+    /// How the flanks of each contact between two bodies lie on each other, bonded ones last.
+    pub matches: Vec<FlankMatch>,
 }
 
 impl Model {
+    /// Largest distance between a node of a pair and what it meets on the other flank, m.
+    pub fn largest_mismatch_m(&self) -> f64 {
+        let all = self.matches.iter().map(|m| m.largest_mismatch_m);
+        all.fold(0.0, f64::max)
+    }
+
     /// How many elements of each type all bodies have.
     pub fn element_types(&self) -> BTreeMap<ElementType, usize> {
         let mut counts = BTreeMap::new();
@@ -191,26 +198,64 @@ pub struct BodyNode {
     pub node: u32,
 }
 
-/// A node of one body against the coincident node of another (sign conventions: [`crate::contact`]).
+/// A node that moves with others, or relative to them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Slave {
+    /// The node.
+    pub node: BodyNode,
+    /// The nodes whose weighted mean it follows, and their weights, which sum to 1; none on rigid ground.
+    pub masters: Vec<(BodyNode, f64)>,
+}
+
+impl Slave {
+    /// The one node that it meets, where the nodes of both flanks coincide.
+    pub fn partner(&self) -> Option<BodyNode> {
+        match self.masters.as_slice() {
+            [(partner, _)] => Some(*partner),
+            _ => None,
+        }
+    }
+}
+
+/// A node of one flank against what it meets on another (sign conventions: [`crate::contact`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
     /// Which of [`Model::contact_names`] it belongs to.
     pub contact: usize,
-    /// Of the first flank.
-    pub first: BodyNode,
-    /// Of the second flank; `None` where that is rigid ground.
-    pub second: Option<BodyNode>,
-    /// Where the two nodes are.
+    /// The node, and those of the other flank that it meets.
+    pub slave: Slave,
+    /// The flank that has the slave node.
+    pub side: Side,
+    /// Half way between the node and what it meets.
     pub position_m: [f64; 3],
-    /// Rows n, t1, t2: unit normal from the second body into the first, and two tangents, t1 in the
-    /// direction in which most of the length of the flank's edge runs (along the slot).
+    /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in the
+    /// direction in which most of the length of the first flank's edge runs (along the slot). The relative
+    /// displacement of the pair is this times (u of the first flank - u of the second).
     pub frame: [[f64; 3]; 3],
     /// Tributary area, m2.
     pub area_m2: f64,
-    /// Initial clearance, m, that of a crowned flank included.
+    /// Initial clearance, m, that of a crowned flank included; negative where the flanks interfere.
     pub gap_m: f64,
     /// Coulomb coefficient.
     pub friction: f64,
+}
+
+/// How the two flanks of a contact lie on each other.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlankMatch {
+    /// Name of the contact.
+    pub contact: String,
+    /// The flank whose nodes the pairs are made at.
+    pub slave: Side,
+    /// Share of that flank's area that lies opposite the other one.
+    pub covered: f64,
+    /// Largest distance between a node and what it meets, m: the arm by which the two contact forces of
+    /// a pair stand apart.
+    pub largest_mismatch_m: f64,
+    /// Largest weight of a master node, without its sign.
+    pub largest_weight: f64,
+    /// Whether each node meets one node.
+    pub nodes_match: bool,
 }
 
 /// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.

@@ -4,7 +4,7 @@ use crate::fem::{BodyMatrices, Structure};
 use crate::mesh::Connectivity;
 use crate::model::Material;
 use crate::model::{
-    Body, BodyNode, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation,
+    Body, BodyNode, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation, Side, Slave,
 };
 use dovetail_testkit::lattice::{Lattice, scattered};
 
@@ -39,8 +39,11 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
     let pairs = (0..5)
         .map(|i| ContactPair {
             contact: 0,
-            first: at(0, flanks[0][i]),
-            second: Some(at(1, flanks[1][i])),
+            slave: Slave {
+                node: at(0, flanks[0][i]),
+                masters: vec![(at(1, flanks[1][i]), 1.0)],
+            },
+            side: Side::First,
             position_m: [0.0; 3],
             frame: frame(i),
             area_m2: 1e-6,
@@ -81,7 +84,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
                 ],
             },
         ],
-        largest_mismatch_m: 0.0,
+        matches: Vec::new(),
     };
     (
         model,

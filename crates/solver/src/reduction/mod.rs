@@ -124,11 +124,11 @@ pub enum ReductionError {
     )]
     ContactNodeNotFree { body: String, node: u64 },
     #[error(
-        "node {node} of body `{body}` follows the nodes of two contacts: exchange `first` and `second` of one of them"
+        "node {node} of body `{body}` follows the flanks of two contacts: let the other flank of one of them follow (its key `slave`)"
     )]
     SlaveTwice { body: String, node: u64 },
     #[error(
-        "contacts go round in a circle: each node follows another one; exchange `first` and `second` of one of them"
+        "contacts go round in a circle: each node follows another one; let the other flank of one of them follow (its key `slave`)"
     )]
     Circle,
     #[error(

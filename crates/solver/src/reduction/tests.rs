@@ -3,7 +3,7 @@
 use super::lattice_model::assembly;
 use super::*;
 use crate::fem::{BodyMatrices, Structure};
-use crate::model::{Body, BodyNode, Model};
+use crate::model::{Body, BodyNode, Model, Slave};
 use dovetail_numerics::sparse::dense as to_dense;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
@@ -445,7 +445,7 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
     model.bodies.truncate(1);
     structure.bodies.truncate(1);
     for pair in &mut model.pairs {
-        pair.second = None;
+        pair.slave.masters.clear();
     }
     let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
     // Stuck on what is rigid, the body has the modes of its flank held.
@@ -475,7 +475,7 @@ fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
     for left in [3, 0] {
         let mut tied = model.clone();
         let gone = tied.pairs.split_off(left);
-        tied.bonded = gone.iter().map(|p| [p.first, p.second.unwrap()]).collect();
+        tied.bonded = gone.into_iter().map(|p| p.slave).collect();
         let few = 3 * left;
         for modes in [None, Some(ALL)] {
             for body in &mut tied.bodies {
@@ -527,7 +527,7 @@ fn three_bodies() -> (Model, Structure) {
     structure.bodies.push(structure.bodies[0].clone());
     // The first three pairs of the block are the bar's, the last two the third body's.
     for pair in &mut model.pairs[3..] {
-        pair.first.body = 2;
+        pair.slave.node.body = 2;
     }
     (model, structure)
 }
@@ -545,7 +545,7 @@ fn three_bodies_hang_together_by_their_own_pairs() {
             let free = model.bodies[at.body].dofs.free(at.node).unwrap();
             [0, 1, 2].map(|axis| u[at.body][3 * free + axis])
         };
-        let (first, second) = (moved(pair.first), moved(pair.second.unwrap()));
+        let (first, second) = (moved(pair.slave.node), moved(pair.slave.partner().unwrap()));
         for row in 0..3 {
             let gap: f64 = (0..3)
                 .map(|k| pair.frame[row][k] * (first[k] - second[k]))
@@ -562,7 +562,7 @@ fn three_bodies_hang_together_by_their_own_pairs() {
             residual[(i, 0)] -= f;
         }
         for (p, pair) in model.pairs.iter().enumerate() {
-            for at in [pair.first, pair.second.unwrap()]
+            for at in [pair.slave.node, pair.slave.partner().unwrap()]
                 .into_iter()
                 .filter(|at| at.body == b)
             {
@@ -584,9 +584,16 @@ fn three_bodies_hang_together_by_their_own_pairs() {
 fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
     let (mut model, structure) = three_bodies();
     // The third body's first contact node follows the bar's, which follows the block's.
-    let (bar, block) = (model.pairs[0].first, model.pairs[0].second.unwrap());
+    let (bar, block) = (
+        model.pairs[0].slave.node,
+        model.pairs[0].slave.partner().unwrap(),
+    );
     let third = BodyNode { body: 2, ..bar };
-    model.bonded = vec![[third, bar]];
+    let follows = |[node, master]: [BodyNode; 2]| Slave {
+        node,
+        masters: vec![(master, 1.0)],
+    };
+    model.bonded = vec![follows([third, bar])];
     let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
     let x: Vec<f64> = (0..15).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
     let u = reduced.recovery.full_static(&x);
@@ -599,7 +606,7 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
 
     let error = |bonded: Vec<[BodyNode; 2]>| {
         let model = Model {
-            bonded,
+            bonded: bonded.into_iter().map(follows).collect(),
             ..model.clone()
         };
         reduce(&model, &structure, wanted(3)).unwrap_err()
@@ -682,7 +689,10 @@ fn what_cannot_be_assembled_is_an_error() {
     let pair = &mut model.pairs[0];
     let mut fixed = model.bodies[1].dofs.nodes.iter();
     let fixed = fixed.position(|m| *m == crate::model::NodeMotion::Fixed);
-    pair.second.as_mut().unwrap().node = fixed.unwrap() as u32;
+    pair.slave.node = BodyNode {
+        body: 1,
+        node: fixed.unwrap() as u32,
+    };
     assert!(matches!(
         reduce(&model, &structure, wanted(3)),
         Err(ReductionError::ContactNodeNotFree { .. })

@@ -1,15 +1,19 @@
 //! The coordinates of all bodies by those that remain when contacts join them.
 //!
-//! Each contact makes a node s of its first body a *slave*: with the frame R of the pair and the nodes k
-//! of the other body, its masters, of weights w_k (one of weight 1 where the nodes of both flanks
+//! Each contact makes a node s of one of its flanks a *slave*: with the frame R of the pair and the nodes k
+//! of the other flank, its masters, of weights w_k (one of weight 1 where the nodes of both flanks
 //! coincide, none on rigid ground),
 //!
 //! ```text
 //! u_s = R^T X + sum_k w_k u_k          X: relative displacements of the pair, n, t1, t2
 //! ```
 //!
-//! and a bonded node is the same row without X. What is no slave is g. So u = T (g, X) with a sparse T,
-//! and the assembly has the matrices T^T K T and T^T M T.
+//! where s is on the first flank, and with -R^T where it is on the second, for X counts from the second to
+//! the first. A bonded node is the same row without X. What is no slave is g. So u = T (g, X) with a sparse
+//! T, and the assembly has the matrices T^T K T and T^T M T.
+//!
+//! A master that is the slave of another contact is put in by its own row. Along an axis on which a support
+//! holds it, a master adds nothing, and a slave moves with its X alone, which no force acts on.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +23,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
-use crate::model::{BodyNode, Model};
+use crate::model::{BodyNode, ContactPair, Model, NodeMotion, Side};
 use dovetail_numerics::sparse::times;
 use dovetail_numerics::stored;
 
@@ -44,11 +48,11 @@ pub struct Transformation {
 }
 
 /// What a slave node moves with.
-struct Slave {
-    /// The pair, and the transpose of its frame.
+struct Row {
+    /// The pair, and what turns its relative displacements.
     pair: Option<(usize, Block)>,
-    /// First coordinates and weights of the masters.
-    masters: Vec<(usize, f64)>,
+    /// First coordinates and weights of the masters along the axes.
+    masters: Vec<(usize, [f64; 3])>,
 }
 
 impl Transformation {
@@ -75,20 +79,31 @@ impl Transformation {
             })?;
             Ok(starts[node.body] + own)
         };
-        let mut slaves: BTreeMap<usize, Slave> = BTreeMap::new();
+        let mut slaves: BTreeMap<usize, Row> = BTreeMap::new();
         let pairs = model.pairs.iter().enumerate();
-        let pairs =
-            pairs.map(|(p, pair)| (pair.first, pair.second, Some((p, transposed(pair.frame)))));
-        let bonded = model.bonded.iter().map(|[a, b]| (*a, Some(*b), None));
-        for (first, second, pair) in pairs.chain(bonded) {
-            let masters = match second {
-                Some(second) => vec![(at(second)?, 1.0)],
-                None => Vec::new(),
-            };
-            if slaves.insert(at(first)?, Slave { pair, masters }).is_some() {
+        let pairs = pairs.map(|(p, pair)| (&pair.slave, Some((p, turned(pair)))));
+        for (slave, pair) in pairs.chain(model.bonded.iter().map(|slave| (slave, None))) {
+            let still = held(model, slave.node);
+            let mut masters = Vec::with_capacity(slave.masters.len());
+            for &(master, weight) in &slave.masters {
+                let dofs = &model.bodies[master.body].dofs;
+                if dofs.nodes[master.node as usize] == NodeMotion::Fixed {
+                    continue;
+                }
+                let own = held(model, master);
+                let weights = [0, 1, 2].map(|k| match still[k] || own[k] {
+                    true => 0.0,
+                    false => weight,
+                });
+                masters.push((at(master)?, weights));
+            }
+            if slaves
+                .insert(at(slave.node)?, Row { pair, masters })
+                .is_some()
+            {
                 return Err(ReductionError::SlaveTwice {
-                    body: model.bodies[first.body].name.clone(),
-                    node: model.bodies[first.body].node_tags[first.node as usize],
+                    body: model.bodies[slave.node.body].name.clone(),
+                    node: model.bodies[slave.node.body].node_tags[slave.node.node as usize],
                 });
             }
         }
@@ -114,7 +129,7 @@ impl Transformation {
         for &slave in slaves.keys() {
             let mut blocks = BTreeMap::new();
             let depth = slaves.len();
-            if !expand(slave, 1.0, &slaves, &place, inner, depth, &mut blocks) {
+            if !expand(slave, [1.0; 3], &slaves, &place, inner, depth, &mut blocks) {
                 return Err(ReductionError::Circle);
             }
             for (column, block) in blocks {
@@ -258,16 +273,31 @@ pub enum Zeros {
     LeftOut,
 }
 
-fn transposed(a: Block) -> Block {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| a[j][i]))
+/// What turns the relative displacements of a pair into those of its slave node.
+fn turned(pair: &ContactPair) -> Block {
+    let sign = match pair.side {
+        Side::First => 1.0,
+        Side::Second => -1.0,
+    };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| sign * pair.frame[j][i]))
 }
 
-/// Adds `weight` times the motion of the node at `coordinate` to blocks by the first of their three unknowns.
-/// False where more steps than there are slaves do not end.
+/// The axes along which a support holds a node.
+fn held(model: &Model, at: BodyNode) -> [bool; 3] {
+    let body = &model.bodies[at.body];
+    let is_held = |dof: u32| body.held_dofs.binary_search(&dof).is_ok();
+    match body.dofs.nodes[at.node as usize] {
+        NodeMotion::Free(n) => [0, 1, 2].map(|k| is_held(3 * n + k)),
+        _ => [false; 3],
+    }
+}
+
+/// Adds the motion of the node at `coordinate`, times `weights` along the axes, to blocks by the first of their
+/// three unknowns. False where more steps than there are slaves do not end.
 fn expand(
     coordinate: usize,
-    weight: f64,
-    slaves: &BTreeMap<usize, Slave>,
+    weights: [f64; 3],
+    slaves: &BTreeMap<usize, Row>,
     place: &[Option<usize>],
     inner: usize,
     steps_left: usize,
@@ -275,22 +305,32 @@ fn expand(
 ) -> bool {
     let mut add = |column: usize, block: &Block| {
         let sum = blocks.entry(column).or_insert([[0.0; 3]; 3]);
-        for (sum, v) in sum.as_flattened_mut().iter_mut().zip(block.as_flattened()) {
-            *sum += weight * v;
+        for ((sum, line), weight) in sum.iter_mut().zip(block).zip(weights) {
+            for (sum, v) in sum.iter_mut().zip(line) {
+                *sum += weight * v;
+            }
         }
     };
     if let Some(own) = place[coordinate] {
         add(own, &IDENTITY);
         return true;
     }
-    let Some(slave) = slaves.get(&coordinate).filter(|_| steps_left > 0) else {
+    let Some(row) = slaves.get(&coordinate).filter(|_| steps_left > 0) else {
         return false;
     };
-    if let Some((pair, block)) = &slave.pair {
+    if let Some((pair, block)) = &row.pair {
         add(inner + 3 * pair, block);
     }
-    slave.masters.iter().all(|&(master, share)| {
-        let weight = weight * share;
-        expand(master, weight, slaves, place, inner, steps_left - 1, blocks)
+    row.masters.iter().all(|&(master, shares)| {
+        let weights = [0, 1, 2].map(|k| weights[k] * shares[k]);
+        expand(
+            master,
+            weights,
+            slaves,
+            place,
+            inner,
+            steps_left - 1,
+            blocks,
+        )
     })
 }

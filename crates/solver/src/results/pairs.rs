@@ -61,7 +61,7 @@ impl PairTable {
         let bodies = model.bodies.iter().enumerate();
         let nodes = bodies.map(|(b, body)| {
             let tag = |pair: &ContactPair| {
-                let sides = std::iter::once(pair.first).chain(pair.second);
+                let sides = std::iter::once(pair.slave.node).chain(pair.slave.partner());
                 let node = sides.into_iter().find(|at| at.body == b)?.node;
                 body.node_tags.get(node as usize).copied()
             };

@@ -382,8 +382,11 @@ mod tests {
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {
             contact: 0,
-            first: crate::model::BodyNode { body: 0, node: 0 },
-            second: None,
+            slave: crate::model::Slave {
+                node: crate::model::BodyNode { body: 0, node: 0 },
+                masters: Vec::new(),
+            },
+            side: crate::model::Side::First,
             position_m: [0.0; 3],
             frame: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             area_m2,

@@ -1,0 +1,483 @@
+//! Which points of one flank a node of the other meets, where the meshes of both do not match.
+//!
+//! The nodes of one flank, the slaves, follow those of the other, the masters, by weights of a dual mortar
+//! method. With the linear (bilinear) shape functions phi of a slave facet e, on the part of it that lies
+//! opposite master facets,
+//!
+//! ```text
+//! psi = D_e M_e^-1 phi      M_e = int phi phi^T     D_e = diag(int phi)
+//! D_s = sum int phi_s       W_sk = sum int psi_s phi_k       w_sk = W_sk / D_s
+//! ```
+//!
+//! psi are biorthogonal to phi (Wohlmuth, SIAM J. Numer. Anal. 38 (2000) 989-1012; for contact Popp, Gee,
+//! Wall, Int. J. Numer. Meth. Engng 83 (2010) 1428-1465; on partly covered facets Cichosz and Bischoff,
+//! Comput. Methods Appl. Mech. Engng 200 (2011) 1317-1332). So each slave node s has a gap of its own,
+//! x_s - sum_k w_sk x_k, and an area D_s. The weights of a row sum to 1, and on flat flanks that coincide
+//! linear fields are reproduced, both to rounding: all integrals use the same points, and these two
+//! identities hold for any rule.
+
+use std::collections::HashMap;
+
+use super::flank::Flank;
+use crate::mesh::interpolation::of_facet;
+use crate::mesh::quadrature::triangle;
+use dovetail_numerics::dense;
+use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
+use faer::Mat;
+
+/// What lies opposite a flank.
+pub(super) struct Mortar {
+    /// Of each node of the slave flank; none of one that carries nothing.
+    pub rows: Vec<Option<Row>>,
+    /// Of each slave facet, and of each master facet: whether the other flank lies opposite.
+    pub met: [Vec<bool>; 2],
+    /// Share of the slave flank's area that lies opposite the other flank.
+    pub covered: f64,
+    /// Of facets that lie opposite each other but do not face each other, or are too far apart: the
+    /// nearest.
+    pub missed: Option<Missed>,
+}
+
+/// One slave node.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    /// D, m2.
+    pub area_m2: f64,
+    /// Nodes of the master flank, by their places in its list, ascending, and their weights.
+    pub masters: Vec<(u32, f64)>,
+}
+
+/// Two facets that lie opposite each other and are not in contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Missed {
+    pub position_m: Vector,
+    /// Along the normal of the slave facet.
+    pub distance_m: f64,
+    /// Between the outward normals.
+    pub degrees: f64,
+}
+
+/// A node whose covered area is below this share of its whole area carries nothing.
+const LEAST_COVERED: f64 = 0.05;
+/// A part of a facet below this share of it is left out.
+const LEAST_PART: f64 = 1e-6;
+/// Weights below this are rounding, and so is a distance to 1 below it.
+const ROUNDING: f64 = 1e-9;
+/// Normals of facets that face each other are farther apart than this (120 degrees).
+const FACING: f64 = -0.5;
+/// Degree of the rule on a part of a facet: exact for triangles and parallelograms.
+const DEGREE: usize = 6;
+/// Where shape functions are no polynomials the triangles of a part are cut into four this many times.
+const CUTS: usize = 2;
+
+/// The weights of the nodes of the `slave` flank (their positions first) on the nodes of the `master` flank.
+/// `reach`: how far apart two facets may be, along the normal, of the longer of their longest edges.
+pub(super) fn mortar(
+    [slave, master]: [&Flank; 2],
+    [slave_m, master_m]: [&[Vector]; 2],
+    reach: Reach,
+) -> Mortar {
+    let masters: Vec<Facet> = facets(master, master_m);
+    let cells = Cells::of(&masters, &facets(slave, slave_m), reach);
+    let mut found = Mortar {
+        rows: vec![None; slave.nodes.len()],
+        met: [
+            vec![false; slave.facets.len()],
+            vec![false; master.facets.len()],
+        ],
+        covered: 0.0,
+        missed: None,
+    };
+    let mut area = vec![0.0; slave.nodes.len()];
+    let mut weights: Vec<HashMap<u32, f64>> = vec![HashMap::new(); slave.nodes.len()];
+    for (e, facet) in facets(slave, slave_m).iter().enumerate() {
+        let mut parts = Vec::new();
+        for &m in &cells.around(facet) {
+            let opposite = facet.part_opposite(&masters[m], reach, &mut found.missed);
+            if let Some(polygon) = opposite {
+                parts.push((m, polygon));
+            }
+        }
+        let Some(shares) = facet.shares(&parts, &masters) else {
+            continue;
+        };
+        found.met[0][e] = true;
+        for (m, _) in &parts {
+            found.met[1][*m] = true;
+        }
+        for ((&s, own_area), own_weights) in slave.facets[e]
+            .iter()
+            .zip(shares.area_m2)
+            .zip(shares.weights)
+        {
+            area[s as usize] += own_area;
+            for ((m, corner), weight) in own_weights {
+                let k = master.facets[m][corner];
+                *weights[s as usize].entry(k).or_default() += weight;
+            }
+        }
+    }
+    let whole: f64 = slave.areas_m2.iter().sum();
+    found.covered = area.iter().sum::<f64>() / whole;
+    for (s, weights) in weights.into_iter().enumerate() {
+        if area[s] > LEAST_COVERED * slave.areas_m2[s] {
+            let masters = row(weights, area[s]);
+            found.rows[s] = Some(Row {
+                area_m2: area[s],
+                masters,
+            });
+        }
+    }
+    found
+}
+
+/// W / D without what is rounding alone, so that of flanks whose facets match each node has one master.
+fn row(weights: HashMap<u32, f64>, area: f64) -> Vec<(u32, f64)> {
+    let mut masters: Vec<(u32, f64)> = weights
+        .into_iter()
+        .map(|(k, w)| (k, w / area))
+        .filter(|(_, w)| w.abs() > ROUNDING)
+        .collect();
+    masters.sort_unstable_by_key(|(k, _)| *k);
+    if let [(_, weight)] = masters.as_mut_slice() {
+        *weight = 1.0;
+    }
+    let sum: f64 = masters.iter().map(|(_, w)| w).sum();
+    for (_, weight) in &mut masters {
+        *weight /= sum;
+    }
+    masters
+}
+
+/// How far apart facets may be that are in contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Reach {
+    /// Metres.
+    Given(f64),
+    /// This multiple of the longer of their longest edges.
+    OfFacets(f64),
+}
+
+impl Reach {
+    fn between(self, longest_m: f64) -> f64 {
+        match self {
+            Self::Given(reach) => reach,
+            Self::OfFacets(share) => share * longest_m,
+        }
+    }
+}
+
+/// A facet of three or four corners.
+struct Facet {
+    corners_m: Vec<Vector>,
+    centre_m: Vector,
+    /// Out of the body.
+    normal: Vector,
+    /// Two axes across the normal.
+    axes: [Vector; 2],
+    longest_m: f64,
+    /// From the centre to the farthest corner.
+    radius_m: f64,
+}
+
+fn facets(flank: &Flank, nodes_m: &[Vector]) -> Vec<Facet> {
+    let corners = |facet: &Vec<u32>| facet.iter().map(|&i| nodes_m[i as usize]).collect();
+    flank
+        .facets
+        .iter()
+        .map(|f| Facet::new(corners(f)))
+        .collect()
+}
+
+/// Points in the plane of a slave facet.
+type Polygon = Vec<[f64; 2]>;
+
+/// Integrals over the covered part of a slave facet.
+struct Shares {
+    /// D_e, of each corner.
+    area_m2: Vec<f64>,
+    /// Of each corner: W by master facet and its corner.
+    weights: Vec<Vec<((usize, usize), f64)>>,
+}
+
+impl Facet {
+    fn new(corners_m: Vec<Vector>) -> Self {
+        let count = corners_m.len() as f64;
+        let centre_m = [0, 1, 2].map(|k| corners_m.iter().map(|x| x[k]).sum::<f64>() / count);
+        let last = corners_m.len() - 1;
+        // Of a quadrilateral the diagonals, of a triangle two edges.
+        let across = match last {
+            3 => [
+                sub(corners_m[2], corners_m[0]),
+                sub(corners_m[3], corners_m[1]),
+            ],
+            _ => [
+                sub(corners_m[1], corners_m[0]),
+                sub(corners_m[2], corners_m[0]),
+            ],
+        };
+        // Facets have area: the flank was checked.
+        let normal = unit(cross(across[0], across[1])).unwrap_or([0.0, 0.0, 1.0]);
+        let in_plane = sub(across[0], scaled(normal, dot(across[0], normal)));
+        let first = unit(in_plane).unwrap_or([1.0, 0.0, 0.0]);
+        let edge = |i: usize| distance(corners_m[i], corners_m[if i == last { 0 } else { i + 1 }]);
+        let longest_m = (0..=last).map(edge).fold(0.0, f64::max);
+        let radius = |x: &Vector| distance(*x, centre_m);
+        let radius_m = corners_m.iter().map(radius).fold(0.0, f64::max);
+        Self {
+            centre_m,
+            normal,
+            axes: [first, cross(normal, first)],
+            longest_m,
+            radius_m,
+            corners_m,
+        }
+    }
+
+    fn in_plane(&self, x: Vector) -> [f64; 2] {
+        let d = sub(x, self.centre_m);
+        self.axes.map(|axis| dot(axis, d))
+    }
+
+    /// The corners of a facet, put into this one's plane along its normal.
+    fn outline_of(&self, facet: &Self) -> Polygon {
+        facet.corners_m.iter().map(|x| self.in_plane(*x)).collect()
+    }
+
+    /// The part of this facet that lies opposite a master facet, or `missed` learns why there is none.
+    fn part_opposite(
+        &self,
+        master: &Self,
+        reach: Reach,
+        missed: &mut Option<Missed>,
+    ) -> Option<Polygon> {
+        let cosine = dot(self.normal, master.normal);
+        let mut outline = self.outline_of(master);
+        if cosine < 0.0 {
+            outline.reverse();
+        }
+        let own = self.outline_of(self);
+        let part = clipped(own.clone(), &outline);
+        if area(&part) < LEAST_PART * area(&own) {
+            return None;
+        }
+        // Between the planes of both, at the middle of the part.
+        let count = part.len() as f64;
+        let middle = [0, 1].map(|k| part.iter().map(|p| p[k]).sum::<f64>() / count);
+        let on_own = [0, 1, 2]
+            .map(|k| self.centre_m[k] + middle[0] * self.axes[0][k] + middle[1] * self.axes[1][k]);
+        let off = dot(sub(master.centre_m, on_own), master.normal) / cosine;
+        let distance_m = off.abs();
+        let too_far = distance_m > reach.between(self.longest_m.max(master.longest_m));
+        if too_far || cosine > FACING {
+            let is_nearest = missed.is_none_or(|m| distance_m < m.distance_m);
+            if is_nearest && distance_m.is_finite() {
+                *missed = Some(Missed {
+                    position_m: on_own,
+                    distance_m,
+                    degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
+                });
+            }
+            return None;
+        }
+        Some(part)
+    }
+}
+
+impl Facet {
+    /// The integrals over the covered `parts` (master facet, polygon); none where there is no such part.
+    fn shares(&self, parts: &[(usize, Polygon)], masters: &[Self]) -> Option<Shares> {
+        let own = self.outline_of(self);
+        let corners = own.len();
+        let mut d = vec![0.0; corners];
+        let mut m = Mat::<f64>::zeros(corners, corners);
+        // int phi_b phi_k by slave corner b.
+        let mut mixed: Vec<Vec<((usize, usize), f64)>> = vec![Vec::new(); corners];
+        for (number, part) in parts {
+            let outline = self.outline_of(&masters[*number]);
+            let cuts = match is_affine(&own) && is_affine(&outline) {
+                true => 0,
+                false => CUTS,
+            };
+            let mut sums = Mat::<f64>::zeros(corners, outline.len());
+            for (point, weight) in points_in(part, cuts) {
+                let (phi, master) = (values(&own, point), values(&outline, point));
+                for (a, phi_a) in phi.iter().enumerate() {
+                    d[a] += weight * phi_a;
+                    for (b, phi_b) in phi.iter().enumerate() {
+                        m[(a, b)] += weight * phi_a * phi_b;
+                    }
+                    for (k, phi_k) in master.iter().enumerate() {
+                        sums[(a, k)] += weight * phi_a * phi_k;
+                    }
+                }
+            }
+            for (a, mixed) in mixed.iter_mut().enumerate() {
+                mixed.extend((0..outline.len()).map(|k| ((*number, k), sums[(a, k)])));
+            }
+        }
+        // Of no part M is zero, and of a sliver next to singular.
+        let factor = dense::cholesky(m).ok().filter(|_| !parts.is_empty())?;
+        let mut inverse = Mat::<f64>::identity(corners, corners);
+        dense::solve_in_place(factor.as_ref(), inverse.as_mut());
+        let weights = (0..corners).map(|a| {
+            let mut own = mixed[0].clone();
+            for (i, (_, sum)) in own.iter_mut().enumerate() {
+                *sum = (0..corners)
+                    .map(|b| d[a] * inverse[(a, b)] * mixed[b][i].1)
+                    .sum();
+            }
+            own
+        });
+        Some(Shares {
+            weights: weights.collect(),
+            area_m2: d,
+        })
+    }
+}
+
+/// Points and weights of a rule on a convex polygon, its triangles cut into four so many times.
+fn points_in(polygon: &Polygon, cuts: usize) -> impl Iterator<Item = ([f64; 2], f64)> {
+    let sides = polygon[1..].windows(2);
+    let mut triangles: Vec<[[f64; 2]; 3]> = sides.map(|s| [polygon[0], s[0], s[1]]).collect();
+    for _ in 0..cuts {
+        triangles = triangles.into_iter().flat_map(quarters).collect();
+    }
+    let rule = triangle(DEGREE);
+    triangles.into_iter().flat_map(move |[a, b, c]| {
+        let twice = area_of([a, b, c]) * 2.0;
+        let at = move |([r, s], w): ([f64; 2], f64)| {
+            let point = [0, 1].map(|k| a[k] + r * (b[k] - a[k]) + s * (c[k] - a[k]));
+            (point, twice * w)
+        };
+        rule.clone().into_iter().map(at)
+    })
+}
+
+fn quarters([a, b, c]: [[f64; 2]; 3]) -> [[[f64; 2]; 3]; 4] {
+    let middle = |p: [f64; 2], q: [f64; 2]| [0, 1].map(|k| 0.5 * (p[k] + q[k]));
+    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+}
+
+/// Whether the shape functions of a facet are polynomials: those of triangles and parallelograms.
+fn is_affine(corners: &Polygon) -> bool {
+    let [a, b, c, d] = corners.as_slice() else {
+        return true;
+    };
+    let off = [0, 1].map(|k| a[k] - b[k] + c[k] - d[k]);
+    let long = [0, 1].map(|k| c[k] - a[k]);
+    let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
+    square(off) < 1e-20 * square(long)
+}
+
+/// Linear (bilinear) shape functions at a point of the plane of a facet whose corners are there: by Newton's
+/// method, which one step ends for a triangle.
+fn values(corners: &Polygon, point: [f64; 2]) -> Vec<f64> {
+    const MOST_STEPS: usize = 30;
+    let mut local = [0.0; 2];
+    for _ in 0..MOST_STEPS {
+        let functions = of_facet(corners.len(), local);
+        let sum = |of: &dyn Fn(usize) -> f64, k: usize| -> f64 {
+            (0..corners.len()).map(|i| of(i) * corners[i][k]).sum()
+        };
+        let off = [0, 1].map(|k| point[k] - sum(&|i| functions[i].value, k));
+        let [[a, b], [c, d]] =
+            [0, 1].map(|k| [0, 1].map(|j| sum(&|i| functions[i].gradient[j], k)));
+        let determinant = a * d - b * c;
+        let step = [
+            (d * off[0] - b * off[1]) / determinant,
+            (a * off[1] - c * off[0]) / determinant,
+        ];
+        local = [local[0] + step[0], local[1] + step[1]];
+        let is_small = step.iter().all(|s| s.abs() < 1e-14);
+        if is_small || corners.len() == 3 || !step.iter().all(|s| s.is_finite()) {
+            break;
+        }
+    }
+    let functions = of_facet(corners.len(), local);
+    functions.iter().map(|f| f.value).collect()
+}
+
+fn area_of([a, b, c]: [[f64; 2]; 3]) -> f64 {
+    0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+}
+
+/// Of a polygon whose corners run counter-clockwise.
+fn area(polygon: &Polygon) -> f64 {
+    let sides = polygon.get(1..).unwrap_or_default().windows(2);
+    sides
+        .map(|side| area_of([polygon[0], side[0], side[1]]))
+        .sum()
+}
+
+/// The part of a convex polygon that lies in another one, both counter-clockwise (Sutherland and Hodgman).
+fn clipped(mut polygon: Polygon, by: &Polygon) -> Polygon {
+    for (i, &from) in by.iter().enumerate() {
+        let to = by[(i + 1) % by.len()];
+        let inside = |p: [f64; 2]| area_of([from, to, p]);
+        let mut kept = Vec::with_capacity(polygon.len() + 1);
+        for (j, &p) in polygon.iter().enumerate() {
+            let next = polygon[(j + 1) % polygon.len()];
+            let (at_p, at_next) = (inside(p), inside(next));
+            if at_p >= 0.0 {
+                kept.push(p);
+            }
+            if (at_p > 0.0 && at_next < 0.0) || (at_p < 0.0 && at_next > 0.0) {
+                let t = at_p / (at_p - at_next);
+                kept.push([0, 1].map(|k| p[k] + t * (next[k] - p[k])));
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}
+
+/// Master facets by where their middles are.
+struct Cells {
+    width_m: f64,
+    of: HashMap<[i64; 3], Vec<usize>>,
+}
+
+impl Cells {
+    /// As wide as two facets that lie opposite each other may be apart.
+    fn of(masters: &[Facet], slaves: &[Facet], reach: Reach) -> Self {
+        let largest = |of: fn(&Facet) -> f64| {
+            let both = [masters, slaves].map(|f| f.iter().map(of).fold(0.0, f64::max));
+            (both[0] + both[1], both[0].max(both[1]))
+        };
+        let far = masters.iter().flat_map(|f| f.centre_m);
+        let far = far.fold(0.0, |m: f64, x| m.max(x.abs()));
+        // Cells are numbered by i64: no finer than 1e-15 of the largest coordinate.
+        let width = largest(|f| f.radius_m).0 + reach.between(largest(|f| f.longest_m).1);
+        let mut cells = Self {
+            width_m: width.max(far * 1e-15).max(f64::MIN_POSITIVE),
+            of: HashMap::new(),
+        };
+        for (m, facet) in masters.iter().enumerate() {
+            let cell = cells.cell(facet);
+            cells.of.entry(cell).or_default().push(m);
+        }
+        cells
+    }
+
+    fn cell(&self, facet: &Facet) -> [i64; 3] {
+        facet.centre_m.map(|x| (x / self.width_m).floor() as i64)
+    }
+
+    /// Ascending.
+    fn around(&self, facet: &Facet) -> Vec<usize> {
+        let [x, y, z] = self.cell(facet);
+        let near = -1..=1;
+        let mut found = Vec::new();
+        for a in near.clone() {
+            for b in near.clone() {
+                for c in near.clone() {
+                    found.extend(self.of.get(&[x + a, y + b, z + c]).into_iter().flatten());
+                }
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+}
