@@ -442,7 +442,7 @@ const CONTACT: [Key; 12] = [
         Kind::Choice(&["first", "second"]),
         "the side of the smaller facets; `\"first\"` where they are alike",
         "the side whose nodes have the contact forces and follow the other side, which need not have \
-         nodes opposite",
+         nodes opposite: `\"first\"` or `\"second\"`",
         "slave = \"second\"",
     ),
     key(

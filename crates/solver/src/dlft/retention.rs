@@ -19,8 +19,9 @@ use serde::{Deserialize, Serialize};
 const FREE: f64 = 1e-4;
 /// Shift of the inverse iteration, as such a fraction.
 const SHIFT: f64 = 1e-3;
-/// At most this many tangential rigid motions: two translations and a turn, on one flat flank.
-const MOST_FREE: usize = 3;
+/// Tangential rigid motions that are looked for first: two translations and a turn, of a body on one flat
+/// flank. Several bodies have more: while all that were looked for are free, twice as many are.
+const FIRST_FREE: usize = 3;
 const INVERSE_ITERATIONS: usize = 12;
 /// The mean has walked off when it lies this many times farther from the static state than the static state
 /// from rest and the vibration from the mean.
@@ -66,31 +67,20 @@ impl Retention {
         let Ok(factor) = dense::cholesky(shifted) else {
             return retention;
         };
-        // Block inverse iteration from vectors that are the same on every machine.
-        let count = (2 * MOST_FREE).min(size);
-        let mut block = Mat::from_fn(size, count, |i, j| ((i * (j + 1)) as f64 + 0.5).cos());
-        for j in 0..count.min(2) {
-            (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
-        }
-        for _ in 0..INVERSE_ITERATIONS {
-            dense::solve_in_place(factor.as_ref(), block.as_mut());
-            orthonormalise(&mut block);
-        }
-        let moved = dense::product(k.as_ref(), block.as_ref());
-        let projected = dense::product(block.transpose(), moved.as_ref());
-        let Some((values, vectors)) = dense::self_adjoint_eigen(projected.as_ref()) else {
-            return retention;
-        };
-        for (j, value) in values.iter().enumerate().take(MOST_FREE) {
-            if *value > FREE * mean_stiffness {
+        let mut wanted = FIRST_FREE;
+        loop {
+            let free = softest(&k, &factor, wanted, FREE * mean_stiffness);
+            if free.len() < wanted || wanted >= size {
+                for ritz in free {
+                    let mut motion = vec![0.0; n];
+                    for (&i, v) in tangential.iter().zip(ritz) {
+                        motion[i] = v;
+                    }
+                    retention.motions.push(motion);
+                }
                 break;
             }
-            let ritz = dense::product(block.as_ref(), vectors.get(.., j..j + 1));
-            let mut motion = vec![0.0; n];
-            for (&i, v) in tangential.iter().zip(ritz.col(0).iter()) {
-                motion[i] = *v;
-            }
-            retention.motions.push(motion);
+            wanted *= 2;
         }
         retention
     }
@@ -189,6 +179,33 @@ pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
     norm(&difference) > FAR * (norm(anchor) + vibration)
 }
 
+/// At most `wanted` orthonormal vectors with which `k` is softer than `limit`, softest first, by block inverse
+/// iteration with the factor of `k` shifted, from vectors that are the same on every machine.
+fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Vec<f64>> {
+    let size = k.nrows();
+    let count = (2 * wanted).min(size);
+    let mut block = Mat::from_fn(size, count, |i, j| ((i * (j + 1)) as f64 + 0.5).cos());
+    for j in 0..count.min(2) {
+        (0..size).for_each(|i| block[(i, j)] = f64::from(i % 2 == j));
+    }
+    for _ in 0..INVERSE_ITERATIONS {
+        dense::solve_in_place(factor.as_ref(), block.as_mut());
+        orthonormalise(&mut block);
+    }
+    let moved = dense::product(k.as_ref(), block.as_ref());
+    let projected = dense::product(block.transpose(), moved.as_ref());
+    let Some((values, vectors)) = dense::self_adjoint_eigen(projected.as_ref()) else {
+        return Vec::new();
+    };
+    let free = values.iter().take(wanted).take_while(|v| **v <= limit);
+    free.enumerate()
+        .map(|(j, _)| {
+            let ritz = dense::product(block.as_ref(), vectors.get(.., j..j + 1));
+            ritz.col_as_slice(0).to_vec()
+        })
+        .collect()
+}
+
 fn orthonormalise(block: &mut Mat<f64>) {
     for j in 0..block.ncols() {
         for _ in 0..2 {
@@ -252,6 +269,18 @@ mod tests {
             .map(|(v, s)| v - centred * s)
             .collect();
         assert!(retention.force_n(&stretch, &[0.0; 12]) < 1e-9);
+    }
+
+    /// Five bodies, each on its own pairs, slide two ways each.
+    #[test]
+    fn several_bodies_have_all_their_motions() {
+        let one = chain(4, 0.0);
+        let n = one.nrows();
+        let k = Mat::from_fn(5 * n, 5 * n, |i, j| match i / n == j / n {
+            true => one[(i % n, j % n)],
+            false => 0.0,
+        });
+        assert_eq!(Retention::new(&k, &vec![1.0; 5 * n]).motions.len(), 10);
     }
 
     #[test]

@@ -59,10 +59,12 @@ pub(super) struct Missed {
 
 /// A node whose covered area is below this share of its whole area carries nothing.
 const LEAST_COVERED: f64 = 0.05;
-/// A part of a facet below this share of it is left out.
-const LEAST_PART: f64 = 1e-6;
+/// A facet of which less than this share is covered is left out: its M is next to singular.
+const LEAST_FACET: f64 = 1e-6;
+/// What two facets share is rounding below this share of the slave's.
+const LEAST_PART: f64 = 1e-13;
 /// Weights below this are rounding, and so is a distance to 1 below it.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-10;
 /// Normals of facets that face each other are farther apart than this (120 degrees).
 const FACING: f64 = -0.5;
 /// Degree of the rule on a part of a facet: exact for triangles and parallelograms.
@@ -316,8 +318,10 @@ impl Facet {
                 mixed.extend((0..outline.len()).map(|k| ((*number, k), sums[(a, k)])));
             }
         }
-        // Of no part M is zero, and of a sliver next to singular.
-        let factor = dense::cholesky(m).ok().filter(|_| !parts.is_empty())?;
+        if d.iter().sum::<f64>() < LEAST_FACET * area(&own) {
+            return None;
+        }
+        let factor = dense::cholesky(m).ok()?;
         let mut inverse = Mat::<f64>::identity(corners, corners);
         dense::solve_in_place(factor.as_ref(), inverse.as_mut());
         let weights = (0..corners).map(|a| {
@@ -479,5 +483,200 @@ impl Cells {
         }
         found.sort_unstable();
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::facet::shares;
+
+    /// A flank of n x m cells, each a quadrilateral or two triangles, put in space by `map`; its outward
+    /// normal is +z of the map, or -z where it lies on the other side.
+    struct Grid {
+        cells: [usize; 2],
+        quadrilaterals: bool,
+        on_top: bool,
+    }
+
+    impl Grid {
+        fn flank(&self, map: impl Fn([f64; 2]) -> Vector) -> (Flank, Vec<Vector>) {
+            let [n, m] = self.cells;
+            let at = |i: usize, j: usize| (i + (n + 1) * j) as u32;
+            let nodes_m: Vec<Vector> = (0..=m)
+                .flat_map(|j| (0..=n).map(move |i| [i as f64 / n as f64, j as f64 / m as f64]))
+                .map(map)
+                .collect();
+            let mut facets = Vec::new();
+            for j in 0..m {
+                for i in 0..n {
+                    let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                    match self.quadrilaterals {
+                        true => facets.push(vec![a, b, c, d]),
+                        // The diagonals of neighbours cross.
+                        false if (i + j) % 2 == 0 => facets.extend([vec![a, b, c], vec![a, c, d]]),
+                        false => facets.extend([vec![a, b, d], vec![b, c, d]]),
+                    }
+                }
+            }
+            if self.on_top {
+                facets.iter_mut().for_each(|f| f.reverse());
+            }
+            let mut areas_m2 = vec![0.0; nodes_m.len()];
+            for facet in &facets {
+                let corners: Vec<Vector> = facet.iter().map(|&k| nodes_m[k as usize]).collect();
+                for (&k, share) in facet.iter().zip(shares(&corners)) {
+                    areas_m2[k as usize] += share.area_m2;
+                }
+            }
+            let flank = Flank {
+                nodes: (0..nodes_m.len() as u32).collect(),
+                normals: vec![[0.0, 0.0, if self.on_top { -1.0 } else { 1.0 }]; nodes_m.len()],
+                middles: vec![Vec::new(); facets.len()],
+                facets,
+                areas_m2,
+                along: [1.0, 0.0, 0.0],
+            };
+            (flank, nodes_m)
+        }
+    }
+
+    const SIZE: [f64; 2] = [3e-2, 1e-2];
+    const FAR: Reach = Reach::OfFacets(0.5);
+
+    /// The rectangle of that size, its lines bent inside: cells that are no parallelograms.
+    fn bent([u, v]: [f64; 2]) -> Vector {
+        let inside = u * (1.0 - u) * v * (1.0 - v);
+        let (u, v) = (u * u * 0.4 + 0.6 * u + 0.7 * inside, v - 0.6 * inside);
+        [SIZE[0] * u, SIZE[1] * v, 0.2]
+    }
+
+    fn even([u, v]: [f64; 2]) -> Vector {
+        [SIZE[0] * u, SIZE[1] * v, 0.2]
+    }
+
+    fn found(slave: &(Flank, Vec<Vector>), master: &(Flank, Vec<Vector>), reach: Reach) -> Mortar {
+        mortar([&slave.0, &master.0], [&slave.1, &master.1], reach)
+    }
+
+    /// Where the slave's nodes meet the master.
+    fn met(row: &Row, master: &[Vector]) -> Vector {
+        [0, 1, 2].map(|c| {
+            row.masters
+                .iter()
+                .map(|(k, w)| w * master[*k as usize][c])
+                .sum()
+        })
+    }
+
+    /// Rows sum to 1, linear fields are reproduced, and a uniform pressure on the slave's areas loads the
+    /// master as it would by its own shape functions: the contact patch test.
+    #[test]
+    fn linear_fields_and_a_uniform_pressure_pass_any_two_grids() {
+        let grids = [[3, 2], [4, 3], [7, 5]];
+        for (below, above) in [(0, 1), (0, 2), (2, 0), (2, 1)] {
+            for quadrilaterals in [[false; 2], [true; 2], [true, false], [false, true]] {
+                let grid = |i: usize, side: usize| Grid {
+                    cells: grids[i],
+                    quadrilaterals: quadrilaterals[side],
+                    on_top: side == 1,
+                };
+                let slave = grid(below, 0).flank(bent);
+                let master = grid(above, 1).flank(even);
+                let mortar = found(&slave, &master, FAR);
+                assert!((mortar.covered - 1.0).abs() < 1e-12, "{}", mortar.covered);
+                let mut loads = vec![0.0; master.1.len()];
+                let mut area = 0.0;
+                for (row, x) in mortar.rows.iter().zip(&slave.1) {
+                    let row = row.as_ref().unwrap();
+                    let sum: f64 = row.masters.iter().map(|(_, w)| w).sum();
+                    assert!((sum - 1.0).abs() < 1e-12, "{sum}");
+                    let off = distance(met(row, &master.1), *x);
+                    assert!(off < 1e-10 * SIZE[0], "{off:e}");
+                    for (k, weight) in &row.masters {
+                        loads[*k as usize] += row.area_m2 * weight;
+                    }
+                    area += row.area_m2;
+                }
+                assert!((area / (SIZE[0] * SIZE[1]) - 1.0).abs() < 1e-12);
+                for (load, own) in loads.iter().zip(&master.0.areas_m2) {
+                    assert!((load / own - 1.0).abs() < 1e-9, "{load:e} {own:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn flanks_turned_and_shifted_against_each_other_keep_the_identities() {
+        let turned = |p: [f64; 2]| {
+            let [x, y, z] = bent(p);
+            let (s, c) = 0.4f64.sin_cos();
+            [c * x - s * y + 4e-3, s * x + c * y - 5e-3, z]
+        };
+        let triangles = |cells, on_top| Grid {
+            cells,
+            quadrilaterals: false,
+            on_top,
+        };
+        let slave = triangles([9, 4], false).flank(even);
+        let master = triangles([6, 5], true).flank(turned);
+        let mortar = found(&slave, &master, FAR);
+        assert!((0.3..0.9).contains(&mortar.covered), "{}", mortar.covered);
+        let rows = mortar.rows.iter().zip(&slave.1);
+        let rows: Vec<_> = rows.filter_map(|(r, x)| Some((r.as_ref()?, x))).collect();
+        assert!(rows.len() > 10 && rows.len() < slave.1.len());
+        for (row, x) in rows {
+            assert!(distance(met(row, &master.1), *x) < 1e-10 * SIZE[0]);
+        }
+    }
+
+    #[test]
+    fn where_facets_match_each_node_meets_one_with_its_share_of_the_area() {
+        for quadrilaterals in [false, true] {
+            let grid = |on_top| Grid {
+                cells: [5, 3],
+                quadrilaterals,
+                on_top,
+            };
+            let (slave, master) = (grid(false).flank(bent), grid(true).flank(bent));
+            let mortar = found(&slave, &master, FAR);
+            for (s, row) in mortar.rows.iter().enumerate() {
+                let row = row.as_ref().unwrap();
+                assert_eq!(row.masters, [(s as u32, 1.0)]);
+                assert!((row.area_m2 / slave.0.areas_m2[s] - 1.0).abs() < 1e-9);
+            }
+            assert!(mortar.met.iter().flatten().all(|met| *met));
+        }
+    }
+
+    /// Of columns a quarter of the flank wide the master covers two and 1 % of a third: its node there has
+    /// the area of half of a column, and of the third next to nothing.
+    #[test]
+    fn what_is_hardly_covered_carries_nothing() {
+        let grid = |cells, on_top| Grid {
+            cells,
+            quadrilaterals: true,
+            on_top,
+        };
+        let slave = grid([4, 1], false).flank(even);
+        let master = grid([1, 1], true).flank(|[u, v]| even([0.5025 * u, v]));
+        let mortar = found(&slave, &master, Reach::Given(1e-6));
+        assert!((mortar.covered - 0.5025).abs() < 1e-12);
+        let carries: Vec<bool> = mortar.rows.iter().map(Option::is_some).collect();
+        assert_eq!(carries[..5], [true, true, true, false, false]);
+        assert_eq!(mortar.met[0], [true, true, true, false]);
+        // Nothing is nearer than it is.
+        let above = grid([2, 2], true).flank(|p| {
+            let [x, y, z] = even(p);
+            [x, y, z + 3e-3]
+        });
+        let mortar = found(&slave, &above, Reach::Given(2e-3));
+        assert!(mortar.rows.iter().all(Option::is_none));
+        let missed = mortar.missed.unwrap();
+        assert!((missed.distance_m - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
+        // And one that looks the same way is not opposite.
+        let same_way = grid([2, 2], false).flank(even);
+        let missed = found(&slave, &same_way, FAR).missed.unwrap();
+        assert!(missed.degrees < 1.0, "{missed:?}");
     }
 }
