@@ -13,7 +13,7 @@ use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
-use dovetail_solver::model::{BodyNode, Model};
+use dovetail_solver::model::{BodyNode, FlankMatch, Model, Side};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     LocalPeak, converged, energy_balance_error, largest_estimated_error, linear_peak, local_peaks,
@@ -107,6 +107,26 @@ pub struct MeshSummary {
     pub element_types: BTreeMap<String, usize>,
     pub free_dofs: usize,
     pub bodies: Vec<BodySummary>,
+    /// Contacts between two flanks, bonded ones last.
+    pub contacts: Vec<FlankSummary>,
+}
+
+/// How the two flanks of a contact lie on each other.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FlankSummary {
+    pub name: String,
+    /// The flank whose nodes the pairs are made at: `first` or `second`.
+    pub slave: String,
+    /// Whether each node meets one node of the other flank.
+    pub nodes_match: bool,
+    /// Share of the slave flank that lies opposite the other.
+    pub covered: f64,
+    /// Largest distance between a node and what it meets.
+    pub largest_mismatch_m: f64,
+    /// The same along the normal.
+    pub largest_separation_m: f64,
+    /// Largest weight of a node that is met.
+    pub largest_weight: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -334,6 +354,23 @@ pub fn mesh_summary(
         element_types: types.into_iter().map(|(t, n)| (t.name(), n)).collect(),
         free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
         bodies,
+        contacts: model.matches.iter().map(flank_summary).collect(),
+    }
+}
+
+fn flank_summary(found: &FlankMatch) -> FlankSummary {
+    FlankSummary {
+        name: found.contact.clone(),
+        slave: match found.slave {
+            Side::First => "first",
+            Side::Second => "second",
+        }
+        .to_owned(),
+        nodes_match: found.nodes_match,
+        covered: found.covered,
+        largest_mismatch_m: found.largest_mismatch_m,
+        largest_separation_m: found.largest_separation_m,
+        largest_weight: found.largest_weight,
     }
 }
 

@@ -22,9 +22,9 @@ use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::statics::solve_by_cholesky;
 use dovetail_solver::fem::{self, FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
-use dovetail_solver::model::Assembly;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{self, Model};
+use dovetail_solver::model::{Assembly, ContactSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
     self, LISTED_MODES, Load, Recovery, ReducedModel, RelativeModel, StuckModes, Truncation,
@@ -233,6 +233,7 @@ impl Meshed {
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
     let model = model::bind(assembly, mesh)?;
     warn_of_held_volumes(assembly, mesh, progress);
+    tell_of_flanks(assembly, &model, progress);
     let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
     for (element, count) in model.element_types() {
         *shapes.entry(element.shape).or_default() += count;
@@ -253,6 +254,45 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
     ));
     Ok(model)
 }
+
+/// How flanks lie on each other whose nodes do not match, and what may not be meant.
+fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
+    for found in model.matches.iter().filter(|m| !m.nodes_match) {
+        let (name, share) = (&found.contact, 100.0 * found.covered);
+        progress.note(&format!(
+            "contact {name}: the meshes do not match; {share:.1} % of one flank lies opposite the other, which the \
+             nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
+            found.largest_weight, found.largest_mismatch_m
+        ));
+        if found.covered < HARDLY_COVERED {
+            progress.warning(
+                Weight::Doubt,
+                format!(
+                    "contact \"{name}\": only {share:.0} % of the flank that has the contact forces lies opposite \
+                     the other one: check where the bodies stand, or name the smaller flank by `slave`"
+                ),
+            );
+        }
+    }
+    for found in &model.matches {
+        let (name, apart) = (&found.contact, found.largest_separation_m);
+        let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
+        if apart > FAR_APART * found.facet_m && !assembly.contacts.iter().any(|c| counts(&c)) {
+            progress.warning(
+                Weight::Doubt,
+                format!(
+                    "contact \"{name}\": the flanks are up to {apart:.2e} m apart in the mesh and are taken to \
+                     touch; gap = \"mesh\" counts it as clearance"
+                ),
+            );
+        }
+    }
+}
+
+/// Below this share of a flank the other one may not be where it is meant to be.
+const HARDLY_COVERED: f64 = 0.5;
+/// Flanks farther apart than this share of their facets' length are not taken to touch without a word.
+const FAR_APART: f64 = 0.05;
 
 /// A set of a face in a deck of Abaqus/CAE is one of nodes and one of elements, and the elements have its
 /// name: holding them holds more than the face.

@@ -26,6 +26,7 @@ mod mesh_files;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;
+mod mortar;
 mod only_what_is_asked;
 mod output_folder;
 mod paper_findings;

@@ -528,6 +528,8 @@ fn contact_words(contact: &ContactSpec) -> Markup {
             ContactLaw::UnilateralCoulomb => {
                 "it opens, and slides with dry friction of " (figure(contact.friction, 3))
                 @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
+                @if contact.gap_m < 0.0 { ", interference " (quantity(-contact.gap_m, "m", 3)) }
+                @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }
                 @if let Some(crown) = &contact.crown { ", crowned with a radius of " (quantity(crown.radius_m, "m", 3)) }
                 "."
             },

@@ -116,6 +116,8 @@ pub(super) fn contact(
         slave,
         covered: found.covered,
         largest_mismatch_m: 0.0,
+        largest_separation_m: 0.0,
+        facet_m: own.flank.facet_area_m2().sqrt(),
         largest_weight: 0.0,
         nodes_match: true,
     };
@@ -143,10 +145,9 @@ pub(super) fn contact(
             position_m,
             degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
         })?;
-        let in_mesh = match spec.gap_from_mesh {
-            true => dot(normal, sub(points[0], points[1])),
-            false => 0.0,
-        };
+        let apart = dot(normal, sub(points[0], points[1]));
+        summary.largest_separation_m = summary.largest_separation_m.max(apart.abs());
+        let in_mesh = if spec.gap_from_mesh { apart } else { 0.0 };
         let master = |&(k, weight): &(u32, f64)| (other.node(k as usize), weight);
         pairs.push(Some(ContactPair {
             contact: number,

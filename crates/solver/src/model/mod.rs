@@ -252,6 +252,10 @@ pub struct FlankMatch {
     /// Largest distance between a node and what it meets, m: the arm by which the two contact forces of
     /// a pair stand apart.
     pub largest_mismatch_m: f64,
+    /// The same along the normal, m.
+    pub largest_separation_m: f64,
+    /// Mean length of a side of the slave's facets, m.
+    pub facet_m: f64,
     /// Largest weight of a master node, without its sign.
     pub largest_weight: f64,
     /// Whether each node meets one node.
