@@ -55,7 +55,7 @@ def scene_of(blade, jaw, out):
         assert count == 1, body
         # Both files have the groups of both bodies.
         text = re.sub(rf'"({body}_flank_\w+)"', rf'"{body}.\1"', text)
-    text = text.replace('points = "excitation"', 'points = "blade.excitation"')
+    text = text.replace('on = "excitation"', 'on = "blade.excitation"')
     text = text.replace('points = "tip_trailing_edge"', 'points = "blade.tip_trailing_edge"')
     path = out / "scene.toml"
     path.write_text(text, encoding="utf-8")

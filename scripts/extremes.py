@@ -71,7 +71,7 @@ direction = [-0.3, -0.3, -1]
 [damping]
 ratio = 0.01
 [[excitation]]
-points = "corner"
+on = "corner"
 direction = [1, 0, 0]
 force_n = 0.01
 [[observe]]

@@ -63,6 +63,36 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
     pub observations: Vec<ObservationSummary>,
+    /// Fields at points in space that were mapped to surfaces; none where no excitation has one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excitation_fields: Vec<FieldSummary>,
+}
+
+/// How complex forces or pressures at points were mapped to a surface. The real part of a vector stands first.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FieldSummary {
+    /// The file.
+    pub field: String,
+    pub surface: String,
+    pub points: usize,
+    /// Sum of the given forces; `None` of pressures without areas.
+    pub given_n: Option<[[f64; 3]; 2]>,
+    /// Sum of the forces on the nodes.
+    pub applied_n: [[f64; 3]; 2],
+    /// Of a point from the surface.
+    pub largest_distance_m: f64,
+    pub rms_distance_m: f64,
+    /// Points farther from the surface than the nearest facet is long.
+    pub far_points: usize,
+    /// Of the moment about the centroid of the surface, over the sum of forces times lever arms; `None` of pressures
+    /// without areas.
+    pub moment_error: Option<f64>,
+    /// Differences between the given pressures and those that all other points give there, relative; `None` but of
+    /// pressures without areas.
+    pub interpolation_error: Option<f64>,
+    /// Of pressures without areas: facets that no point is near.
+    pub empty_facets: usize,
+    pub facets: usize,
 }
 
 /// How far a run came. A run that was killed without a word leaves `running`.

@@ -2,7 +2,7 @@
 
 use crate::words::{counted, figure, quantity};
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::model::{Assembly, ContactLaw};
+use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
 /// Force, speed and friction: `1.00 N, 6000 rpm, friction 0.3`.
 pub(super) fn conditions(scene: &Scene) -> String {
@@ -18,20 +18,39 @@ pub(super) fn conditions(scene: &Scene) -> String {
 
 fn of_assembly(assembly: &Assembly) -> Vec<String> {
     let mut parts = Vec::new();
-    let forces: Vec<f64> = assembly.excitations.iter().map(|e| e.force_n).collect();
-    match (forces.as_slice(), range(&forces)) {
-        ([one], _) => parts.push(quantity(*one, "N", 3)),
-        (_, Some((least, most))) => {
-            let each = match least == most {
-                true => quantity(most, "N", 3),
-                false => format!("{} to {}", quantity(least, "N", 3), quantity(most, "N", 3)),
-            };
-            parts.push(format!(
-                "{} of {each}",
-                counted(forces.len(), "force", "forces")
-            ));
+    for unit in ["N", "Pa", "m/s2", "m"] {
+        let of_unit = assembly.excitations.iter();
+        let of_unit = of_unit.filter(|e| e.kind.unit() == unit);
+        let amplitudes: Vec<f64> = of_unit.map(|e| e.amplitude).collect();
+        match (amplitudes.as_slice(), range(&amplitudes)) {
+            ([one], _) => parts.push(quantity(*one, unit, 3)),
+            (_, Some((least, most))) => {
+                let each = match least == most {
+                    true => quantity(most, unit, 3),
+                    false => format!(
+                        "{} to {}",
+                        quantity(least, unit, 3),
+                        quantity(most, unit, 3)
+                    ),
+                };
+                let (one, many) = match unit {
+                    "N" => ("force", "forces"),
+                    "Pa" => ("pressure", "pressures"),
+                    "m" => ("displacement", "displacements"),
+                    _ => ("acceleration", "accelerations"),
+                };
+                parts.push(format!(
+                    "{} of {each}",
+                    counted(amplitudes.len(), one, many)
+                ));
+            }
+            (_, None) => {}
         }
-        (_, None) => {}
+    }
+    let is_field = |e: &&ExcitationSpec| matches!(e.kind, ExcitationKind::Field { .. });
+    match assembly.excitations.iter().filter(is_field).count() {
+        0 => {}
+        fields => parts.push(counted(fields, "field of a file", "fields of files")),
     }
     match &assembly.rotation {
         Some(rotation) => parts.push(format!("{} rpm", short(rotation.speed_rpm()))),

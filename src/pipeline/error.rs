@@ -11,6 +11,7 @@ use dovetail_solver::integration::IntegrationError;
 use dovetail_solver::mesh::MeshError;
 use dovetail_solver::mesh::gmsh::GmshError;
 use dovetail_solver::mesh::quality::QualityError;
+use dovetail_solver::mesh::surface_field::SurfaceFieldError;
 use dovetail_solver::model::ModelError;
 use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::damping::DampingError;
@@ -29,6 +30,10 @@ pub enum RunError {
 
     #[error("the mesh cannot be used")]
     Quality(#[from] QualityError),
+
+    /// The file of `excitation.file`.
+    #[error(transparent)]
+    Field(#[from] SurfaceFieldError),
 
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -198,6 +203,7 @@ impl RunError {
                 | GmshError::SetByScript { .. },
             )
             | Self::Mesh(_)
+            | Self::Field(_)
             | Self::Quality(_)
             | Self::Model(_)
             | Self::NoMesh { .. }

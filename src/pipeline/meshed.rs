@@ -12,7 +12,7 @@ use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
 use super::meshing::{Origin, make_mesh};
 use super::progress::Progress;
-use super::{Context, hertz, units};
+use super::{Context, hertz, maps, units};
 use crate::export::manifest;
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
@@ -252,6 +252,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
         model.pairs.len(),
         model.largest_mismatch_m()
     ));
+    maps::tell(&model, progress);
     Ok(model)
 }
 

@@ -15,9 +15,10 @@ use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
 use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
+use dovetail_solver::mesh::surface_field::SurfaceField;
 use dovetail_solver::mesh::{self, Mesh, MeshError, inputs, quality};
 use dovetail_solver::model::gather::gather;
-use dovetail_solver::model::{Assembly, BodyMesh, Model};
+use dovetail_solver::model::{Assembly, BodyMesh, ExcitationKind, FieldSource, Model};
 
 /// The mesh of a script, in the folder of the results.
 pub(super) const MESH_FILE: &str = "mesh.msh";
@@ -65,6 +66,15 @@ pub(super) fn check(assembly: &Assembly, progress: &Progress) -> Result<(), RunE
     for body in &assembly.bodies {
         if let BodyMesh::File { path, .. } = &body.mesh {
             is_there(path)?;
+        }
+    }
+    for excitation in &assembly.excitations {
+        if let ExcitationKind::Field {
+            field: FieldSource::File(path),
+            ..
+        } = &excitation.kind
+        {
+            SurfaceField::read(path)?;
         }
     }
     match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {

@@ -6,6 +6,7 @@ mod conditions;
 mod error;
 mod files;
 mod findings;
+mod maps;
 mod meshed;
 mod meshing;
 pub mod observer;
@@ -214,6 +215,7 @@ pub fn mesh(scene: &Scene, context: &Context, progress: &Progress) -> Result<Sum
     let mut summary = summary::empty(scene, context);
     summary.pairs = bound.model.pairs.len();
     summary.observations = manifest::observation_summaries(&bound.model);
+    summary.excitation_fields = maps::summaries(&bound.model);
     summary.mesh = Some(bound.summary());
     summary::take_down(progress, &mut summary);
     Ok(summary)
@@ -261,7 +263,8 @@ pub fn modes(
 
 /// Up to the reduced model, written as a folder that `[reduced_model]` reads. The folder holds the
 /// response to 1 N in all, whatever the forces of the scene: `reduced_model.force_n` alone gives
-/// the amplitude, and the lines that are told give the scene's.
+/// the amplitude, and the lines that are told give the scene's. Where the scene has other causes than
+/// forces the folder holds them as they are, and `reduced_model.force_n` multiplies them.
 ///
 /// # Errors
 /// Those of [`modes`]; a scene about a reduced model already, or one the folder cannot hold.
@@ -299,15 +302,19 @@ pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(
 }
 
 /// The assembly with forces that are 1 N in all, in the proportions of its own, and the sum of its
-/// own.
+/// own. Pressures and accelerations have no such sum: with any of them the assembly stays as it is,
+/// and the sum is 1.
 fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
     let mut scaled = assembly.clone();
-    let force_n: f64 = assembly.excitations.iter().map(|e| e.force_n).sum();
+    if assembly.excitations.iter().any(|e| e.kind.unit() != "N") {
+        return (scaled, 1.0);
+    }
+    let force_n: f64 = assembly.excitations.iter().map(|e| e.amplitude).sum();
     let count = assembly.excitations.len() as f64;
     for excitation in &mut scaled.excitations {
         // Without any force all proportions are alike.
-        excitation.force_n = match force_n > 0.0 {
-            true => excitation.force_n / force_n,
+        excitation.amplitude = match force_n > 0.0 {
+            true => excitation.amplitude / force_n,
             false => 1.0 / count,
         };
     }

@@ -1,5 +1,6 @@
 //! Gathers the figures that a run tells at its end, as it goes on.
 
+use super::maps;
 use super::meshed::Meshed;
 use super::progress::Progress;
 use super::reduced::Reduced;
@@ -33,6 +34,9 @@ pub(super) fn of_reduced(scene: &Scene, context: &Context, reduced: &Reduced) ->
         pairs: reduced.pairs.rows.len(),
         stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
         bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded.len()),
+        excitation_fields: reduced
+            .meshed()
+            .map_or_else(Vec::new, |m| maps::summaries(&m.model)),
         observations: match reduced.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
             None => manifest::probe_summaries(&reduced.observations()),

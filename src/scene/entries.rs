@@ -78,7 +78,7 @@ const SECTIONS: [Section; 12] = [
         name: "load",
         shape: Shape::List,
         needed: "none or more",
-        what: "a steady force or pressure",
+        what: "a steady force, traction or pressure",
         example: "[[load]]\non = \"top\"\npressure_pa = 1e6",
         fields: fields::<raw::RawLoad>,
         keys: &LOAD,
@@ -96,8 +96,8 @@ const SECTIONS: [Section; 12] = [
         name: "excitation",
         shape: Shape::List,
         needed: "one or more",
-        what: "a harmonic force",
-        example: "[[excitation]]\npoints = \"excitation\"\ndirection = [0, 1, 0]\nforce_n = 2.0",
+        what: "what shakes: a force, traction or pressure, a field of them, or the base",
+        example: "[[excitation]]\non = \"excitation\"\ndirection = [0, 1, 0]\nforce_n = 2.0",
         fields: fields::<raw::RawExcitation>,
         keys: &EXCITATION,
     },
@@ -506,34 +506,41 @@ const CONTACT: [Key; 12] = [
     ),
 ];
 
-const LOAD: [Key; 4] = [
+const LOAD: [Key; 5] = [
     key(
         "on",
         Kind::Text("group"),
         "-",
-        "a point group (the force is shared equally by its nodes) or part of the surface of \
-         one body (spread uniformly over its area)",
+        "points or a curve (a force is shared equally by the nodes), or part of the surface of one body (spread \
+         uniformly over its area)",
         "on = \"top\"  # a physical surface or point of the mesh",
     ),
     key(
         "force_n",
         Kind::Number("N", Limits::NOT_NEGATIVE),
-        "- or `pressure_pa`",
+        "- or `traction_pa`, `pressure_pa`",
         "the whole force",
         "force_n = 100.0",
+    ),
+    key(
+        "traction_pa",
+        Kind::Number("Pa", Limits::NOT_NEGATIVE),
+        "- or `force_n`, `pressure_pa`",
+        "force over area along `direction`; surfaces only",
+        "traction_pa = 1e5",
     ),
     key(
         "direction",
         Kind::Numbers(3, ""),
         "- or `pressure_pa`",
-        "not all 0; any length",
+        "of a force or traction, not all 0; any length",
         "direction = [0, 0, -1]",
     ),
     key(
         "pressure_pa",
         Kind::Number("Pa", Limits::ANY),
-        "- or `force_n`",
-        "acts along the inward normal; surface groups only",
+        "- or `force_n`, `traction_pa`",
+        "acts along the inward normal; surfaces only",
         "pressure_pa = 1e6",
     ),
 ];
@@ -569,27 +576,71 @@ const DAMPING: [Key; 4] = [
     ),
 ];
 
-const EXCITATION: [Key; 5] = [
+const EXCITATION: [Key; 11] = [
     key(
-        "points",
+        "on",
         Kind::Text("group"),
-        "-",
-        "usually a point group",
-        "points = \"excitation\"  # a physical point of the mesh",
-    ),
-    key(
-        "direction",
-        Kind::Numbers(3, ""),
-        "-",
-        "not all 0; any length",
-        "direction = [0, 1, 0]",
+        "- or a base",
+        "as `load.on`",
+        "on = \"excitation\"  # a physical point or surface of the mesh",
     ),
     key(
         "force_n",
         Kind::Number("N", Limits::NOT_NEGATIVE),
-        "-",
-        "amplitude",
+        "- or another cause",
+        "amplitude of the whole force",
         "force_n = 2.0",
+    ),
+    key(
+        "traction_pa",
+        Kind::Number("Pa", Limits::NOT_NEGATIVE),
+        "- or another cause",
+        "amplitude of the force over area along `direction`; surfaces only",
+        "traction_pa = 500.0",
+    ),
+    key(
+        "direction",
+        Kind::Numbers(3, ""),
+        "- or `pressure_pa`, `file`",
+        "of a force, a traction or the base, not all 0; any length",
+        "direction = [0, 1, 0]",
+    ),
+    key(
+        "pressure_pa",
+        Kind::Number("Pa", Limits::ANY),
+        "- or another cause",
+        "amplitude along the inward normal; surfaces only",
+        "pressure_pa = 200.0",
+    ),
+    key(
+        "file",
+        Kind::Text("path of a CSV file"),
+        "- or another cause",
+        "complex pressures or forces at points in space, [mapped to the \
+         surface](how-to/surface_excitation.md#pressures-of-a-flow)",
+        "file = \"pressure.csv\"",
+    ),
+    key(
+        "factor",
+        Kind::Number("", Limits::NOT_NEGATIVE),
+        "1",
+        "multiplies the values of `file`",
+        "factor = 1.0",
+    ),
+    key(
+        "base_acceleration_m_s2",
+        Kind::Number("m/s2", Limits::NOT_NEGATIVE),
+        "- or another cause",
+        "amplitude along `direction` of all supports and of rigid ground, which move as one; displacements are then \
+         [relative to them](how-to/surface_excitation.md#a-base-that-shakes)",
+        "base_acceleration_m_s2 = 9.81",
+    ),
+    key(
+        "base_displacement_m",
+        Kind::Number("m", Limits::NOT_NEGATIVE),
+        "- or another cause",
+        "the same, given by the amplitude of the displacement",
+        "base_displacement_m = 1e-5",
     ),
     key(
         "harmonic",
@@ -602,7 +653,7 @@ const EXCITATION: [Key; 5] = [
         "phase_deg",
         Kind::Number("degrees", Limits::ANY),
         "0",
-        "by which the force lags behind cos(w t)",
+        "by which the cause lags behind cos(w t)",
         "phase_deg = 0.0",
     ),
 ];
@@ -776,7 +827,15 @@ pub(crate) mod tests {
         };
         let load = match key {
             "pressure_pa" => "pressure_pa = 1.0",
+            "traction_pa" => "traction_pa = 1.0\ndirection = [1, 0, 0]",
             _ => "force_n = 1.0\ndirection = [1, 0, 0]",
+        };
+        let cause = match key {
+            "file" | "factor" => "on = \"p\"\nfile = \"p.csv\"".to_owned(),
+            "base_acceleration_m_s2" | "base_displacement_m" => {
+                format!("{key} = 1.0\ndirection = [1, 0, 0]")
+            }
+            _ => format!("on = \"p\"\n{load}"),
         };
         let damping = match key {
             "stiffness_s" => "mass_per_s = 1.0",
@@ -809,7 +868,7 @@ pub(crate) mod tests {
                  [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\nfriction = 0.3\n\
                  crown_radius_m = 1.0\n\
                  [[load]]\non = \"a2\"\n{load}\n\
-                 [[excitation]]\npoints = \"p\"\ndirection = [1, 0, 0]\nforce_n = 1.0\n\
+                 [[excitation]]\n{cause}\n\
                  [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]"
             ),
         };

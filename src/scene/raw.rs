@@ -114,6 +114,7 @@ pub struct RawContact {
 pub struct RawLoad {
     pub on: Located<String>,
     pub force_n: Located<Number>,
+    pub traction_pa: Located<Number>,
     pub direction: Located<Numbers<3>>,
     pub pressure_pa: Located<Number>,
 }
@@ -130,9 +131,15 @@ pub struct RawDamping {
 #[derive(Debug, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawExcitation {
-    pub points: Located<String>,
-    pub direction: Located<Numbers<3>>,
+    pub on: Located<String>,
     pub force_n: Located<Number>,
+    pub traction_pa: Located<Number>,
+    pub direction: Located<Numbers<3>>,
+    pub pressure_pa: Located<Number>,
+    pub file: Located<String>,
+    pub factor: Located<Number>,
+    pub base_acceleration_m_s2: Located<Number>,
+    pub base_displacement_m: Located<Number>,
     pub harmonic: Located<Count>,
     pub phase_deg: Located<Number>,
 }

@@ -6,7 +6,9 @@ use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
 use dovetail_solver::mesh::block::{block, map_nodes, straighten};
 use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
-use dovetail_solver::model::{Assembly, BodyNode, ContactLaw, ContactSpec};
+use dovetail_solver::model::{
+    AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
+};
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
 
 // --------------------------------------------------------------------------- binding a scene
@@ -133,9 +135,11 @@ fn the_dovetail_has_72_pairs_at_45_degrees() {
             (model.excitations.len(), model.observations[0].terms.len()),
             (1, 1)
         );
-        assert_eq!(model.excitations[0].force_n, 6.0);
-        let (BodyNode { body, node }, direction) = model.excitations[0].terms[0];
-        assert_eq!(direction, [0.0, 1.0, 0.0]);
+        assert_eq!(model.excitations[0].amplitude, 6.0);
+        let [(body, AppliedLoad::Point { node, vector_n })] = model.excitations[0].loads[..] else {
+            panic!("{:?}", model.excitations[0]);
+        };
+        assert_eq!(vector_n, [0.0, 1.0, 0.0]);
         assert_eq!(model.observations[0].terms[0].1, [0.0, 0.6, 0.8]);
         assert_eq!(body, 0);
         assert!((blade.nodes_m[node as usize][2] - 0.54).abs() < 1e-12);
@@ -340,12 +344,16 @@ fn no_rotation_no_rotating_body() {
 #[test]
 fn groups_of_several_nodes_share_the_force() {
     let mut assembly = blocks_assembly();
-    assembly.excitations[0].points = "rim".into();
+    assembly.excitations[0].kind = ExcitationKind::force("rim", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "upper_bottom".into();
     let model = bind(&assembly, &ready("blocks_order2.msh")).unwrap();
     assert_eq!(model.pairs.len(), 9);
     let force = &model.excitations[0];
-    let forces: Vec<f64> = force.terms.iter().map(|t| force.force_n * t.1[1]).collect();
+    let on_node = |(_, load): &(usize, AppliedLoad)| match load {
+        AppliedLoad::Point { vector_n, .. } => force.amplitude * vector_n[1],
+        other => panic!("{other:?}"),
+    };
+    let forces: Vec<f64> = force.loads.iter().map(on_node).collect();
     assert_eq!(forces, [6.0 * 0.2; 5]);
     // The flank as observed group: 9 pair nodes and 16 tied ones.
     let terms = &model.observations[0].terms;
@@ -384,7 +392,9 @@ fn what_the_mesh_lacks_is_named_with_what_it_has() {
         e.to_string()
             .contains("blade_flank_left, blade_flank_right")
     );
-    let e = error(&|s| s.excitations[0].points = "tip".into());
+    let e = error(&|s| {
+        s.excitations[0].kind = ExcitationKind::force("tip", [0.0, 1.0, 0.0]);
+    });
     assert!(e.to_string().contains("excitation, jaw"));
     let e = error(&|s| s.bodies[1].fixed = vec!["blade_tip".into()]);
     assert!(matches!(e, ModelError::FixedElsewhere { .. }));

@@ -10,7 +10,8 @@ use dovetail_solver::mesh::source::Units;
 use dovetail_solver::mesh::{self, ElementType, Mesh};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, ContactSpec, Material, MaterialSpec, Model, ModelError, bind,
+    Assembly, BodyMesh, ContactSpec, ExcitationKind, Material, MaterialSpec, Model, ModelError,
+    bind,
 };
 use miette::Diagnostic;
 
@@ -52,7 +53,7 @@ fn own_assembly(upper: BodyMesh, lower: BodyMesh) -> Assembly {
         second: Some("lower.z_max".into()),
         ..assembly.contacts[0].clone()
     }];
-    assembly.excitations[0].points = "upper.corner_111".into();
+    assembly.excitations[0].kind = ExcitationKind::force("upper.corner_111", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "upper.corner_111".into();
     assembly
 }
@@ -192,7 +193,7 @@ fn cube(deck: &str, units: Units, material: Option<&str>) -> Result<Model, Model
     assembly.bodies[0].material = MaterialSpec::OfMesh(material.map(str::to_owned));
     let contact = &mut assembly.contacts[0];
     (contact.first, contact.second) = ("base".into(), None);
-    assembly.excitations[0].points = "corner".into();
+    assembly.excitations[0].kind = ExcitationKind::force("corner", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "corner".into();
     bind(&assembly, &mesh::parse(deck, units).unwrap())
 }
@@ -278,7 +279,7 @@ friction = 0.3
 [damping]
 ratio = 0.001
 [[excitation]]
-points = "tip"
+on = "tip"
 direction = [0, 1, 0]
 force_n = 1
 [[observe]]

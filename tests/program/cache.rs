@@ -205,7 +205,7 @@ fn whatever_the_reduced_model_depends_on_is_noticed() {
         "body.1.fixed_y=[\"lower_rail\"]",
         "load.0.pressure_pa=51e6",
         "excitation.0.direction=[0, 1, 0]",
-        "excitation.0.points=upper_flank",
+        "excitation.0.on=upper_flank",
         "observe.0.direction=[1, 0, 0]",
         "observe.0.points=upper_top",
         "response.stuck_modes=20",

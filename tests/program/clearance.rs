@@ -10,6 +10,7 @@ use dovetail_solver::dlft::{PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel, superelement};
 use faer::Mat;
@@ -85,6 +86,7 @@ fn one_pair() -> RelativeModel {
             harmonic: 1,
             cosine: load(SHAKE_N),
             sine: load(0.0),
+            growth: Growth::Constant,
         }],
         observations: vec![],
         pairs: vec![PairLaw {

@@ -7,6 +7,7 @@ use crate::shared_folder::Folder;
 use dovetail::export::folder::OtherScene;
 use dovetail::pipeline::{self, Beginning, Context, Files};
 use dovetail::scene;
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
@@ -279,6 +280,7 @@ fn bar(elements: usize) -> Superelement {
                 harmonic: 1,
                 cosine: load(first(1.0)),
                 sine: load(vec![0.0; n]),
+                growth: Growth::Constant,
             }],
             observations: vec![ObservedDisplacement {
                 name: "tip".into(),

@@ -18,6 +18,7 @@ mod clearance;
 mod closed_forms;
 mod command_line;
 mod elements;
+mod excitation;
 mod export_files;
 mod extremes;
 mod interruption;

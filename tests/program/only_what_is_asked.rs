@@ -172,6 +172,41 @@ fn every_stage_and_unknown_is_one_that_the_scene_asks_for() {
     assert_eq!(least.summary()["mesh"]["free_dofs"].as_u64(), Some(held[0]));
 }
 
+/// Loads are vectors: what acts on all nodes of a surface, or on all of both bodies, adds no unknown.
+#[test]
+fn a_cause_that_acts_on_many_nodes_keeps_no_unknown() {
+    let at_a_point = Run::new("point", PATCH, &[HARMONICS]);
+    let (none, top) = ("excitation.0.force_n=", "excitation.0.on=upper_top");
+    let no_direction = "excitation.0.direction=";
+    for (name, set) in [
+        (
+            "pressed",
+            &[none, no_direction, top, "excitation.0.pressure_pa=1e3"][..],
+        ),
+        ("pulled", &[none, top, "excitation.0.traction_pa=1e3"]),
+        (
+            "shaken",
+            &[
+                none,
+                "excitation.0.on=",
+                "excitation.0.base_acceleration_m_s2=1",
+            ],
+        ),
+    ] {
+        let run = Run::new(name, PATCH, &[&[HARMONICS][..], set].concat());
+        assert_eq!(run.solved(), at_a_point.solved(), "{name}");
+        let amplitudes = run.column("response.csv", "corner_amplitude_m");
+        assert!(
+            amplitudes.iter().all(|a| *a > 0.0),
+            "{name}: {amplitudes:?}"
+        );
+        assert_eq!(
+            run.summary()["stuck_modes"],
+            at_a_point.summary()["stuck_modes"]
+        );
+    }
+}
+
 #[test]
 fn bonded_flanks_answer_like_stuck_ones() {
     for scene in [PATCH.to_owned(), alone()] {

@@ -85,7 +85,7 @@ const SAMPLES: usize = 128;
 /// The reduced model with another force than the scene's (loads are linear in it).
 fn with_force(force_n: f64) -> RelativeModel {
     let joint = joint();
-    let ratio = force_n / joint.scene.assembly().unwrap().excitations[0].force_n;
+    let ratio = force_n / joint.scene.assembly().unwrap().excitations[0].amplitude;
     let mut model = joint.reduced.relative.clone();
     for excitation in &mut model.excitations {
         for load in [&mut excitation.cosine, &mut excitation.sine] {

@@ -365,7 +365,7 @@ fn reduce_and_then_run_gives_the_amplitudes_of_run() {
     let paper = std::fs::read_to_string("scenes/paper.toml").unwrap();
     let paper = paper.replace("../", &format!("{root}/"));
     let second =
-        "[[excitation]]\npoints = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\nforce_n = 0.4\n";
+        "[[excitation]]\non = \"tip_trailing_edge\"\ndirection = [1, 0, 0]\nforce_n = 0.4\n";
     let mesh = format!("mesh.file={root}/meshes/dovetail_order1.msh");
     let mut forces_of_paper = Vec::new();
     for (name, text, force) in [

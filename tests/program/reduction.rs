@@ -6,7 +6,7 @@ use dovetail_numerics::sparse::dense;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
-use dovetail_solver::model::{BodyNode, Model, bind};
+use dovetail_solver::model::{AppliedLoad, BodyNode, Model, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
@@ -146,11 +146,14 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let mut force = Mat::zeros(c.ncols(), 1);
         for f in model.excitations.iter().filter(|f| f.harmonic == 1) {
             let phase = c64::new(0.0, -f.phase_rad).exp();
-            for &(BodyNode { body, node }, direction) in &f.terms {
-                for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+            for (body, load) in &f.loads {
+                let AppliedLoad::Point { node, vector_n } = load else {
+                    panic!("the blocks have forces on nodes");
+                };
+                for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
                     for axis in 0..3 {
                         force[(body * sizes[0] + 3 * free + axis, 0)] +=
-                            phase * weight * f.force_n * direction[axis];
+                            phase * weight * f.amplitude * vector_n[axis];
                     }
                 }
             }

@@ -161,7 +161,7 @@ fn key_paths(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>
     }
 }
 
-/// Of `dovetail COMMAND` on the smallest reduced model, or on the patch of two blocks.
+/// Of `dovetail COMMAND` on a small scene.
 fn summary_of(command: &str, scene: &str, set: &[&str]) -> serde_json::Value {
     let out = Folder::new("reference");
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
@@ -186,6 +186,14 @@ fn the_page_of_the_summary_has_its_keys() {
             "run",
             patch,
             &["mesh.file=../../meshes/verification/patch.msh"],
+        ),
+        summary_of(
+            "run",
+            "scenes/pressure.toml",
+            &[
+                "mesh.file=../meshes/dovetail_small.msh",
+                "response.points=2",
+            ],
         ),
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),

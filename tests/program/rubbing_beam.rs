@@ -10,6 +10,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
@@ -79,6 +80,7 @@ fn beam(friction: f64) -> RelativeModel {
             harmonic: 1,
             cosine: load(1.0),
             sine: load(0.0),
+            growth: Growth::Constant,
         }],
         observations: vec![ObservedDisplacement {
             name: "middle".to_owned(),

@@ -6,7 +6,7 @@ use std::path::Path;
 use dovetail::scene;
 use dovetail::study::{StudyText, cases};
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::model::MaterialSpec;
+use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec};
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -47,7 +47,16 @@ fn survives(text: &str, overrides: &[String]) {
             .all(|e| (1..=harmonics).contains(&e.harmonic))
     );
     assert!(assembly.bodies.len() == 2 && !assembly.contacts.is_empty());
-    let excited = assembly.excitations.iter().map(|e| e.direction);
+    let excited = assembly.excitations.iter().filter_map(|e| match &e.kind {
+        ExcitationKind::Load(load) => match load.load {
+            LoadKind::Force { vector_n: unit } | LoadKind::Traction { vector_pa: unit } => {
+                Some(unit)
+            }
+            LoadKind::Pressure { .. } => None,
+        },
+        ExcitationKind::Base { direction, .. } => Some(*direction),
+        ExcitationKind::Field { .. } => None,
+    });
     for direction in excited.chain(assembly.observations.iter().map(|o| o.direction)) {
         let length2: f64 = direction.iter().map(|c| c * c).sum();
         assert!((length2 - 1.0).abs() < 1e-12, "{direction:?}");

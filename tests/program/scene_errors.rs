@@ -54,6 +54,13 @@ fn refused_at(find: &str, nth: usize, replace: &str, words: &[&str]) {
     refused_on(&text, line, words);
 }
 
+/// The same for a fault on the line after the replaced text's first one.
+#[track_caller]
+fn refused_later(find: &str, replace: &str, words: &[&str]) {
+    let (text, line) = edited(find, 0, replace);
+    refused_on(&text, line + 1, words);
+}
+
 /// The same for a text changed in more than one place.
 #[track_caller]
 fn refused_on(text: &str, line: usize, words: &[&str]) {
@@ -403,6 +410,77 @@ fn too_few_samples_say_how_many_are_needed() {
 }
 
 #[test]
+fn an_excitation_has_one_cause_with_the_keys_that_it_needs() {
+    let shaken_by = |keys: &str| format!("force_n = 2.0\n{keys}");
+    refused_later(
+        "force_n = 2.0",
+        &shaken_by("pressure_pa = 3"),
+        &[
+            "`excitation.0.force_n` and `excitation.0.pressure_pa`",
+            "keep one of `force_n`, `traction_pa`, `pressure_pa`, `file`",
+        ],
+    );
+    refused_later(
+        "force_n = 2.0",
+        &shaken_by("factor = 3"),
+        &[
+            "`excitation.0.factor` is given without `excitation.0.file`",
+            "multiplies the values",
+        ],
+    );
+    for (keys, words) in [
+        (
+            "pressure_pa = 3",
+            [
+                "`excitation.0.pressure_pa` and `excitation.0.direction`",
+                "`traction_pa` has a direction",
+            ],
+        ),
+        (
+            "file = \"p.csv\"",
+            [
+                "`excitation.0.file` and `excitation.0.direction`",
+                "three components",
+            ],
+        ),
+        (
+            "base_displacement_m = 1e-6",
+            [
+                "`excitation.0.base_displacement_m` and `excitation.0.on`",
+                "move as one",
+            ],
+        ),
+    ] {
+        let (text, _) = edited("force_n = 2.0", 0, keys);
+        let message = rendered(&parse(&text, &[]).expect_err(keys));
+        for word in words {
+            assert!(message.contains(word), "no {word:?} in:\n{message}");
+        }
+    }
+    let (text, _) = edited("force_n = 2.0", 0, "");
+    let words = [
+        "neither `excitation.0.force_n` nor `excitation.0.traction_pa` nor",
+        "add one of them, for example: force_n = 2.0",
+    ];
+    refused_on(&text, line_of(PAPER, "[[excitation]]"), &words);
+    for keys in ["traction_pa = 3", "force_n = 0"] {
+        assert!(parse(&edited("force_n = 2.0", 0, keys).0, &[]).is_ok());
+    }
+    let base = [
+        "excitation.0.on=",
+        "excitation.0.force_n=",
+        "excitation.0.base_acceleration_m_s2=3",
+    ];
+    assert!(parse(PAPER, &base).is_ok());
+    let field = [
+        "excitation.0.direction=",
+        "excitation.0.force_n=",
+        "excitation.0.file=p.csv",
+    ];
+    assert!(parse(PAPER, &field).is_ok());
+}
+
+#[test]
 fn an_excitation_above_the_kept_harmonics_is_refused() {
     let words = [
         "`excitation.0.harmonic` is 4",
@@ -552,12 +630,6 @@ fn a_missing_key_points_at_the_heading_of_its_table() {
             1,
             "first = \"blade_flank_right\"",
             "`contact.right.first` is missing",
-        ),
-        (
-            "[[excitation]]",
-            0,
-            "force_n = 2.0",
-            "`excitation.0.force_n` is missing",
         ),
         (
             "[[observe]]",

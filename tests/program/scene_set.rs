@@ -6,7 +6,7 @@ use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::{FrequencyRange, Scene};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::mesh::source::MeshKind;
-use dovetail_solver::model::MaterialSpec;
+use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
 use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};
 
@@ -64,8 +64,17 @@ fn keys_are_reached_by_name_number_and_star_and_the_last_wins() {
     );
     assert_eq!(scene.response.solver, Solver::Powell);
     assert_eq!(assembly.observations[0].name, "top");
-    let [x, y, z] = assembly.excitations[0].direction;
-    assert!(x == 0.0 && (y - 0.5f64.sqrt()).abs() < 1e-15 && (z - 0.5f64.sqrt()).abs() < 1e-15);
+    let half = 0.5f64.sqrt();
+    let ExcitationKind::Load(LoadSpec {
+        load: LoadKind::Force {
+            vector_n: [x, y, z],
+        },
+        ..
+    }) = assembly.excitations[0].kind
+    else {
+        panic!("{:?}", assembly.excitations[0]);
+    };
+    assert!(x == 0.0 && (y - half).abs() < 1e-15 && (z - half).abs() < 1e-15);
     assert_eq!(scene.static_state.load_steps, 3);
     let MeshKind::Geometry { parameters, .. } = &assembly.mesh.as_ref().unwrap().kind else {
         panic!()

@@ -6,8 +6,8 @@ use dovetail_solver::mesh::block::side_by_side;
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::mesh::{self, Mesh};
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationSpec, Material, ObservationSpec,
-    Prestress, RotationSpec,
+    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material,
+    ObservationSpec, Prestress, RotationSpec,
 };
 
 pub const MM: f64 = 1e-3;
@@ -77,9 +77,8 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
         contacts,
         loads: Vec::new(),
         excitations: vec![ExcitationSpec {
-            points: probe.into(),
-            direction: [0.0, 1.0, 0.0],
-            force_n: 6.0,
+            kind: ExcitationKind::force(probe, [0.0, 1.0, 0.0]),
+            amplitude: 6.0,
             harmonic: 1,
             phase_rad: 0.0,
         }],

@@ -8,6 +8,7 @@ use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel, superelement,
@@ -62,6 +63,7 @@ impl OnePair {
                 harmonic: 1,
                 cosine: load(self.force_n),
                 sine: load(0.0),
+                growth: Growth::Constant,
             }],
             observations: vec![ObservedDisplacement {
                 name: "u".to_owned(),

@@ -11,6 +11,7 @@ use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
@@ -58,6 +59,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
             harmonic: 1,
             cosine: load(along_ground()),
             sine: load(vec![0.0; 3]),
+            growth: Growth::Constant,
         }],
         observations: vec![ObservedDisplacement {
             name: "mass".into(),

@@ -16,8 +16,8 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationSpec, Material,
-    ObservationSpec, Prestress, RotationSpec, bind,
+    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
+    Material, ObservationSpec, Prestress, RotationSpec, bind,
 };
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
@@ -107,9 +107,8 @@ fn assembly(mesh: PathBuf) -> Assembly {
         contacts: vec![contact("left"), contact("right")],
         loads: Vec::new(),
         excitations: vec![ExcitationSpec {
-            points: "excitation".into(),
-            direction: [0.0, 1.0, 0.0],
-            force_n: 2.0,
+            kind: ExcitationKind::force("excitation", [0.0, 1.0, 0.0]),
+            amplitude: 2.0,
             harmonic: 1,
             phase_rad: 0.0,
         }],

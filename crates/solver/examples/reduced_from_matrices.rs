@@ -16,6 +16,7 @@ use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
@@ -142,6 +143,7 @@ fn condensed(full: &Matrices, pairs: &[PairLaw]) -> Result<RelativeModel, Box<dy
             harmonic: 1,
             cosine: load(full.force),
             sine: load(&vec![0.0; all]),
+            growth: Growth::Constant,
         }],
         observations: vec![ObservedDisplacement {
             name: "mass".into(),

@@ -12,7 +12,10 @@ use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
-use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress};
+use dovetail_solver::model::{
+    Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
+    FieldSource, LoadKind, LoadSpec, Prestress,
+};
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
 
@@ -477,16 +480,16 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                     "A steady load on " code { (load.on) } ": "
                     @match load.load {
                         LoadKind::Force { vector_n } => { "a force of (" (vector_n.map(|v| figure(v, 4)).join(", ")) ") N." },
+                        LoadKind::Traction { vector_pa } => { "a traction of (" (vector_pa.map(|v| figure(v, 4)).join(", ")) ") Pa." },
                         LoadKind::Pressure { pressure_pa } => { "a pressure of " (quantity(pressure_pa, "Pa", 4)) "." },
                     }
                 }
             }
-            @for force in &assembly.excitations {
+            @for cause in &assembly.excitations {
                 li {
-                    "A force of " (quantity(force.force_n, "N", 3)) " at " code { (force.points) } " along ("
-                    (force.direction.map(|v| figure(v, 3)).join(", ")) ") shakes it"
-                    @if force.harmonic > 1 { " with " (force.harmonic) " times the frequency" }
-                    @if force.phase_rad != 0.0 { ", " (figure(force.phase_rad.to_degrees(), 3)) "° behind" }
+                    (excitation_words(cause)) " shakes it"
+                    @if cause.harmonic > 1 { " with " (cause.harmonic) " times the frequency" }
+                    @if cause.phase_rad != 0.0 { ", " (figure(cause.phase_rad.to_degrees(), 3)) "° behind" }
                     "."
                 }
             }
@@ -516,6 +519,42 @@ fn held(body: &BodySpec) -> String {
     match all.is_empty() {
         true => "by its contacts".to_owned(),
         false => all.join(", "),
+    }
+}
+
+/// What shakes, how much and where.
+fn excitation_words(cause: &ExcitationSpec) -> Markup {
+    let along = |vector: &[f64; 3]| format!("({})", vector.map(|v| figure(v, 3)).join(", "));
+    let amplitude = quantity(cause.amplitude, cause.kind.unit(), 3);
+    html! {
+        @match &cause.kind {
+            ExcitationKind::Load(LoadSpec { on, load }) => {
+                @match load {
+                    LoadKind::Force { vector_n } => {
+                        "A force of " (amplitude) " on " code { (on) } " along " (along(vector_n))
+                    },
+                    LoadKind::Traction { vector_pa } => {
+                        "A traction of " (amplitude) " on " code { (on) } " along " (along(vector_pa))
+                    },
+                    LoadKind::Pressure { .. } => { "A pressure of " (amplitude) " on " code { (on) } },
+                }
+            },
+            ExcitationKind::Field { on, field } => {
+                @match field {
+                    FieldSource::File(path) => { "The field of " code { (path.display()) } },
+                    FieldSource::Points(_) => { "A field" },
+                }
+                " on " code { (on) }
+                @if cause.amplitude != 1.0 { ", times " (figure(cause.amplitude, 3)) "," }
+            },
+            ExcitationKind::Base { direction, motion } => {
+                @match motion {
+                    BaseMotion::Acceleration => { "An acceleration" },
+                    BaseMotion::Displacement => { "A displacement" },
+                }
+                " of the base of " (amplitude) " along " (along(direction))
+            },
+        }
     }
 }
 

@@ -173,8 +173,13 @@ pub(super) fn reduction_inputs(model: &Model, wanted: StuckModes) -> impl Serial
     for pair in &mut model.pairs {
         (pair.friction, pair.gap_m) = (0.0, 0.0);
     }
-    for force in &mut model.excitations {
-        (force.force_n, force.harmonic, force.phase_rad) = (0.0, 0, 0.0);
+    for excitation in &mut model.excitations {
+        (
+            excitation.amplitude,
+            excitation.harmonic,
+            excitation.phase_rad,
+        ) = (0.0, 0, 0.0);
     }
+    model.maps.clear();
     (model, wanted)
 }

@@ -255,6 +255,28 @@ impl Checker<'_> {
         }
         Some(())
     }
+
+    /// Gives the one of these keys that is there, with its place.
+    pub fn one_of(
+        &mut self,
+        at: &Table,
+        keys: &[(&'static str, Option<Range<usize>>)],
+        remedy: &'static str,
+    ) -> Option<(&'static str, Range<usize>)> {
+        let given = keys
+            .iter()
+            .position(|(_, span)| span.is_some())
+            .and_then(|i| Some((i, keys[i].0, keys[i].1.clone()?)));
+        let Some((first, key, span)) = given else {
+            let paths = keys.iter().map(|(key, _)| at.key(key)).collect();
+            let example = self.source.vocabulary.example(at.section, keys[0].0);
+            self.fault(at.span.clone(), Fault::NoneOf { paths, example });
+            return None;
+        };
+        self.exclude(at, (key, span.clone()), &keys[first + 1..], remedy)?;
+        Some((key, span))
+    }
+
     /// Gives the `name` that every item of a list must have.
     pub fn required_name(&mut self, at: &Table, name: &Located<String>) -> Option<String> {
         match name {

@@ -1,12 +1,12 @@
-//! Checks `[[load]]`.
+//! Checks `[[load]]`, and of `[[excitation]]` what a load has too.
+
+use std::ops::Range;
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use crate::scene::entries;
-use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
-use crate::scene::raw::RawLoad;
+use crate::scene::raw::{Located, Number, Numbers, RawLoad};
 use dovetail_solver::model::{LoadKind, LoadSpec};
 
 pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<LoadSpec>> {
@@ -15,40 +15,88 @@ pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<Load
         .enumerate()
         .map(|(index, table)| {
             let at = Table::of("load", table.span(), Some((index, &None)));
-            let on = checker.text(&at, "on", &table.get_ref().on);
-            let load = kind(checker, &at, table.get_ref());
+            let raw = table.get_ref();
+            let on = checker.text(&at, "on", &raw.on);
+            let size = Sizes {
+                force_n: &raw.force_n,
+                traction_pa: &raw.traction_pa,
+                pressure_pa: &raw.pressure_pa,
+            };
+            let load = load(checker, &at, &size, &raw.direction);
+            let (load, amplitude) = load?;
             Some(LoadSpec {
                 on: on?,
-                load: load?,
+                load: scaled(load, amplitude),
             })
         })
         .collect();
     specs.into_iter().collect()
 }
 
-fn kind(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadKind> {
-    if let Some(pressure) = &raw.pressure_pa {
-        let others = [
-            ("force_n", raw.force_n.as_ref().map(Spanned::span)),
-            ("direction", raw.direction.as_ref().map(Spanned::span)),
+/// The keys that say how large a load is.
+pub struct Sizes<'a> {
+    pub force_n: &'a Located<Number>,
+    pub traction_pa: &'a Located<Number>,
+    pub pressure_pa: &'a Located<Number>,
+}
+
+impl Sizes<'_> {
+    /// Each key with its place.
+    pub fn given(&self) -> Vec<(&'static str, Option<Range<usize>>)> {
+        let keys = [
+            ("force_n", self.force_n),
+            ("traction_pa", self.traction_pa),
+            ("pressure_pa", self.pressure_pa),
         ];
-        let remedy =
-            "keep `pressure_pa` (along the inward normal), or `force_n` with `direction`, not both";
-        checker.exclude(at, ("pressure_pa", pressure.span()), &others, remedy)?;
-        let limits = Limits::ANY;
-        let pressure_pa = checker.number(at, "pressure_pa", &raw.pressure_pa, limits, None)?;
-        return Some(LoadKind::Pressure { pressure_pa });
+        let span = |value: &Located<Number>| value.as_ref().map(Spanned::span);
+        keys.map(|(key, value)| (key, span(value))).to_vec()
     }
-    if raw.force_n.is_none() && raw.direction.is_none() {
-        let paths = vec![at.key("force_n"), at.key("pressure_pa")];
-        let example = entries::example("load", "pressure_pa");
-        checker.fault(at.span.clone(), Fault::NoneOf { paths, example });
-        return None;
+}
+
+/// A load of one unit, and how many of them there are.
+pub fn load(
+    checker: &mut Checker,
+    at: &Table,
+    size: &Sizes,
+    direction: &Located<Numbers<3>>,
+) -> Option<(LoadKind, f64)> {
+    let remedy = "keep one of `force_n` (the whole force), `traction_pa` (force over area), both with `direction`, and \
+                  `pressure_pa` (along the inward normal)";
+    let (key, span) = checker.one_of(at, &size.given(), remedy)?;
+    if key == "pressure_pa" {
+        let pressure = checker.number(at, key, size.pressure_pa, Limits::ANY, None);
+        let direction = direction.as_ref().map(Spanned::span);
+        let remedy = "leave `direction` out: a pressure acts along the inward normal; `traction_pa` has a direction";
+        checker.exclude(at, (key, span), &[("direction", direction)], remedy)?;
+        return Some((LoadKind::Pressure { pressure_pa: 1.0 }, pressure?));
     }
-    let force = checker.number(at, "force_n", &raw.force_n, Limits::NOT_NEGATIVE, None);
-    let direction = checker.direction(at, "direction", &raw.direction);
-    let (force, direction) = (force?, direction?);
-    Some(LoadKind::Force {
-        vector_n: direction.map(|d| force * d),
-    })
+    let (value, is_force) = match key {
+        "force_n" => (size.force_n, true),
+        _ => (size.traction_pa, false),
+    };
+    let amplitude = checker.number(at, key, value, Limits::NOT_NEGATIVE, None);
+    let direction = checker.direction(at, "direction", direction)?;
+    let unit = match is_force {
+        true => LoadKind::Force {
+            vector_n: direction,
+        },
+        false => LoadKind::Traction {
+            vector_pa: direction,
+        },
+    };
+    Some((unit, amplitude?))
+}
+
+fn scaled(unit: LoadKind, amplitude: f64) -> LoadKind {
+    match unit {
+        LoadKind::Force { vector_n } => LoadKind::Force {
+            vector_n: vector_n.map(|c| amplitude * c),
+        },
+        LoadKind::Traction { vector_pa } => LoadKind::Traction {
+            vector_pa: vector_pa.map(|c| amplitude * c),
+        },
+        LoadKind::Pressure { pressure_pa } => LoadKind::Pressure {
+            pressure_pa: amplitude * pressure_pa,
+        },
+    }
 }

@@ -6,6 +6,7 @@
 
 mod bodies;
 mod contacts;
+mod excitations;
 pub(crate) mod fields;
 mod loads;
 mod mesh;
@@ -115,7 +116,7 @@ fn assembly(
         .map(|r| bodies::rotation(checker, &body_names, r));
     let contacts = contacts::contacts(checker, &raw.contact);
     let loads = loads::loads(checker, &raw.load);
-    let excitations = probes::excitations(checker, &raw.excitation, response);
+    let excitations = excitations::excitations(checker, base_dir, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
     let mesh = mesh?;
     Some(Assembly {

@@ -1,55 +1,10 @@
-//! Checks `[[excitation]]` and `[[observe]]`.
+//! Checks `[[observe]]`.
 
 use serde_spanned::Spanned;
 
 use super::fields::{Checker, Table};
-use super::response::MOST_HARMONICS;
-use crate::scene::error::Fault;
-use crate::scene::kinds::Limits;
-use crate::scene::raw::{RawExcitation, RawObserve};
-use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ExcitationSpec, ObservationSpec};
-
-pub fn excitations(
-    checker: &mut Checker,
-    raw: &[Spanned<RawExcitation>],
-    response: Option<&ResponseSpec>,
-) -> Option<Vec<ExcitationSpec>> {
-    let mut specs = Vec::new();
-    for (index, table) in raw.iter().enumerate() {
-        let at = Table::of("excitation", table.span(), Some((index, &None)));
-        let raw = table.get_ref();
-        let points = checker.text(&at, "points", &raw.points);
-        let direction = checker.direction(&at, "direction", &raw.direction);
-        let force_n = checker.number(&at, "force_n", &raw.force_n, Limits::NOT_NEGATIVE, None);
-        let harmonic = checker.count(&at, "harmonic", &raw.harmonic, 1..=MOST_HARMONICS, 1);
-        let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg, Limits::ANY, Some(0.0));
-        if let (Some(harmonic), Some(response)) = (harmonic, response)
-            && harmonic > response.resolution.most_harmonics()
-        {
-            let (path, harmonics) = (at.key("harmonic"), response.resolution.most_harmonics());
-            let span = raw.harmonic.as_ref().map_or(at.span.clone(), Spanned::span);
-            checker.fault(
-                span,
-                Fault::HarmonicNotKept {
-                    path,
-                    harmonic,
-                    harmonics,
-                },
-            );
-        }
-        specs.push((|| {
-            Some(ExcitationSpec {
-                points: points?,
-                direction: direction?,
-                force_n: force_n?,
-                harmonic: harmonic?,
-                phase_rad: phase_deg?.to_radians(),
-            })
-        })());
-    }
-    specs.into_iter().collect()
-}
+use crate::scene::raw::RawObserve;
+use dovetail_solver::model::ObservationSpec;
 
 pub fn observations(
     checker: &mut Checker,

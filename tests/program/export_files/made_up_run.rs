@@ -216,6 +216,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         flank_facets: triangles,
         contact_names: vec!["left".into(), "right, \"skewed\"".into()],
         excitations: vec![],
+        maps: vec![],
         observations: vec![
             Observation {
                 name: "tip".into(),

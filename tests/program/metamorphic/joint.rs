@@ -96,7 +96,7 @@ impl Joint {
              [rotation]\naxis = {axis:?}\nspeed_rpm = {speed_rpm:?}\nprestress = \"{prestress}\"\n\
              {}{}\
              [damping]\nratio = 0.001\n\
-             [[excitation]]\npoints = \"excitation\"\ndirection = {direction:?}\nforce_n = {force_n:?}\n\
+             [[excitation]]\non = \"excitation\"\ndirection = {direction:?}\nforce_n = {force_n:?}\n\
              [[observe]]\nname = \"tip\"\npoints = \"tip_trailing_edge\"\ndirection = {direction:?}\n\
              [response]\ntimes_first_linear_mode = [0.99, 1.01]\npoints = 3\nharmonics = 2\n\
              tolerance = {NEWTON:e}\n",

@@ -120,8 +120,10 @@ impl<'a> Balance<'a> {
             if k == 0 || k > harmonics {
                 continue;
             }
+            let factor = load.factor(omega);
             let complex = |c: &[f64], s: &[f64]| -> Vec<c64> {
-                c.iter().zip(s).map(|(&c, &s)| c64::new(c, -s)).collect()
+                let both = c.iter().zip(s);
+                both.map(|(&c, &s)| factor * c64::new(c, -s)).collect()
             };
             let condensed = system.condensed_load(
                 k as f64 * omega,

@@ -11,6 +11,7 @@ use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::EpsChoice;
+use crate::model::Growth;
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
 use dovetail_numerics::fourier::Fourier;
@@ -80,6 +81,7 @@ pub fn model(pairs: usize) -> RelativeModel {
                 harmonic,
                 cosine: load(20 + 10 * harmonic),
                 sine: load(25 + 10 * harmonic),
+                growth: Growth::Constant,
             })
             .to_vec(),
         observations: [70, 80]

@@ -177,14 +177,15 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 }
 
 /// Complex loads on the modes in harmonic k: `cosine - i sine`.
-fn modal_load(system: &ContactSystem<'_>, k: usize) -> Vec<c64> {
+fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
     let mut out = vec![c64::new(0.0, 0.0); system.model.omega2.len()];
     for load in system.model.excitations.iter().filter(|l| l.harmonic == k) {
+        let factor = load.factor(omega);
         for (o, (c, s)) in out
             .iter_mut()
             .zip(load.cosine.on_modes.iter().zip(&load.sine.on_modes))
         {
-            *o += c64::new(*c, -*s);
+            *o += factor * c64::new(*c, -*s);
         }
     }
     out
@@ -214,7 +215,7 @@ fn modal_amplitudes(
     }
     for k in 1..=harmonics {
         let x = complex_block(u, n, k);
-        let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k));
+        let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k, omega));
         for (i, q) in q.iter().enumerate() {
             out[(2 * k - 1) * m + i] = q.re;
             out[2 * k * m + i] = -q.im;
@@ -279,7 +280,8 @@ fn powers(
             let work = |f: &crate::reduction::Load, part: usize| {
                 dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
             };
-            input += 0.5 * kw * (work(&load.cosine, 1) - work(&load.sine, 0));
+            let work = work(&load.cosine, 1) - work(&load.sine, 0);
+            input += 0.5 * kw * load.factor(omega) * work;
         }
         for part in 0..2 {
             let (x, q) = (at(u, n, part), at(modal, m, part));
@@ -352,6 +354,7 @@ mod tests {
     use super::*;
     use crate::dlft::balance::Setting;
     use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
+    use crate::model::Growth;
     use crate::reduction::damping::Rayleigh;
     use crate::reduction::{
         HarmonicLoad, LinearReference, Load, ObservedDisplacement, RelativeModel,
@@ -606,6 +609,7 @@ mod tests {
                 harmonic: 1,
                 cosine: load(force),
                 sine: load(0.0),
+                growth: Growth::Constant,
             }],
             observations: vec![ObservedDisplacement {
                 name: "u".into(),

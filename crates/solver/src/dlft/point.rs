@@ -207,7 +207,7 @@ impl<'a> FrequencySolver<'a> {
         last: Option<&Neighbour>,
         work: &mut Work,
     ) -> Solution<'_> {
-        self.solve_by(&self.strategies(), frequency_hz, last, work)
+        self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
     }
 
     /// Solves one frequency anew, from a neighbour on its other side.
@@ -217,7 +217,7 @@ impl<'a> FrequencySolver<'a> {
         neighbour: &Neighbour,
         work: &mut Work,
     ) -> Solution<'_> {
-        let mut strategies = self.strategies();
+        let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| match strategy {
             Strategy::FromNeighbour(method) | Strategy::FromRest(method) => {
                 !matches!(method, Method::Dogleg)
@@ -226,7 +226,7 @@ impl<'a> FrequencySolver<'a> {
             Strategy::InForce(_) | Strategy::InFriction { .. } => false,
         });
         if strategies.is_empty() {
-            strategies = self.strategies();
+            strategies = self.strategies(frequency_hz);
         }
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
@@ -287,14 +287,15 @@ impl<'a> FrequencySolver<'a> {
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
     /// static state: sums of the pairs' normal forces.
-    pub fn excitation_exceeds_preload(&self) -> bool {
+    pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
+        let omega = std::f64::consts::TAU * frequency_hz;
         let pulling: f64 = (0..setting.system.unknowns())
             .step_by(3)
             .map(|i| {
                 let loads = setting.system.model.excitations.iter();
                 loads
-                    .map(|l| l.cosine.on_x[i].hypot(l.sine.on_x[i]))
+                    .map(|l| l.factor(omega) * l.cosine.on_x[i].hypot(l.sine.on_x[i]))
                     .sum::<f64>()
             })
             .sum();
@@ -357,7 +358,7 @@ impl<'a> FrequencySolver<'a> {
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
     }
 
-    fn strategies(&self) -> Vec<Strategy> {
+    fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
         use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
         let in_friction =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
@@ -373,7 +374,7 @@ impl<'a> FrequencySolver<'a> {
                 .chain(small_steps)
                 .collect();
         }
-        if self.excitation_exceeds_preload() {
+        if self.excitation_exceeds_preload(frequency_hz) {
             return directly(self.stepping()).to_vec();
         }
         let methods: &[Method] = if self.unknowns() <= MOST_EXACT_UNKNOWNS {

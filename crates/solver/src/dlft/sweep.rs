@@ -336,7 +336,12 @@ impl Run<'_> {
         let mut outcome = Outcome::from(end.status);
         if outcome.is_converged() && evaluation.ends.iter().any(|e| !e.periodic) {
             outcome = Outcome::NotPeriodic;
-        } else if !outcome.is_converged() && self.refinement.lowest().excitation_exceeds_preload() {
+        } else if !outcome.is_converged()
+            && self
+                .refinement
+                .lowest()
+                .excitation_exceeds_preload(frequency_hz)
+        {
             outcome = Outcome::LeavesSlot;
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;

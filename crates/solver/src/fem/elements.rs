@@ -105,6 +105,12 @@ impl<'a> Elements<'a> {
     }
 }
 
+/// Mass of element `e` of a body ([`Element::mass`]) by the rule that is exact for all of its type.
+pub(super) fn element_mass(body: &Body, e: usize, out: &mut [[f64; 1]]) {
+    let coords = values(body, e, &body.nodes_m);
+    integrals(body, e).mass(&coords, false, body.material.density_kg_m3, out);
+}
+
 /// The integrals of element `e` of a body.
 pub(super) fn integrals(body: &Body, e: usize) -> &'static dyn Element {
     element(body.elements.solid(e).0)

@@ -1,4 +1,4 @@
-//! Steady loads of the scene as consistent nodal loads, and supports along one axis.
+//! Loads of the scene as consistent nodal loads, and supports along one axis.
 //!
 //! A uniform traction t on a facet gives node a the force t int N_a dA, a pressure p the force
 //! -p int N_a n dA, with n dA = (dx/dr x dx/ds) dr ds outwards. On a plane 6-node facet with straight edges that is
@@ -6,34 +6,69 @@
 
 use nalgebra_sparse::CscMatrix;
 
+use super::element::MOST_NODES;
+use super::elements::element_mass;
 use crate::mesh::facet::{Share, shares};
-use crate::model::{Body, StaticLoad, Traction};
+use crate::model::{AppliedLoad, Body, Traction};
 
-/// Adds the steady loads of a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
-pub fn add_static_loads(body: &Body, load_n: &mut [f64]) {
-    for load in &body.loads {
-        match load {
-            StaticLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
-            StaticLoad::Surface { facets, traction } => {
-                let coords = |facet: &Vec<u32>| -> Vec<[f64; 3]> {
-                    facet.iter().map(|&n| body.nodes_m[n as usize]).collect()
-                };
-                let parts = facets.iter().map(|facet| shares(&coords(facet)));
-                let parts: Vec<(u32, Share)> = facets
-                    .iter()
-                    .flatten()
-                    .copied()
-                    .zip(parts.flatten())
-                    .collect();
-                let area: f64 = parts.iter().map(|(_, share)| share.area_m2).sum();
-                for (node, share) in parts {
-                    let force = match traction {
-                        Traction::Total(vector_n) => vector_n.map(|f| f * share.area_m2 / area),
-                        Traction::Pressure(p) => share.normal_m2.map(|n| -p * n),
-                    };
-                    add_at(body, node, force, load_n);
+/// Adds a load on a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
+pub fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
+    match load {
+        AppliedLoad::Point { node, vector_n } => add_at(body, *node, *vector_n, load_n),
+        AppliedLoad::Surface { facets, traction } => {
+            add_on_surface(body, facets, *traction, load_n);
+        }
+        AppliedLoad::Acceleration { vector_m_s2 } => {
+            let everywhere = vec![*vector_m_s2; body.nodes_m.len()];
+            add_inertia(
+                body,
+                |e, out| element_mass(body, e, out),
+                &everywhere,
+                load_n,
+            );
+        }
+    }
+}
+
+fn add_on_surface(body: &Body, facets: &[Vec<u32>], traction: Traction, load_n: &mut [f64]) {
+    let coords = |facet: &Vec<u32>| -> Vec<[f64; 3]> {
+        facet.iter().map(|&n| body.nodes_m[n as usize]).collect()
+    };
+    let parts = facets.iter().flat_map(|facet| shares(&coords(facet)));
+    let nodes = facets.iter().flatten().copied();
+    let parts: Vec<(u32, Share)> = nodes.zip(parts).collect();
+    let area: f64 = parts.iter().map(|(_, share)| share.area_m2).sum();
+    for (node, share) in parts {
+        let force = match traction {
+            Traction::Total(vector_n) => vector_n.map(|f| f * share.area_m2 / area),
+            Traction::Uniform(vector_pa) => vector_pa.map(|t| t * share.area_m2),
+            Traction::Pressure(p) => share.normal_m2.map(|n| -p * n),
+        };
+        add_at(body, node, force, load_n);
+    }
+}
+
+/// Adds the force M a of the mass in a field of acceleration, which has a value for each node and is
+/// interpolated as the elements do. `mass` writes the mass of an element. Fixed nodes have mass too: what they
+/// carry themselves goes to the support, what the others carry of them is here.
+pub fn add_inertia(
+    body: &Body,
+    element_mass: impl Fn(usize, &mut [[f64; 1]]),
+    acceleration_m_s2: &[[f64; 3]],
+    load_n: &mut [f64],
+) {
+    let mut mass = vec![[0.0]; MOST_NODES * MOST_NODES];
+    for (e, nodes) in body.elements.iter().enumerate() {
+        element_mass(e, &mut mass[..nodes.len().pow(2)]);
+        for (a, &node) in nodes.iter().enumerate() {
+            let mut force = [0.0; 3];
+            for (b, &other) in nodes.iter().enumerate() {
+                let weight = mass[a * nodes.len() + b][0];
+                for (f, x) in force.iter_mut().zip(acceleration_m_s2[other as usize]) {
+                    *f += weight * x;
                 }
             }
+            add_at(body, node, force, load_n);
         }
     }
 }
@@ -74,7 +109,7 @@ mod tests {
     use crate::model::{DofMap, NodeMotion};
     use dovetail_numerics::space::middle;
 
-    fn body(nodes_m: Vec<[f64; 3]>, loads: Vec<StaticLoad>) -> Body {
+    fn body(nodes_m: Vec<[f64; 3]>, loads: Vec<AppliedLoad>) -> Body {
         let n = nodes_m.len();
         Body {
             name: "facet".into(),
@@ -116,9 +151,10 @@ mod tests {
             nodes.extend([middle(a, b), middle(b, c), middle(a, c)]);
         }
         let facets = vec![(0..nodes.len() as u32).collect()];
-        let loads = vec![StaticLoad::Surface { facets, traction }];
+        let loads = vec![AppliedLoad::Surface { facets, traction }];
         let mut load = vec![0.0; 3 * nodes.len()];
-        add_static_loads(&body(nodes, loads), &mut load);
+        let body = body(nodes, loads);
+        add_load(&body, &body.loads[0], &mut load);
         load
     }
 
@@ -162,13 +198,14 @@ mod tests {
             bulge(middle(a, c), [0.0, -0.2, 0.1]),
         ];
         let nodes = vec![a, b, c, middles[0], middles[1], middles[2]];
-        let loads = vec![StaticLoad::Surface {
+        let loads = vec![AppliedLoad::Surface {
             facets: vec![(0..6).collect()],
             traction: Traction::Pressure(1.0),
         }];
         let mut found = [0.0; 3];
         let mut load = vec![0.0; 18];
-        add_static_loads(&body(nodes, loads), &mut load);
+        let body = body(nodes, loads);
+        add_load(&body, &body.loads[0], &mut load);
         for (i, f) in load.iter().enumerate() {
             found[i % 3] -= f;
         }

@@ -90,9 +90,11 @@ pub fn assemble_body(
     loads::uncouple(&mut stiffness, &body.held_dofs);
     let mut load_n = vec![0.0; stiffness.ncols()];
     if let Some(rotation) = rotation {
-        load_n = spin::centrifugal_load(body, &elements, rotation);
+        spin::add_centrifugal_load(body, &elements, rotation, &mut load_n);
     }
-    loads::add_static_loads(body, &mut load_n);
+    for load in &body.loads {
+        loads::add_load(body, load, &mut load_n);
+    }
     for &dof in &body.held_dofs {
         load_n[dof as usize] = 0.0;
     }

@@ -10,15 +10,10 @@
 //! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
 
 use super::assembly::{LowerBlocks, NodePattern, sum_elements};
-use super::element::MOST_NODES;
 use super::elements::Elements;
+use super::loads::add_inertia;
 use crate::model::{Body, Rotation};
-
-/// Vectors from the axis to each node of the body, perpendicular to the axis, m.
-pub fn radii_m(body: &Body, rotation: &Rotation) -> Vec<[f64; 3]> {
-    let nodes = body.nodes_m.iter();
-    nodes.map(|x| radius_m(*x, rotation)).collect()
-}
+use dovetail_numerics::space::scaled;
 
 /// Vector from the axis to a point, perpendicular to the axis, m.
 pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
@@ -26,31 +21,19 @@ pub fn radius_m(point_m: [f64; 3], rotation: &Rotation) -> [f64; 3] {
     perpendicular(rotation.axis).map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
 }
 
-/// Centrifugal load on the free dofs, N. Fixed nodes have mass too: what they carry themselves goes
-/// to the support, what the others carry of them is here.
-pub fn centrifugal_load(body: &Body, elements: &Elements<'_>, rotation: &Rotation) -> Vec<f64> {
+/// Adds the centrifugal load, N, to `load_n` (free dofs).
+pub fn add_centrifugal_load(
+    body: &Body,
+    elements: &Elements<'_>,
+    rotation: &Rotation,
+    load_n: &mut [f64],
+) {
     let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
-    let radii = radii_m(body, rotation);
-    let mut load = vec![0.0; 3 * body.dofs.free_nodes()];
-    let mut mass = vec![[0.0]; MOST_NODES * MOST_NODES];
-    for (e, nodes) in body.elements.iter().enumerate() {
-        elements.mass(e, &mut mass[..nodes.len().pow(2)]);
-        for (a, &node) in nodes.iter().enumerate() {
-            let mut force = [0.0; 3];
-            for (b, &other) in nodes.iter().enumerate() {
-                let weight = omega2 * mass[a * nodes.len() + b][0];
-                for k in 0..3 {
-                    force[k] += weight * radii[other as usize][k];
-                }
-            }
-            for (free, weight) in body.dofs.weights(node as usize) {
-                for k in 0..3 {
-                    load[3 * free + k] += weight * force[k];
-                }
-            }
-        }
-    }
-    load
+    let nodes = body.nodes_m.iter();
+    let acceleration: Vec<[f64; 3]> = nodes
+        .map(|x| scaled(radius_m(*x, rotation), omega2))
+        .collect();
+    add_inertia(body, |e, out| elements.mass(e, out), &acceleration, load_n);
 }
 
 /// Geometric stiffness of the stress of `displacement_m` (every node of the body), N/m.

@@ -29,7 +29,7 @@
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel};
+use crate::reduction::{Load, PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -207,13 +207,9 @@ impl<'a> Stepper<'a> {
             on_x: vec![0.0; self.kx.len()],
             on_modes: vec![0.0; self.modal.len()],
         };
-        for HarmonicLoad {
-            harmonic,
-            cosine,
-            sine,
-        } in &self.model.excitations
-        {
-            let phase = (harmonic * step) % self.steps;
+        for excitation in &self.model.excitations {
+            let phase = (excitation.harmonic * step) % self.steps;
+            let strength = excitation.factor(self.omega_rad_s);
             let (s, c) = (TAU * phase as f64 / self.steps as f64).sin_cos();
             let mut add = |part: &Load, factor: f64| {
                 for (sum, f) in load.on_x.iter_mut().zip(&part.on_x) {
@@ -223,8 +219,8 @@ impl<'a> Stepper<'a> {
                     *sum += factor * f;
                 }
             };
-            add(cosine, c);
-            add(sine, s);
+            add(&excitation.cosine, strength * c);
+            add(&excitation.sine, strength * s);
         }
         load
     }

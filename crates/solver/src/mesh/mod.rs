@@ -27,6 +27,7 @@ mod read;
 mod script;
 mod sections;
 pub mod source;
+pub mod surface_field;
 pub mod vtu;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};

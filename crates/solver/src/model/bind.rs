@@ -2,17 +2,18 @@
 //! to nodes.
 
 use super::builder::BodyBuilder;
+use super::excitations::excitations;
 use super::groups::{find_group, first_tags};
 use super::joints::joints;
-use super::loads::static_load;
-use super::{BodyNode, Excitation, Model, ModelError, Observation, Rotation};
+use super::loads::applied_load;
+use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use crate::mesh::Mesh;
 use crate::model::Assembly;
 
 /// Resolves every name of the scene against the mesh.
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
-/// of the mesh. A force on a group is shared equally by its nodes, an observation is their mean.
+/// of the mesh. An observation is the mean of the nodes of its group.
 ///
 /// # Errors
 /// A name that the mesh does not have, or a group that is not what it is used for: see
@@ -40,22 +41,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     }
     let joints = joints(assembly, mesh, &mut bodies)?;
 
-    let mut excitations = Vec::new();
-    for (i, spec) in assembly.excitations.iter().enumerate() {
-        let used_by = format!("excitation {}", i + 1);
-        let nodes = group_nodes(mesh, &bodies, &spec.points, used_by)?;
-        let share = 1.0 / nodes.len() as f64;
-        let term = |at: BodyNode| {
-            let direction = spec.direction.map(|d| d * share);
-            (at, bodies[at.body].movable(at.node, direction))
-        };
-        excitations.push(Excitation {
-            terms: nodes.into_iter().map(term).collect(),
-            force_n: spec.force_n,
-            harmonic: spec.harmonic,
-            phase_rad: spec.phase_rad,
-        });
-    }
+    let (excitations, maps) = excitations(assembly, mesh, &bodies)?;
     let mut observations = Vec::new();
     for spec in &assembly.observations {
         let used_by = format!("observation `{}`", spec.name);
@@ -69,7 +55,8 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     }
 
     for (number, spec) in assembly.loads.iter().enumerate() {
-        for (body, load) in static_load(mesh, &bodies, spec, number)? {
+        let used_by = format!("load {}", number + 1);
+        for (body, load) in applied_load(mesh, &bodies, spec, &used_by)? {
             bodies[body].add_load(load);
         }
     }
@@ -89,6 +76,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         flank_facets: joints.facets,
         contact_names: joints.names,
         excitations,
+        maps,
         observations,
         matches: joints.matches,
     })

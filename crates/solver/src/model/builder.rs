@@ -5,7 +5,7 @@ use super::dofs::{Roles, number};
 use super::gather::name_for;
 use super::groups::find_group;
 use super::material::material;
-use super::{Body, DofMap, ModelError, NodeMotion, StaticLoad};
+use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion};
 use crate::mesh::{Connectivity, Mesh};
 use crate::model::{BodySpec, RotationSpec};
 
@@ -23,7 +23,7 @@ pub(super) struct BodyBuilder {
     roles: Roles,
     /// Per local node: held along x, y, z.
     held: Vec<[bool; 3]>,
-    loads: Vec<StaticLoad>,
+    loads: Vec<AppliedLoad>,
     /// Whether a contact has each local node.
     in_contact: Vec<bool>,
 }
@@ -127,16 +127,6 @@ impl BodyBuilder {
         Ok(own)
     }
 
-    /// What of a vector at a (local) node is not taken by a support.
-    pub(super) fn movable(&self, node: u32, mut vector: [f64; 3]) -> [f64; 3] {
-        for (v, held) in vector.iter_mut().zip(self.held[node as usize]) {
-            if held {
-                *v = 0.0;
-            }
-        }
-        vector
-    }
-
     /// Free dofs that are held, ascending. Tied nodes follow their corners.
     fn held_dofs(&self, dofs: &DofMap) -> Vec<u32> {
         let mut held = Vec::new();
@@ -167,7 +157,7 @@ impl BodyBuilder {
         }
     }
 
-    pub(super) fn add_load(&mut self, load: StaticLoad) {
+    pub(super) fn add_load(&mut self, load: AppliedLoad) {
         self.loads.push(load);
     }
 

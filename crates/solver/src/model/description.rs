@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::mesh::parts::Placement;
 use crate::mesh::source::{MeshSource, Units};
+use crate::mesh::surface_field::SurfaceField;
 
 /// Bodies of a mesh, how they are held, driven and watched.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +22,7 @@ pub struct Assembly {
     pub contacts: Vec<ContactSpec>,
     /// Steady loads besides the rotation's.
     pub loads: Vec<LoadSpec>,
-    /// Harmonic forces.
+    /// What shakes it.
     pub excitations: Vec<ExcitationSpec>,
     /// Displacements that are watched.
     pub observations: Vec<ObservationSpec>,
@@ -189,19 +190,25 @@ pub struct CrownSpec {
 /// A steady load, applied with that of the rotation in the load steps of the static state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSpec {
-    /// Point group (shared equally by its nodes) or surface group (spread uniformly over its area).
+    /// Point or curve group (a force is shared equally by its nodes), or surface group, or set of nodes that
+    /// serves as one.
     pub on: String,
     /// How large it is.
     pub load: LoadKind,
 }
 
-/// A force, or a pressure.
+/// A force, a traction or a pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LoadKind {
     /// The whole force, N.
     Force {
         /// Along x, y, z.
         vector_n: [f64; 3],
+    },
+    /// The same on each part of a surface, Pa.
+    Traction {
+        /// Along x, y, z.
+        vector_pa: [f64; 3],
     },
     /// Along the inward normal of a surface, Pa.
     Pressure {
@@ -210,19 +217,83 @@ pub enum LoadKind {
     },
 }
 
-/// A harmonic force.
+/// What shakes an assembly: `amplitude cos(harmonic omega t - phase_rad)` of what `kind` says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationSpec {
-    /// Point group (or any group: the force is shared equally by its nodes).
-    pub points: String,
-    /// Unit length.
-    pub direction: [f64; 3],
-    /// Amplitude of `force_n cos(harmonic omega t - phase_rad)`.
-    pub force_n: f64,
+    /// What acts, and where.
+    pub kind: ExcitationKind,
+    /// In the unit of [`ExcitationKind::unit`].
+    pub amplitude: f64,
     /// Multiple of the frequency of the response.
     pub harmonic: usize,
     /// Lag behind the cosine.
     pub phase_rad: f64,
+}
+
+/// What shakes an assembly.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExcitationKind {
+    /// A load of one unit: a force, traction or pressure of length 1.
+    Load(LoadSpec),
+    /// Complex forces or pressures at points in space, mapped to a surface.
+    Field {
+        /// Surface group, or set of nodes that serves as one.
+        on: String,
+        /// The points, and the values there.
+        field: FieldSource,
+    },
+    /// A motion of all supports and of rigid ground, which move as one. The response counts from them.
+    Base {
+        /// Unit length.
+        direction: [f64; 3],
+        /// What the amplitude is of.
+        motion: BaseMotion,
+    },
+}
+
+/// What is given of the motion of a base.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BaseMotion {
+    /// The same at all frequencies.
+    Acceleration,
+    /// The same at all frequencies.
+    Displacement,
+}
+
+/// Where a field on a surface comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FieldSource {
+    /// A CSV file ([`SurfaceField::read`]).
+    File(PathBuf),
+    /// The points themselves.
+    Points(SurfaceField),
+}
+
+impl ExcitationKind {
+    /// Of the amplitude; empty where it multiplies the values of a field.
+    pub fn unit(&self) -> &'static str {
+        match self {
+            Self::Load(LoadSpec { load, .. }) => match load {
+                LoadKind::Force { .. } => "N",
+                LoadKind::Traction { .. } | LoadKind::Pressure { .. } => "Pa",
+            },
+            Self::Field { .. } => "",
+            Self::Base { motion, .. } => match motion {
+                BaseMotion::Acceleration => "m/s2",
+                BaseMotion::Displacement => "m",
+            },
+        }
+    }
+
+    /// A whole force of 1 N.
+    pub fn force(on: impl Into<String>, direction: [f64; 3]) -> Self {
+        Self::Load(LoadSpec {
+            on: on.into(),
+            load: LoadKind::Force {
+                vector_n: direction,
+            },
+        })
+    }
 }
 
 /// A displacement that is watched.

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::mesh::surface_field::SurfaceFieldError;
 use crate::text::list;
 
 /// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
@@ -166,6 +167,31 @@ pub enum ModelError {
         group: String,
         count: usize,
         tags: Vec<u64>,
+    },
+    #[error(
+        "{used_by}: each of the {count} nodes of group `{group}` is held against the load (keys fixed, fixed_x, fixed_y, fixed_z): all of it goes to the supports; name another group or another direction"
+    )]
+    NodesHeld {
+        used_by: String,
+        group: String,
+        count: usize,
+    },
+    #[error("{used_by}: {source}")]
+    Field {
+        used_by: String,
+        source: SurfaceFieldError,
+    },
+    #[error(
+        "{used_by}: {count} of {points} points of {field} are farther from surface `{group}` than the body is large ({size_m:.3e} m), the farthest {distance_m:.3e} m: give coordinates in metres, in the frame of the mesh"
+    )]
+    FieldFar {
+        used_by: String,
+        group: String,
+        field: String,
+        count: usize,
+        points: usize,
+        distance_m: f64,
+        size_m: f64,
     },
     #[error(
         "{used_by}: {count} nodes of group `{group}` (first tags {}) belong to no body",

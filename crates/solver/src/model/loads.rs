@@ -1,87 +1,126 @@
-//! Steady loads of the scene tied to nodes and facets.
+//! Loads of the scene, steady ones and one unit of harmonic ones, tied to nodes and facets.
 
 use super::builder::BodyBuilder;
 use super::groups::{faces, find_group, first_tags, kind};
-use super::{ModelError, StaticLoad, Traction};
+use super::{AppliedLoad, ModelError, Traction};
 use crate::mesh::{Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
 
-/// Load number `number` of the scene: per body it acts on, what acts there. Nodes are local.
-pub(super) fn static_load(
+/// A load of the scene: per body it acts on, what acts there. Nodes are local.
+pub(super) fn applied_load(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
     spec: &LoadSpec,
-    number: usize,
-) -> Result<Vec<(usize, StaticLoad)>, ModelError> {
-    let used_by = format!("load {}", number + 1);
-    let group = find_group(mesh, &spec.on, None, &used_by)?;
-    check_nodes(mesh, bodies, spec, group, &used_by)?;
+    used_by: &str,
+) -> Result<Vec<(usize, AppliedLoad)>, ModelError> {
+    let group = find_group(mesh, &spec.on, None, used_by)?;
     match (group.dimension, spec.load) {
-        (0, LoadKind::Force { vector_n }) => {
+        (0 | 1, LoadKind::Force { vector_n }) => {
+            check_nodes(mesh, bodies, group, vector_n, used_by, &spec.on)?;
             let share = vector_n.map(|f| f / group.nodes.len() as f64);
             let of = |&n: &u32| bodies.iter().position(|b| b.has(n)).map(|b| (b, n));
             let point = |(b, n): (usize, u32)| {
                 let node = bodies[b].local(n);
                 let vector_n = share;
-                (b, StaticLoad::Point { node, vector_n })
+                (b, AppliedLoad::Point { node, vector_n })
             };
             Ok(group.nodes.iter().filter_map(of).map(point).collect())
         }
-        (2, load) | (0, load @ LoadKind::Pressure { .. }) => {
-            let body = bodies
-                .iter()
-                .position(|b| group.nodes.iter().all(|&n| b.has(n)));
-            let Some(body) = body else {
-                return Err(ModelError::LoadOnBoth {
-                    used_by,
-                    group: spec.on.clone(),
-                });
+        (0 | 2, load) => {
+            let (vector, traction) = match load {
+                LoadKind::Force { vector_n } => (vector_n, Traction::Total(vector_n)),
+                LoadKind::Traction { vector_pa } => (vector_pa, Traction::Uniform(vector_pa)),
+                LoadKind::Pressure { pressure_pa } => ([1.0; 3], Traction::Pressure(pressure_pa)),
             };
-            let facets = outward_facets(mesh, group, &bodies[body], &used_by, &spec.on)?;
-            let traction = match load {
-                LoadKind::Force { vector_n } => Traction::Total(vector_n),
-                LoadKind::Pressure { pressure_pa } => Traction::Pressure(pressure_pa),
-            };
-            Ok(vec![(body, StaticLoad::Surface { facets, traction })])
+            let (body, facets) = surface(mesh, bodies, &spec.on, vector, used_by)?;
+            Ok(vec![(body, AppliedLoad::Surface { facets, traction })])
         }
         (dimension, load) => Err(ModelError::LoadDimension {
-            used_by,
+            used_by: used_by.to_string(),
             group: spec.on.clone(),
             found: kind(dimension),
             wanted: match load {
-                LoadKind::Force { .. } => "a surface or a point group",
-                LoadKind::Pressure { .. } => "a surface group",
+                LoadKind::Force { .. } => "a point, a curve or a surface group",
+                LoadKind::Traction { .. } | LoadKind::Pressure { .. } => "a surface group",
             },
         }),
     }
 }
 
-/// Every node belongs to a body, and not all of them are fixed.
+/// The body that a surface belongs to, and its facets in local nodes, counter-clockwise seen from
+/// outside. `vector` says along which axes something acts on it.
+pub(super) fn surface(
+    mesh: &Mesh,
+    bodies: &[BodyBuilder],
+    name: &str,
+    vector: [f64; 3],
+    used_by: &str,
+) -> Result<(usize, Vec<Vec<u32>>), ModelError> {
+    let group = find_group(mesh, name, None, used_by)?;
+    if !matches!(group.dimension, 0 | 2) {
+        return Err(ModelError::LoadDimension {
+            used_by: used_by.to_string(),
+            group: name.to_string(),
+            found: kind(group.dimension),
+            wanted: "a surface group",
+        });
+    }
+    check_nodes(mesh, bodies, group, vector, used_by, name)?;
+    let has_all = |b: &BodyBuilder| group.nodes.iter().all(|&n| b.has(n));
+    let Some(body) = bodies.iter().position(has_all) else {
+        return Err(ModelError::LoadOnBoth {
+            used_by: used_by.to_string(),
+            group: name.to_string(),
+        });
+    };
+    let facets = outward_facets(mesh, group, &bodies[body], used_by, name)?;
+    Ok((body, facets))
+}
+
+/// Every node belongs to a body, and not all of them are held against `vector`.
 fn check_nodes(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
-    spec: &LoadSpec,
     group: &Group,
+    vector: [f64; 3],
     used_by: &str,
+    name: &str,
 ) -> Result<(), ModelError> {
     let is_elsewhere = |n: &&u32| !bodies.iter().any(|b| b.has(**n));
     let (count, tags) = first_tags(mesh, group.nodes.iter().filter(is_elsewhere));
+    let (used_by, name) = (used_by.to_string(), name.to_string());
     if count > 0 {
         return Err(ModelError::NodesElsewhere {
-            used_by: used_by.to_string(),
-            group: spec.on.clone(),
+            used_by,
+            group: name,
             count,
             tags,
         });
     }
     let is_fixed = |n: &&u32| bodies.iter().any(|b| b.has(**n) && b.is_fixed(**n));
-    let (count, tags) = first_tags(mesh, group.nodes.iter().filter(is_fixed));
-    if count == group.nodes.len() {
+    let is_held = |n: &&u32| {
+        let held = |b: &BodyBuilder| {
+            let mut axes = vector.iter().enumerate();
+            axes.all(|(axis, v)| *v == 0.0 || b.is_held(**n, axis))
+        };
+        bodies.iter().any(|b| b.has(**n) && held(b))
+    };
+    let (fixed, tags) = first_tags(mesh, group.nodes.iter().filter(is_fixed));
+    if fixed == group.nodes.len() {
         return Err(ModelError::NodesFixed {
-            used_by: used_by.to_string(),
-            group: spec.on.clone(),
-            count,
+            used_by,
+            group: name,
+            count: fixed,
             tags,
+        });
+    }
+    let does_nothing = |n: &&u32| is_fixed(n) || is_held(n);
+    // Without a force all axes would count as held.
+    if vector != [0.0; 3] && group.nodes.iter().all(|n| does_nothing(&n)) {
+        return Err(ModelError::NodesHeld {
+            used_by,
+            group: name,
+            count: group.nodes.len(),
         });
     }
     Ok(())

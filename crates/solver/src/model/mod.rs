@@ -16,20 +16,26 @@ mod crown;
 mod description;
 mod dofs;
 mod error;
+mod excitations;
 mod flank;
 pub mod gather;
 mod groups;
 mod joints;
+mod least_squares;
 mod loads;
+mod mapping;
 mod material;
 mod mortar;
+mod neighbours;
 
 pub use bind::bind;
 pub use description::{
-    Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationSpec, LoadKind,
-    LoadSpec, Material, MaterialSpec, ObservationSpec, Prestress, RotationSpec, Side,
+    Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
+    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, ObservationSpec,
+    Prestress, RotationSpec, Side,
 };
 pub use error::ModelError;
+pub use mapping::FieldMap;
 
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]
@@ -47,8 +53,10 @@ pub struct Model {
     pub flank_facets: Vec<Vec<u32>>,
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
-    /// Harmonic forces.
+    /// What shakes it. A complex field on a surface is two of them, a quarter of a period apart.
     pub excitations: Vec<Excitation>,
+    /// How fields at points in space were mapped to surfaces.
+    pub maps: Vec<FieldMap>,
     /// Displacements that are watched.
     pub observations: Vec<Observation>,
     /// How the flanks of each contact between two bodies lie on each other, bonded ones last.
@@ -97,12 +105,12 @@ pub struct Body {
     /// numbers and are uncoupled in the matrices.
     pub held_dofs: Vec<u32>,
     /// Steady loads besides the rotation's.
-    pub loads: Vec<StaticLoad>,
+    pub loads: Vec<AppliedLoad>,
 }
 
-/// A steady load on one body.
+/// A load on one body, steady or one unit of a harmonic one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub enum StaticLoad {
+pub enum AppliedLoad {
     /// On one (local) node.
     Point {
         /// In the body's own numbering.
@@ -117,6 +125,11 @@ pub enum StaticLoad {
         /// What acts on them.
         traction: Traction,
     },
+    /// The force of its own mass in a uniform field of acceleration.
+    Acceleration {
+        /// Along x, y, z.
+        vector_m_s2: [f64; 3],
+    },
 }
 
 /// A load on part of a surface.
@@ -124,6 +137,8 @@ pub enum StaticLoad {
 pub enum Traction {
     /// The same vector everywhere; its integral, N.
     Total([f64; 3]),
+    /// The same vector everywhere, Pa.
+    Uniform([f64; 3]),
     /// Along the inward normal, Pa.
     Pressure(f64),
 }
@@ -262,17 +277,28 @@ pub struct FlankMatch {
     pub nodes_match: bool,
 }
 
-/// A harmonic force, shared by nodes: `force_n cos(harmonic omega t - phase_rad)` times the direction of each.
+/// A harmonic load: `amplitude cos(harmonic omega t - phase_rad)` times one unit of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
-    /// Node, and direction scaled by the node's share.
-    pub terms: Vec<(BodyNode, [f64; 3])>,
-    /// Amplitude.
-    pub force_n: f64,
+    /// One unit of it: bodies (indices in [`Model::bodies`]) and what acts on them.
+    pub loads: Vec<(usize, AppliedLoad)>,
+    /// In the unit of [`ExcitationKind::unit`].
+    pub amplitude: f64,
     /// Multiple of the frequency of the response.
     pub harmonic: usize,
     /// Lag behind the cosine.
     pub phase_rad: f64,
+    /// How it depends on the frequency.
+    pub growth: Growth,
+}
+
+/// How a harmonic load depends on its own frequency, `harmonic` times that of the response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum Growth {
+    /// Not at all.
+    Constant,
+    /// With the square of the angular frequency; it is given at 1 rad/s.
+    Squared,
 }
 
 /// A displacement watched: sum over `terms` of `direction . u(node)`.

@@ -28,8 +28,9 @@ use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeModel, StuckModes};
+use crate::fem::loads::add_load;
 use crate::fem::{BodyMatrices, Structure};
-use crate::model::{BodyNode, Model};
+use crate::model::{AppliedLoad, BodyNode, Excitation, Model, Observation};
 use dovetail_numerics::condense::condense;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
@@ -106,7 +107,7 @@ pub fn stuck_modes(
         .omega2)
 }
 
-/// Loads on the free dofs of each body: the steady one, one newton of each excitation, and for each
+/// Loads on the free dofs of each body: the steady one, one unit of each excitation, and for each
 /// observed point the one whose work on a motion is what is observed.
 struct Loads {
     steady: Vec<Vec<f64>>,
@@ -120,25 +121,30 @@ impl Loads {
             let bodies = structure.bodies.iter();
             bodies.map(|b| vec![0.0; b.load_n.len()]).collect()
         };
-        let spread = |terms: &[(BodyNode, [f64; 3])]| {
+        let excitation = |excitation: &Excitation| {
             let mut load = nothing();
-            for &(at, direction) in terms {
-                for (free, weight) in model.bodies[at.body].dofs.weights(at.node as usize) {
-                    for (axis, v) in direction.iter().enumerate() {
-                        load[at.body][3 * free + axis] += weight * v;
-                    }
+            for (body, applied) in &excitation.loads {
+                add_load(&model.bodies[*body], applied, &mut load[*body]);
+            }
+            for (body, load) in model.bodies.iter().zip(&mut load) {
+                for &dof in &body.held_dofs {
+                    load[dof as usize] = 0.0;
                 }
+            }
+            load
+        };
+        let observation = |observation: &Observation| {
+            let mut load = nothing();
+            for &(BodyNode { body, node }, vector_n) in &observation.terms {
+                let unit = AppliedLoad::Point { node, vector_n };
+                add_load(&model.bodies[body], &unit, &mut load[body]);
             }
             load
         };
         Self {
             steady: structure.bodies.iter().map(|b| b.load_n.clone()).collect(),
-            excitations: model.excitations.iter().map(|e| spread(&e.terms)).collect(),
-            observations: model
-                .observations
-                .iter()
-                .map(|o| spread(&o.terms))
-                .collect(),
+            excitations: model.excitations.iter().map(excitation).collect(),
+            observations: model.observations.iter().map(observation).collect(),
         }
     }
 

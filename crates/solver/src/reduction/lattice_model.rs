@@ -4,7 +4,8 @@ use crate::fem::{BodyMatrices, Structure};
 use crate::mesh::Connectivity;
 use crate::model::Material;
 use crate::model::{
-    Body, BodyNode, ContactPair, DofMap, Excitation, Model, NodeMotion, Observation, Side, Slave,
+    AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Model, NodeMotion,
+    Observation, Side, Slave,
 };
 use dovetail_testkit::lattice::{Lattice, scattered};
 
@@ -53,10 +54,17 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         .collect();
     let (tip, tied) = (bar.node([3, 2, 2]), bar.nodes());
     let force = |body, node, direction, harmonic, phase_rad| Excitation {
-        terms: vec![(at(body, node), direction)],
-        force_n: 1.5,
+        loads: vec![(
+            body,
+            AppliedLoad::Point {
+                node: node as u32,
+                vector_n: direction,
+            },
+        )],
+        amplitude: 1.5,
         harmonic,
         phase_rad,
+        growth: Growth::Constant,
     };
     let model = Model {
         bodies: vec![bar_body, block_body],
@@ -71,6 +79,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
             force(1, block.node([1, 0, 0]), [0.3, 0.2, 5.0], 1, 2.0),
             force(1, flanks[1][3], [0.0, 4.0, 1.0], 3, 0.0),
         ],
+        maps: Vec::new(),
         observations: vec![
             Observation {
                 name: "tip".into(),

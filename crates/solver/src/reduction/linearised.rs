@@ -77,6 +77,7 @@ impl LinearReference {
             harmonic: excitation.harmonic,
             cosine: load(&excitation.cosine),
             sine: load(&excitation.sine),
+            growth: excitation.growth,
         };
         let observed = |observed: &ObservedDisplacement| ObservedDisplacement {
             name: observed.name.clone(),

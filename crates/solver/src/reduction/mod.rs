@@ -23,7 +23,7 @@ use faer::Mat;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::{ContactPair, Excitation, Model};
+use crate::model::{ContactPair, Excitation, Growth, Model};
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
@@ -83,7 +83,7 @@ impl Highest {
 pub struct ReducedModel {
     /// What the contact solver sees.
     pub relative: RelativeModel,
-    /// One newton of each excitation of the model.
+    /// One unit of each excitation of the model.
     pub unit_loads: Vec<Load>,
     /// Modes that `relative` begins with; residual vectors follow.
     pub stuck_modes: usize,
@@ -225,16 +225,17 @@ impl RelativeModel {
     }
 }
 
-/// Loads by harmonic, ascending; forces of one harmonic are added.
+/// Loads by harmonic, ascending, and by how they depend on the frequency; those alike are added.
 fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
-    let mut harmonics: Vec<usize> = forces.iter().map(|f| f.harmonic).collect();
-    harmonics.sort_unstable();
-    harmonics.dedup();
-    let load = |harmonic: usize, share: fn(f64) -> f64| {
+    let of = |f: &Excitation| (f.harmonic, f.growth);
+    let mut kinds: Vec<(usize, Growth)> = forces.iter().map(of).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let load = |kind: (usize, Growth), share: fn(f64) -> f64| {
         let mut sum: Option<Load> = None;
-        let of_harmonic = forces.iter().zip(unit_loads);
-        for (force, unit) in of_harmonic.filter(|(f, _)| f.harmonic == harmonic) {
-            let amplitude_n = force.force_n * share(force.phase_rad);
+        let of_kind = forces.iter().zip(unit_loads);
+        for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
+            let amplitude = force.amplitude * share(force.phase_rad);
             let zero = || Load {
                 on_x: vec![0.0; unit.on_x.len()],
                 on_modes: vec![0.0; unit.on_modes.len()],
@@ -242,19 +243,20 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
             let sum = sum.get_or_insert_with(zero);
             let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
             for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
-                *into += amplitude_n * unit;
+                *into += amplitude * unit;
             }
         }
         sum
     };
-    let both = |harmonic| {
+    let both = |kind: (usize, Growth)| {
         Some(HarmonicLoad {
-            harmonic,
-            cosine: load(harmonic, f64::cos)?,
-            sine: load(harmonic, f64::sin)?,
+            harmonic: kind.0,
+            cosine: load(kind, f64::cos)?,
+            sine: load(kind, f64::sin)?,
+            growth: kind.1,
         })
     };
-    harmonics.into_iter().filter_map(both).collect()
+    kinds.into_iter().filter_map(both).collect()
 }
 
 /// A load on X (n) and on the stuck modes (m).
@@ -266,7 +268,7 @@ pub struct Load {
     pub on_modes: Vec<f64>,
 }
 
-/// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`.
+/// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times [`HarmonicLoad::factor`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
@@ -275,6 +277,18 @@ pub struct HarmonicLoad {
     pub cosine: Load,
     /// In phase with the sine.
     pub sine: Load,
+    /// How it depends on the frequency.
+    pub growth: Growth,
+}
+
+impl HarmonicLoad {
+    /// How many times it acts where the frequency of the response is `omega_rad_s`.
+    pub fn factor(&self, omega_rad_s: f64) -> f64 {
+        match self.growth {
+            Growth::Constant => 1.0,
+            Growth::Squared => (self.harmonic as f64 * omega_rad_s).powi(2),
+        }
+    }
 }
 
 /// An observed displacement `on_x . X + on_modes . q`.

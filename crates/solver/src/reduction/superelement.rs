@@ -5,7 +5,7 @@
 //! | `K.mtx`, `M.mtx` | n x n | stiffness (N/m) and mass (kg) on X, per pair N, t1, t2 |
 //! | `p.mtx`, `w2.mtx` | n x m, m | coupling to, and squared angular frequencies of, the stuck modes; both absent: m = 0 |
 //! | `f_static.mtx` (`fm_static.mtx`) | n, m | static load on X (on the modes; zeros where absent) |
-//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | cosine force of harmonic 1, of an amplitude of 1 N in all |
+//! | `f_excitation.mtx`, `fm_excitation.mtx` | n, m | cosine force of harmonic 1, of an amplitude of 1 N in all where the scene has forces alone |
 //! | `tip_x.mtx`, `tip_modes.mtx` | n, m | the observed point: `tip_x . X + tip_modes . q` |
 //! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
 //! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
@@ -25,6 +25,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
+use crate::model::Growth;
 use dovetail_numerics::eigen::dense;
 
 /// What the folder holds.
@@ -110,6 +111,11 @@ pub enum SuperelementError {
         harmonics: usize,
         in_phase: bool,
     },
+    #[error(
+        "a reduced model holds loads that are the same at all frequencies, and that of \
+         base_displacement_m is not; give base_acceleration_m_s2 in its place"
+    )]
+    GrowingLoad,
     #[error("cannot write {}: {source}; check that the folder exists and is writable", path.display())]
     Write {
         path: PathBuf,
@@ -199,6 +205,7 @@ impl Arrays<'_> {
                 on_x: vec![0.0; n],
                 on_modes: vec![0.0; m],
             },
+            growth: Growth::Constant,
         };
         Ok(RelativeModel {
             stiffness: symmetric(&self.folder.join("K.mtx"), n)?,
@@ -324,6 +331,13 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
         silent(&e.sine.on_x) && silent(&e.sine.on_modes)
     });
+    if model
+        .excitations
+        .iter()
+        .any(|e| e.growth != Growth::Constant)
+    {
+        return Err(SuperelementError::GrowingLoad);
+    }
     let of_harmonic_1 = model.excitations.len() == 1 && model.highest_excited() == 1;
     if model.observations.len() != 1 || !of_harmonic_1 || !in_phase {
         return Err(SuperelementError::NotRepresentable {
@@ -469,6 +483,7 @@ mod tests {
                         on_x: vec![0.0; n],
                         on_modes: vec![0.0; m],
                     },
+                    growth: Growth::Constant,
                 }],
                 observations: vec![ObservedDisplacement {
                     name: "tip".into(),

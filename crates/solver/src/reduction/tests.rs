@@ -3,7 +3,7 @@
 use super::lattice_model::assembly;
 use super::*;
 use crate::fem::{BodyMatrices, Structure};
-use crate::model::{Body, BodyNode, Model, Slave};
+use crate::model::{AppliedLoad, Body, BodyNode, Model, Slave};
 use dovetail_numerics::sparse::dense as to_dense;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
@@ -112,11 +112,14 @@ fn forces(model: &Model, harmonic: usize) -> [Mat<c64>; 2] {
     let mut f = [0, 1].map(|b| Mat::zeros(3 * model.bodies[b].dofs.free_nodes(), 1));
     for force in model.excitations.iter().filter(|f| f.harmonic == harmonic) {
         let phase = c64::new(0.0, -force.phase_rad).exp();
-        for &(BodyNode { body, node }, direction) in &force.terms {
-            for (free, weight) in model.bodies[body].dofs.weights(node as usize) {
+        for (body, load) in &force.loads {
+            let AppliedLoad::Point { node, vector_n } = load else {
+                panic!("the lattices have forces on nodes");
+            };
+            for (free, weight) in model.bodies[*body].dofs.weights(*node as usize) {
                 for axis in 0..3 {
-                    f[body][(3 * free + axis, 0)] +=
-                        phase * weight * force.force_n * direction[axis];
+                    f[*body][(3 * free + axis, 0)] +=
+                        phase * weight * force.amplitude * vector_n[axis];
                 }
             }
         }
@@ -440,7 +443,7 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
 #[test]
 fn rigid_ground_leaves_the_flank_to_x_alone() {
     let (mut model, mut structure) = assembly([None, None]);
-    model.excitations.retain(|force| force.terms[0].0.body == 0);
+    model.excitations.retain(|force| force.loads[0].0 == 0);
     model.observations.truncate(1);
     model.bodies.truncate(1);
     structure.bodies.truncate(1);

@@ -1,0 +1,123 @@
+//! What shakes the assembly, tied to nodes and facets.
+
+use std::borrow::Cow;
+use std::f64::consts::FRAC_PI_2;
+
+use super::builder::BodyBuilder;
+use super::loads::{applied_load, surface};
+use super::mapping::{self, Facets, FieldMap, NodalForces};
+use super::{AppliedLoad, Excitation, Growth, ModelError};
+use crate::mesh::Mesh;
+use crate::mesh::surface_field::SurfaceField;
+use crate::model::{Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource};
+use dovetail_numerics::space::distance;
+
+/// The excitations of the scene, and how its fields were mapped.
+pub(super) fn excitations(
+    assembly: &Assembly,
+    mesh: &Mesh,
+    bodies: &[BodyBuilder],
+) -> Result<(Vec<Excitation>, Vec<FieldMap>), ModelError> {
+    let (mut all, mut maps) = (Vec::new(), Vec::new());
+    for (number, spec) in assembly.excitations.iter().enumerate() {
+        let used_by = format!("excitation {}", number + 1);
+        let of = |loads, lead_rad: f64| Excitation {
+            loads,
+            amplitude: spec.amplitude,
+            harmonic: spec.harmonic,
+            phase_rad: spec.phase_rad - lead_rad,
+            growth: Growth::Constant,
+        };
+        match &spec.kind {
+            ExcitationKind::Load(load) => {
+                all.push(of(applied_load(mesh, bodies, load, &used_by)?, 0.0));
+            }
+            ExcitationKind::Base { direction, motion } => {
+                // In the frame of the base all mass is pushed against its acceleration, which is -w^2 times its
+                // displacement.
+                let (sign, growth) = match motion {
+                    BaseMotion::Acceleration => (-1.0, Growth::Constant),
+                    BaseMotion::Displacement => (1.0, Growth::Squared),
+                };
+                let vector_m_s2 = direction.map(|d| sign * d);
+                let load = |body| (body, AppliedLoad::Acceleration { vector_m_s2 });
+                let loads = (0..bodies.len()).map(load).collect();
+                all.push(Excitation {
+                    growth,
+                    ..of(loads, 0.0)
+                });
+            }
+            ExcitationKind::Field { on, field } => {
+                let (body, [re, im], map) = field_forces(mesh, bodies, on, field, &used_by, spec)?;
+                let loads = |forces: Vec<(u32, [f64; 3])>| {
+                    let point = |(node, vector_n)| (body, AppliedLoad::Point { node, vector_n });
+                    forces.into_iter().map(point).collect()
+                };
+                // Re((a + i b) exp(i w t)) = a cos(w t) + b cos(w t + 90 degrees)
+                all.push(of(loads(re), 0.0));
+                if im.iter().any(|(_, force)| *force != [0.0; 3]) {
+                    all.push(of(loads(im), FRAC_PI_2));
+                }
+                maps.push(map);
+            }
+        }
+    }
+    Ok((all, maps))
+}
+
+/// The body that a field acts on, the forces of its real and of its imaginary part on nodes of that
+/// body, and how they were found.
+fn field_forces(
+    mesh: &Mesh,
+    bodies: &[BodyBuilder],
+    on: &str,
+    field: &FieldSource,
+    used_by: &str,
+    spec: &ExcitationSpec,
+) -> Result<(usize, [NodalForces; 2], FieldMap), ModelError> {
+    let (name, field) = match field {
+        FieldSource::Points(field) => ("the field".to_owned(), Cow::Borrowed(field)),
+        FieldSource::File(path) => {
+            let field = SurfaceField::read(path).map_err(|source| ModelError::Field {
+                used_by: used_by.to_owned(),
+                source,
+            })?;
+            (path.display().to_string(), Cow::Owned(field))
+        }
+    };
+    let (body, facets) = surface(mesh, bodies, on, [1.0; 3], used_by)?;
+    let builder = &bodies[body];
+    let position = |node: u32| mesh.nodes_m[builder.mesh_nodes()[node as usize] as usize];
+    let facets = Facets::new(facets, position);
+    let (forces, mut map) = mapping::map(&field, &facets);
+    let size_m = size_m(mesh, builder);
+    let count = map.farther_than(size_m);
+    if count > 0 {
+        return Err(ModelError::FieldFar {
+            used_by: used_by.to_owned(),
+            group: on.to_owned(),
+            field: name,
+            count,
+            points: map.points,
+            distance_m: map.largest_distance_m,
+            size_m,
+        });
+    }
+    map.field = name;
+    map.surface = on.to_owned();
+    map.scale(spec.amplitude);
+    Ok((body, forces, map))
+}
+
+/// Length of the diagonal of the box around a body.
+fn size_m(mesh: &Mesh, body: &BodyBuilder) -> f64 {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for &n in body.mesh_nodes() {
+        let nodes = low.iter_mut().zip(&mut high);
+        for ((low, high), x) in nodes.zip(mesh.nodes_m[n as usize]) {
+            *low = low.min(x);
+            *high = high.max(x);
+        }
+    }
+    distance(low, high)
+}

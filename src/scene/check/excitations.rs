@@ -1,0 +1,135 @@
+//! Checks `[[excitation]]`.
+
+use std::ops::Range;
+use std::path::Path;
+
+use serde_spanned::Spanned;
+
+use super::fields::{Checker, Table};
+use super::loads::{self, Sizes};
+use super::response::MOST_HARMONICS;
+use crate::scene::error::Fault;
+use crate::scene::kinds::Limits;
+use crate::scene::raw::RawExcitation;
+use dovetail_solver::description::ResponseSpec;
+use dovetail_solver::model::{BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadSpec};
+
+pub fn excitations(
+    checker: &mut Checker,
+    base_dir: &Path,
+    raw: &[Spanned<RawExcitation>],
+    response: Option<&ResponseSpec>,
+) -> Option<Vec<ExcitationSpec>> {
+    let specs: Vec<Option<ExcitationSpec>> = raw
+        .iter()
+        .enumerate()
+        .map(|(index, table)| {
+            let at = Table::of("excitation", table.span(), Some((index, &None)));
+            let raw = table.get_ref();
+            let cause = kind(checker, &at, base_dir, raw);
+            let harmonic = harmonic(checker, &at, raw, response);
+            let any = Limits::ANY;
+            let phase_deg = checker.number(&at, "phase_deg", &raw.phase_deg, any, Some(0.0));
+            let (kind, amplitude) = cause?;
+            Some(ExcitationSpec {
+                kind,
+                amplitude,
+                harmonic: harmonic?,
+                phase_rad: phase_deg?.to_radians(),
+            })
+        })
+        .collect();
+    specs.into_iter().collect()
+}
+
+fn harmonic(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawExcitation,
+    response: Option<&ResponseSpec>,
+) -> Option<usize> {
+    let harmonic = checker.count(at, "harmonic", &raw.harmonic, 1..=MOST_HARMONICS, 1)?;
+    let kept = response.map(|r| r.resolution.most_harmonics());
+    if let Some(harmonics) = kept.filter(|kept| harmonic > *kept) {
+        let span = raw.harmonic.as_ref().map_or(at.span.clone(), Spanned::span);
+        let fault = Fault::HarmonicNotKept {
+            path: at.key("harmonic"),
+            harmonic,
+            harmonics,
+        };
+        checker.fault(span, fault);
+    }
+    Some(harmonic)
+}
+
+/// What shakes, and how much.
+fn kind(
+    checker: &mut Checker,
+    at: &Table,
+    base_dir: &Path,
+    raw: &RawExcitation,
+) -> Option<(ExcitationKind, f64)> {
+    let size = Sizes {
+        force_n: &raw.force_n,
+        traction_pa: &raw.traction_pa,
+        pressure_pa: &raw.pressure_pa,
+    };
+    let bases = [
+        (
+            "base_acceleration_m_s2",
+            &raw.base_acceleration_m_s2,
+            BaseMotion::Acceleration,
+        ),
+        (
+            "base_displacement_m",
+            &raw.base_displacement_m,
+            BaseMotion::Displacement,
+        ),
+    ];
+    let mut causes = size.given();
+    causes.push(("file", raw.file.as_ref().map(Spanned::span)));
+    causes.extend(bases.map(|(key, value, _)| (key, value.as_ref().map(Spanned::span))));
+    let remedy = "keep one of `force_n`, `traction_pa`, `pressure_pa`, `file`, `base_acceleration_m_s2` and \
+                  `base_displacement_m`, and write another [[excitation]] for what acts besides";
+    let (key, span) = checker.one_of(at, &causes, remedy)?;
+    if let (Some(factor), true) = (&raw.factor, key != "file") {
+        let remedy = "`factor` multiplies the values of a `file`; leave it out";
+        checker.lacks(at, "factor", "file", factor.span(), remedy);
+    }
+    if let Some((_, base, motion)) = bases.into_iter().find(|base| base.0 == key) {
+        let amplitude = checker.number(at, key, base, Limits::NOT_NEGATIVE, None);
+        let direction = checker.direction(at, "direction", &raw.direction);
+        let on = raw.on.as_ref().map(Spanned::span);
+        let remedy = "leave `on` out: all supports and rigid ground move as one";
+        checker.exclude(at, (key, span), &[("on", on)], remedy)?;
+        let direction = direction?;
+        return Some((ExcitationKind::Base { direction, motion }, amplitude?));
+    }
+    match key {
+        "file" => field(checker, at, base_dir, raw, span),
+        _ => {
+            let on = checker.text(at, "on", &raw.on);
+            let (load, amplitude) = loads::load(checker, at, &size, &raw.direction)?;
+            let load = LoadSpec { on: on?, load };
+            Some((ExcitationKind::Load(load), amplitude))
+        }
+    }
+}
+
+fn field(
+    checker: &mut Checker,
+    at: &Table,
+    base_dir: &Path,
+    raw: &RawExcitation,
+    span: Range<usize>,
+) -> Option<(ExcitationKind, f64)> {
+    let on = checker.text(at, "on", &raw.on);
+    let file = checker.text(at, "file", &raw.file);
+    let limits = Limits::NOT_NEGATIVE;
+    let factor = checker.number(at, "factor", &raw.factor, limits, Some(1.0));
+    let direction = raw.direction.as_ref().map(Spanned::span);
+    let remedy = "leave `direction` out: a file has forces with three components, or pressures along the inward normal";
+    checker.exclude(at, ("file", span), &[("direction", direction)], remedy)?;
+    let field = FieldSource::File(base_dir.join(file?));
+    Some((ExcitationKind::Field { on: on?, field }, factor?))
+}
