@@ -187,6 +187,7 @@ fn the_page_of_the_summary_has_its_keys() {
             patch,
             &["mesh.file=../../meshes/verification/patch.msh"],
         ),
+        summary_of("modes", "scenes/verification/column.toml", &[]),
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),
     ] {

@@ -12,7 +12,9 @@ use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
-use dovetail_solver::model::{Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress};
+use dovetail_solver::model::{
+    Assembly, BodySpec, ContactLaw, ContactSpec, LoadKind, Prestress, SpringSpec,
+};
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
 
@@ -466,12 +468,14 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                 (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
                 @match rotation.prestress {
                     Prestress::HeldFlanks => "The centrifugal load stiffens it, found with the flanks held, and softens it by the spin.",
+                    Prestress::Contact => "The stress of the static state with contact stiffens all bodies, and the spin softens it.",
                     Prestress::None => "The centrifugal load is steady; it does not change the stiffness.",
                 }
             }
         }
         ul {
             @for contact in &assembly.contacts { li { (contact_words(contact)) } }
+            @for spring in &assembly.springs { li { (spring_words(spring)) } }
             @for load in &assembly.loads {
                 li {
                     "A steady load on " code { (load.on) } ": "
@@ -516,6 +520,21 @@ fn held(body: &BodySpec) -> String {
     match all.is_empty() {
         true => "by its contacts".to_owned(),
         false => all.join(", "),
+    }
+}
+
+fn spring_words(spring: &SpringSpec) -> Markup {
+    html! {
+        "The spring " code { (spring.name) } " of " (quantity(spring.stiffness_n_m, "N/m", 4)) " joins "
+        code { (spring.first) } " to "
+        @match &spring.second {
+            Some(second) => { code { (second) } },
+            None => { "ground" },
+        }
+        @if let Some(d) = spring.direction {
+            ", along (" (d.map(|v| figure(v, 3)).join(", ")) ")"
+        }
+        "."
     }
 }
 

@@ -145,7 +145,13 @@ pub fn more_modes(
     if factor.symbolic().factor_entries() > LARGE_FACTOR {
         return blocks::lowest_modes(stiffness, mass, count, factor, known);
     }
-    arpack::lowest_modes(stiffness, mass, count, factor)
+    match arpack::lowest_modes(stiffness, mass, count, factor) {
+        // Where some modes are far below all others the space of one vector ends early.
+        Err(EigenError::Arpack { .. }) => {
+            blocks::lowest_modes(stiffness, mass, count, factor, known)
+        }
+        outcome => outcome,
+    }
 }
 
 fn has_mass(mass: &CscMatrix<f64>, unknown: usize) -> bool {

@@ -1,9 +1,9 @@
 //! Integrals over a facet.
 
 use super::element::facet_corners;
-use super::interpolation::of_facet;
+use super::interpolation::{ShapeValue, of_facet};
 use super::quadrature;
-use dovetail_numerics::space::{cross, norm};
+use dovetail_numerics::space::{cross, norm, scaled};
 
 /// A node's part of a facet.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,35 @@ pub fn shares(coords_m: &[[f64; 3]]) -> Vec<Share> {
         normal_m2: [0.0; 3],
     };
     let mut shares = vec![none; coords_m.len()];
+    for_each_point(coords_m, |functions, normal| {
+        let area = norm(normal);
+        for (share, n) in shares.iter_mut().zip(functions) {
+            share.area_m2 += n.value * area;
+            for (sum, c) in share.normal_m2.iter_mut().zip(normal) {
+                *sum += n.value * c;
+            }
+        }
+    });
+    shares
+}
+
+/// Integrals of the products of the shape functions of a facet two by two, row by row, m2.
+pub fn products(coords_m: &[[f64; 3]]) -> Vec<f64> {
+    let nodes = coords_m.len();
+    let mut products = vec![0.0; nodes * nodes];
+    for_each_point(coords_m, |functions, normal| {
+        let area = norm(normal);
+        for (row, a) in products.chunks_exact_mut(nodes).zip(functions) {
+            for (product, b) in row.iter_mut().zip(functions) {
+                *product += a.value * b.value * area;
+            }
+        }
+    });
+    products
+}
+
+/// The shape functions at the points of quadrature, and the normal there times the area that the point stands for.
+fn for_each_point(coords_m: &[[f64; 3]], mut visit: impl FnMut(&[ShapeValue], [f64; 3])) {
     for (point, weight) in quadrature::facet(facet_corners(coords_m.len())) {
         let functions = of_facet(coords_m.len(), point);
         let mut tangents = [[0.0; 3]; 2];
@@ -31,14 +60,6 @@ pub fn shares(coords_m: &[[f64; 3]]) -> Vec<Share> {
                 }
             }
         }
-        let normal = cross(tangents[0], tangents[1]);
-        let area = norm(normal);
-        for (share, n) in shares.iter_mut().zip(&functions) {
-            share.area_m2 += weight * n.value * area;
-            for (sum, c) in share.normal_m2.iter_mut().zip(normal) {
-                *sum += weight * n.value * c;
-            }
-        }
+        visit(&functions, scaled(cross(tangents[0], tangents[1]), weight));
     }
-    shares
 }

@@ -5,6 +5,7 @@ use super::builder::BodyBuilder;
 use super::groups::{find_group, first_tags};
 use super::joints::joints;
 use super::loads::static_load;
+use super::springs::add_spring;
 use super::{BodyNode, Excitation, Model, ModelError, Observation, Rotation};
 use crate::mesh::Mesh;
 use crate::model::Assembly;
@@ -38,7 +39,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     for (body, spec) in bodies.iter_mut().zip(&assembly.bodies) {
         body.fix(spec, mesh)?;
     }
-    let joints = joints(assembly, mesh, &mut bodies)?;
+    let mut joints = joints(assembly, mesh, &mut bodies)?;
+    for spec in &assembly.springs {
+        joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
+    }
 
     let mut excitations = Vec::new();
     for (i, spec) in assembly.excitations.iter().enumerate() {

@@ -15,7 +15,7 @@ pub(super) fn static_load(
 ) -> Result<Vec<(usize, StaticLoad)>, ModelError> {
     let used_by = format!("load {}", number + 1);
     let group = find_group(mesh, &spec.on, None, &used_by)?;
-    check_nodes(mesh, bodies, spec, group, &used_by)?;
+    check_nodes(mesh, bodies, &spec.on, group, &used_by)?;
     match (group.dimension, spec.load) {
         (0, LoadKind::Force { vector_n }) => {
             let share = vector_n.map(|f| f / group.nodes.len() as f64);
@@ -28,15 +28,7 @@ pub(super) fn static_load(
             Ok(group.nodes.iter().filter_map(of).map(point).collect())
         }
         (2, load) | (0, load @ LoadKind::Pressure { .. }) => {
-            let body = bodies
-                .iter()
-                .position(|b| group.nodes.iter().all(|&n| b.has(n)));
-            let Some(body) = body else {
-                return Err(ModelError::LoadOnBoth {
-                    used_by,
-                    group: spec.on.clone(),
-                });
-            };
+            let body = only_body(bodies, group, &spec.on, &used_by)?;
             let facets = outward_facets(mesh, group, &bodies[body], &used_by, &spec.on)?;
             let traction = match load {
                 LoadKind::Force { vector_n } => Traction::Total(vector_n),
@@ -56,11 +48,26 @@ pub(super) fn static_load(
     }
 }
 
+/// The body that has all nodes of a group.
+pub(super) fn only_body(
+    bodies: &[BodyBuilder],
+    group: &Group,
+    name: &str,
+    used_by: &str,
+) -> Result<usize, ModelError> {
+    let has_all = |body: &BodyBuilder| group.nodes.iter().all(|&n| body.has(n));
+    let body = bodies.iter().position(has_all);
+    body.ok_or_else(|| ModelError::SeveralBodies {
+        used_by: used_by.to_string(),
+        group: name.to_string(),
+    })
+}
+
 /// Every node belongs to a body, and not all of them are fixed.
-fn check_nodes(
+pub(super) fn check_nodes(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
-    spec: &LoadSpec,
+    name: &str,
     group: &Group,
     used_by: &str,
 ) -> Result<(), ModelError> {
@@ -69,7 +76,7 @@ fn check_nodes(
     if count > 0 {
         return Err(ModelError::NodesElsewhere {
             used_by: used_by.to_string(),
-            group: spec.on.clone(),
+            group: name.to_string(),
             count,
             tags,
         });
@@ -79,7 +86,7 @@ fn check_nodes(
     if count == group.nodes.len() {
         return Err(ModelError::NodesFixed {
             used_by: used_by.to_string(),
-            group: spec.on.clone(),
+            group: name.to_string(),
             count,
             tags,
         });
@@ -88,7 +95,7 @@ fn check_nodes(
 }
 
 /// Facets of a group in local nodes, counter-clockwise seen from outside.
-fn outward_facets(
+pub(super) fn outward_facets(
     mesh: &Mesh,
     group: &Group,
     body: &BodyBuilder,
@@ -105,7 +112,7 @@ fn outward_facets(
         });
     }
     if let Some(face) = faces.iter().find(|face| face.bounded != 1) {
-        return Err(ModelError::LoadInside {
+        return Err(ModelError::FacetInside {
             used_by: used_by.to_string(),
             group: name.to_string(),
             tag: face.tag,
