@@ -419,7 +419,7 @@ const ROTATION: [Key; 5] = [
         "`\"held_flanks\"`",
         "`\"held_flanks\"`: geometric stiffness of the state with the contact nodes held, and \
          spin softening; `\"contact\"`: that of the static state with contact and friction, in all \
-         bodies, repeated until the normal forces no longer move; `\"none\"`: the load only",
+         bodies, repeated until the normal forces stay; `\"none\"`: the load only",
         "prestress = \"held_flanks\"",
     ),
 ];

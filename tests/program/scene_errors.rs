@@ -123,7 +123,7 @@ fn an_unknown_section_names_the_sections() {
         &[
             "`rotatoin`",
             "did you mean `rotation`?",
-            "contact, load, damping",
+            "contact, spring, load, damping",
         ],
     );
     refused(
@@ -446,7 +446,7 @@ fn a_choice_that_does_not_exist_names_those_that_do() {
     refused(
         "prestress = \"held_flanks\"",
         "prestress = \"yes\"",
-        &["\"held_flanks\", \"none\""],
+        &["\"held_flanks\", \"contact\", \"none\""],
     );
 }
 
@@ -667,7 +667,7 @@ fn springs_are_checked_and_hold_what_nothing_else_does() {
             "1e6",
             "0",
             "stiffness_n_m",
-            &["`spring.foot.stiffness_n_m`", "above 0"][..],
+            &["`spring.foot.stiffness_n_m`", "must be greater than 0"][..],
         ),
         (
             "1e6",
