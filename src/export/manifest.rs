@@ -42,6 +42,9 @@ pub struct Summary {
     /// Estimated errors by the modes left out, where a mesh was reduced.
     pub truncation: Option<TruncationSummary>,
     pub pairs: usize,
+    /// Where the prestress is that of the static state with contact.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prestress_passes: Vec<PrestressPass>,
     /// First frequency of the fully stuck assembly.
     pub stuck_frequency_hz: Option<f64>,
     /// First frequency of the linear reference: pairs that are open in the static state are released. `None` where there
@@ -121,6 +124,16 @@ pub struct TruncationSummary {
     pub amplitude: Option<f64>,
     /// Estimated relative errors of the first stuck frequencies by bodies with `fixed_interface_modes`.
     pub frequencies: Vec<f64>,
+}
+
+/// One pass of the prestress of the static state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PrestressPass {
+    /// Largest change of a normal force since the pass before, over the largest one; without pairs that of the first
+    /// stuck frequency squared. `None` for the first pass, with the flanks held.
+    pub change: Option<f64>,
+    /// First frequency of the fully stuck assembly.
+    pub stuck_frequency_hz: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,8 @@
 //! Computes frequencies over the speed, for the table and the diagram of `dovetail modes --rpm`.
 
 use super::error::RunError;
-use super::meshed::{Bound, assemble};
+use super::meshed::Bound;
+use super::prestress::assemble;
 use super::progress::Progress;
 use super::{Context, hertz, summary};
 use crate::export::csv::{CampbellRow, CrossingRow};
@@ -12,7 +13,7 @@ use crate::warning::Weight;
 use dovetail_numerics::sparse::sum;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::fem::{BodyMatrices, Structure};
-use dovetail_solver::model::{Body, Model, RotationSpec};
+use dovetail_solver::model::{Body, Model, Prestress, RotationSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
@@ -108,6 +109,13 @@ pub fn campbell(
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(RunError::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
+    if rotation.prestress == Prestress::Contact {
+        progress.warning(
+            Weight::Doubt,
+            "modes over the speed take the flanks as held, as prestress = \"held_flanks\" does: with contact the \
+             stress is no multiple of the square of the speed; `dovetail modes` at one speed has it",
+        );
+    }
     let bound = Bound::of(&fastest, context, progress)?;
     let model = &bound.model;
     let spun = Spun::of(model, progress)?;

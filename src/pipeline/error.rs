@@ -111,6 +111,15 @@ pub enum RunError {
         residual: f64,
     },
 
+    #[error(
+        "after {passes} passes of the prestress the normal forces still move by {change:.1e} of the largest one"
+    )]
+    #[diagnostic(help(
+        "the stress of the static state changes the stiffness so much that the two do not settle: lower the load or the speed, raise \
+         static.load_steps, or take prestress = \"held_flanks\" of [rotation]"
+    ))]
+    Prestress { passes: usize, change: f64 },
+
     /// The static state has slides that the method does not cover.
     #[error(
         "in the static state a pair slides farther than {} % of the shorter side of its flank",
@@ -227,6 +236,7 @@ impl RunError {
             | Self::Disagreement { .. }
             | Self::StaticState { .. }
             | Self::SlidesTooFar
+            | Self::Prestress { .. }
             | Self::NothingHolds => ExitStatus::Failed,
             Self::NotConverged { .. } => ExitStatus::NotConverged,
         }

@@ -5,29 +5,30 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use faer::Mat;
-use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
 use super::meshing::{Origin, make_mesh};
+use super::prestress::{Displacement, assemble, is_of_contact, reduce, settle, stressed};
 use super::progress::Progress;
+use super::statics::static_options;
 use super::{Context, hertz, maps, units};
-use crate::export::manifest;
+use crate::export::manifest::{self, PrestressPass};
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::eigen::Modes;
+use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
-use dovetail_solver::fem::statics::solve_by_cholesky;
-use dovetail_solver::fem::{self, FemError, Structure, expand_to_nodes};
+use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{self, Model};
-use dovetail_solver::model::{Assembly, ContactSpec};
+use dovetail_solver::model::{Assembly, ContactSpec, SpringSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
-    self, LISTED_MODES, Load, Recovery, ReducedModel, RelativeModel, StuckModes, Truncation,
+    LISTED_MODES, Load, Recovery, RelativeModel, StuckModes, Truncation,
 };
 
 /// What is known of the modes of a reduction.
@@ -38,6 +39,8 @@ pub(super) struct ReductionModes {
     pub truncation: Truncation,
     /// Squared angular frequencies of each body; none where it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
+    /// None where the prestress is not that of the static state with contact.
+    pub prestress_passes: Vec<PrestressPass>,
 }
 
 /// A mesh with its flanks paired, before anything is assembled.
@@ -56,6 +59,8 @@ pub(super) struct Meshed {
     pub modes: ReductionModes,
     wanted: StuckModes,
     structure: OnceCell<Structure>,
+    /// That the prestress comes from, where it is not that of the held flanks.
+    displacement: Option<Displacement>,
     recovery: OnceCell<Recovery>,
     cache: Cache,
     recovery_key: Option<Key>,
@@ -89,6 +94,7 @@ impl Meshed {
     pub(super) fn of(
         assembly: &Assembly,
         wanted: StuckModes,
+        scene: &Scene,
         context: &Context,
         progress: &Progress,
     ) -> Result<Self, RunError> {
@@ -98,29 +104,36 @@ impl Meshed {
             origin,
         } = Bound::of(assembly, context, progress)?;
         let cache = Cache::new(context.cache.as_ref());
-        let [key, recovery_key] = {
-            let inputs = reduction_inputs(&model, wanted);
-            [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs))
-        };
+        let statics = is_of_contact(&model).then(|| static_options(scene));
+        let inputs = reduction_inputs(&model, wanted, statics);
+        let [key, recovery_key] =
+            [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs));
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
-        let (relative, modes) = match kept(&cache, key.as_ref(), &model, progress) {
+        let (relative, modes, displacement) = match kept(&cache, key.as_ref(), &model, progress) {
             Ok(kept) => kept,
             Err(_turn) => {
-                let matrices = structure_of(&structure, &model, progress)?;
-                let reduced = reduce(&model, matrices, wanted, progress)?;
+                let settled = settle(&model, wanted, scene, progress)?;
+                let (reduced, displacement) = (settled.reduced, settled.displacement);
                 let modes = ReductionModes {
                     stuck: reduced.stuck_modes,
                     truncation: reduced.truncation,
                     fixed_interface_omega2: reduced.fixed_interface_omega2,
+                    prestress_passes: settled.passes,
                 };
                 if key.is_some() {
                     let _stage = progress.stage(Stage::Keeping);
-                    let parts = (&reduced.relative, &reduced.unit_loads, &modes);
+                    let parts = (
+                        &reduced.relative,
+                        &reduced.unit_loads,
+                        &modes,
+                        &displacement,
+                    );
                     cache.put(key.as_ref(), &parts, progress);
                     cache.put(recovery_key.as_ref(), &reduced.recovery, progress);
                 }
+                structure.get_or_init(|| settled.structure);
                 recovery.get_or_init(|| reduced.recovery);
-                (reduced.relative, modes)
+                (reduced.relative, modes, displacement)
             }
         };
         Ok(Self {
@@ -129,6 +142,7 @@ impl Meshed {
             modes,
             wanted,
             structure,
+            displacement,
             recovery,
             cache,
             recovery_key,
@@ -155,7 +169,7 @@ impl Meshed {
                 recovery
             }
             None => {
-                let matrices = structure_of(&self.structure, &self.model, progress)?;
+                let matrices = self.structure(progress)?;
                 let reduced = reduce(&self.model, matrices, self.wanted, progress)?;
                 self.cache.put(key, &reduced.recovery, progress);
                 reduced.recovery
@@ -169,9 +183,21 @@ impl Meshed {
         self.origin.summary(&self.model, &self.properties)
     }
 
+    /// Matrices of the bodies, assembled once.
+    fn structure(&self, progress: &Progress) -> Result<&Structure, RunError> {
+        if let Some(structure) = self.structure.get() {
+            return Ok(structure);
+        }
+        let structure = match &self.displacement {
+            None => assemble(&self.model, progress)?,
+            Some(displacement) => stressed(&self.model, displacement, progress)?,
+        };
+        Ok(self.structure.get_or_init(|| structure))
+    }
+
     /// Modes of each body alone, its flanks held (full model), on the free dofs of its interior.
     pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Modes>, RunError> {
-        let structure = structure_of(&self.structure, &self.model, progress)?;
+        let structure = self.structure(progress)?;
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
         bodies
@@ -232,6 +258,9 @@ impl Meshed {
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
     let model = model::bind(assembly, mesh)?;
+    for spring in &assembly.springs {
+        progress.note(&spring_note(spring));
+    }
     warn_of_held_volumes(assembly, mesh, progress);
     tell_of_flanks(assembly, &model, progress);
     let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
@@ -295,6 +324,25 @@ const HARDLY_COVERED: f64 = 0.5;
 /// Flanks farther apart than this share of their facets' length are not taken to touch without a word.
 const FAR_APART: f64 = 0.05;
 
+fn spring_note(spring: &SpringSpec) -> String {
+    let SpringSpec {
+        name,
+        first,
+        second,
+        stiffness_n_m,
+        direction,
+    } = spring;
+    let place = match second {
+        None => format!("`{first}` on ground"),
+        Some(second) => format!("`{first}` to `{second}`"),
+    };
+    let along = match direction {
+        None => String::new(),
+        Some([x, y, z]) => format!(" along [{x:.4}, {y:.4}, {z:.4}]"),
+    };
+    format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
+}
+
 /// A set of a face in a deck of Abaqus/CAE is one of nodes and one of elements, and the elements have its
 /// name: holding them holds more than the face.
 fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, progress: &Progress) {
@@ -344,15 +392,6 @@ fn properties(model: &Model, progress: &Progress) -> Result<Vec<MassProperties>,
     Ok(all)
 }
 
-pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
-    let stage = progress.stage(Stage::FiniteElements);
-    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
-        stage.solves(k.ncols());
-        solve_by_cholesky(k, f)
-    };
-    fem::assemble_with(model, &solve)
-}
-
 /// The reduced model of an earlier run, with the laws and the excitation of this one, and the modes of the bodies; else
 /// the turn to make it.
 fn kept(
@@ -360,47 +399,12 @@ fn kept(
     key: Option<&Key>,
     model: &Model,
     progress: &Progress,
-) -> Result<(RelativeModel, ReductionModes), Option<Turn>> {
+) -> Result<(RelativeModel, ReductionModes, Option<Displacement>), Option<Turn>> {
     let begin = Instant::now();
-    let (relative, unit_loads, modes): (RelativeModel, Vec<Load>, _) =
+    let (relative, unit_loads, modes, displacement): (RelativeModel, Vec<Load>, _, _) =
         cache.get_or_turn(key, Ok, progress)?;
     let relative = relative.under(model, &unit_loads);
     progress.kept_stage(Stage::FiniteElements, Duration::ZERO);
     progress.kept_stage(Stage::Reduction, begin.elapsed());
-    Ok((relative, modes))
-}
-
-/// Matrices of the bodies, assembled once.
-fn structure_of<'a>(
-    cell: &'a OnceCell<Structure>,
-    model: &Model,
-    progress: &Progress,
-) -> Result<&'a Structure, FemError> {
-    if let Some(structure) = cell.get() {
-        return Ok(structure);
-    }
-    let structure = assemble(model, progress)?;
-    Ok(cell.get_or_init(|| structure))
-}
-
-fn reduce(
-    model: &Model,
-    structure: &Structure,
-    wanted: StuckModes,
-    progress: &Progress,
-) -> Result<ReducedModel, RunError> {
-    let stage = progress.stage(Stage::Reduction);
-    // A body that is reduced by itself, and then the assembly of what is left.
-    let mut assembly = 0;
-    for body in &model.bodies {
-        match body.fixed_interface_modes {
-            Some(modes) => {
-                stage.solves(3 * body.dofs.interior_nodes);
-                assembly += modes + 3 * body.dofs.contact_nodes;
-            }
-            None => assembly += 3 * body.dofs.free_nodes(),
-        }
-    }
-    stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
-    Ok(reduction::reduce(model, structure, wanted)?)
+    Ok((relative, modes, displacement))
 }

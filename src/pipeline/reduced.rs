@@ -36,7 +36,7 @@ impl Reduced {
     ) -> Result<Self, RunError> {
         let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
-                let meshed = Meshed::of(assembly, stuck_modes(scene), context, progress)?;
+                let meshed = Meshed::of(assembly, stuck_modes(scene), scene, context, progress)?;
                 Self {
                     pairs: PairTable::of_model(&meshed.model),
                     origin: Origin::Mesh(Box::new(meshed)),

@@ -8,6 +8,7 @@ use super::hertz;
 use super::observer::ResponseBegins;
 use super::progress::Progress;
 use super::reduced::Reduced;
+use super::statics::static_state;
 use crate::export::journal::Inputs;
 use crate::stage::Stage;
 use crate::warning::Weight;
@@ -19,37 +20,15 @@ use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state as solve_static;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
+use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{LinearReference, RelativeModel};
 use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
 
-/// Newton iterations allowed for one step of the static load.
-const STATIC_ITERATIONS: usize = 100;
-
-/// With friction; where no pair can open or slip there is nothing to solve.
+/// With friction; told where a retention was needed.
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
-    if relative.pairs.is_empty() {
-        return StaticState {
-            outcome: Outcome::Converged,
-            x: Vec::new(),
-            lambda: Vec::new(),
-            status: Vec::new(),
-            newton_iterations: 0,
-            residual: 0.0,
-            retention_n: None,
-            linear: LinearReference::stuck(relative),
-        };
-    }
-    let stage = progress.stage(Stage::StaticState);
-    stage.solves(relative.stiffness.nrows());
-    let newton = NewtonOptions {
-        tolerance: scene.response.tolerance.min(1e-10),
-        max_iterations: STATIC_ITERATIONS,
-    };
-    let state = solve_static(relative, scene.static_state.load_steps, newton);
+    let state = static_state(scene, relative, progress);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
         progress.warning(Weight::Remark, format!(
             "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \

@@ -32,8 +32,11 @@ pub(super) fn of_reduced(scene: &Scene, context: &Context, reduced: &Reduced) ->
         stuck_modes: Some(reduced.stuck_omega2().len()),
         truncation: reduced.truncation(),
         pairs: reduced.pairs.rows.len(),
+        prestress_passes: reduced
+            .meshed()
+            .map_or_else(Vec::new, |m| m.modes.prestress_passes.clone()),
         stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
-        bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded.len()),
+        bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded_pairs()),
         excitation_fields: reduced
             .meshed()
             .map_or_else(Vec::new, |m| maps::summaries(&m.model)),

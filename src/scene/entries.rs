@@ -18,7 +18,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 }
 
 /// The top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 12] = [
+const SECTIONS: [Section; 13] = [
     Section {
         name: "",
         shape: Shape::Table,
@@ -73,6 +73,15 @@ const SECTIONS: [Section; 12] = [
                   second = \"jaw_flank_left\"\nfriction = 0.3",
         fields: fields::<raw::RawContact>,
         keys: &CONTACT,
+    },
+    Section {
+        name: "spring",
+        shape: Shape::List,
+        needed: "none or more",
+        what: "a linear spring to ground or between two groups",
+        example: "[[spring]]\nname = \"foot\"\nfirst = \"base\"\nstiffness_n_m = 1e6",
+        fields: fields::<raw::RawSpring>,
+        keys: &SPRING,
     },
     Section {
         name: "load",
@@ -406,10 +415,11 @@ const ROTATION: [Key; 5] = [
     ),
     key(
         "prestress",
-        Kind::Choice(&["held_flanks", "none"]),
+        Kind::Choice(&["held_flanks", "contact", "none"]),
         "`\"held_flanks\"`",
         "`\"held_flanks\"`: geometric stiffness of the state with the contact nodes held, and \
-         spin softening; `\"none\"`: the load only",
+         spin softening; `\"contact\"`: that of the static state with contact and friction, in all \
+         bodies, repeated until the normal forces stay; `\"none\"`: the load only",
         "prestress = \"held_flanks\"",
     ),
 ];
@@ -503,6 +513,46 @@ const CONTACT: [Key; 12] = [
         "centroid of the flank",
         "only with `crown_radius_m`",
         "crown_centre_m = [0, 0, 0.45]",
+    ),
+];
+
+const SPRING: [Key; 5] = [
+    key(
+        "name",
+        Kind::Name,
+        "-",
+        "a name, each different",
+        "name = \"foot\"",
+    ),
+    key(
+        "first",
+        Kind::Text("group"),
+        "-",
+        "part of the surface of one body, or a group of its nodes",
+        "first = \"base\"  # a physical surface or point of the mesh",
+    ),
+    key(
+        "second",
+        Kind::Text("group"),
+        "ground",
+        "the same, of another body or of the same one: the spring joins the mean displacements of the two; \
+         left out, it is a foundation under all of `first`",
+        "second = \"frame\"",
+    ),
+    key(
+        "stiffness_n_m",
+        Kind::Number("N/m", Limits::POSITIVE),
+        "-",
+        "in all, not per area or node: to ground it is shared by the area of a surface, or equally by \
+         the nodes of a group",
+        "stiffness_n_m = 1e6",
+    ),
+    key(
+        "direction",
+        Kind::Numbers(3, ""),
+        "all three axes",
+        "the spring acts along it alone; not all 0, any length",
+        "direction = [0, 0, 1]",
     ),
 ];
 

@@ -200,7 +200,7 @@ pub enum Fault {
     NoBody,
     #[error("`{path}` is the same group as `first`")]
     SameFlank { path: String },
-    #[error("no body is fixed anywhere")]
+    #[error("no body is fixed anywhere, and no [[spring]] holds one to ground")]
     NothingFixed,
     #[error("`--set` needs KEY=VALUE, not \"{argument}\"")]
     OverrideSyntax { argument: String },
@@ -346,7 +346,8 @@ impl Fault {
                  touches rigid ground"
                 .to_owned(),
             Self::NothingFixed => "name a group of the mesh that does not move in at least one [[body]], for \
-                 example: fixed = [\"jaw_base\"]; or let a contact be with rigid ground (no `second`)"
+                 example: fixed = [\"jaw_base\"]; let a contact be with rigid ground (no `second`), \
+                 or hold a body by a [[spring]] to ground"
                 .to_owned(),
             Self::OverrideSyntax { .. } => "write for example --set response.points=20, --set \
                  contact.left.friction=0.1 or --set 'contact.*.friction=0.1'; KEY= with nothing after it \

@@ -25,6 +25,8 @@ pub struct RawScene {
     #[serde(default)]
     pub contact: Vec<Spanned<RawContact>>,
     #[serde(default)]
+    pub spring: Vec<Spanned<RawSpring>>,
+    #[serde(default)]
     pub load: Vec<Spanned<RawLoad>>,
     pub damping: Located<RawDamping>,
     #[serde(default)]
@@ -107,6 +109,16 @@ pub struct RawContact {
     pub crown_radius_m: Located<Number>,
     pub crown_axis: Located<Numbers<3>>,
     pub crown_centre_m: Located<Numbers<3>>,
+}
+
+#[derive(Debug, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawSpring {
+    pub name: Located<String>,
+    pub first: Located<String>,
+    pub second: Located<String>,
+    pub stiffness_n_m: Located<Number>,
+    pub direction: Located<Numbers<3>>,
 }
 
 #[derive(Debug, serde::Deserialize)]

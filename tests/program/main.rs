@@ -41,6 +41,7 @@ mod run_as_value;
 mod scene_any_text;
 mod scene_errors;
 mod scene_set;
+mod springs;
 mod study;
 mod tidy;
 mod time_integration;

@@ -195,6 +195,7 @@ fn the_page_of_the_summary_has_its_keys() {
                 "response.points=2",
             ],
         ),
+        summary_of("modes", "scenes/verification/column.toml", &[]),
         summary_of("run", jenkins, &[]),
         summary_of("verify", jenkins, &[]),
     ] {

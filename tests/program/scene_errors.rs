@@ -130,7 +130,7 @@ fn an_unknown_section_names_the_sections() {
         &[
             "`rotatoin`",
             "did you mean `rotation`?",
-            "contact, load, damping",
+            "contact, spring, load, damping",
         ],
     );
     refused(
@@ -524,7 +524,7 @@ fn a_choice_that_does_not_exist_names_those_that_do() {
     refused(
         "prestress = \"held_flanks\"",
         "prestress = \"yes\"",
-        &["\"held_flanks\", \"none\""],
+        &["\"held_flanks\", \"contact\", \"none\""],
     );
 }
 
@@ -714,6 +714,57 @@ fn of_any_number_of_bodies_one_is_held() {
     );
     // Rigid ground holds what rests on it.
     parse(&text.replacen("second = \"jaw_flank_left\"", "", 1), &[]).unwrap();
+}
+
+#[test]
+fn springs_are_checked_and_hold_what_nothing_else_does() {
+    let on_base = "\n[[spring]]\nname = \"foot\"\nfirst = \"jaw_base\"\nstiffness_n_m = 1e6\n";
+    let (text, _) = edited("fixed = [\"jaw_base\"]", 0, "");
+    let refused = rendered(&parse(&text, &[]).unwrap_err());
+    assert!(
+        refused.contains("or hold a body by a [[spring]] to ground"),
+        "{refused}"
+    );
+    assert!(parse(&format!("{text}{on_base}"), &[]).is_ok());
+    let between = on_base.replace("stiffness", "second = \"excitation\"\nstiffness");
+    assert!(parse(&format!("{text}{between}"), &[]).is_err());
+    let whole = format!("{PAPER}{on_base}");
+    let spring = parse(&format!("{whole}direction = [0, 3, 4]"), &[]).unwrap();
+    let spring = spring.assembly().unwrap().springs[0].clone();
+    assert_eq!(spring.direction, Some([0.0, 0.6, 0.8]));
+    assert_eq!((spring.second, spring.stiffness_n_m), (None, 1e6));
+    let line = |key: &str, text: &str| 1 + text[..text.rfind(key).unwrap()].matches('\n').count();
+    for (find, replace, key, words) in [
+        (
+            "1e6",
+            "0",
+            "stiffness_n_m",
+            &["`spring.foot.stiffness_n_m`", "must be greater than 0"][..],
+        ),
+        (
+            "1e6",
+            "-5",
+            "stiffness_n_m",
+            &["`spring.foot.stiffness_n_m`"],
+        ),
+        (
+            "stiffness_n_m = 1e6",
+            "",
+            "[[spring]]",
+            &["`spring.foot.stiffness_n_m` is missing"],
+        ),
+        (
+            "1e6",
+            "1e6\ndirection = [0, 0, 0]",
+            "direction",
+            &["`spring.foot.direction`"],
+        ),
+        ("1e6", "1e6\nsecond = \"jaw_base\"", "second", &["jaw_base"]),
+        ("1e6\n", &format!("1e6\n{on_base}"), "name", &["foot"]),
+    ] {
+        let text = format!("{PAPER}{}", on_base.replacen(find, replace, 1));
+        refused_on(&text, line(key, &text), words);
+    }
 }
 
 #[test]

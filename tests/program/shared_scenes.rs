@@ -60,6 +60,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
 
 pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {
     Assembly {
+        springs: Vec::new(),
         mesh: Some(MeshSource {
             kind: MeshKind::File {
                 path: PathBuf::from("test.msh"),

@@ -105,6 +105,7 @@ fn assembly(mesh: PathBuf) -> Assembly {
             prestress: Prestress::HeldFlanks,
         }),
         contacts: vec![contact("left"), contact("right")],
+        springs: Vec::new(),
         loads: Vec::new(),
         excitations: vec![ExcitationSpec {
             kind: ExcitationKind::force("excitation", [0.0, 1.0, 0.0]),

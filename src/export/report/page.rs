@@ -14,7 +14,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    FieldSource, LoadKind, LoadSpec, Prestress,
+    FieldSource, LoadKind, LoadSpec, Prestress, SpringSpec,
 };
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
@@ -469,12 +469,14 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                 (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
                 @match rotation.prestress {
                     Prestress::HeldFlanks => "The centrifugal load stiffens it, found with the flanks held, and softens it by the spin.",
+                    Prestress::Contact => "The stress of the static state with contact stiffens all bodies, and the spin softens it.",
                     Prestress::None => "The centrifugal load is steady; it does not change the stiffness.",
                 }
             }
         }
         ul {
             @for contact in &assembly.contacts { li { (contact_words(contact)) } }
+            @for spring in &assembly.springs { li { (spring_words(spring)) } }
             @for load in &assembly.loads {
                 li {
                     "A steady load on " code { (load.on) } ": "
@@ -555,6 +557,21 @@ fn excitation_words(cause: &ExcitationSpec) -> Markup {
                 " of the base of " (amplitude) " along " (along(direction))
             },
         }
+    }
+}
+
+fn spring_words(spring: &SpringSpec) -> Markup {
+    html! {
+        "The spring " code { (spring.name) } " of " (quantity(spring.stiffness_n_m, "N/m", 4)) " joins "
+        code { (spring.first) } " to "
+        @match &spring.second {
+            Some(second) => { code { (second) } },
+            None => { "ground" },
+        }
+        @if let Some(d) = spring.direction {
+            ", along (" (d.map(|v| figure(v, 3)).join(", ")) ")"
+        }
+        "."
     }
 }
 

@@ -22,6 +22,7 @@ pub(super) use self::folder::Kind;
 pub use self::program::executable_hash;
 pub(super) use self::turn::Turn;
 use crate::pipeline::progress::Progress;
+use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::StuckModes;
 
@@ -167,11 +168,18 @@ impl Cache {
     }
 }
 
-/// What a reduction depends on: the model without what only the contact laws and the size of the excitation use.
-pub(super) fn reduction_inputs(model: &Model, wanted: StuckModes) -> impl Serialize + use<> {
+/// What a reduction depends on: the model without what only the contact laws and the size of the excitation use. Where
+/// its prestress is that of the static state, `statics` is what that is solved with, and the laws count, too.
+pub(super) fn reduction_inputs(
+    model: &Model,
+    wanted: StuckModes,
+    statics: Option<(usize, NewtonOptions)>,
+) -> impl Serialize + use<> {
     let mut model = model.clone();
-    for pair in &mut model.pairs {
-        (pair.friction, pair.gap_m) = (0.0, 0.0);
+    if statics.is_none() {
+        for pair in &mut model.pairs {
+            (pair.friction, pair.gap_m) = (0.0, 0.0);
+        }
     }
     for excitation in &mut model.excitations {
         (
@@ -181,5 +189,6 @@ pub(super) fn reduction_inputs(model: &Model, wanted: StuckModes) -> impl Serial
         ) = (0.0, 0, 0.0);
     }
     model.maps.clear();
-    (model, wanted)
+    let statics = statics.map(|(steps, newton)| (steps, newton.tolerance, newton.max_iterations));
+    (model, wanted, statics)
 }

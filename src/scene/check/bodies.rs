@@ -55,7 +55,9 @@ pub fn bodies(
         copy_of.is_some() || groups.into_iter().any(|g| !g.get_ref().is_empty())
     };
     let on_ground = |c: &Spanned<RawContact>| c.get_ref().second.is_none();
-    if !raw.iter().any(is_fixed) && !scene.contact.iter().any(on_ground) {
+    let grounded = scene.spring.iter().any(|s| s.get_ref().second.is_none());
+    let rests = scene.contact.iter().any(on_ground) || grounded;
+    if !raw.iter().any(is_fixed) && !rests {
         checker.fault(last.span(), Fault::NothingFixed);
     }
     let located = |key: &str, i: usize, value: &Located<String>| {
@@ -334,8 +336,8 @@ pub fn rotation(
         &at,
         "prestress",
         &raw.prestress,
-        &["held_flanks", "none"],
-        &[Prestress::HeldFlanks, Prestress::None],
+        &["held_flanks", "contact", "none"],
+        &[Prestress::HeldFlanks, Prestress::Contact, Prestress::None],
     );
     let carried = match &raw.bodies {
         None => bodies.to_vec(),

@@ -13,6 +13,7 @@ mod mesh;
 mod probes;
 mod reduced_model;
 mod response;
+mod springs;
 
 use std::path::Path;
 
@@ -115,6 +116,7 @@ fn assembly(
         .as_ref()
         .map(|r| bodies::rotation(checker, &body_names, r));
     let contacts = contacts::contacts(checker, &raw.contact);
+    let springs = springs::springs(checker, &raw.spring);
     let loads = loads::loads(checker, &raw.load);
     let excitations = excitations::excitations(checker, base_dir, &raw.excitation, response);
     let observations = probes::observations(checker, &raw.observe);
@@ -127,6 +129,7 @@ fn assembly(
             Some(rotation) => Some(rotation?),
         },
         contacts: contacts?,
+        springs: springs?,
         loads: loads?,
         excitations: excitations?,
         observations: observations?,

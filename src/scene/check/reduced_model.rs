@@ -40,6 +40,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
         ("body", first(&raw.body)),
         ("rotation", raw.rotation.as_ref().map(Spanned::span)),
         ("contact", first(&raw.contact)),
+        ("spring", first(&raw.spring)),
         ("load", first(&raw.load)),
         ("excitation", first(&raw.excitation)),
         ("observe", first(&raw.observe)),
@@ -51,7 +52,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \
                      holds the loads and the observed point, or the sections [mesh], [[body]], [rotation], \
-                     [[contact]], [[load]], [[excitation]] and [[observe]] without it",
+                     [[contact]], [[spring]], [[load]], [[excitation]] and [[observe]] without it",
         };
         let problem = checker
             .source

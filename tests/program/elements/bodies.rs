@@ -80,8 +80,10 @@ pub fn body_of(
         elements: mesh.elements.clone(),
         held_dofs: Vec::new(),
         loads: Vec::new(),
+        springs: Vec::new(),
         dofs: DofMap {
             nodes,
+            auxiliary: Vec::new(),
             interior_nodes: free - flank_nodes,
             contact_nodes: flank_nodes,
         },

@@ -198,8 +198,10 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                 .collect(),
             held_dofs: Vec::new(),
             loads: Vec::new(),
+            springs: Vec::new(),
             dofs: DofMap {
                 nodes: vec![NodeMotion::Fixed; nodes_m.len()],
+                auxiliary: Vec::new(),
                 interior_nodes: 5,
                 contact_nodes: pairs.len(),
             },

@@ -108,6 +108,9 @@ fn lanczos(
             // An invariant space without the rest of the modes: on in another one.
             let fresh = |i, j| start_entry(i + j * n, TRIES + end);
             next = Mat::from_fn(n, BLOCK.min(n - end), fresh);
+            // Unknowns without mass follow the others, as in the first block.
+            next = symmetric_product(mass, next.as_ref());
+            factor.solve_in_place(next.as_mut());
             project_out(basis.spanned(), &mut next);
             project_out(basis.spanned(), &mut next);
             weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;

@@ -19,28 +19,32 @@ use crate::sparse::{product, symmetrised};
 /// # Errors
 /// [`EigenError::StiffnessNotPositive`], [`EigenError::MassNotPositive`], [`EigenError::Dense`].
 pub fn modes(stiffness: MatRef<'_, f64>, mass: MatRef<'_, f64>) -> Result<Modes, EigenError> {
-    modes_of_factored(cholesky(stiffness)?.as_ref(), mass)
+    lowest_modes(stiffness, mass, stiffness.nrows())
 }
 
-/// [`modes`] of a stiffness given by its [`cholesky`] factor.
+/// The `count` lowest of the [`modes`]; motions beyond them may be without mass.
 ///
 /// # Errors
-/// [`EigenError::MassNotPositive`], [`EigenError::Dense`].
-pub fn modes_of_factored(
-    factor: MatRef<'_, f64>,
+/// As [`modes`].
+pub fn lowest_modes(
+    stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
+    count: usize,
 ) -> Result<Modes, EigenError> {
+    let factor = cholesky(stiffness)?;
     let n = factor.nrows();
-    if n == 0 {
-        return Ok(Modes::none(0));
+    if n == 0 || count == 0 {
+        return Ok(Modes::none(n));
     }
     // L^-1 M L^-T, by two solves and two transposes.
     let mut whitened = mass.to_owned();
-    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
+    solve_lower_triangular_in_place(factor.as_ref(), whitened.as_mut(), Par::Seq);
     let mut whitened = whitened.transpose().to_owned();
-    solve_lower_triangular_in_place(factor, whitened.as_mut(), Par::Seq);
+    solve_lower_triangular_in_place(factor.as_ref(), whitened.as_mut(), Par::Seq);
     let whitened = symmetrised(whitened.as_ref());
-    let (inverses, mut vectors) = largest_first(whitened)?;
+    let (mut inverses, vectors) = largest_first(whitened)?;
+    inverses.truncate(count);
+    let mut vectors = vectors.get(.., ..inverses.len()).to_owned();
     let has_mass = |x: &f64| *x > f64::EPSILON * inverses[0];
     if let Some(mode) = inverses.iter().position(|x| !has_mass(x)) {
         return Err(EigenError::MassNotPositive { mode: mode + 1 });

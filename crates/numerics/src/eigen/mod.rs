@@ -1,4 +1,5 @@
-//! Lowest modes of K phi = omega^2 M phi, K and M symmetric positive definite.
+//! Lowest modes of K phi = omega^2 M phi, K symmetric positive definite, and M too but for unknowns
+//! without mass.
 
 pub mod arpack;
 pub mod blocks;
@@ -91,7 +92,8 @@ pub enum EigenError {
     Factor(#[from] FactorError),
 }
 
-/// The `count` lowest modes (all of them where the matrices have fewer unknowns).
+/// The `count` lowest modes (all of them where fewer unknowns have mass). An unknown without mass has
+/// nothing in its column of the mass, or zero on the diagonal.
 ///
 /// `factor` is the factorisation of `stiffness`. Small problems are solved densely, others by
 /// shift-invert Lanczos: [`arpack`], or [`blocks`] where the factor is too large for any cache.
@@ -128,24 +130,34 @@ pub fn more_modes(
             mass: mass.nrows(),
         });
     }
-    let count = count.min(n);
+    let with_mass = (0..n).filter(|&i| has_mass(mass, i)).count();
+    let count = count.min(with_mass);
     if count == 0 {
         return Ok(Modes::none(n));
     }
-    if n <= arpack::smallest_size(count) {
-        let all = dense::modes(
+    if with_mass <= arpack::smallest_size(count) {
+        return dense::lowest_modes(
             sparse::dense(stiffness).as_ref(),
             sparse::dense(mass).as_ref(),
-        )?;
-        return Ok(Modes {
-            omega2: all.omega2[..count].to_vec(),
-            vectors: all.vectors.get(.., ..count).to_owned(),
-        });
+            count,
+        );
     }
     if factor.symbolic().factor_entries() > LARGE_FACTOR {
         return blocks::lowest_modes(stiffness, mass, count, factor, known);
     }
-    arpack::lowest_modes(stiffness, mass, count, factor)
+    match arpack::lowest_modes(stiffness, mass, count, factor) {
+        // Where some modes are far below all others the space of one vector ends early.
+        Err(EigenError::Arpack { .. }) => {
+            blocks::lowest_modes(stiffness, mass, count, factor, known)
+        }
+        outcome => outcome,
+    }
+}
+
+fn has_mass(mass: &CscMatrix<f64>, unknown: usize) -> bool {
+    let column = mass.col(unknown);
+    let mut entries = column.row_indices().iter().zip(column.values());
+    entries.any(|(&row, &m)| row == unknown && m != 0.0)
 }
 
 /// Turns each vector so that its first entry of at least half the largest magnitude is positive.
@@ -186,6 +198,7 @@ fn assert_like_dense(k: &CscMatrix<f64>, m: &CscMatrix<f64>, modes: &Modes, coun
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::lattice::Lattice;
 
     #[test]
     fn the_first_large_entry_decides_the_sign() {
@@ -201,5 +214,55 @@ mod tests {
         assert_eq!(vectors.col_as_slice(1), [-0.1, 0.6, -1.0]);
         assert_eq!(vectors.col_as_slice(2), [-0.4, 1.0, -1.0]);
         assert_eq!(vectors.col_as_slice(3), [0.0; 3]);
+    }
+
+    /// A third of the unknowns has no mass: the modes are those of the rest, with the third condensed out.
+    #[test]
+    fn unknowns_without_mass_follow_the_others() {
+        let lattice = Lattice {
+            shape: [12, 5, 4],
+            stiffness: 4e7,
+            mass: 0.1,
+            irregularity: 0.3,
+        };
+        let (k, mut m) = lattice.cantilever();
+        let n = k.nrows();
+        let without = |i: usize| i % 3 == 1;
+        for (j, mut column) in m.col_iter_mut().enumerate() {
+            let (rows, values) = column.rows_and_values_mut();
+            for (&i, v) in rows.iter().zip(values) {
+                *v *= f64::from(u8::from(!without(i) && !without(j)));
+            }
+        }
+        let [with, without]: [Vec<usize>; 2] =
+            [false, true].map(|none| (0..n).filter(|&i| without(i) == none).collect());
+        let part = |a: &CscMatrix<f64>, rows: &[usize], columns: &[usize]| {
+            sparse::dense(&sparse::submatrix(a, rows, columns))
+        };
+        let mut followed = part(&k, &without, &with);
+        let inner = dense::cholesky(part(&k, &without, &without).as_ref()).unwrap();
+        dense::solve_in_place(inner.as_ref(), followed.as_mut());
+        let condensed = part(&k, &with, &with) - part(&k, &with, &without) * followed;
+        let exact = dense::modes(condensed.as_ref(), part(&m, &with, &with).as_ref()).unwrap();
+        let factor = Cholesky::factor(&k).unwrap();
+        let count = 8;
+        let found = [
+            arpack::lowest_modes(&k, &m, count, &factor).unwrap(),
+            blocks::lowest_modes(&k, &m, count, &factor, &Modes::none(n)).unwrap(),
+            lowest_modes(&k, &m, count, &factor).unwrap(),
+            lowest_modes(&k, &m, with.len() - 20, &factor).unwrap(),
+            lowest_modes(&k, &m, n, &factor).unwrap(),
+        ];
+        let counts = found.each_ref().map(Modes::count);
+        assert_eq!(counts, [8, 8, 8, with.len() - 20, with.len()]);
+        for modes in found {
+            for (j, (w2, exact)) in modes.omega2.iter().zip(&exact.omega2).enumerate() {
+                assert!((w2 / exact - 1.0).abs() < 1e-9, "mode {j}: {w2} {exact}");
+            }
+            let weighted = sparse::times(&m, modes.vectors.as_ref());
+            let residual = sparse::times(&k, modes.vectors.as_ref())
+                - Mat::from_fn(n, modes.count(), |i, j| modes.omega2[j] * weighted[(i, j)]);
+            assert!(residual.norm_max() < 1e-8 * sparse::dense(&k).norm_max());
+        }
     }
 }

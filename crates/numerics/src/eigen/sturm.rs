@@ -12,6 +12,9 @@ use crate::sparse;
 pub(super) const SPARE: usize = 2;
 /// Largest `|phi - omega^2 K^-1 M phi| / |phi|` accepted: the relative error of omega^2 is no larger.
 const RESIDUAL: f64 = 1e-8;
+/// Rounding of the solves by K, times omega^2 over the first one, is accepted too: what rounding adds of the first
+/// mode to the others is so large.
+const ROUNDING: f64 = 1e-14;
 /// Largest relative difference accepted between omega^2 and the Rayleigh quotient, which does not use
 /// the factor: rounding of K alone leaves its condition number times 1e-16.
 const RAYLEIGH: f64 = 1e-5;
@@ -66,7 +69,8 @@ pub(super) fn certified(
         let quotient = (phi.transpose() * pulled.col(j)) / (phi.transpose() * weighted.col(j));
         let unlike = (quotient / omega2 - 1.0).abs();
         // False for a NaN.
-        let accepted = residual < RESIDUAL && unlike < RAYLEIGH && omega2 > 0.0;
+        let rounding = (ROUNDING * omega2 / modes.omega2[0]).min(RAYLEIGH);
+        let accepted = residual < RESIDUAL.max(rounding) && unlike < RAYLEIGH && omega2 > 0.0;
         if !accepted {
             let residual = residual.max(unlike);
             return Err(EigenError::Residual {

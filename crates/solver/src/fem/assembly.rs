@@ -10,9 +10,10 @@ use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::pattern::SparsityPattern;
 use rayon::prelude::*;
 
+use super::springs::SpringElement;
 use crate::model::Body;
 
-/// Free nodes that share an element with each free node, itself included, ascending.
+/// Free nodes that share an element or a spring with each free node, itself included, ascending.
 #[derive(Debug, Clone)]
 pub struct NodePattern {
     /// Start of each node's neighbours; one more entry than nodes.
@@ -29,9 +30,9 @@ pub type LowerBlocks<const W: usize> = Vec<[f64; W]>;
 
 impl NodePattern {
     /// The pattern of the body's free nodes.
-    pub fn new(body: &Body) -> Self {
+    pub fn new(body: &Body, springs: &[SpringElement]) -> Self {
         let nodes = body.dofs.free_nodes();
-        let (first, elements) = elements_of_nodes(body, nodes);
+        let (first, elements) = elements_of_nodes(body, springs, nodes);
         let lists: Vec<Vec<u32>> = (0..nodes)
             .into_par_iter()
             .with_min_len(4096)
@@ -40,7 +41,7 @@ impl NodePattern {
                 |seen, node| {
                     let mut list = Vec::with_capacity(32);
                     for &e in &elements[first[node]..first[node + 1]] {
-                        for &local in body.elements.of(e as usize) {
+                        for &local in nodes_of(body, springs, e as usize) {
                             for (free, _) in body.dofs.weights(local as usize) {
                                 if seen[free] != node as u32 {
                                     seen[free] = node as u32;
@@ -146,7 +147,8 @@ pub fn sum_elements<const W: usize>(
             .for_each(|(columns, owned)| {
                 let base = pattern.lower_offsets[columns.start];
                 for (k, matrix) in matrices.iter().enumerate() {
-                    scatter::<W>(body, pattern, first + k, matrix, &columns, base, owned);
+                    let nodes = body.elements.of(first + k);
+                    scatter::<W>(body, pattern, nodes, matrix, &columns, base, owned);
                 }
             });
     }
@@ -164,16 +166,28 @@ fn split<T>(mut all: &mut [T], sizes: impl Iterator<Item = usize>) -> Vec<&mut [
         .collect()
 }
 
+/// Adds the stiffness of springs.
+pub fn add_springs(
+    body: &Body,
+    pattern: &NodePattern,
+    springs: &[SpringElement],
+    stiffness: &mut LowerBlocks<9>,
+) {
+    let columns = 0..pattern.nodes();
+    for SpringElement { nodes, matrix } in springs {
+        scatter::<9>(body, pattern, nodes, matrix, &columns, 0, stiffness);
+    }
+}
+
 fn scatter<const W: usize>(
     body: &Body,
     pattern: &NodePattern,
-    e: usize,
+    nodes: &[u32],
     matrix: &[[f64; W]],
     columns: &std::ops::Range<usize>,
     base: usize,
     owned: &mut [[f64; W]],
 ) {
-    let nodes = body.elements.of(e);
     for (b, &node_b) in nodes.iter().enumerate() {
         for (column, weight_b) in body.dofs.weights(node_b as usize) {
             if !columns.contains(&column) {
@@ -290,12 +304,24 @@ fn fill(
         });
 }
 
-/// Elements of each free node, ascending: start of each node's list, and the lists.
-fn elements_of_nodes(body: &Body, nodes: usize) -> (Vec<usize>, Vec<u32>) {
+/// The nodes of an element, or of a spring: these are numbered behind the elements.
+fn nodes_of<'a>(body: &'a Body, springs: &'a [SpringElement], e: usize) -> &'a [u32] {
+    match e.checked_sub(body.elements.len()) {
+        None => body.elements.of(e),
+        Some(spring) => &springs[spring].nodes,
+    }
+}
+
+/// Elements and springs of each free node, ascending: start of each node's list, and the lists.
+fn elements_of_nodes(
+    body: &Body,
+    springs: &[SpringElement],
+    nodes: usize,
+) -> (Vec<usize>, Vec<u32>) {
     let mut first = vec![0; nodes + 1];
     let for_each = |mut visit: Box<dyn FnMut(usize, usize) + '_>| {
-        for e in 0..body.elements.len() {
-            for &local in body.elements.of(e) {
+        for e in 0..body.elements.len() + springs.len() {
+            for &local in nodes_of(body, springs, e) {
                 for (free, _) in body.dofs.weights(local as usize) {
                     visit(e, free);
                 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::statics::SolveFailure;
 use crate::model::Prestress;
-use crate::model::{Body, NodeMotion, Rotation};
+use crate::model::{Body, Rotation};
 
 /// Why the finite elements of a body were not assembled.
 #[derive(Debug, thiserror::Error)]
@@ -28,8 +28,8 @@ pub enum FemError {
     OrphanNodes { body: String, tags: Tags },
     #[error(
         "body \"{body}\" is held too loosely to be prestressed: its stiffness is singular near node \
-         {node_tag} at ({}) m; add its support to `fixed`, check that the part of that node is \
-         joined to the rest, or set prestress = \"none\"",
+         {node_tag} at ({}) m; add its support to `fixed`, hold it by a \
+         [[spring]], check that the part of that node is joined to the rest, or set prestress = \"none\"",
         coordinates(position_m)
     )]
     LooselyHeld {
@@ -146,11 +146,6 @@ fn coordinates(p: &[f64; 3]) -> String {
 }
 
 fn locate(body: &Body, free_node: usize) -> (u64, [f64; 3]) {
-    let local = body
-        .dofs
-        .nodes
-        .iter()
-        .position(|m| *m == NodeMotion::Free(free_node as u32))
-        .unwrap_or(0);
+    let local = body.mesh_node_of(free_node);
     (body.node_tags[local], body.nodes_m[local])
 }

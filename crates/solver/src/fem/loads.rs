@@ -126,11 +126,13 @@ mod tests {
             elements: Connectivity::default(),
             dofs: DofMap {
                 nodes: (0..n as u32).map(NodeMotion::Free).collect(),
+                auxiliary: Vec::new(),
                 interior_nodes: n,
                 contact_nodes: 0,
             },
             held_dofs: Vec::new(),
             loads,
+            springs: Vec::new(),
         }
     }
 

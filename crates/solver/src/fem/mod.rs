@@ -8,6 +8,7 @@ pub mod incompatible;
 pub mod loads;
 pub mod mass_properties;
 pub mod spin;
+pub mod springs;
 pub mod statics;
 pub mod stress;
 pub mod tables;
@@ -15,12 +16,15 @@ pub mod tables;
 mod error;
 
 use nalgebra_sparse::CscMatrix;
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use crate::model::Prestress;
 use crate::model::{Body, Model, Rotation};
-use assembly::{NodePattern, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars};
+use assembly::{
+    NodePattern, add_springs, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars,
+};
 use elements::Elements;
+use springs::spring_elements;
 use statics::SolveSpd;
 
 pub use error::{FemError, Tags};
@@ -37,9 +41,9 @@ pub struct Structure {
 /// stored whole (both triangles), row indices ascending in each column.
 #[derive(Debug, Clone)]
 pub struct BodyMatrices {
-    /// K, N/m, with geometric stiffness and spin softening where the scene asks for them.
+    /// K, N/m, with the springs of the body, and with geometric stiffness and spin softening where the scene asks for them.
     pub stiffness: CscMatrix<f64>,
-    /// M, kg; consistent, so without entries between different axes.
+    /// M, kg; consistent, so without entries between different axes. Nodes of springs alone have none.
     pub mass: CscMatrix<f64>,
     /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
     pub load_n: Vec<f64>,
@@ -67,8 +71,29 @@ pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemEr
     })
 }
 
+/// As [`assemble`], with the stress of these displacements of all nodes of each body for prestress, whether it
+/// rotates or not.
+///
+/// # Errors
+/// As [`assemble`].
+pub fn assemble_stressed(
+    model: &Model,
+    displacement_m: &[Vec<[f64; 3]>],
+) -> Result<Structure, FemError> {
+    let rotation = model.rotation.as_ref();
+    let bodies = model.bodies.par_iter().zip(displacement_m);
+    let bodies = bodies.map(|(body, u)| {
+        body_matrices(body, rotation.filter(|_| body.rotates), |_, _| {
+            Ok(Some(u.clone()))
+        })
+    });
+    Ok(Structure {
+        bodies: bodies.collect::<Result<_, _>>()?,
+    })
+}
+
 /// One body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is the one of
-/// [`assemble`]); `rotation` counts only if the body rotates.
+/// [`assemble`]); `rotation` counts only if the body rotates. The stress is that of the held flanks.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -78,13 +103,31 @@ pub fn assemble_body(
     solve: &SolveSpd,
 ) -> Result<BodyMatrices, FemError> {
     let rotation = rotation.filter(|_| body.rotates);
+    body_matrices(body, rotation, |stiffness, load_n| {
+        match rotation.map(|r| r.prestress) {
+            None | Some(Prestress::None) => Ok(None),
+            Some(Prestress::HeldFlanks | Prestress::Contact) => {
+                statics::held_displacement(body, stiffness, load_n, solve).map(Some)
+            }
+        }
+    })
+}
+
+/// A body with the prestress of the displacement that `stressed` finds of its stiffness and its load.
+fn body_matrices(
+    body: &Body,
+    rotation: Option<&Rotation>,
+    stressed: impl FnOnce(&CscMatrix<f64>, &[f64]) -> Result<Option<Vec<[f64; 3]>>, FemError>,
+) -> Result<BodyMatrices, FemError> {
     let elements = Elements::new(body)?;
-    let pattern = NodePattern::new(body);
+    let springs = spring_elements(body);
+    let pattern = NodePattern::new(body, &springs);
     let isolated = pattern.isolated();
     if !isolated.is_empty() {
         return Err(FemError::orphan_nodes(body, &isolated));
     }
     let mut k = sum_elements::<9>(body, &pattern, |e, out| elements.stiffness(e, out));
+    add_springs(body, &pattern, &springs, &mut k);
     let m = sum_elements::<1>(body, &pattern, |e, out| elements.mass(e, out));
     let mut stiffness = symmetric_matrix(&pattern, &k);
     loads::uncouple(&mut stiffness, &body.held_dofs);
@@ -98,17 +141,14 @@ pub fn assemble_body(
     for &dof in &body.held_dofs {
         load_n[dof as usize] = 0.0;
     }
-    if let Some(rotation) = rotation {
-        match rotation.prestress {
-            Prestress::None => {}
-            Prestress::HeldFlanks => {
-                let u0 = statics::held_displacement(body, &stiffness, &load_n, solve)?;
-                let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
-                spin::add_prestress(&mut k, &g, &m, rotation);
-                renew(&mut stiffness, &pattern, &k);
-                loads::uncouple(&mut stiffness, &body.held_dofs);
-            }
+    if let Some(u0) = stressed(&stiffness, &load_n)? {
+        let g = spin::geometric_stiffness(body, &elements, &pattern, &u0);
+        if let Some(rotation) = rotation {
+            spin::add_softening(&mut k, &m, rotation);
         }
+        spin::add_geometric(&mut k, &g);
+        renew(&mut stiffness, &pattern, &k);
+        loads::uncouple(&mut stiffness, &body.held_dofs);
     }
     let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
     loads::uncouple(&mut mass, &body.held_dofs);

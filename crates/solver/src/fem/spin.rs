@@ -5,7 +5,8 @@
 //!   f = Omega^2 M P (x - point)            consistent mass, x interpolated as the element does
 //!   K := K + G(stress of u0) - Omega^2 P M
 //!
-//! where u0 is the linear static displacement under f with the contact nodes held. The Coriolis
+//! where u0 is the linear static displacement under f with the contact nodes held, or that of the static
+//! state with contact. The Coriolis
 //! (gyroscopic) force is left out, as in the source paper. (Geradin and Kapania, and Bathe 6.2, for
 //! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
 
@@ -48,20 +49,23 @@ pub fn geometric_stiffness(
     })
 }
 
-/// K := K + G - Omega^2 P M on lower blocks.
-pub fn add_prestress(
-    stiffness: &mut LowerBlocks<9>,
-    geometric: &LowerBlocks<1>,
-    mass: &LowerBlocks<1>,
-    rotation: &Rotation,
-) {
+/// K := K - Omega^2 P M on lower blocks.
+pub fn add_softening(stiffness: &mut LowerBlocks<9>, mass: &LowerBlocks<1>, rotation: &Rotation) {
     let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
     let projector = perpendicular(rotation.axis);
-    for ((k, g), m) in stiffness.iter_mut().zip(geometric).zip(mass) {
+    for (k, m) in stiffness.iter_mut().zip(mass) {
         for r in 0..3 {
             for c in 0..3 {
                 k[3 * r + c] -= omega2 * m[0] * projector[r][c];
             }
+        }
+    }
+}
+
+/// K := K + G on lower blocks.
+pub fn add_geometric(stiffness: &mut LowerBlocks<9>, geometric: &LowerBlocks<1>) {
+    for (k, g) in stiffness.iter_mut().zip(geometric) {
+        for r in 0..3 {
             k[4 * r] += g[0];
         }
     }

@@ -71,3 +71,18 @@ pub fn shares(coords_m: &[[f64; 3]]) -> Vec<Share> {
     }
     shares
 }
+
+/// Integrals of the products of the shape functions of a facet two by two, row by row, m2.
+pub fn products(coords_m: &[[f64; 3]]) -> Vec<f64> {
+    let nodes = coords_m.len();
+    let mut products = vec![0.0; nodes * nodes];
+    for (point, weight) in points(coords_m) {
+        let area = weight * norm(point.normal_m2);
+        for (row, a) in products.chunks_exact_mut(nodes).zip(&point.shapes) {
+            for (product, b) in row.iter_mut().zip(&point.shapes) {
+                *product += a * b * area;
+            }
+        }
+    }
+    products
+}

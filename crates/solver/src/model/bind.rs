@@ -6,6 +6,7 @@ use super::excitations::excitations;
 use super::groups::{find_group, first_tags};
 use super::joints::joints;
 use super::loads::applied_load;
+use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use crate::mesh::Mesh;
 use crate::model::Assembly;
@@ -39,7 +40,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     for (body, spec) in bodies.iter_mut().zip(&assembly.bodies) {
         body.fix(spec, mesh)?;
     }
-    let joints = joints(assembly, mesh, &mut bodies)?;
+    let mut joints = joints(assembly, mesh, &mut bodies)?;
+    for spec in &assembly.springs {
+        joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
+    }
 
     let (excitations, maps) = excitations(assembly, mesh, &bodies)?;
     let mut observations = Vec::new();

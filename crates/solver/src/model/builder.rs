@@ -5,7 +5,7 @@ use super::dofs::{Roles, number};
 use super::gather::name_for;
 use super::groups::find_group;
 use super::material::material;
-use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion};
+use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion, Spring};
 use crate::mesh::{Connectivity, Mesh};
 use crate::model::{BodySpec, RotationSpec};
 
@@ -24,6 +24,7 @@ pub(super) struct BodyBuilder {
     /// Per local node: held along x, y, z.
     held: Vec<[bool; 3]>,
     loads: Vec<AppliedLoad>,
+    springs: Vec<Spring>,
     /// Whether a contact has each local node.
     in_contact: Vec<bool>,
 }
@@ -46,9 +47,11 @@ impl BodyBuilder {
                 fixed: vec![false; group.nodes.len()],
                 contact: Vec::new(),
                 tied: Vec::new(),
+                auxiliary: Vec::new(),
             },
             held: vec![[false; 3]; group.nodes.len()],
             loads: Vec::new(),
+            springs: Vec::new(),
             in_contact: vec![false; group.nodes.len()],
         })
     }
@@ -161,6 +164,16 @@ impl BodyBuilder {
         self.loads.push(load);
     }
 
+    pub(super) fn add_spring(&mut self, spring: Spring) {
+        self.springs.push(spring);
+    }
+
+    /// A node without place and mass (local); `is_end`: it is joined to one of another body.
+    pub(super) fn add_auxiliary(&mut self, is_end: bool) -> u32 {
+        self.roles.auxiliary.push(is_end);
+        (self.nodes.len() + self.roles.auxiliary.len() - 1) as u32
+    }
+
     pub(super) fn finish(
         self,
         spec: &BodySpec,
@@ -199,6 +212,7 @@ impl BodyBuilder {
             mesh_nodes: self.nodes,
             held_dofs,
             loads: self.loads,
+            springs: self.springs,
             dofs,
         })
     }

@@ -20,6 +20,8 @@ pub struct Assembly {
     pub rotation: Option<RotationSpec>,
     /// Where bodies touch each other, or the ground.
     pub contacts: Vec<ContactSpec>,
+    /// Linear springs to ground and between groups of nodes.
+    pub springs: Vec<SpringSpec>,
     /// Steady loads besides the rotation's.
     pub loads: Vec<LoadSpec>,
     /// What shakes it.
@@ -128,6 +130,9 @@ pub enum Prestress {
     /// Geometric stiffness of the static state with the contact nodes held, and spin softening
     /// (the paper's choice).
     HeldFlanks,
+    /// Geometric stiffness of the static state of all bodies with contact and friction, and spin softening: stiffness
+    /// and state are repeated until the normal forces no longer move.
+    Contact,
 }
 
 /// Two surfaces that touch.
@@ -185,6 +190,22 @@ pub struct CrownSpec {
     pub axis: Option<[f64; 3]>,
     /// `None`: the centroid of the flank's area.
     pub centre_m: Option<[f64; 3]>,
+}
+
+/// A linear spring between the mean displacements of two groups, or from one to ground.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringSpec {
+    /// The name by which messages and results call it.
+    pub name: String,
+    /// Surface group, or a group of nodes.
+    pub first: String,
+    /// The same, of the same body or of another one; `None`: ground, and the stiffness is shared by the area of the
+    /// surface, or equally by the nodes.
+    pub second: Option<String>,
+    /// In all, not per area or node.
+    pub stiffness_n_m: f64,
+    /// Unit length; `None`: the same stiffness along all three axes.
+    pub direction: Option<[f64; 3]>,
 }
 
 /// A steady load, applied with that of the rotation in the load steps of the static state.

@@ -10,9 +10,11 @@ pub(super) struct Roles {
     pub contact: Vec<u32>,
     /// Mid-edge nodes of flank edges with the two corners.
     pub tied: Vec<(u32, [u32; 2])>,
+    /// Auxiliary nodes: whether each is an end that is joined to another body.
+    pub auxiliary: Vec<bool>,
 }
 
-/// Numbers the free nodes: interior ones, then those of contacts.
+/// Numbers the free nodes: interior ones, then those of contacts; of both the nodes of the mesh first.
 pub(super) fn number(roles: &Roles) -> DofMap {
     let unset = u32::MAX;
     let mut nodes = vec![NodeMotion::Free(unset); roles.fixed.len()];
@@ -35,13 +37,23 @@ pub(super) fn number(roles: &Roles) -> DofMap {
             next += 1;
         }
     }
-    for (i, &n) in (next..).zip(&roles.contact) {
+    let is_end = |end: &&bool| **end;
+    let ends = roles.auxiliary.iter().filter(is_end).count() as u32;
+    let interior_nodes = next + roles.auxiliary.len() as u32 - ends;
+    for (i, &n) in (interior_nodes..).zip(&roles.contact) {
         nodes[n as usize] = NodeMotion::Free(i);
     }
+    let mut next_end = interior_nodes + roles.contact.len() as u32;
+    let number = |&is_end: &bool| {
+        let next = if is_end { &mut next_end } else { &mut next };
+        *next += 1;
+        *next - 1
+    };
     DofMap {
         nodes,
-        interior_nodes: next as usize,
-        contact_nodes: roles.contact.len(),
+        auxiliary: roles.auxiliary.iter().map(number).collect(),
+        interior_nodes: interior_nodes as usize,
+        contact_nodes: roles.contact.len() + ends as usize,
     }
 }
 
@@ -56,20 +68,24 @@ mod tests {
             fixed: [false, true, false, false, false, false, false, false].to_vec(),
             contact: vec![6, 2],
             tied: vec![(4, [2, 6])],
+            auxiliary: vec![false, true, false],
         });
         let expected = [
             Free(0),
             Fixed,
-            Free(5),
+            Free(7),
             Free(1),
             Tied([2, 6]),
             Free(2),
-            Free(4),
+            Free(6),
             Free(3),
         ];
         assert_eq!(map.nodes, expected);
-        assert_eq!((map.interior_nodes, map.contact_nodes), (4, 2));
-        assert_eq!(map.weights(4).collect::<Vec<_>>(), [(5, 0.5), (4, 0.5)]);
+        assert_eq!(map.auxiliary, [4, 8, 5]);
+        assert_eq!((map.interior_nodes, map.contact_nodes), (6, 3));
+        assert_eq!(map.weights(4).collect::<Vec<_>>(), [(7, 0.5), (6, 0.5)]);
         assert_eq!(map.weights(1).count(), 0);
+        assert_eq!(map.weights(9).collect::<Vec<_>>(), [(8, 1.0)]);
+        assert_eq!(map.free(10), Some(5));
     }
 }

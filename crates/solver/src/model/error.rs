@@ -227,17 +227,25 @@ pub enum ModelError {
         wanted: &'static str,
     },
     #[error(
-        "{used_by}: surface `{group}` belongs to both bodies: give each body a surface group and a load of its own"
+        "{used_by}: group `{group}` has nodes of several bodies: give each body a group of its own, and one of these for each"
     )]
-    LoadOnBoth { used_by: String, group: String },
+    SeveralBodies { used_by: String, group: String },
     #[error(
-        "{used_by}: facet {tag} of `{group}` is not on the surface of body `{body}`, or lies between two of its elements: a surface load acts on the outer surface"
+        "{used_by}: facet {tag} of `{group}` is not on the surface of body `{body}`, or lies between two of its elements: name part of the outer surface"
     )]
-    LoadInside {
+    FacetInside {
         used_by: String,
         group: String,
         tag: u64,
         body: String,
+    },
+    #[error(
+        "{used_by}: group `{group}` is a {found}; a spring acts on a surface or on a group of nodes"
+    )]
+    SpringDimension {
+        used_by: String,
+        group: String,
+        found: &'static str,
     },
     #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
     NothingFree { body: String },

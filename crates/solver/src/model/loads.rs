@@ -66,19 +66,28 @@ pub(super) fn surface(
         });
     }
     check_nodes(mesh, bodies, group, vector, used_by, name)?;
-    let has_all = |b: &BodyBuilder| group.nodes.iter().all(|&n| b.has(n));
-    let Some(body) = bodies.iter().position(has_all) else {
-        return Err(ModelError::LoadOnBoth {
-            used_by: used_by.to_string(),
-            group: name.to_string(),
-        });
-    };
+    let body = only_body(bodies, group, name, used_by)?;
     let facets = outward_facets(mesh, group, &bodies[body], used_by, name)?;
     Ok((body, facets))
 }
 
+/// The body that has all nodes of a group.
+pub(super) fn only_body(
+    bodies: &[BodyBuilder],
+    group: &Group,
+    name: &str,
+    used_by: &str,
+) -> Result<usize, ModelError> {
+    let has_all = |body: &BodyBuilder| group.nodes.iter().all(|&n| body.has(n));
+    let body = bodies.iter().position(has_all);
+    body.ok_or_else(|| ModelError::SeveralBodies {
+        used_by: used_by.to_string(),
+        group: name.to_string(),
+    })
+}
+
 /// Every node belongs to a body, and not all of them are held against `vector`.
-fn check_nodes(
+pub(super) fn check_nodes(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
     group: &Group,
@@ -127,7 +136,7 @@ fn check_nodes(
 }
 
 /// Facets of a group in local nodes, counter-clockwise seen from outside.
-fn outward_facets(
+pub(super) fn outward_facets(
     mesh: &Mesh,
     group: &Group,
     body: &BodyBuilder,
@@ -144,7 +153,7 @@ fn outward_facets(
         });
     }
     if let Some(face) = faces.iter().find(|face| face.bounded != 1) {
-        return Err(ModelError::LoadInside {
+        return Err(ModelError::FacetInside {
             used_by: used_by.to_string(),
             group: name.to_string(),
             tag: face.tag,

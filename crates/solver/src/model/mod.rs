@@ -27,12 +27,13 @@ mod mapping;
 mod material;
 mod mortar;
 mod neighbours;
+mod springs;
 
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
     ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, ObservationSpec,
-    Prestress, RotationSpec, Side,
+    Prestress, RotationSpec, Side, SpringSpec,
 };
 pub use error::ModelError;
 pub use mapping::FieldMap;
@@ -46,7 +47,7 @@ pub struct Model {
     pub rotation: Option<Rotation>,
     /// Pairs of nodes that may slide and open.
     pub pairs: Vec<ContactPair>,
-    /// Nodes that move with others (bonded contacts).
+    /// Nodes that move with others (bonded contacts, the end of a spring with that of another body).
     pub bonded: Vec<Slave>,
     /// Facets of the slave flanks, each as the pairs at its three or four corners, for fields on the
     /// flanks.
@@ -64,6 +65,13 @@ pub struct Model {
 }
 
 impl Model {
+    /// How many nodes of the mesh bonded contacts tie.
+    pub fn bonded_pairs(&self) -> usize {
+        let is_of_mesh = |at: &BodyNode| (at.node as usize) < self.bodies[at.body].nodes_m.len();
+        let slaves = self.bonded.iter();
+        slaves.filter(|slave| is_of_mesh(&slave.node)).count()
+    }
+
     /// Largest distance between a node of a pair and what it meets on the other flank, m.
     pub fn largest_mismatch_m(&self) -> f64 {
         let all = self.matches.iter().map(|m| m.largest_mismatch_m);
@@ -106,6 +114,74 @@ pub struct Body {
     pub held_dofs: Vec<u32>,
     /// Steady loads besides the rotation's.
     pub loads: Vec<AppliedLoad>,
+    /// Springs to ground, and the ends of those to other groups of nodes.
+    pub springs: Vec<Spring>,
+}
+
+impl Body {
+    /// The node of the mesh (in the body's own numbering) that a free node is; of an auxiliary one a node that its
+    /// spring acts on.
+    pub fn mesh_node_of(&self, free: usize) -> usize {
+        let is_it = |motion: &NodeMotion| *motion == NodeMotion::Free(free as u32);
+        let own = self.dofs.nodes.iter().position(is_it);
+        let first = self.dofs.nodes.len();
+        let has_it = |chain: &&SpringChain| {
+            let numbers = chain.nodes.iter().map(|&node| node as usize - first);
+            numbers
+                .map(|at| self.dofs.auxiliary[at] as usize)
+                .any(|n| n == free)
+        };
+        let chains = || self.springs.iter().filter_map(|spring| spring.on.chain());
+        let near = || {
+            chains()
+                .find(has_it)?
+                .links
+                .first()
+                .map(|(node, _)| *node as usize)
+        };
+        own.or_else(near).unwrap_or(0)
+    }
+}
+
+/// A spring, or the end of one, on the nodes of one body.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spring {
+    /// In all.
+    pub stiffness_n_m: f64,
+    /// Unit length; `None`: the same stiffness along all three axes.
+    pub direction: Option<[f64; 3]>,
+    /// What it acts on.
+    pub on: SpringSupport,
+}
+
+/// What a spring of a body acts on; nodes are local.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum SpringSupport {
+    /// These nodes, each joined to ground by an equal share.
+    Nodes(Vec<u32>),
+    /// These facets, joined to ground by their area.
+    Surface(Vec<Vec<u32>>),
+    /// A weighted sum of displacements.
+    Chain(SpringChain),
+}
+
+impl SpringSupport {
+    fn chain(&self) -> Option<&SpringChain> {
+        match self {
+            Self::Chain(chain) => Some(chain),
+            Self::Nodes(_) | Self::Surface(_) => None,
+        }
+    }
+}
+
+/// A spring on the sum of the displacements of the links, each times its weight, made of one spring a link in series
+/// ([`crate::fem::springs`]).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpringChain {
+    /// Nodes and weights.
+    pub links: Vec<(u32, f64)>,
+    /// The auxiliary nodes behind the links. The last link has none where the chain ends at ground.
+    pub nodes: Vec<u32>,
 }
 
 /// A load on one body, steady or one unit of a harmonic one.
@@ -150,9 +226,12 @@ pub enum Traction {
 pub struct DofMap {
     /// Of each node of the body.
     pub nodes: Vec<NodeMotion>,
+    /// Free nodes without place, elements and mass, which springs between groups of nodes bring. The first of them
+    /// has the local number behind the nodes of the body.
+    pub auxiliary: Vec<u32>,
     /// Free nodes that no contact has.
     pub interior_nodes: usize,
-    /// Free nodes of contacts, bonded ones too: the interface of the body.
+    /// Free nodes of contacts, bonded ones and the ends of springs to other bodies too: the interface of the body.
     pub contact_nodes: usize,
 }
 
@@ -175,7 +254,7 @@ impl DofMap {
     }
     /// The free nodes that move node `local`, with their weights (empty when it is fixed).
     pub fn weights(&self, local: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let (a, b, w) = match self.nodes[local] {
+        let (a, b, w) = match self.motion(local) {
             NodeMotion::Fixed => (None, None, 0.0),
             NodeMotion::Free(n) => (Some(n as usize), None, 1.0),
             NodeMotion::Tied([a, b]) => (self.free(a), self.free(b), 0.5),
@@ -184,10 +263,15 @@ impl DofMap {
     }
     /// Number of a node among the free ones; `None` where it is fixed or tied.
     pub fn free(&self, local: u32) -> Option<usize> {
-        match self.nodes[local as usize] {
+        match self.motion(local as usize) {
             NodeMotion::Free(n) => Some(n as usize),
             _ => None,
         }
+    }
+    fn motion(&self, local: usize) -> NodeMotion {
+        let auxiliary = |at: usize| NodeMotion::Free(self.auxiliary[at]);
+        let behind = local.checked_sub(self.nodes.len());
+        behind.map_or_else(|| self.nodes[local], auxiliary)
     }
 }
 

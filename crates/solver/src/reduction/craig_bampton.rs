@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::ReductionError;
 use super::residual::residual_vectors;
 use crate::fem::BodyMatrices;
-use crate::model::{Body, NodeMotion};
+use crate::model::Body;
 use dovetail_numerics::condense;
 use dovetail_numerics::eigen::{Modes, lowest_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
@@ -242,12 +242,10 @@ fn stacked(upper: MatRef<'_, f64>, lower: MatRef<'_, f64>) -> Mat<f64> {
     all
 }
 
-/// The mesh's tag of a free node.
+/// The mesh's tag of a free node; of an auxiliary one that of a node near it.
 pub(super) fn node_tag(body: &Body, free: usize) -> u64 {
-    let is_it = |motion: &NodeMotion| *motion == NodeMotion::Free(free as u32);
-    let local = body.dofs.nodes.iter().position(is_it);
-    local
-        .and_then(|local| body.node_tags.get(local))
+    body.node_tags
+        .get(body.mesh_node_of(free))
         .copied()
         .unwrap_or(0)
 }

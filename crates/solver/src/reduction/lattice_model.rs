@@ -146,8 +146,10 @@ fn body(
         elements: Connectivity::default(),
         held_dofs: Vec::new(),
         loads: Vec::new(),
+        springs: Vec::new(),
         dofs: DofMap {
             nodes,
+            auxiliary: Vec::new(),
             interior_nodes: interior.len(),
             contact_nodes: flank.len(),
         },

@@ -87,7 +87,7 @@ impl Transformation {
             let mut masters = Vec::with_capacity(slave.masters.len());
             for &(master, weight) in &slave.masters {
                 let dofs = &model.bodies[master.body].dofs;
-                if dofs.nodes[master.node as usize] == NodeMotion::Fixed {
+                if dofs.nodes.get(master.node as usize) == Some(&NodeMotion::Fixed) {
                     continue;
                 }
                 let own = held(model, master);
@@ -286,9 +286,9 @@ fn turned(pair: &ContactPair) -> Block {
 fn held(model: &Model, at: BodyNode) -> [bool; 3] {
     let body = &model.bodies[at.body];
     let is_held = |dof: u32| body.held_dofs.binary_search(&dof).is_ok();
-    match body.dofs.nodes[at.node as usize] {
-        NodeMotion::Free(n) => [0, 1, 2].map(|k| is_held(3 * n + k)),
-        _ => [false; 3],
+    match body.dofs.free(at.node) {
+        Some(n) => [0, 1, 2].map(|k| is_held((3 * n + k) as u32)),
+        None => [false; 3],
     }
 }
 

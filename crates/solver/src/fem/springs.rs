@@ -1,0 +1,113 @@
+//! Springs as small elements of a body.
+//!
+//! A spring of stiffness k from a surface of area A to ground is the foundation of Winkler,
+//! k / A int N_a N_b dA between the nodes a and b of a facet; from n nodes it is k / n at each. With a
+//! direction d these act along it alone: they are multiplied by P = d d^T, else P is the identity.
+//!
+//! A spring on a weighted sum sum_j a_j u_j of n displacements would fill a block of all its nodes.
+//! Auxiliary nodes r_j spare that. With r_0 = 0 each link has the energy
+//!
+//! ```text
+//! c/2 |r_j - r_(j-1) - a_j P u_j|^2        c = n k
+//! ```
+//!
+//! and n springs of stiffness c in series are one of stiffness c / n: with the r between them
+//! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of another
+//! such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they are.
+
+use crate::mesh::facet::products;
+use crate::model::{Body, Spring, SpringChain, SpringSupport};
+use dovetail_numerics::space::dot;
+
+/// Local nodes of a body, auxiliary ones too, and the symmetric matrix between them (3 x 3 blocks row by
+/// row, N/m).
+#[derive(Debug, Clone)]
+pub struct SpringElement {
+    /// Its nodes.
+    pub nodes: Vec<u32>,
+    /// A block for each pair of nodes.
+    pub matrix: Vec<[f64; 9]>,
+}
+
+/// The springs of a body.
+pub fn spring_elements(body: &Body) -> Vec<SpringElement> {
+    let of_spring = |spring: &Spring| match &spring.on {
+        SpringSupport::Nodes(nodes) => {
+            let block = scaled(projector(spring), spring.stiffness_n_m / nodes.len() as f64);
+            let one = |&node: &u32| SpringElement {
+                nodes: vec![node],
+                matrix: vec![block],
+            };
+            nodes.iter().map(one).collect()
+        }
+        SpringSupport::Surface(facets) => foundation(body, spring, facets),
+        SpringSupport::Chain(chain) => links(spring, chain),
+    };
+    body.springs.iter().flat_map(of_spring).collect()
+}
+
+fn foundation(body: &Body, spring: &Spring, facets: &[Vec<u32>]) -> Vec<SpringElement> {
+    let of_facet = |facet: &Vec<u32>| {
+        let coords: Vec<[f64; 3]> = facet.iter().map(|&n| body.nodes_m[n as usize]).collect();
+        products(&coords)
+    };
+    let all: Vec<Vec<f64>> = facets.iter().map(of_facet).collect();
+    // The shape functions add up to one.
+    let area: f64 = all.iter().flatten().sum();
+    let one = |(facet, products): (&Vec<u32>, Vec<f64>)| {
+        let block = |product: f64| scaled(projector(spring), spring.stiffness_n_m * product / area);
+        SpringElement {
+            nodes: facet.clone(),
+            matrix: products.into_iter().map(block).collect(),
+        }
+    };
+    facets.iter().zip(all).map(one).collect()
+}
+
+fn links(spring: &Spring, chain: &SpringChain) -> Vec<SpringElement> {
+    let stiffness_n_m = chain.links.len() as f64 * spring.stiffness_n_m;
+    let behind = |j: usize| chain.nodes.get(j).map(|node| (*node, Factor::Whole(1.0)));
+    let before = |j: usize| Some((*chain.nodes.get(j.checked_sub(1)?)?, Factor::Whole(-1.0)));
+    let link = |(j, &(node, weight)): (usize, &(u32, f64))| {
+        let on = Some((node, Factor::Along(-weight)));
+        let ends: Vec<(u32, Factor)> = [behind(j), before(j), on].into_iter().flatten().collect();
+        let mut matrix = Vec::new();
+        for (_, a) in &ends {
+            for (_, b) in &ends {
+                let block = match (a, b) {
+                    (Factor::Whole(a), Factor::Whole(b)) => scaled(IDENTITY, a * b),
+                    (Factor::Whole(a) | Factor::Along(a), Factor::Whole(b) | Factor::Along(b)) => {
+                        scaled(projector(spring), a * b)
+                    }
+                };
+                matrix.push(scaled(block, stiffness_n_m));
+            }
+        }
+        SpringElement {
+            nodes: ends.into_iter().map(|(node, _)| node).collect(),
+            matrix,
+        }
+    };
+    chain.links.iter().enumerate().map(link).collect()
+}
+
+/// How a node enters the length of a link: with all of its displacement, or with that along the spring.
+enum Factor {
+    Whole(f64),
+    Along(f64),
+}
+
+const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
+/// d d^T, or the identity.
+fn projector(spring: &Spring) -> [f64; 9] {
+    let Some(d) = spring.direction else {
+        return IDENTITY;
+    };
+    let d = d.map(|x| x / dot(d, d).sqrt());
+    std::array::from_fn(|i| d[i / 3] * d[i % 3])
+}
+
+fn scaled(block: [f64; 9], factor: f64) -> [f64; 9] {
+    block.map(|v| factor * v)
+}

@@ -1,0 +1,182 @@
+//! Springs of the scene tied to nodes and facets.
+
+use super::builder::BodyBuilder;
+use super::groups::{find_group, kind};
+use super::loads::{check_nodes, only_body, outward_facets};
+use super::{BodyNode, ModelError, Slave, Spring, SpringChain, SpringSupport};
+use crate::mesh::facet::shares;
+use crate::mesh::{Group, Mesh};
+use crate::model::SpringSpec;
+
+/// A node whose weight is below this fraction of the largest one does not count.
+const NO_WEIGHT: f64 = 1e-12;
+
+/// Adds a spring to the bodies that it acts on; the end that follows the other, where it joins two bodies.
+pub(super) fn add_spring(
+    mesh: &Mesh,
+    bodies: &mut [BodyBuilder],
+    spec: &SpringSpec,
+) -> Result<Option<Slave>, ModelError> {
+    let used_by = format!("spring `{}`", spec.name);
+    let first = Place::of(mesh, bodies, (spec, &spec.first), &used_by)?;
+    let Some(second) = &spec.second else {
+        let on = match first.facets(mesh, bodies, &used_by)? {
+            Some(facets) => SpringSupport::Surface(facets),
+            None => {
+                let local = |&n: &u32| bodies[first.body].local(n);
+                SpringSupport::Nodes(first.group.nodes.iter().map(local).collect())
+            }
+        };
+        bodies[first.body].add_spring(with(spec, spec.stiffness_n_m, on));
+        return Ok(None);
+    };
+    let second = Place::of(mesh, bodies, (spec, second), &used_by)?;
+    let mut links = [Vec::new(), Vec::new()];
+    for (links, place) in links.iter_mut().zip([&first, &second]) {
+        *links = place.links(mesh, bodies, &used_by)?;
+    }
+    let [one, mut other] = links;
+    if first.body == second.body {
+        other.iter_mut().for_each(|(_, weight)| *weight *= -1.0);
+        let links = [one, other].concat();
+        add_chain(
+            &mut bodies[first.body],
+            spec,
+            spec.stiffness_n_m,
+            links,
+            false,
+        );
+        return Ok(None);
+    }
+    // Two springs in series, each twice as stiff.
+    let mut end = |place: &Place, links| {
+        let stiffness_n_m = 2.0 * spec.stiffness_n_m;
+        let last = add_chain(&mut bodies[place.body], spec, stiffness_n_m, links, true);
+        last.map(|node| BodyNode {
+            body: place.body,
+            node,
+        })
+    };
+    let ends = (end(&first, one), end(&second, other));
+    let joined = ends.0.zip(ends.1);
+    Ok(joined.map(|(node, master)| Slave {
+        node,
+        masters: vec![(master, 1.0)],
+    }))
+}
+
+fn with(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
+    Spring {
+        stiffness_n_m,
+        direction: spec.direction,
+        on,
+    }
+}
+
+/// Adds a chain of these links to a body; its last auxiliary node.
+fn add_chain(
+    body: &mut BodyBuilder,
+    spec: &SpringSpec,
+    stiffness_n_m: f64,
+    links: Vec<(u32, f64)>,
+    is_open: bool,
+) -> Option<u32> {
+    let inner = links.len() - 1;
+    let mut nodes: Vec<u32> = (0..inner).map(|_| body.add_auxiliary(false)).collect();
+    if is_open {
+        nodes.push(body.add_auxiliary(true));
+    }
+    let last = nodes.last().copied();
+    let chain = SpringSupport::Chain(SpringChain { links, nodes });
+    body.add_spring(with(spec, stiffness_n_m, chain));
+    last
+}
+
+/// A group that a spring acts on.
+struct Place<'a> {
+    name: &'a str,
+    group: &'a Group,
+    body: usize,
+}
+
+impl<'a> Place<'a> {
+    fn of(
+        mesh: &'a Mesh,
+        bodies: &[BodyBuilder],
+        (spec, name): (&SpringSpec, &'a str),
+        used_by: &str,
+    ) -> Result<Self, ModelError> {
+        let group = find_group(mesh, name, None, used_by)?;
+        if ![0, 2].contains(&group.dimension) {
+            return Err(ModelError::SpringDimension {
+                used_by: used_by.to_string(),
+                group: name.to_string(),
+                found: kind(group.dimension),
+            });
+        }
+        let axes = spec.direction.unwrap_or([1.0; 3]);
+        check_nodes(mesh, bodies, group, axes, used_by, name)?;
+        let body = only_body(bodies, group, name, used_by)?;
+        Ok(Self { name, group, body })
+    }
+
+    /// Its facets in local nodes; `None` for a group of nodes.
+    fn facets(
+        &self,
+        mesh: &Mesh,
+        bodies: &[BodyBuilder],
+        used_by: &str,
+    ) -> Result<Option<Vec<Vec<u32>>>, ModelError> {
+        if self.group.dimension == 0 {
+            return Ok(None);
+        }
+        outward_facets(mesh, self.group, &bodies[self.body], used_by, self.name).map(Some)
+    }
+
+    /// The nodes (local) that move, with their weights in the mean displacement of the group, along its
+    /// largest extent.
+    fn links(
+        &self,
+        mesh: &Mesh,
+        bodies: &[BodyBuilder],
+        used_by: &str,
+    ) -> Result<Vec<(u32, f64)>, ModelError> {
+        let body = &bodies[self.body];
+        let position = |node: u32| mesh.nodes_m[body.mesh_nodes()[node as usize] as usize];
+        let nodes = &self.group.nodes;
+        let mut weights = vec![0.0; nodes.len()];
+        match self.facets(mesh, bodies, used_by)? {
+            None => weights.fill(1.0 / nodes.len() as f64),
+            Some(facets) => {
+                for facet in &facets {
+                    let coords: Vec<[f64; 3]> = facet.iter().map(|&n| position(n)).collect();
+                    for (&node, share) in facet.iter().zip(shares(&coords)) {
+                        // A group lists the nodes of its facets, ascending.
+                        if let Ok(at) = nodes.binary_search(&body.mesh_nodes()[node as usize]) {
+                            weights[at] += share.area_m2;
+                        }
+                    }
+                }
+                let area: f64 = weights.iter().sum();
+                weights.iter_mut().for_each(|weight| *weight /= area);
+            }
+        }
+        let largest = weights
+            .iter()
+            .fold(0.0f64, |most, weight| most.max(weight.abs()));
+        let along = |axis: usize| {
+            let values = nodes.iter().map(|&n| mesh.nodes_m[n as usize][axis]);
+            values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+        };
+        let axis = (0..3).max_by(|&a, &b| along(a).total_cmp(&along(b)));
+        let axis = axis.unwrap_or(0);
+        let all = nodes.iter().zip(&weights);
+        let moving =
+            all.filter(|(n, weight)| !body.is_fixed(**n) && weight.abs() > NO_WEIGHT * largest);
+        let mut links: Vec<(u32, f64)> = moving
+            .map(|(&n, &weight)| (body.local(n), weight))
+            .collect();
+        links.sort_by(|a, b| position(a.0)[axis].total_cmp(&position(b.0)[axis]));
+        Ok(links)
+    }
+}

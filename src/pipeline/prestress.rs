@@ -1,0 +1,187 @@
+//! Takes a model to its reduced model with the prestress that it asks for. That of the static state with contact
+//! depends on the reduced model itself: both are repeated until the normal forces no longer move.
+
+use super::error::RunError;
+use super::hertz;
+use super::progress::Progress;
+use super::statics::static_state;
+use crate::export::manifest::PrestressPass;
+use crate::stage::Stage;
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::StaticState;
+use dovetail_solver::fem::statics::solve_by_cholesky;
+use dovetail_solver::fem::{self, FemError, Structure, assemble_stressed, expand_to_nodes};
+use dovetail_solver::model::{Model, Prestress};
+use dovetail_solver::reduction::{self, ReducedModel, StuckModes};
+use nalgebra_sparse::CscMatrix;
+
+/// Passes after which the normal forces still move.
+const MOST_PASSES: usize = 20;
+/// Largest change of a normal force over the largest normal force that counts as none.
+const STILL: f64 = 1e-3;
+
+/// Static displacement of the nodes of each body that the prestress comes from.
+pub(super) type Displacement = Vec<Vec<[f64; 3]>>;
+
+/// A reduced model, and what it is made of.
+pub(super) struct Settled {
+    pub structure: Structure,
+    pub reduced: ReducedModel,
+    /// `None`: the prestress is that of the held flanks, or there is none.
+    pub displacement: Option<Displacement>,
+    /// None where nothing is repeated.
+    pub passes: Vec<PrestressPass>,
+}
+
+/// Whether the prestress of a model is that of its static state.
+pub(super) fn is_of_contact(model: &Model) -> bool {
+    let rotation = model.rotation.as_ref();
+    rotation.is_some_and(|rotation| rotation.prestress == Prestress::Contact)
+}
+
+/// # Errors
+/// Those of the finite elements and of the reduction; [`RunError::Prestress`] where the normal forces do not
+/// settle.
+pub(super) fn settle(
+    model: &Model,
+    wanted: StuckModes,
+    scene: &Scene,
+    progress: &Progress,
+) -> Result<Settled, RunError> {
+    let structure = assemble(model, progress)?;
+    let reduced = reduce(model, &structure, wanted, progress)?;
+    let mut settled = Settled {
+        structure,
+        reduced,
+        displacement: None,
+        passes: Vec::new(),
+    };
+    if !is_of_contact(model) {
+        return Ok(settled);
+    }
+    let mut state = static_state(scene, &settled.reduced.relative, progress);
+    settled.take_down(None, progress);
+    loop {
+        // Without a state there is nothing to go on from: the run says why, by the one of this model.
+        if !state.outcome.is_converged() || (!state.status.is_empty() && state.all_open()) {
+            return Ok(settled);
+        }
+        let change = settled.passes.last().and_then(|pass| pass.change);
+        if change.is_some_and(|change| change < STILL) {
+            return Ok(settled);
+        }
+        if let (Some(change), true) = (change, settled.passes.len() >= MOST_PASSES) {
+            return Err(RunError::Prestress {
+                passes: settled.passes.len(),
+                change,
+            });
+        }
+        let before = (state, settled.reduced.relative.omega2.first().copied());
+        settled.again(model, &before.0, wanted, progress)?;
+        state = static_state(scene, &settled.reduced.relative, progress);
+        let after = (&state, settled.reduced.relative.omega2.first().copied());
+        let change = match state.status.is_empty() {
+            false => change_of_normal_forces(&before.0, &state),
+            true => relative(before.1, after.1),
+        };
+        settled.take_down(Some(change), progress);
+    }
+}
+
+impl Settled {
+    /// The reduced model with the stress of a static state of the one before.
+    fn again(
+        &mut self,
+        model: &Model,
+        state: &StaticState,
+        wanted: StuckModes,
+        progress: &Progress,
+    ) -> Result<(), RunError> {
+        let free = self.reduced.recovery.full_static(&state.x);
+        let bodies = model.bodies.iter().zip(&free);
+        let displacement: Displacement = bodies
+            .map(|(body, free)| expand_to_nodes(&body.dofs, free))
+            .collect();
+        self.structure = stressed(model, &displacement, progress)?;
+        self.reduced = reduce(model, &self.structure, wanted, progress)?;
+        self.displacement = Some(displacement);
+        Ok(())
+    }
+
+    fn take_down(&mut self, change: Option<f64>, progress: &Progress) {
+        let stuck_frequency_hz = self.reduced.relative.omega2.first().copied().map(hertz);
+        let moved = match change {
+            None => "flanks held".to_string(),
+            Some(change) => format!("normal forces moved by {change:.1e}"),
+        };
+        let stuck =
+            stuck_frequency_hz.map_or(String::new(), |hz| format!(", first stuck mode {hz:.4} Hz"));
+        let pass = self.passes.len() + 1;
+        progress.note(&format!("prestress, pass {pass}: {moved}{stuck}"));
+        self.passes.push(PrestressPass {
+            change,
+            stuck_frequency_hz,
+        });
+    }
+}
+
+/// The matrices with the stress of a displacement.
+pub(super) fn stressed(
+    model: &Model,
+    displacement: &[Vec<[f64; 3]>],
+    progress: &Progress,
+) -> Result<Structure, RunError> {
+    let _stage = progress.stage(Stage::FiniteElements);
+    Ok(assemble_stressed(model, displacement)?)
+}
+
+/// Largest change of a normal force over the largest normal force.
+fn change_of_normal_forces(before: &StaticState, after: &StaticState) -> f64 {
+    let normal =
+        |state: &StaticState| -> Vec<f64> { state.lambda.iter().step_by(3).copied().collect() };
+    let (before, after) = (normal(before), normal(after));
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, v| m.max(v.abs()));
+    let moved = most(&mut before.iter().zip(&after).map(|(a, b)| a - b));
+    match most(&mut after.iter().copied()) {
+        0.0 => 0.0,
+        largest => moved / largest,
+    }
+}
+
+/// Where no pair can open: the change of the first stuck frequency squared.
+fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
+    before
+        .zip(after)
+        .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
+}
+
+pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
+    let stage = progress.stage(Stage::FiniteElements);
+    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
+        stage.solves(k.ncols());
+        solve_by_cholesky(k, f)
+    };
+    fem::assemble_with(model, &solve)
+}
+
+pub(super) fn reduce(
+    model: &Model,
+    structure: &Structure,
+    wanted: StuckModes,
+    progress: &Progress,
+) -> Result<ReducedModel, RunError> {
+    let stage = progress.stage(Stage::Reduction);
+    // A body that is reduced by itself, and then the assembly of what is left.
+    let mut assembly = 0;
+    for body in &model.bodies {
+        match body.fixed_interface_modes {
+            Some(modes) => {
+                stage.solves(3 * body.dofs.interior_nodes);
+                assembly += modes + 3 * body.dofs.contact_nodes;
+            }
+            None => assembly += 3 * body.dofs.free_nodes(),
+        }
+    }
+    stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
+    Ok(reduction::reduce(model, structure, wanted)?)
+}
