@@ -917,6 +917,7 @@ pub(crate) mod tests {
                  [rotation]\naxis = [1, 0, 0]\nspeed_rpm = 5000\n\
                  [[contact]]\nname = \"c\"\nfirst = \"a1\"\nsecond = \"b1\"\nfriction = 0.3\n\
                  crown_radius_m = 1.0\n\
+                 [[spring]]\nname = \"s\"\nfirst = \"a3\"\nstiffness_n_m = 1e6\n\
                  [[load]]\non = \"a2\"\n{load}\n\
                  [[excitation]]\n{cause}\n\
                  [[observe]]\nname = \"tip\"\npoints = \"p\"\ndirection = [1, 0, 0]"
@@ -944,6 +945,7 @@ pub(crate) mod tests {
         let path = match section.name {
             "body" => format!("body.a.{}", key.name),
             "contact" => format!("contact.c.{}", key.name),
+            "spring" => format!("spring.s.{}", key.name),
             "observe" => format!("observe.tip.{}", key.name),
             _ => path,
         };

@@ -393,7 +393,7 @@ mod tests {
             .dofs
             .nodes
             .iter()
-            .position(|m| *m == NodeMotion::Free(4));
+            .position(|m| *m == crate::model::NodeMotion::Free(4));
         let tag = model.bodies[0].node_tags[local.unwrap()].to_string();
         assert!(
             message.contains("`bar`") && message.contains(&tag),
