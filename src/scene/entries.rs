@@ -483,7 +483,8 @@ const CONTACT: [Key; 12] = [
         "gap_m",
         Kind::Number("m", Limits::ANY),
         "0",
-        "initial clearance, added to that of `gap`; negative where the sides interfere (a press fit)",
+        "initial clearance, added to that of `gap`; negative where the sides interfere (a press fit), \
+         which is applied with the steady load",
         "gap_m = 0.0",
     ),
     key(

@@ -425,7 +425,7 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
         (&["load.0.force_n=1"], "exclude each other"),
         (
             &["load.0.pressure_pa="],
-            "neither `load.0.force_n` nor `load.0.pressure_pa` is given",
+            "neither `load.0.force_n` nor `load.0.traction_pa` nor `load.0.pressure_pa` is given",
         ),
         (
             &[

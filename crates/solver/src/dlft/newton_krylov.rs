@@ -75,7 +75,12 @@ const ROUNDING: f64 = 1e-14;
 /// twice.
 pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
-    let whole = norm(&balance.setting.system.model.static_load.on_x).hypot(harmonic);
+    let whole = balance
+        .setting
+        .system
+        .model
+        .steady_force_n()
+        .hypot(harmonic);
     if harmonic == 0.0 {
         return [whole; 2];
     }

@@ -21,8 +21,8 @@ use faer::Mat;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Solves the static state under `model.static_load`, applied in `load_steps` equal steps from the
-/// stuck, unloaded state; retained along the slot where friction alone does not hold it. eps is the stiffness of each
+/// Solves the static state under `model.static_load`, applied with the interference of pairs of negative
+/// clearance in `load_steps` equal steps from the stuck, unloaded state; retained along the slot where friction alone does not hold it. eps is the stiffness of each
 /// pair: the state does not depend on it, only the way there does. Where it does not converge, or nothing holds the
 /// blade, all pairs of its linear reference stick.
 pub fn static_state(
@@ -179,6 +179,8 @@ struct StaticSystem<'a> {
     eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
+    /// Clearance of each pair in this step: interference grows with the load.
+    gap_m: Vec<f64>,
     /// lambda_x (tangential) of the last step.
     slid_force: Vec<[f64; 2]>,
     /// Coefficient of each pair.
@@ -208,9 +210,10 @@ impl<'a> StaticSystem<'a> {
             stiffness,
             eps,
             load: vec![0.0; n],
+            gap_m: model.pairs.iter().map(|p| p.gap_m.max(0.0)).collect(),
             slid_force: vec![[0.0; 2]; n / 3],
             friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
-            scale: norm(&model.static_load.on_x),
+            scale: model.steady_force_n(),
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
@@ -257,6 +260,9 @@ impl<'a> StaticSystem<'a> {
         for (f, full) in self.load.iter_mut().zip(&self.model.static_load.on_x) {
             *f = fraction * full;
         }
+        for (gap, pair) in self.gap_m.iter_mut().zip(&self.model.pairs) {
+            *gap = pair.gap_m.max(fraction * pair.gap_m);
+        }
         for (pair, s) in self.slid_force.iter_mut().enumerate() {
             let t = 3 * pair + 1;
             *s = [self.eps[t] * x[t], self.eps[t + 1] * x[t + 1]];
@@ -294,7 +300,7 @@ impl<'a> StaticSystem<'a> {
         (0..self.slid_force.len())
             .map(|pair| {
                 [
-                    lambda_u[3 * pair] + self.eps[3 * pair] * self.model.pairs[pair].gap_m,
+                    lambda_u[3 * pair] + self.eps[3 * pair] * self.gap_m[pair],
                     lambda_u[3 * pair + 1] - self.slid_force[pair][0],
                     lambda_u[3 * pair + 2] - self.slid_force[pair][1],
                 ]
@@ -472,6 +478,7 @@ mod tests {
             stiffness,
             eps: &eps,
             load: vec![0.0; n],
+            gap_m: model.pairs.iter().map(|p| p.gap_m.max(0.0)).collect(),
             slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
             friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
             scale: 1.0,

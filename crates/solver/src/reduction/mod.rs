@@ -27,6 +27,7 @@ use crate::model::{ContactPair, Excitation, Growth, Model};
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
+use dovetail_numerics::vector::norm;
 
 pub use assembly::{reduce, stuck_modes};
 pub use linearised::LinearReference;
@@ -189,6 +190,17 @@ impl RelativeModel {
                 [own(3 * p), tangential, tangential]
             })
             .collect()
+    }
+
+    /// Size of what presses the pairs steadily, N: the static load on X, and the force of each pair's own stiffness
+    /// that its interference takes.
+    pub fn steady_force_n(&self) -> f64 {
+        let own = self.diagonal_stiffness();
+        let interference = self.pairs.iter().zip(own.iter().step_by(3));
+        let interference: Vec<f64> = interference
+            .map(|(pair, own)| own * pair.gap_m.min(0.0))
+            .collect();
+        norm(&self.static_load.on_x).hypot(norm(&interference))
     }
 
     /// Highest harmonic of the excitations; 0 without any.
