@@ -6,6 +6,7 @@
 mod shared_browser;
 mod shared_folder;
 mod shared_program;
+mod shared_runs;
 mod shared_scenes;
 
 mod accuracy;
@@ -41,6 +42,7 @@ mod run_as_value;
 mod scene_any_text;
 mod scene_errors;
 mod scene_set;
+mod several_bodies;
 mod springs;
 mod study;
 mod tidy;

@@ -4,76 +4,24 @@
 //! ch. 4; Cattaneo and Mindlin, eq. (7.40)-(7.42), with the work per cycle derived here from (7.42).
 
 use crate::shared_folder::Folder;
-use std::collections::HashMap;
+use crate::shared_runs::{Row, Run, number, sum};
 use std::f64::consts::PI;
-use std::path::Path;
 use std::process::Command;
 
 const MM: f64 = 1e-3;
 
-/// A run of `dovetail COMMAND scenes/verification/SCENE.toml --set ...`, its files gone at the end.
-struct Run(Folder);
-
-type Row = HashMap<String, String>;
-
-impl Run {
-    fn new(command: &str, scene: &str, name: &str, set: &[String]) -> Self {
-        let run = Self(Folder::new(name));
-        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-        program
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .arg(command)
-            .arg(
-                Path::new("scenes/verification")
-                    .join(scene)
-                    .with_extension("toml"),
-            )
-            .args(["--no-cache", "--quiet", "--out"])
-            .arg(&run.0);
-        for argument in set {
-            program.args(["--set", argument]);
-        }
-        let output = program.output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{program:?}: {message}");
-        run
-    }
-
-    /// Of the mesh in the repository: no gmsh needed.
-    fn on_ready_mesh(command: &str, scene: &str, name: &str) -> Self {
-        let mesh = format!("mesh.file=../../meshes/verification/{scene}.msh");
-        Self::new(command, scene, name, &[mesh])
-    }
-
-    fn table(&self, file: &str) -> Vec<Row> {
-        let text = std::fs::read_to_string(self.0.join(file)).unwrap();
-        let mut lines = text.lines().map(|line| line.split(','));
-        let header: Vec<&str> = lines.next().unwrap().collect();
-        lines
-            .map(|fields| {
-                let cells = header.iter().zip(fields);
-                cells.map(|(h, f)| (h.to_string(), f.to_string())).collect()
-            })
-            .collect()
-    }
-
-    fn observed_m(&self) -> f64 {
-        number(&self.table("static_observed.csv")[0], "displacement_m")
-    }
+/// Of the mesh in the repository: no gmsh needed.
+fn on_ready_mesh(scene: &str, name: &str) -> Run {
+    let mesh = format!("mesh.file=../../meshes/verification/{scene}.msh");
+    Run::new("static", &format!("verification/{scene}"), name, &[mesh])
 }
 
-fn number(row: &Row, column: &str) -> f64 {
-    row[column]
-        .parse()
-        .unwrap_or_else(|e| panic!("{column}: {e}"))
+fn observed_m(run: &Run) -> f64 {
+    number(&run.table("static_observed.csv")[0], "displacement_m")
 }
 
 fn radius_m(row: &Row) -> f64 {
     number(row, "x_m").hypot(number(row, "y_m"))
-}
-
-fn sum(rows: &[Row], value: impl Fn(&Row) -> f64) -> f64 {
-    rows.iter().map(value).sum()
 }
 
 /// Order of convergence: -log(error ratio) / log(refinement).
@@ -86,7 +34,7 @@ fn order(coarse: f64, fine: f64, refinement: f64) -> f64 {
 /// Two materials, an uneven mesh of an irregular flank: pressure, slip and displacement are exact.
 #[test]
 fn patch_test_uniform_pressure_across_the_interface() {
-    pressure_is_uniform(&Run::on_ready_mesh("static", "patch", "patch"));
+    pressure_is_uniform(&on_ready_mesh("patch", "patch"));
 }
 
 /// Flanks of quadrilaterals and of the triangles of wedges, with mid-edge nodes and without.
@@ -97,7 +45,7 @@ fn patch_test_with_hexahedra_and_wedges() {
             let set = [("shape", shape), ("order", order)]
                 .map(|(name, value)| format!("mesh.parameters.{name}={value}"));
             let name = format!("patch_{shape}_{order}");
-            pressure_is_uniform(&Run::new("static", "patch", &name, &set));
+            pressure_is_uniform(&Run::new("static", "verification/patch", &name, &set));
         }
     }
 }
@@ -123,7 +71,7 @@ fn pressure_is_uniform(run: &Run) {
         }
     }
     // p (8 mm / 100 GPa + 6 mm / 200 GPa)
-    let shortening = -run.observed_m() / 5.5e-6 - 1.0;
+    let shortening = -observed_m(run) / 5.5e-6 - 1.0;
     assert!(shortening.abs() < 1e-8, "{shortening:e}");
 }
 
@@ -157,7 +105,7 @@ fn hertz(run: &Run, elastic: f64) -> HertzErrors {
         radius: (2.5 * second).sqrt() / a - 1.0,
         largest_pressure: largest.fold(0.0, f64::max) / p0 - 1.0,
         pressure: (sum(&pairs, difference) / sum(&pairs, |p| area(p) * exact(p).powi(2))).sqrt(),
-        approach: -run.observed_m() / (a * a / crown_radius) - 1.0,
+        approach: -observed_m(run) / (a * a / crown_radius) - 1.0,
     }
 }
 
@@ -174,7 +122,7 @@ fn print_hertz(label: &str, e: &HertzErrors) {
 /// Four elements on the radius of contact.
 #[test]
 fn hertz_coarse() {
-    let e = hertz(&Run::on_ready_mesh("static", "hertz", "hertz"), 2.0);
+    let e = hertz(&on_ready_mesh("hertz", "hertz"), 2.0);
     print_hertz("n = 6", &e);
     assert!(e.radius.abs() < 0.02, "{}", e.radius);
     assert!(e.largest_pressure.abs() < 0.04, "{}", e.largest_pressure);
@@ -186,7 +134,10 @@ fn hertz_coarse() {
 #[test]
 fn hertz_on_rigid_ground() {
     let mesh = "mesh.file=../../meshes/verification/hertz.msh".to_owned();
-    let e = hertz(&Run::new("static", "hertz_rigid", "rigid", &[mesh]), 1.0);
+    let e = hertz(
+        &Run::new("static", "verification/hertz_rigid", "rigid", &[mesh]),
+        1.0,
+    );
     print_hertz("rigid ground, n = 6", &e);
     assert!(e.radius.abs() < 0.02, "{}", e.radius);
     assert!(e.largest_pressure.abs() < 0.04, "{}", e.largest_pressure);
@@ -204,7 +155,7 @@ fn hertz_converges() {
             format!("mesh.parameters.grow={grow}"),
         ];
         let e = hertz(
-            &Run::new("static", "hertz", &format!("hertz{n}"), &set),
+            &Run::new("static", "verification/hertz", &format!("hertz{n}"), &set),
             2.0,
         );
         print_hertz(&format!("n = {n}"), &e);
@@ -246,7 +197,7 @@ fn punch(run: &Run) -> PunchErrors {
     PunchErrors {
         pressure: (sum(&inside, difference) / whole).sqrt(),
         // P (1 - nu^2) / (2 E a)
-        indentation: run.observed_m() / (force * 0.91 / (2.0 * 200e9 * a)) - 1.0,
+        indentation: observed_m(run) / (force * 0.91 / (2.0 * 200e9 * a)) - 1.0,
     }
 }
 
@@ -261,7 +212,7 @@ fn print_punch(label: &str, e: &PunchErrors) {
 /// Eight elements on the radius. Contact is linear on the flank and the pressure singular at the rim: too stiff by O(h).
 #[test]
 fn punch_coarse() {
-    let e = punch(&Run::on_ready_mesh("static", "punch", "punch"));
+    let e = punch(&on_ready_mesh("punch", "punch"));
     print_punch("n = 8", &e);
     assert!(e.pressure < 0.08, "{}", e.pressure);
     assert!(
@@ -280,7 +231,12 @@ fn punch_converges() {
             format!("mesh.parameters.n={n}"),
             format!("mesh.parameters.grow={grow}"),
         ];
-        let e = punch(&Run::new("static", "punch", &format!("punch{n}"), &set));
+        let e = punch(&Run::new(
+            "static",
+            "verification/punch",
+            &format!("punch{n}"),
+            &set,
+        ));
         print_punch(&format!("n = {n}"), &e);
         e
     };
@@ -342,7 +298,7 @@ fn cattaneo_mindlin(n: u32, q: f64) -> (f64, f64) {
         format!("excitation.0.force_n={}", q * FRICTION * NORMAL_N / 2.0),
     ];
     let name = format!("slip{n}-{q}");
-    let run = Run::new("run", "cattaneo_mindlin", &name, &set);
+    let run = Run::new("run", "verification/cattaneo_mindlin", &name, &set);
     let response = &run.table("response.csv")[0];
     assert_eq!(response["outcome"], "converged");
     let mut pairs = run.table("contact.csv");

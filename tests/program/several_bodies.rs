@@ -1,0 +1,234 @@
+//! The scenes of several bodies: a wedge under platforms, shrouds, lock plates, a bolted beam.
+//!
+//! Each is run through the program on its mesh, with few frequencies, and compared with statics, with energy, or
+//! with a scene that must answer the same.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::shared_folder::Folder;
+use crate::shared_runs::{Run, number};
+
+fn set(settings: &[&str]) -> Vec<String> {
+    settings.iter().map(|s| s.to_string()).collect()
+}
+
+/// A number of summary.json: `response.peak_amplitude_m`.
+fn figure(summary: &Value, path: &str) -> f64 {
+    let found = path.split('.').fold(summary, |at, key| &at[key]);
+    found.as_f64().unwrap_or_else(|| panic!("{path}: {found}"))
+}
+
+/// Of a contact of the static state: its normal force and its friction, N.
+fn forces_n(summary: &Value, contact: &str) -> [f64; 2] {
+    let contacts = summary["static"]["contacts"].as_array().unwrap();
+    let found = contacts.iter().find(|c| c["name"] == contact).unwrap();
+    ["normal_force_n", "friction_force_n"].map(|key| figure(found, key))
+}
+
+fn assert_close(found: f64, expected: f64, tolerance: f64) {
+    let off = found / expected - 1.0;
+    assert!(off.abs() < tolerance, "{found} is not {expected}: {off:e}");
+}
+
+// ------------------------------------------------------------------------- wedge under platforms
+
+/// Sine and cosine of the angle between a flank of the wedge and the radial direction: 45 degrees.
+const FLANK: f64 = FRAC_1_SQRT_2;
+
+/// m r w^2 of the wedge of geometry/platform_damper.geo, from its dimensions.
+fn wedge_load_n() -> f64 {
+    let (radius, thickness, space, inset, length) = (0.450, 8e-3, 1e-3, 0.15, 36e-3);
+    let half_pitch = TAU / 160.0;
+    let half_width = radius * half_pitch.tan() - space / 2.0;
+    // The upper edge of a platform's face, and the length of the face, in the frame of the wedge.
+    let y = radius * half_pitch.sin() - half_width * half_pitch.cos();
+    let z = radius * half_pitch.cos() + half_width * half_pitch.sin();
+    let face = thickness / (TAU / 8.0 + half_pitch).cos();
+    let [upper, lower] = [inset, 1.0 - inset].map(|share| share * face * FLANK);
+    let (upper_half, lower_half, height) = (y + upper, y + lower, lower - upper);
+    let area = (upper_half + lower_half) * height;
+    let centre =
+        z - lower + height * (2.0 * upper_half + lower_half) / (3.0 * (upper_half + lower_half));
+    let speed = 5000.0 / 60.0 * TAU;
+    7800.0 * area * length * centre * speed * speed
+}
+
+#[test]
+fn a_wedge_without_friction_bears_on_both_platforms_as_statics_has_it() {
+    let run = |prestress: &str| {
+        let prestress = format!("rotation.prestress={prestress}");
+        let settings = set(&["contact.*.friction=0", &prestress]);
+        Run::new("static", "platform_damper", "wedge", &settings).summary()
+    };
+    let expected = wedge_load_n() / (2.0 * FLANK);
+    let (load_alone, softened) = (run("none"), run("contact"));
+    for contact in ["wedge_a", "wedge_b"] {
+        let [normal, friction] = forces_n(&load_alone, contact);
+        assert_close(normal, expected, 1e-6);
+        assert_eq!(friction, 0.0);
+        // The wedge lies farther out than in the mesh by what the platforms give way.
+        let [normal, _] = forces_n(&softened, contact);
+        assert_close(normal, expected, 1e-3);
+        assert!(normal > expected);
+    }
+}
+
+/// The platforms move outwards with their blades, and friction takes the wedge along.
+#[test]
+fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {
+    let settings = set(&["rotation.prestress=none"]);
+    let summary = Run::new("static", "platform_damper", "wedge", &settings).summary();
+    let load = wedge_load_n();
+    for contact in ["wedge_a", "wedge_b"] {
+        let [normal, friction] = forces_n(&summary, contact);
+        assert_close(2.0 * FLANK * (normal - friction), load, 1e-6);
+        assert!(friction > 0.01 * normal, "{friction}");
+        // At the limit of friction on all pairs.
+        assert!(normal < load / (2.0 * FLANK * 0.7), "{normal}");
+    }
+}
+
+/// Stuck the wedge dissipates next to nothing; on a wedge that slides friction is limited, and the force is not.
+#[test]
+fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
+    let [low, middle, high] = [1.0, 10.0, 20.0].map(|force| {
+        let force_n = format!("excitation.0.force_n={force}");
+        let settings = set(&[&force_n, "response.points=16"]);
+        let summary = Run::new("run", "platform_damper", "wedge", &settings).summary();
+        let response = &summary["response"];
+        assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
+        assert!(figure(response, "worst_energy_balance_error") < 1e-5);
+        let per_newton = figure(response, "peak_amplitude_m") / force;
+        (per_newton, figure(response, "peak_frequency_hz"))
+    });
+    println!("{low:?} {middle:?} {high:?}");
+    assert!(middle.0 < 0.5 * low.0 && middle.0 < 0.5 * high.0);
+    // Towards the frequency of a blade that nothing couples to the other one.
+    assert!(high.1 < low.1);
+}
+
+// --------------------------------------------------------------------------- roots and a shroud
+
+/// scenes/shroud.toml with its first blade and its first sector of the disc alone.
+fn blade_alone(folder: &Path) -> PathBuf {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let text = std::fs::read_to_string(scenes.join("shroud.toml")).unwrap();
+    let mut scene: toml::Table = text.parse().unwrap();
+    let geometry = scenes.join("../geometry/shroud.geo");
+    scene["mesh"]["geometry"] = toml::Value::from(geometry.to_str().unwrap());
+    for (section, kept) in [("body", 2), ("contact", 2), ("observe", 1)] {
+        scene[section].as_array_mut().unwrap().truncate(kept);
+    }
+    scene.remove("load");
+    let file = folder.join("alone.toml");
+    std::fs::write(&file, scene.to_string()).unwrap();
+    file
+}
+
+#[test]
+fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer() {
+    let linear_hz = |run: Run| figure(&run.summary(), "linear_frequency_hz");
+    let none = "rotation.prestress=none";
+    let folder = Folder::new("shroud");
+    let file = blade_alone(&folder);
+    let alone = linear_hz(Run::of_file("static", &file, "alone", &set(&[none])));
+    let gap = "contact.shroud.gap_m=1e-3";
+    let open = set(&[none, "contact.shroud.friction=0", gap, "load="]);
+    let apart = linear_hz(Run::new("static", "shroud", "apart", &open));
+    assert_close(apart, alone, 1e-6);
+    let stuck = linear_hz(Run::new("static", "shroud", "stuck", &set(&[none])));
+    // Between no constraint at the shroud and all of its nodes held (Rayleigh).
+    let modes = Run::new("modes", "shroud", "held", &set(&[none])).table("modes.csv");
+    let of_blade = modes.iter().find(|m| m["body"] == "blade_a");
+    let held = number(of_blade.unwrap(), "frequency_hz");
+    println!("alone {alone} Hz, stuck {stuck} Hz, held {held} Hz");
+    assert!(1.1 * alone < stuck && stuck < held);
+}
+
+#[test]
+fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
+    let settings = set(&["response.points=6"]);
+    let summary = Run::new("run", "shroud", "rubbing", &settings).summary();
+    let response = &summary["response"];
+    assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
+    assert!(figure(response, "worst_energy_balance_error") < 1e-5);
+    assert!(figure(response, "peak_ratio") < 0.5);
+    let friction = figure(response, "peak_friction_power_w");
+    assert!(friction > figure(response, "peak_damping_power_w"));
+}
+
+// ---------------------------------------------------------------------------------- lock plates
+
+/// Coarse meshes of the joint of the paper, without friction: only the ends of the slot hold the blade along it.
+#[test]
+fn lock_plates_hold_the_blade_where_the_program_would_retain_it() {
+    let coarse = [
+        "mesh.parameters.nu=3",
+        "mesh.parameters.nv=4",
+        "mesh.parameters.order=1",
+        "contact.*.friction=0",
+        "rotation.prestress=none",
+    ];
+    let static_state = |scene: &str| Run::new("static", scene, "lock", &set(&coarse)).summary();
+    let without = static_state("paper");
+    let summary = static_state("lock_plate");
+    assert!(summary["static"]["retention_n"].is_null());
+    let [left, right, front, rear] =
+        ["left", "right", "front", "rear"].map(|contact| forces_n(&summary, contact)[0]);
+    // Balance of the blade: flanks of 45 degrees on a slot at 25 degrees to the axis.
+    let load: Vec<f64> = summary["mesh"]["bodies"][0]["centrifugal_force_n"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f.as_f64().unwrap())
+        .collect();
+    let skew = 25_f64.to_radians();
+    assert_close(
+        figure(&without, "static.retention_n"),
+        load[1] * skew.sin(),
+        1e-4,
+    );
+    assert_close(FLANK * (left + right), load[2], 1e-6);
+    let across = FLANK * (left - right);
+    assert!((across * skew.cos() - load[1]).abs() < 1e-6 * load[2]);
+    assert!((across * skew.sin() + front - rear).abs() < 1e-6 * load[2]);
+    println!("left {left} N, right {right} N, front {front} N, rear {rear} N, {load:?}");
+    assert!(front + rear > 1.0);
+}
+
+// ----------------------------------------------------------------------------- Brake-Reuss beam
+
+/// A turn of the whole beam strains nothing: its six rigid motions lie on the soft springs alone.
+#[test]
+fn the_bolted_beam_floats() {
+    let modes = Run::new("modes", "brake_reuss", "floating", &[]).table("modes.csv");
+    let stuck = modes.iter().filter(|m| m["kind"] == "stuck");
+    let frequencies: Vec<f64> = stuck.map(|m| number(m, "frequency_hz")).collect();
+    assert!(frequencies[5] < 7.0, "{frequencies:?}");
+    // Two notches soften the bending along the bolts; a beam without any has 255 Hz (Euler).
+    assert!(
+        frequencies[6] > 150.0 && frequencies[7] < 255.0,
+        "{frequencies:?}"
+    );
+}
+
+#[test]
+fn the_bolted_beam_bears_its_bolts_and_vibrates_where_it_was_published() {
+    let small = set(&[
+        "excitation.0.force_n=1e-3",
+        "response.points=3",
+        "response.harmonics=1",
+        "response.most_added_points=0",
+    ]);
+    let run = Run::new("run", "brake_reuss", "bolted", &small);
+    let summary = run.summary();
+    // Three bolts of 12 kN; the soft springs take next to nothing of it.
+    let [normal, _] = forces_n(&summary, "lap");
+    assert_close(normal, 36e3, 1e-5);
+    // Published for small amplitudes: 168.5 Hz. The mesh of the scene is a coarse one.
+    let frequency = figure(&summary, "response.linear_peak_frequency_hz");
+    assert_close(frequency, 168.5, 0.03);
+}
