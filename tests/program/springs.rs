@@ -261,9 +261,9 @@ fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
         for _ in 0..100 {
             let x = 0.5 * (low + high);
             if x * f64::tan(x) < share {
-                low = x
+                low = x;
             } else {
-                high = x
+                high = x;
             }
         }
         let speed = (material.young_pa / material.density_kg_m3).sqrt();
@@ -396,9 +396,9 @@ fn beam_column_hz(rigidity_n_m2: f64, mass_kg_m: f64, load_n: f64, strut_m: f64)
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
         if determinant(middle).signum() == sign {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     low / TAU
