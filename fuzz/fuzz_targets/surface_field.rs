@@ -12,7 +12,10 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             let count = field.points_m.len();
             let values = match &field.values {
                 FieldValues::Forces(forces) => forces.len(),
-                FieldValues::Pressures { pressures_pa, areas_m2 } => {
+                FieldValues::Pressures {
+                    pressures_pa,
+                    areas_m2,
+                } => {
                     assert!(areas_m2.as_ref().is_none_or(|areas| areas.len() == count));
                     pressures_pa.len()
                 }
