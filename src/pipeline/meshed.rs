@@ -19,12 +19,13 @@ use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::eigen::Modes;
+use dovetail_numerics::space::{distance, middle};
 use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
-use dovetail_solver::model::{self, Model};
+use dovetail_solver::model::{self, Model, NodeMotion};
 use dovetail_solver::model::{Assembly, ContactSpec, SpringSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
@@ -263,6 +264,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
     }
     warn_of_held_volumes(assembly, mesh, progress);
     tell_of_flanks(assembly, &model, progress);
+    warn_of_curved_edges(&model, progress);
     let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
     for (element, count) in model.element_types() {
         *shapes.entry(element.shape).or_default() += count;
@@ -319,6 +321,36 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
     }
 }
 
+/// Middle nodes of flank edges follow the mean of the two corners, which is where they are on straight edges alone.
+fn warn_of_curved_edges(model: &Model, progress: &Progress) {
+    for body in &model.bodies {
+        let place = |node: u32| body.nodes_m[node as usize];
+        let motions = body.dofs.nodes.iter().zip(&body.nodes_m);
+        let bulges = motions.filter_map(|(motion, own)| match motion {
+            NodeMotion::Tied([a, b]) => {
+                let (a, b) = (place(*a), place(*b));
+                Some(distance(*own, middle(a, b)) / distance(a, b))
+            }
+            _ => None,
+        });
+        let largest = bulges.fold(0.0, f64::max);
+        if largest > CURVED {
+            progress.warning(
+                Weight::Doubt,
+                format!(
+                    "body \"{}\": edges of its flanks are curved by up to {:.1} % of their length; their middle nodes \
+                     follow the mean of the corners, so that the flanks resist a turn of the body: make the edges \
+                     straight (Mesh.SecondOrderLinear = 1 in a Gmsh script)",
+                    body.name,
+                    100.0 * largest
+                ),
+            );
+        }
+    }
+}
+
+/// Edges that bulge by more than this share of their length are not straight.
+const CURVED: f64 = 2e-3;
 /// Below this share of a flank the other one may not be where it is meant to be.
 const HARDLY_COVERED: f64 = 0.5;
 /// Flanks farther apart than this share of their facets' length are not taken to touch without a word.

@@ -5,10 +5,12 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said_in_one_line};
 use crate::shared_runs::{Run, number};
 
 fn set(settings: &[&str]) -> Vec<String> {
@@ -213,6 +215,36 @@ fn the_bolted_beam_floats() {
         frequencies[6] > 150.0 && frequencies[7] < 255.0,
         "{frequencies:?}"
     );
+}
+
+/// Curved edges of flanks resist a turn: the same beam no longer floats, and the program says so.
+#[test]
+fn curved_edges_of_flanks_are_warned_of() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("geometry/brake_reuss.geo")).unwrap();
+    let folder = Folder::new("curved");
+    for (linear, warned) in [(1, false), (0, true)] {
+        let option = format!("Mesh.SecondOrderLinear = {linear};");
+        let script = folder.join(format!("{linear}.geo"));
+        std::fs::write(
+            &script,
+            text.replace("Mesh.SecondOrderLinear = 1;", &option),
+        )
+        .unwrap();
+        let mut run = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        run.current_dir(root)
+            .args([
+                "static",
+                "scenes/brake_reuss.toml",
+                "--no-cache",
+                "--quiet",
+                "--out",
+            ])
+            .arg(folder.join(format!("{linear}")))
+            .args(["--set", &format!("mesh.geometry={}", script.display())]);
+        let said = said_in_one_line(&ended(run, 0));
+        assert_eq!(said.contains("Mesh.SecondOrderLinear"), warned, "{said}");
+    }
 }
 
 #[test]
