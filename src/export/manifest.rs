@@ -13,7 +13,7 @@ use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
-use dovetail_solver::model::{BodyNode, FlankMatch, Model, Side};
+use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     LocalPeak, converged, energy_balance_error, largest_estimated_error, linear_peak, local_peaks,
@@ -68,34 +68,7 @@ pub struct Summary {
     pub observations: Vec<ObservationSummary>,
     /// Fields at points in space that were mapped to surfaces; none where no excitation has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub excitation_fields: Vec<FieldSummary>,
-}
-
-/// How complex forces or pressures at points were mapped to a surface. The real part of a vector stands first.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct FieldSummary {
-    /// The file.
-    pub field: String,
-    pub surface: String,
-    pub points: usize,
-    /// Sum of the given forces; `None` of pressures without areas.
-    pub given_n: Option<[[f64; 3]; 2]>,
-    /// Sum of the forces on the nodes.
-    pub applied_n: [[f64; 3]; 2],
-    /// Of a point from the surface.
-    pub largest_distance_m: f64,
-    pub rms_distance_m: f64,
-    /// Points farther from the surface than the nearest facet is long.
-    pub far_points: usize,
-    /// Of the moment about the centroid of the surface, over the sum of forces times lever arms; `None` of pressures
-    /// without areas.
-    pub moment_error: Option<f64>,
-    /// Differences between the given pressures and those that all other points give there, relative; `None` but of
-    /// pressures without areas.
-    pub interpolation_error: Option<f64>,
-    /// Of pressures without areas: facets that no point is near.
-    pub empty_facets: usize,
-    pub facets: usize,
+    pub excitation_fields: Vec<FieldMap>,
 }
 
 /// How far a run came. A run that was killed without a word leaves `running`.
@@ -151,25 +124,7 @@ pub struct MeshSummary {
     pub free_dofs: usize,
     pub bodies: Vec<BodySummary>,
     /// Contacts between two flanks, bonded ones last.
-    pub contacts: Vec<FlankSummary>,
-}
-
-/// How the two flanks of a contact lie on each other.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct FlankSummary {
-    pub name: String,
-    /// The flank whose nodes the pairs are made at: `first` or `second`.
-    pub slave: String,
-    /// Whether each node meets one node of the other flank.
-    pub nodes_match: bool,
-    /// Share of the slave flank that lies opposite the other.
-    pub covered: f64,
-    /// Largest distance between a node and what it meets.
-    pub largest_mismatch_m: f64,
-    /// The same along the normal.
-    pub largest_separation_m: f64,
-    /// Largest weight of a node that is met.
-    pub largest_weight: f64,
+    pub contacts: Vec<FlankMatch>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -397,23 +352,7 @@ pub fn mesh_summary(
         element_types: types.into_iter().map(|(t, n)| (t.name(), n)).collect(),
         free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
         bodies,
-        contacts: model.matches.iter().map(flank_summary).collect(),
-    }
-}
-
-fn flank_summary(found: &FlankMatch) -> FlankSummary {
-    FlankSummary {
-        name: found.contact.clone(),
-        slave: match found.slave {
-            Side::First => "first",
-            Side::Second => "second",
-        }
-        .to_owned(),
-        nodes_match: found.nodes_match,
-        covered: found.covered,
-        largest_mismatch_m: found.largest_mismatch_m,
-        largest_separation_m: found.largest_separation_m,
-        largest_weight: found.largest_weight,
+        contacts: model.matches.clone(),
     }
 }
 

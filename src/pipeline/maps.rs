@@ -1,7 +1,6 @@
 //! Says how fields at points in space were mapped to the surfaces that they act on.
 
 use super::progress::Progress;
-use crate::export::manifest::FieldSummary;
 use crate::warning::Weight;
 use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::model::{FieldMap, Model};
@@ -17,25 +16,6 @@ pub(super) fn tell(model: &Model, progress: &Progress) {
             progress.warning(Weight::Doubt, doubt);
         }
     }
-}
-
-/// For summary.json.
-pub(super) fn summaries(model: &Model) -> Vec<FieldSummary> {
-    let summary = |map: &FieldMap| FieldSummary {
-        field: map.field.clone(),
-        surface: map.surface.clone(),
-        points: map.points,
-        given_n: map.given_n,
-        applied_n: map.applied_n,
-        largest_distance_m: map.largest_distance_m,
-        rms_distance_m: map.rms_distance_m,
-        far_points: map.far_points,
-        moment_error: map.moment_error,
-        interpolation_error: map.interpolation_error,
-        empty_facets: map.empty_facets,
-        facets: map.facets,
-    };
-    model.maps.iter().map(summary).collect()
 }
 
 fn note(map: &FieldMap) -> String {

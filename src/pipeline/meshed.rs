@@ -290,7 +290,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 /// How flanks lie on each other whose nodes do not match, and what may not be meant.
 fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
     for found in model.matches.iter().filter(|m| !m.nodes_match) {
-        let (name, share) = (&found.contact, 100.0 * found.covered);
+        let (name, share) = (&found.name, 100.0 * found.covered);
         progress.note(&format!(
             "contact {name}: the meshes do not match; {share:.1} % of one flank lies opposite the other, which the \
              nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
@@ -307,7 +307,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
         }
     }
     for found in &model.matches {
-        let (name, apart) = (&found.contact, found.largest_separation_m);
+        let (name, apart) = (&found.name, found.largest_separation_m);
         let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
         if apart > FAR_APART * found.facet_m && !assembly.contacts.iter().any(|c| counts(&c)) {
             progress.warning(

@@ -217,7 +217,7 @@ pub fn mesh(scene: &Scene, context: &Context, progress: &Progress) -> Result<Sum
     let mut summary = summary::empty(scene, context);
     summary.pairs = bound.model.pairs.len();
     summary.observations = manifest::observation_summaries(&bound.model);
-    summary.excitation_fields = maps::summaries(&bound.model);
+    summary.excitation_fields = bound.model.maps.clone();
     summary.mesh = Some(bound.summary());
     summary::take_down(progress, &mut summary);
     Ok(summary)

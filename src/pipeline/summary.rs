@@ -1,6 +1,5 @@
 //! Gathers the figures that a run tells at its end, as it goes on.
 
-use super::maps;
 use super::meshed::Meshed;
 use super::progress::Progress;
 use super::reduced::Reduced;
@@ -39,7 +38,7 @@ pub(super) fn of_reduced(scene: &Scene, context: &Context, reduced: &Reduced) ->
         bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded_pairs()),
         excitation_fields: reduced
             .meshed()
-            .map_or_else(Vec::new, |m| maps::summaries(&m.model)),
+            .map_or_else(Vec::new, |m| m.model.maps.clone()),
         observations: match reduced.meshed() {
             Some(meshed) => manifest::observation_summaries(&meshed.model),
             None => manifest::probe_summaries(&reduced.observations()),

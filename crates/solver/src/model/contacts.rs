@@ -112,7 +112,7 @@ pub(super) fn contact(
     }
     let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(found.rows.len());
     let mut summary = FlankMatch {
-        contact: spec.name.clone(),
+        name: spec.name.clone(),
         slave,
         covered: found.covered,
         largest_mismatch_m: 0.0,

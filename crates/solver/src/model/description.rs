@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::parts::Placement;
 use crate::mesh::source::{MeshSource, Units};
@@ -163,7 +163,8 @@ pub struct ContactSpec {
 }
 
 /// One of the two flanks of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Side {
     /// The one named `first`.
     First,

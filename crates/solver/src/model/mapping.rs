@@ -5,8 +5,10 @@
 //! -p A n along the inward normal. Pressures alone are a field: it is found at the points of quadrature of
 //! the facets by [`least_squares`], and gives node a the force -int N_a p n dA.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::least_squares;
 use super::neighbours::{FacetTree, PointTree};
@@ -17,7 +19,7 @@ use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
 /// How a field at points in space was mapped to a surface, at the amplitude of its excitation. Of complex
 /// vectors the real part stands first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FieldMap {
     /// Where the field is from.
     pub field: String,
@@ -112,25 +114,13 @@ impl Facets {
 /// Every node of the surface has one force in each part.
 pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], FieldMap) {
     let feet = feet(&field.points_m, facets);
-    let given = given_forces(field, &feet);
     let mut forces = Forces::none(facets);
-    match (&given, &field.values) {
-        (Some(given), _) => {
-            for (foot, force) in feet.iter().zip(given) {
-                forces.add(&facets.nodes[foot.facet], &foot.point.shapes, *force);
-            }
-        }
-        (None, FieldValues::Pressures { pressures_pa, .. }) => {
-            add_pressures(&field.points_m, pressures_pa, facets, &mut forces);
-        }
-        (None, FieldValues::Forces(_)) => unreachable!("forces are given"),
-    }
     let mut map = FieldMap {
         field: String::new(),
         surface: String::new(),
         points: feet.len(),
-        given_n: given.as_ref().map(|given| sum(given.iter().copied())),
-        applied_n: sum(forces.on_node.iter().copied()),
+        given_n: None,
+        applied_n: [[0.0; 3]; 2],
         largest_distance_m: feet.iter().map(|f| f.distance_m).fold(0.0, f64::max),
         rms_distance_m: rms(feet.iter().map(|f| f.distance_m)),
         far_points: feet
@@ -143,17 +133,22 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
         facets: facets.nodes.len(),
         distances_m: feet.iter().map(|f| f.distance_m).collect(),
     };
-    match (&given, &field.values) {
-        (Some(given), _) => {
-            map.moment_error = Some(moment_error(&field.points_m, given, facets, &forces));
+    match given(field, &feet) {
+        Given::Forces(given) => {
+            for (foot, force) in feet.iter().zip(given.iter()) {
+                forces.add(&facets.nodes[foot.facet], &foot.point.shapes, *force);
+            }
+            map.given_n = Some(sum(given.iter().copied()));
+            map.moment_error = Some(moment_error(&field.points_m, &given, facets, &forces));
         }
-        (None, FieldValues::Pressures { pressures_pa, .. }) => {
+        Given::Pressures(pressures_pa) => {
             let tree = PointTree::new(&field.points_m);
+            add_pressures(&field.points_m, pressures_pa, &tree, facets, &mut forces);
             map.interpolation_error = interpolation_error(&field.points_m, pressures_pa, &tree);
             map.empty_facets = empty_facets(&field.points_m, &tree, facets);
         }
-        (None, FieldValues::Forces(_)) => {}
     }
+    map.applied_n = sum(forces.on_node.iter().copied());
     (forces.parts(), map)
 }
 
@@ -178,22 +173,32 @@ fn feet(points_m: &[[f64; 3]], facets: &Facets) -> Vec<Foot> {
     points_m.par_iter().map(foot).collect()
 }
 
-/// A force for each point; `None` of pressures without areas.
-fn given_forces(field: &SurfaceField, feet: &[Foot]) -> Option<Vec<[[f64; 3]; 2]>> {
+/// What a field gives at its points.
+enum Given<'a> {
+    /// Forces, those of pressures with areas too.
+    Forces(Cow<'a, [[[f64; 3]; 2]]>),
+    /// Pressures without areas.
+    Pressures(&'a [[f64; 2]]),
+}
+
+fn given<'a>(field: &'a SurfaceField, feet: &[Foot]) -> Given<'a> {
     match &field.values {
-        FieldValues::Forces(forces) => Some(forces.clone()),
+        FieldValues::Forces(forces) => Given::Forces(forces.into()),
         FieldValues::Pressures {
             pressures_pa,
-            areas_m2,
+            areas_m2: Some(areas_m2),
         } => {
             let force = |((foot, p), area): ((&Foot, &[f64; 2]), &f64)| {
                 let normal = unit(foot.point.normal_m2).unwrap_or_default();
                 p.map(|p| scaled(normal, -p * area))
             };
-            let areas = areas_m2.as_ref()?;
-            let all = feet.iter().zip(pressures_pa).zip(areas).map(force);
-            Some(all.collect())
+            let all = feet.iter().zip(pressures_pa).zip(areas_m2).map(force);
+            Given::Forces(all.collect())
         }
+        FieldValues::Pressures {
+            pressures_pa,
+            areas_m2: None,
+        } => Given::Pressures(pressures_pa),
     }
 }
 
@@ -201,13 +206,13 @@ fn given_forces(field: &SurfaceField, feet: &[Foot]) -> Option<Vec<[[f64; 3]; 2]
 fn add_pressures(
     points_m: &[[f64; 3]],
     pressures_pa: &[[f64; 2]],
+    tree: &PointTree,
     facets: &Facets,
     forces: &mut Forces,
 ) {
-    let tree = PointTree::new(points_m);
     let on_facet = |coords: &Vec<[f64; 3]>| -> Vec<(Vec<f64>, [[f64; 3]; 2])> {
         let point = |(point, weight): (FacetPoint, f64)| {
-            let shares = least_squares::shares(points_m, &tree, point.position_m, None);
+            let shares = least_squares::shares(points_m, tree, point.position_m, None);
             let p = pressure(&shares, pressures_pa);
             let force = p.map(|p| scaled(point.normal_m2, -weight * p));
             (point.shapes, force)

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::{Connectivity, ElementType};
 
@@ -340,10 +340,10 @@ pub struct ContactPair {
 }
 
 /// How the two flanks of a contact lie on each other.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlankMatch {
-    /// Name of the contact.
-    pub contact: String,
+    /// Of the contact.
+    pub name: String,
     /// The flank whose nodes the pairs are made at.
     pub slave: Side,
     /// Share of that flank's area that lies opposite the other one.
@@ -354,6 +354,7 @@ pub struct FlankMatch {
     /// The same along the normal, m.
     pub largest_separation_m: f64,
     /// Mean length of a side of the slave's facets, m.
+    #[serde(skip)]
     pub facet_m: f64,
     /// Largest weight of a master node, without its sign.
     pub largest_weight: f64,

@@ -80,7 +80,8 @@ pub(super) fn mortar(
     reach: Reach,
 ) -> Mortar {
     let masters: Vec<Facet> = facets(master, master_m);
-    let cells = Cells::of(&masters, &facets(slave, slave_m), reach);
+    let slaves: Vec<Facet> = facets(slave, slave_m);
+    let cells = Cells::of(&masters, &slaves, reach);
     let mut found = Mortar {
         rows: vec![None; slave.nodes.len()],
         met: [
@@ -92,7 +93,7 @@ pub(super) fn mortar(
     };
     let mut area = vec![0.0; slave.nodes.len()];
     let mut weights: Vec<HashMap<u32, f64>> = vec![HashMap::new(); slave.nodes.len()];
-    for (e, facet) in facets(slave, slave_m).iter().enumerate() {
+    for (e, facet) in slaves.iter().enumerate() {
         let mut parts = Vec::new();
         for &m in &cells.around(facet) {
             let opposite = facet.part_opposite(&masters[m], reach, &mut found.missed);
