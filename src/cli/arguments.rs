@@ -11,7 +11,7 @@ use super::new::Template;
 use crate::console::Verbosity;
 use crate::pipeline::verify::Verification;
 use crate::pipeline::{CacheSettings, FurtherPlot, SpeedRange};
-use crate::study::{Action, StudyOptions};
+use crate::study::{Action, Sharing, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
 
@@ -117,7 +117,7 @@ pub(super) enum Command {
     Modes(Modes),
     /// Up to the reduced model, which [reduced_model] of a scene reads
     #[command(after_help = "Example:\n  dovetail reduce scene.toml --out my_model")]
-    Reduce(SceneFile),
+    Reduce(Reduce),
     /// Up to the static state under rotation
     #[command(after_help = "Example:\n  dovetail static scene.toml --set rotation.speed_rpm=8000")]
     Static(SceneFile),
@@ -193,25 +193,30 @@ pub(super) struct StudyArguments {
     jobs: Option<usize>,
 
     /// Run nothing: answer with the cases that are there
-    #[arg(long, conflicts_with_all = ["case", "export_workflow", "jobs"])]
+    #[arg(long, group = "action", conflicts_with = "jobs")]
     collect: bool,
 
     /// Run this case alone, without answers
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["export_workflow", "jobs"])]
+    #[arg(long, value_name = "NAME", group = "action", conflicts_with = "jobs")]
     case: Option<String>,
 
+    /// Only make this mesh or reduced model, which cases share through --cache
+    #[arg(long, value_name = "NAME", group = "action", conflicts_with = "jobs")]
+    piece: Option<String>,
+
     /// Run nothing: write a Snakemake workflow and the list of its cases into DIR
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath, conflicts_with = "jobs")]
+    #[arg(long, value_name = "DIR", group = "action", conflicts_with = "jobs", value_hint = ValueHint::DirPath)]
     export_workflow: Option<PathBuf>,
 }
 
 impl StudyArguments {
     pub(super) fn options(&self, shared: &Shared) -> StudyOptions {
-        let action = match (&self.case, &self.export_workflow) {
-            (Some(case), _) => Action::Case(case.clone()),
-            (None, Some(folder)) => Action::ExportWorkflow(folder.clone()),
-            (None, None) if self.collect => Action::Collect,
-            (None, None) => Action::Run,
+        let action = match (&self.case, &self.piece, &self.export_workflow) {
+            (Some(case), _, _) => Action::Case(case.clone()),
+            (_, Some(piece), _) => Action::Piece(piece.clone()),
+            (_, _, Some(folder)) => Action::ExportWorkflow(folder.clone()),
+            _ if self.collect => Action::Collect,
+            _ => Action::Run,
         };
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         StudyOptions {
@@ -219,7 +224,7 @@ impl StudyArguments {
             out: shared.out.clone(),
             jobs: self.jobs.unwrap_or_else(cores),
             threads: shared.threads.unwrap_or(1),
-            cache: cache_words(shared),
+            sharing: sharing(shared),
             overrides: shared.overrides.clone(),
         }
     }
@@ -230,6 +235,16 @@ pub(super) struct SceneFile {
     /// The scene: a TOML file that describes one run
     #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
     pub(super) scene: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct Reduce {
+    #[command(flatten)]
+    pub(super) file: SceneFile,
+
+    /// Keep the reduced model in the cache for later runs, and write no folder
+    #[arg(long)]
+    pub(super) into_cache: bool,
 }
 
 #[derive(Debug, Args)]
@@ -380,18 +395,15 @@ impl VerifyArguments {
     }
 }
 
-/// What the cases of a study are told of the cache, as words of the command line. Unless a folder is
-/// named, a case computes all its stages itself: its cost is then that of its settings.
-fn cache_words(shared: &Shared) -> Vec<String> {
-    let Some(folder) = &shared.cache else {
-        return vec!["--no-cache".to_owned()];
-    };
-    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
-    let mut words = vec!["--cache".to_owned(), folder.display().to_string()];
-    if let Some(limit) = shared.cache_limit_gib {
-        words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
+fn sharing(shared: &Shared) -> Sharing {
+    match &shared.cache {
+        Some(folder) => Sharing::Cache {
+            folder: folder.clone(),
+            limit_gib: shared.cache_limit_gib,
+        },
+        None if shared.no_cache => Sharing::Nothing,
+        None => Sharing::Unsaid,
     }
-    words
 }
 
 /// Where entries are kept, by the command line, the environment, or the defaults.

@@ -99,13 +99,13 @@ pub(super) fn man_pages(folder: &Path) -> Result<(), Error> {
 impl Command {
     /// The file of a scene that it is about.
     pub(super) fn scene(&self) -> Option<&Path> {
-        use super::arguments::{Modes, Run, VerifyArguments};
+        use super::arguments::{Modes, Reduce, Run, VerifyArguments};
         match self {
             Self::Run(Run { file, .. })
             | Self::Modes(Modes { file, .. })
             | Self::Verify(VerifyArguments { file, .. })
+            | Self::Reduce(Reduce { file, .. })
             | Self::Mesh(file)
-            | Self::Reduce(file)
             | Self::Static(file)
             | Self::Check(file) => Some(&file.scene),
             Self::Study(_)

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 pub use self::error::Error;
 
-use self::arguments::{Cli, Command, FileKind, Modes, New, Run, cache_settings};
+use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
 use crate::console::Console;
 use crate::exit::ExitStatus;
 use crate::export::csv;
@@ -128,7 +128,14 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         false => OtherScene::Refuse,
     };
     match &cli.command {
-        Command::Reduce(_) => Ok(pipeline::reduce(&scene, &context, &Progress::new(console))?),
+        Command::Reduce(Reduce { into_cache, .. }) => {
+            let progress = Progress::new(console);
+            let reduced = match into_cache {
+                true => pipeline::reduce_into_cache(&scene, &context, &progress),
+                false => pipeline::reduce(&scene, &context, &progress),
+            };
+            Ok(reduced?)
+        }
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
             let files = files(command, &scene, &context, other, console)?;

@@ -59,6 +59,14 @@ pub enum RunError {
     ))]
     NoMesh { scene: String },
 
+    /// What is only to be kept in the cache has no place there.
+    #[error("the reduced model is to be kept in the cache alone, and there is none")]
+    #[diagnostic(help(
+        "name its folder (--cache DIR) and leave out --no-cache and a limit of 0 GiB, or write the reduced model into a \
+         folder (--out DIR, without --into-cache)"
+    ))]
+    NoCache,
+
     /// The frequency range counts from a mode that does not exist.
     #[error("response.times_first_linear_mode: this model has no mode to count from")]
     #[diagnostic(help(
@@ -216,6 +224,7 @@ impl RunError {
             | Self::Quality(_)
             | Self::Model(_)
             | Self::NoMesh { .. }
+            | Self::NoCache
             | Self::NoLinearMode
             | Self::UndampedMode { .. }
             | Self::Damping(_)

@@ -10,6 +10,7 @@ mod maps;
 mod meshed;
 mod meshing;
 pub mod observer;
+pub mod pieces;
 mod prestress;
 pub mod progress;
 mod reduced;
@@ -300,6 +301,28 @@ pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(
             "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
         ),
     }
+    Ok(())
+}
+
+/// Up to the reduced model, kept in the cache with what later runs need to come back to the bodies.
+///
+/// # Errors
+/// Those of [`modes`]; a scene about a reduced model already, or no cache.
+pub fn reduce_into_cache(
+    scene: &Scene,
+    context: &Context,
+    progress: &Progress,
+) -> Result<(), RunError> {
+    if scene.assembly().is_none() {
+        return Err(no_mesh(scene));
+    }
+    let cache = context.cache.as_ref().filter(|cache| cache.limit_bytes > 0);
+    let cache = cache.ok_or(RunError::NoCache)?;
+    Reduced::of(scene, context, progress)?;
+    progress.note(&format!(
+        "reduced model in the cache {}",
+        cache.folder.display()
+    ));
     Ok(())
 }
 

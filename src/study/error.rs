@@ -26,6 +26,21 @@ pub enum StudyError {
     #[error("the study has no case \"{name}\"")]
     #[diagnostic(help("its cases are: {}", dovetail_solver::text::list(cases)))]
     NoSuchCase { name: String, cases: Vec<String> },
+    #[error("the study has no piece \"{name}\" that cases share")]
+    #[diagnostic(help("{}", choice_of_pieces(pieces)))]
+    NoSuchPiece { name: String, pieces: Vec<String> },
+    /// The cases that need it try to make it themselves.
+    #[error("the piece \"{name}\" was not made: {message}")]
+    #[diagnostic(
+        severity(Warning),
+        help(
+            "each case that needs it tries to make it, and says in its own log.txt why it cannot"
+        )
+    )]
+    PieceFailed { name: String, message: String },
+    #[error("the piece \"{name}\" has no cache in which cases would find it")]
+    #[diagnostic(help("name the folder that the cases are given, too: --cache DIR"))]
+    PieceWithoutCache { name: String },
     /// What the scene names, such as a mesh, that no case could be run with.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -70,10 +85,21 @@ impl StudyError {
     /// How a command ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
-            Self::Read { .. } | Self::Invalid(_) | Self::NoSuchCase { .. } => ExitStatus::BadInput,
+            Self::Read { .. }
+            | Self::Invalid(_)
+            | Self::NoSuchCase { .. }
+            | Self::NoSuchPiece { .. }
+            | Self::PieceWithoutCache { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
             Self::Malformed { .. } | Self::Io { .. } | Self::Export(_) => ExitStatus::Failed,
-            Self::CasesFailed { .. } => ExitStatus::NotConverged,
+            Self::CasesFailed { .. } | Self::PieceFailed { .. } => ExitStatus::NotConverged,
         }
+    }
+}
+
+fn choice_of_pieces(pieces: &[String]) -> String {
+    match pieces {
+        [] => "no two cases share a mesh that is made or a reduced model".to_owned(),
+        pieces => format!("its pieces are: {}", dovetail_solver::text::list(pieces)),
     }
 }

@@ -78,6 +78,22 @@ impl Settings {
     pub fn folder(&self, case: &Case) -> PathBuf {
         self.out.join("cases").join(&case.slug)
     }
+
+    /// The options of a command about the scene with these overrides, whose results are in this folder.
+    pub fn words(&self, set: &[String], folder: &Path) -> Vec<String> {
+        let set = set.iter().flat_map(|argument| ["--set", argument]);
+        let mut words: Vec<String> = set.map(str::to_owned).collect();
+        words.extend([
+            "--out".to_owned(),
+            folder.display().to_string(),
+            // The folder is the study's, whatever scene it held.
+            "--force".to_owned(),
+            "--threads".to_owned(),
+            self.threads.to_string(),
+        ]);
+        words.extend_from_slice(&self.cache);
+        words
+    }
 }
 
 /// What a case asks for.
@@ -93,19 +109,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         "run".to_owned(),
         study.scene.display().to_string(),
     ];
-    for argument in &set {
-        command.extend(["--set".to_owned(), argument.clone()]);
-    }
-    let out = settings.folder(case).display().to_string();
-    command.extend([
-        "--out".to_owned(),
-        out,
-        // The folder is the study's, whatever scene it held.
-        "--force".to_owned(),
-        "--threads".to_owned(),
-        settings.threads.to_string(),
-    ]);
-    command.extend_from_slice(&settings.cache);
+    command.extend(settings.words(&set, &settings.folder(case)));
     if !study.fields {
         command.push("--no-fields".to_owned());
     }
@@ -249,22 +253,27 @@ pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> Result<bool, StudyE
     Ok(is_same && folder.join(JOURNAL).exists())
 }
 
-/// Makes the folder ready for a run: what an earlier one left of its end is taken away, case.json
-/// is written.
+/// Makes the folder of a case ready for a run: what an earlier one left of its end is taken away,
+/// case.json is written.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
+    remove_outcome(folder)?;
+    write_json(&folder.join("case.json"), record)
+}
+
+/// Takes away what an earlier run says of its end.
+pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
     let path = folder.join("outcome.json");
     match std::fs::remove_file(&path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
             let action = "removing";
-            return Err(StudyError::Io {
+            Err(StudyError::Io {
                 action,
                 path,
                 source,
-            });
+            })
         }
-        _ => {}
+        _ => Ok(()),
     }
-    write_json(&folder.join("case.json"), record)
 }
 
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError> {
@@ -298,7 +307,7 @@ fn reading(path: &Path, source: std::io::Error) -> StudyError {
 }
 
 /// The first error of a log with its causes, on one line; else the last line of the log.
-fn logged_error(log: &Path) -> String {
+pub fn logged_error(log: &Path) -> String {
     let text = std::fs::read_to_string(log).unwrap_or_default();
     error_of(&text)
 }

@@ -17,6 +17,7 @@ pub(crate) mod keys;
 mod knob;
 mod page;
 mod pictures;
+mod pieces;
 mod quantity;
 mod raw;
 mod report;
@@ -35,11 +36,14 @@ pub use self::file::{Study, StudyText};
 use self::analysis::{Analysis, analyse};
 use self::cases::combination;
 use self::folder::{Found, Settings};
+use self::pieces::Pieces;
 use self::results::{CaseResult, Ended, collect};
+use self::workflow::Workflow;
 use crate::pipeline;
 use crate::pipeline::progress::Progress;
 use crate::scene::{self, Fault};
 use crate::warning::Weight;
+use crate::words::counted;
 use dovetail_solver::description::Subject;
 
 /// What to do with a study.
@@ -49,6 +53,8 @@ pub enum Action {
     Run,
     /// Run this case alone.
     Case(String),
+    /// Make this mesh or reduced model alone, which several cases share.
+    Piece(String),
     /// Answer with what is there.
     Collect,
     /// Write a Snakemake workflow into this folder.
@@ -65,11 +71,54 @@ pub struct StudyOptions {
     pub jobs: usize,
     /// Threads of each case.
     pub threads: u16,
-    /// What each case is told of the cache of meshes and reduced models, as words of the command
-    /// line.
-    pub cache: Vec<String>,
+    pub sharing: Sharing,
     /// `KEY=VALUE` for all cases, after those of the study.
     pub overrides: Vec<String>,
+}
+
+/// Whether cases share meshes and reduced models.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Sharing {
+    /// In a workflow through the folder `cache` of the study, unless the study has numerical knobs: it compares what
+    /// its cases cost. Else nothing is shared.
+    Unsaid,
+    /// Each case computes all of its stages: its cost is then that of its settings.
+    Nothing,
+    /// Through the cache in this folder.
+    Cache {
+        folder: PathBuf,
+        limit_gib: Option<f64>,
+    },
+}
+
+/// Of a cache that belongs to one study, whose cases need all of it.
+const MOST_GIB: f64 = 1000.0;
+
+impl Sharing {
+    /// In a workflow, in place of [`Sharing::Unsaid`].
+    fn in_workflow(self, study: &Study, out: &Path) -> Self {
+        let compares_costs = study.knobs.iter().any(|knob| !knob.is_design());
+        match self {
+            Self::Unsaid if !compares_costs => Self::Cache {
+                folder: out.join("cache"),
+                limit_gib: Some(MOST_GIB),
+            },
+            said => said,
+        }
+    }
+
+    /// What each case is told, as words of the command line.
+    fn words(&self) -> Vec<String> {
+        let Self::Cache { folder, limit_gib } = self else {
+            return vec!["--no-cache".to_owned()];
+        };
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+        let mut words = vec!["--cache".to_owned(), folder.display().to_string()];
+        if let Some(limit) = limit_gib {
+            words.extend(["--cache-limit-gib".to_owned(), limit.to_string()]);
+        }
+        words
+    }
 }
 
 /// What came of a study.
@@ -104,17 +153,49 @@ pub fn study(
         .out
         .clone()
         .unwrap_or_else(|| Path::new("output").join(&study.name));
+    let sharing = match &options.action {
+        Action::ExportWorkflow(_) => options.sharing.clone().in_workflow(&study, &out),
+        _ => options.sharing.clone(),
+    };
+    let shares = matches!(sharing, Sharing::Cache { .. });
     let settings = Settings {
         out,
         threads: options.threads,
-        cache: options.cache.clone(),
+        cache: sharing.words(),
     };
     match &options.action {
         Action::ExportWorkflow(folder) => {
-            workflow::write(folder, file, &all, &options.overrides, &settings)?;
-            let place = folder.join("Snakefile");
-            progress.note(&format!("{} cases in {}", all.len(), place.display()));
+            let pieces = match shares {
+                true => Pieces::of(&study, &all)?,
+                false => Pieces::none(&all),
+            };
+            let workflow = Workflow {
+                study_file: file,
+                overrides: &options.overrides,
+                settings: &settings,
+                cases: &all,
+                pieces: &pieces,
+            };
+            workflow.write(folder)?;
+            progress.note(&format!(
+                "{} and {} in {}",
+                counted(all.len(), "case", "cases"),
+                counted(pieces.all.len(), "shared piece", "shared pieces"),
+                folder.join("Snakefile").display()
+            ));
             return Ok(without_answers(Ok(())));
+        }
+        Action::Piece(name) => {
+            let pieces = Pieces::of(&study, &all)?.all;
+            let piece = pieces.iter().find(|p| p.name == *name);
+            let piece = piece.ok_or_else(|| StudyError::NoSuchPiece {
+                name: name.clone(),
+                pieces: pieces.iter().map(|p| p.name.clone()).collect(),
+            })?;
+            if !shares {
+                return Err(StudyError::PieceWithoutCache { name: name.clone() });
+            }
+            return Ok(without_answers(runner::make(&study, piece, &settings)));
         }
         Action::Case(name) => {
             let case = all.iter().find(|c| c.slug == *name).cloned();

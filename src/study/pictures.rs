@@ -11,6 +11,7 @@ use super::file::{Mode, Study};
 use super::knob::Knob;
 use super::quantity::name_and_unit;
 use super::results::CaseResult;
+use crate::export::create_folder;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
 
 /// Figures drawn in one plot, as many as there are colours.
@@ -40,6 +41,7 @@ pub fn write(
     results: &[CaseResult],
     analysis: &Analysis,
 ) -> Result<Vec<Picture>, StudyError> {
+    create_folder(folder)?;
     let mut pictures = Pictures {
         folder,
         study,

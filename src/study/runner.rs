@@ -1,6 +1,6 @@
-//! Runs cases: each a process of this program of its own, several side by side.
+//! Runs cases and pieces: each a process of this program of its own, several cases side by side.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -10,7 +10,9 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, OutcomeRecord, Settings};
+use super::pieces::Piece;
 use crate::exit::ExitStatus;
+use crate::export::create_folder;
 use crate::pipeline::progress::Progress;
 
 /// Runs those of the cases that are not complete, `jobs` at a time, in their order.
@@ -40,7 +42,7 @@ pub fn run(
             cases.len()
         ));
     }
-    let program = std::env::current_exe().map_err(failed("finding", Path::new("dovetail")))?;
+    let program = program()?;
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let failure: Mutex<Option<StudyError>> = Mutex::new(None);
     let lock = || failure.lock().unwrap_or_else(PoisonError::into_inner);
@@ -51,7 +53,7 @@ pub fn run(
                     if lock().is_some() {
                         return;
                     }
-                    match one(&program, record, &settings.folder(case)) {
+                    match run_case(&program, record, &settings.folder(case)) {
                         Ok(outcome) => {
                             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                             progress.note(&format!(
@@ -89,30 +91,62 @@ fn remark(outcome: &OutcomeRecord) -> String {
 }
 
 /// Runs one case in its folder and records how it ended.
-fn one(
+fn run_case(
     program: &Path,
     record: &folder::CaseRecord,
     folder: &Path,
 ) -> Result<OutcomeRecord, StudyError> {
     let resumed = folder::was_broken_off(record, folder)?;
     folder::prepare(record, folder)?;
+    let mut command = Command::new(program);
+    command
+        .args(&record.command[1..])
+        .arg("--until-stdin-ends")
+        .args(resumed.then_some("--resume"));
+    one(command, folder)
+}
+
+/// Puts a piece into the cache. What is in the cache already is not made again.
+///
+/// # Errors
+/// A process that cannot be started, a folder that cannot be written; [`StudyError::PieceFailed`], when all is written.
+pub fn make(study: &Study, piece: &Piece, settings: &Settings) -> Result<(), StudyError> {
+    let folder = piece.folder(settings);
+    create_folder(&folder)?;
+    folder::remove_outcome(&folder)?;
+    let mut command = Command::new(program()?);
+    command.args(piece.command(study, settings));
+    let outcome = one(command, &folder)?;
+    match outcome.exit_code {
+        Some(0) => Ok(()),
+        _ => Err(StudyError::PieceFailed {
+            name: piece.name.clone(),
+            message: folder::logged_error(&folder.join("log.txt")),
+        }),
+    }
+}
+
+fn program() -> Result<PathBuf, StudyError> {
+    std::env::current_exe().map_err(failed("finding", Path::new("dovetail")))
+}
+
+/// Runs a command about a folder, in which it writes its log and records how the command ended.
+fn one(mut command: Command, folder: &Path) -> Result<OutcomeRecord, StudyError> {
     let path = folder.join("log.txt");
     let log = std::fs::File::create(&path).map_err(failed("creating", &path))?;
     let also = log.try_clone().map_err(failed("creating", &path))?;
     let begin = Instant::now();
     // The pipe to its standard input ends with this process, however it ends, and the case with it:
     // nobody writes into the folder any more when the study is taken up again.
-    let mut child = Command::new(program)
-        .args(&record.command[1..])
-        .arg("--until-stdin-ends")
-        .args(resumed.then_some("--resume"))
+    let program = PathBuf::from(command.get_program());
+    let mut child = command
         .stdin(Stdio::piped())
         .stdout(log)
         .stderr(also)
         .spawn()
-        .map_err(failed("starting", program))?;
+        .map_err(failed("starting", &program))?;
     let held = child.stdin.take();
-    let status = child.wait().map_err(failed("waiting for", program))?;
+    let status = child.wait().map_err(failed("waiting for", &program))?;
     drop(held);
     let outcome = OutcomeRecord {
         exit_code: status.code(),

@@ -2,38 +2,55 @@
 
 use std::path::Path;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::cases::Case;
 use super::error::StudyError;
 use super::folder::{Settings, write_json};
+use super::pieces::Pieces;
 use crate::export::write_file;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
 
-/// Writes `folder`/Snakefile and `folder`/cases.json. `overrides` are those of the command line.
-///
-/// # Errors
-/// What writing a file brings.
-pub fn write(
-    folder: &Path,
-    study_file: &Path,
-    cases: &[Case],
-    overrides: &[String],
-    settings: &Settings,
-) -> Result<(), StudyError> {
-    // Absolute, so that the workflow runs from any folder.
-    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let set = overrides.iter().flat_map(|set| ["--set", set]);
-    let cache = settings.cache.iter().map(String::as_str);
-    let slugs = cases.iter().map(|case| case.slug.as_str());
-    let study = json!({
-        "study": absolute(study_file),
-        "out": absolute(&settings.out),
-        "arguments": set.chain(cache).collect::<Vec<_>>(),
-        "threads": settings.threads,
-        "cases": slugs.collect::<Vec<_>>(),
-    });
-    write_json(&folder.join("cases.json"), &study)?;
-    Ok(write_file(&folder.join("Snakefile"), SNAKEFILE.as_bytes())?)
+/// What a workflow runs.
+pub struct Workflow<'a> {
+    pub study_file: &'a Path,
+    /// Those of the command line.
+    pub overrides: &'a [String],
+    pub settings: &'a Settings,
+    pub cases: &'a [Case],
+    pub pieces: &'a Pieces,
+}
+
+impl Workflow<'_> {
+    /// Writes `folder`/Snakefile and `folder`/cases.json.
+    ///
+    /// # Errors
+    /// What writing a file brings.
+    pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
+        // Absolute, so that the workflow runs from any folder.
+        let absolute =
+            |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let set = self.overrides.iter().flat_map(|set| ["--set", set]);
+        let cache = self.settings.cache.iter().map(String::as_str);
+        let pieces = self.pieces.all.iter().map(|p| self.job(&p.name, p.needs));
+        let cases = self.cases.iter().zip(&self.pieces.of_case);
+        let cases = cases.map(|(case, needs)| self.job(&case.slug, *needs));
+        let study = json!({
+            "study": absolute(self.study_file),
+            "out": absolute(&self.settings.out),
+            "arguments": set.chain(cache).collect::<Vec<_>>(),
+            "threads": self.settings.threads,
+            "pieces": pieces.collect::<Vec<_>>(),
+            "cases": cases.collect::<Vec<_>>(),
+        });
+        write_json(&folder.join("cases.json"), &study)?;
+        Ok(write_file(&folder.join("Snakefile"), SNAKEFILE.as_bytes())?)
+    }
+
+    /// A job and the piece, by its position, that it waits for.
+    fn job(&self, name: &str, needs: Option<usize>) -> Value {
+        let needs = needs.map(|at| &self.pieces.all[at].name);
+        json!({ "name": name, "needs": needs.iter().collect::<Vec<_>>() })
+    }
 }

@@ -481,3 +481,163 @@ fn the_limit_holds_and_a_folder_that_cannot_be_written_is_a_warning() {
         said(&output)
     );
 }
+
+/// A study of two pressures and two coefficients of friction: one mesh, two reduced models, four cases.
+struct SharedPieces {
+    bench: Bench,
+    workflow: serde_json::Value,
+}
+
+impl SharedPieces {
+    fn new(name: &str) -> Self {
+        let bench = Bench::new(name);
+        let text = format!(
+            "name = \"shared\"\nscene = \"{}\"\nset = [\"body.*.fixed_interface_modes=0\"]\nmode = \"grid\"\n\
+             [[knob]]\nkey = \"load.0.pressure_pa\"\nvalues = [50e6, 60e6]\n\
+             [[knob]]\nkey = \"contact.0.friction\"\nvalues = [0.3, 0.01]\n",
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE).display()
+        );
+        std::fs::write(bench.0.join("study.toml"), text).unwrap();
+        let mut pieces = Self {
+            bench,
+            workflow: serde_json::Value::Null,
+        };
+        let flow = pieces.bench.0.join("flow");
+        ended(
+            pieces.study(&["--export-workflow", flow.to_str().unwrap()]),
+            0,
+        );
+        let text = std::fs::read(flow.join("cases.json")).unwrap();
+        pieces.workflow = serde_json::from_slice(&text).unwrap();
+        pieces
+    }
+
+    fn study(&self, arguments: &[&str]) -> Command {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        let path = std::env::var("PATH").unwrap_or_default();
+        program
+            .env("PATH", format!("{}:{path}", self.bench.0.display()))
+            .env("HOME", &self.bench.0)
+            .env_remove("GMSH_HOME")
+            .arg("study")
+            .arg(self.bench.0.join("study.toml"))
+            .arg("--out")
+            .arg(self.bench.0.join("out"))
+            .args(arguments);
+        program
+    }
+
+    /// As the workflow does it.
+    fn job(&self, arguments: &[&str]) -> Command {
+        let mut program = self.study(arguments);
+        program.args(
+            self.workflow["arguments"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|a| a.as_str().unwrap()),
+        );
+        program
+    }
+
+    fn jobs(&self, kind: &str) -> Vec<(String, Vec<String>)> {
+        let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+        let job = |job: &serde_json::Value| {
+            let needs = job["needs"].as_array().unwrap().iter().map(text);
+            (text(&job["name"]), needs.collect())
+        };
+        self.workflow[kind]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(job)
+            .collect()
+    }
+}
+
+#[test]
+fn what_cases_of_a_study_share_is_made_once() {
+    let shared = SharedPieces::new("pieces");
+    let named = |name: &str, needs: &[&str]| {
+        (
+            name.to_owned(),
+            needs.iter().map(|n| (*n).to_owned()).collect(),
+        )
+    };
+    let expected: [(String, Vec<String>); 3] = [
+        named("mesh_1", &[]),
+        named("reduction_1", &["mesh_1"]),
+        named("reduction_2", &["mesh_1"]),
+    ];
+    assert_eq!(shared.jobs("pieces"), expected);
+    let needs: Vec<String> = shared
+        .jobs("cases")
+        .into_iter()
+        .flat_map(|(_, needs)| needs)
+        .collect();
+    assert_eq!(
+        needs,
+        ["reduction_1", "reduction_1", "reduction_2", "reduction_2"]
+    );
+    for (piece, _) in shared.jobs("pieces") {
+        ended(shared.job(&["--piece", &piece]), 0);
+        let folder = shared.bench.0.join("out/pieces").join(&piece);
+        let outcome: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(folder.join("outcome.json")).unwrap()).unwrap();
+        assert_eq!(outcome["exit_code"], 0);
+    }
+    for (case, _) in shared.jobs("cases") {
+        ended(shared.job(&["--case", &case]), 0);
+        assert_eq!(
+            shared.bench.stages(&format!("out/cases/{case}")),
+            [true, true],
+            "{case}"
+        );
+    }
+    assert_eq!(shared.bench.meshed(), 1);
+    let entries = std::fs::read_dir(shared.bench.0.join("out/cache").join(ENTRIES)).unwrap();
+    let mut kinds: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .filter_map(|name| Some(name.split_once('-')?.0.to_owned()))
+        .collect();
+    kinds.sort();
+    assert_eq!(
+        kinds,
+        ["mesh", "recovery", "recovery", "reduced", "reduced"]
+    );
+    // Costs are not compared here; where they are, or where it is said, each case makes all that it needs.
+    let flow = shared.bench.0.join("alone");
+    ended(
+        shared.study(&["--export-workflow", flow.to_str().unwrap(), "--no-cache"]),
+        0,
+    );
+    let alone: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(flow.join("cases.json")).unwrap()).unwrap();
+    assert_eq!(
+        (alone["pieces"].clone(), alone["arguments"].clone()),
+        (serde_json::json!([]), serde_json::json!(["--no-cache"]))
+    );
+}
+
+#[test]
+fn a_piece_that_cannot_be_made_leaves_the_cases_to_say_so() {
+    let shared = SharedPieces::new("no_piece");
+    shared.bench.gmsh_that_writes("4.99", "head -c 0");
+    let piece = said_in_one_line(&ended(shared.job(&["--piece", "mesh_1"]), 3));
+    assert!(
+        piece.contains("the piece \"mesh_1\" was not made") && piece.contains("tries to make it"),
+        "{piece}"
+    );
+    let case = said_in_one_line(&ended(
+        shared.job(&["--case", &shared.jobs("cases")[0].0]),
+        3,
+    ));
+    assert!(case.contains("of 1 cases 1 have no result"), "{case}");
+    let unknown = said_in_one_line(&ended(shared.job(&["--piece", "reduction_9"]), 2));
+    assert!(
+        unknown.contains("its pieces are: mesh_1, reduction_1, reduction_2"),
+        "{unknown}"
+    );
+    let nowhere = said_in_one_line(&ended(shared.study(&["--piece", "mesh_1"]), 2));
+    assert!(nowhere.contains("--cache DIR"), "{nowhere}");
+}
