@@ -245,6 +245,10 @@ pub(super) struct Reduce {
     /// Keep the reduced model in the cache for later runs, and write no folder
     #[arg(long)]
     pub(super) into_cache: bool,
+
+    /// There too: the modes of each body with its flanks held, for runs with this option
+    #[arg(long, requires = "into_cache")]
+    pub(super) held_modes: bool,
 }
 
 #[derive(Debug, Args)]

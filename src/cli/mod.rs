@@ -119,7 +119,11 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         scene_file: file.to_path_buf(),
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
-        held_modes: run.is_some_and(|run| run.held_modes),
+        held_modes: match &cli.command {
+            Command::Run(run) => run.held_modes,
+            Command::Reduce(reduce) => reduce.held_modes,
+            _ => false,
+        },
         further_plots: run.map_or_else(Vec::new, Run::further_plots),
         cache: cache_settings(shared)?,
     };

@@ -65,6 +65,7 @@ pub(super) struct Meshed {
     recovery: OnceCell<Recovery>,
     cache: Cache,
     recovery_key: Option<Key>,
+    held_modes_key: Option<Key>,
     properties: Vec<MassProperties>,
     origin: Origin,
 }
@@ -107,8 +108,9 @@ impl Meshed {
         let cache = Cache::new(context.cache.as_ref());
         let statics = is_of_contact(&model).then(|| static_options(scene));
         let inputs = reduction_inputs(&model, wanted, statics);
-        let [key, recovery_key] =
-            [Kind::ReducedModel, Kind::Recovery].map(|kind| cache.key(kind, &inputs));
+        let [key, recovery_key, held_modes_key] =
+            [Kind::ReducedModel, Kind::Recovery, Kind::HeldModes]
+                .map(|kind| cache.key(kind, &inputs));
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
         let (relative, modes, displacement) = match kept(&cache, key.as_ref(), &model, progress) {
             Ok(kept) => kept,
@@ -147,6 +149,7 @@ impl Meshed {
             recovery,
             cache,
             recovery_key,
+            held_modes_key,
             properties,
             origin,
         })
@@ -198,12 +201,20 @@ impl Meshed {
 
     /// Modes of each body alone, its flanks held (full model), on the free dofs of its interior.
     pub(super) fn held_modes(&self, progress: &Progress) -> Result<Vec<Modes>, RunError> {
+        let begin = Instant::now();
+        let key = self.held_modes_key.as_ref();
+        if let Some(kept) = self.cache.get(key, Ok, progress) {
+            progress.kept_stage(Stage::HeldModes, begin.elapsed());
+            return Ok(kept);
+        }
         let structure = self.structure(progress)?;
         let _stage = progress.stage(Stage::HeldModes);
         let bodies = self.model.bodies.iter().zip(&structure.bodies);
-        bodies
+        let modes = bodies
             .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?))
-            .collect()
+            .collect::<Result<Vec<Modes>, RunError>>()?;
+        self.cache.put(key, &modes, progress);
+        Ok(modes)
     }
 
     /// The listed modes on the nodes: those of the stuck assembly, where there is a way back to the bodies, and those
@@ -289,6 +300,12 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
 
 /// How flanks lie on each other whose nodes do not match, and what may not be meant.
 fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
+    for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
+        progress.note(&format!(
+            "contact {}: on rigid ground, for no `second` is named",
+            contact.name
+        ));
+    }
     for found in model.matches.iter().filter(|m| !m.nodes_match) {
         let (name, share) = (&found.name, 100.0 * found.covered);
         progress.note(&format!(

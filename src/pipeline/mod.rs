@@ -318,7 +318,10 @@ pub fn reduce_into_cache(
     }
     let cache = context.cache.as_ref().filter(|cache| cache.limit_bytes > 0);
     let cache = cache.ok_or(RunError::NoCache)?;
-    Reduced::of(scene, context, progress)?;
+    let reduced = Reduced::of(scene, context, progress)?;
+    if let (Some(meshed), true) = (reduced.meshed(), context.held_modes) {
+        meshed.held_modes(progress)?;
+    }
     progress.note(&format!(
         "reduced model in the cache {}",
         cache.folder.display()

@@ -7,6 +7,7 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::folder::Settings;
+use super::quantity::BLADE_FREQUENCY;
 use crate::pipeline::pieces::{MeshInputs, ReductionInputs, mesh_inputs, reduction_inputs};
 use crate::scene;
 
@@ -122,12 +123,15 @@ impl Piece {
 
     /// The words of the command line that put it into the cache.
     pub fn command(&self, study: &Study, settings: &Settings) -> Vec<String> {
-        let (word, option) = match self.kind {
-            Kind::Mesh => ("mesh", None),
-            Kind::Reduction => ("reduce", Some("--into-cache")),
+        let (word, options) = match self.kind {
+            Kind::Mesh => ("mesh", &[][..]),
+            Kind::Reduction if study.quantities.contains(&BLADE_FREQUENCY) => {
+                ("reduce", &["--into-cache", "--held-modes"][..])
+            }
+            Kind::Reduction => ("reduce", &["--into-cache"][..]),
         };
         let mut command = vec![word.to_owned(), study.scene.display().to_string()];
-        command.extend(option.map(str::to_owned));
+        command.extend(options.iter().map(|option| (*option).to_owned()));
         command.extend(settings.words(&self.case.set(study), &self.folder(settings)));
         command
     }

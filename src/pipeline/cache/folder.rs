@@ -25,10 +25,17 @@ pub(in crate::pipeline) enum Kind {
     Mesh,
     ReducedModel,
     Recovery,
+    /// Modes of each body with its flanks held.
+    HeldModes,
 }
 
 impl Kind {
-    const ALL: [Self; 3] = [Self::Mesh, Self::ReducedModel, Self::Recovery];
+    const ALL: [Self; 4] = [
+        Self::Mesh,
+        Self::ReducedModel,
+        Self::Recovery,
+        Self::HeldModes,
+    ];
 
     /// In names of files and in messages.
     pub(super) fn word(self) -> &'static str {
@@ -36,6 +43,7 @@ impl Kind {
             Self::Mesh => "mesh",
             Self::ReducedModel => "reduced",
             Self::Recovery => "recovery",
+            Self::HeldModes => "held_modes",
         }
     }
 }

@@ -19,11 +19,12 @@ const LARGE_FACTOR: usize = 1 << 20;
 
 /// Modes in ascending order, mass-normalised (`phi^T M phi = 1`). Of each vector the first entry of
 /// at least half the largest magnitude is positive.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct Modes {
     /// Squared angular frequencies.
     pub omega2: Vec<f64>,
     /// One mode per column.
+    #[serde(with = "crate::stored::matrix")]
     pub vectors: Mat<f64>,
 }
 
