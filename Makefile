@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test verify calculix lint deny book bench peers extremes study mutants fuzz setup checks clean
+.PHONY: run views test verify calculix lint deny book bench peers extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -82,6 +82,13 @@ extremes: setup
 study: setup
 	cargo build --release --locked
 	target/release/dovetail study studies/harmonics.toml
+
+# The workflow of a study on a Slurm of two nodes that is made on this machine: one node dies, and the
+# results are those of a local run. Needs root; see docs/verification.md.
+cluster-test: setup
+	@tools/setup.sh cluster
+	cargo build --release --locked
+	$(if $(filter 0,$(shell id -u)),,sudo) python3 scripts/cluster_test.py
 
 # Which changes of the contact core its fast tests do not notice; with SHARD=0/8 an eighth of them.
 # See docs/verification.md.

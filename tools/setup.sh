@@ -5,6 +5,8 @@
 # With the argument `views`: ParaView, and the X server Xvfb, for `make views`.
 # With the argument `calculix`: CalculiX, and numpy and scipy in that environment, for `make verify`.
 # With the argument `fuzz`: a C++ compiler, which builds the fuzzer of `make fuzz`.
+# With the argument `cluster`: Slurm with MariaDB and MUNGE, and Snakemake with its plugin for Slurm in
+# that environment, for `make cluster-test`. No service of theirs is started.
 # Does nothing where all is there; says what is missing where it cannot install it.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -31,6 +33,22 @@ install() {
     fi
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@" \
         >/dev/null
+}
+
+# Runs a command while packages may start no services; Debian asks this file.
+without_services() {
+    local policy=/usr/sbin/policy-rc.d ended=0
+    if [ -e "$policy" ]; then
+        "$@"
+        return
+    fi
+    printf '#!/bin/sh\nexit 101\n' | as_root tee "$policy" >/dev/null || return 1
+    as_root chmod +x "$policy"
+    trap 'as_root rm -f /usr/sbin/policy-rc.d' EXIT
+    "$@" || ended=$?
+    as_root rm -f "$policy"
+    trap - EXIT
+    return "$ended"
 }
 
 # Packages of Python into target/venv, where `import` of the first argument fails.
@@ -67,6 +85,18 @@ calculix)
     ;;
 fuzz)
     command -v c++ >/dev/null || install g++ || { say "a C++ compiler is needed to build the fuzzer"; exit 1; }
+    exit 0
+    ;;
+cluster)
+    # Programs of administrators are not on everyone's path.
+    PATH=$PATH:/usr/sbin:/sbin
+    { command -v slurmctld && command -v slurmd && command -v slurmdbd && command -v sbatch &&
+        command -v munged && command -v mariadbd && command -v ip; } >/dev/null ||
+        without_services install slurmctld slurmd slurmdbd slurm-client munge mariadb-server-core iproute2 ||
+        { say "Slurm (slurmctld, slurmd, slurmdbd, sbatch), MUNGE, MariaDB and ip are needed for the cluster"; exit 1; }
+    # The versions that the test of the cluster was written with.
+    python_packages snakemake_executor_plugin_slurm snakemake==9.27.1 \
+        snakemake-executor-plugin-slurm==2.8.0 snakemake-executor-plugin-slurm-jobstep==0.6.1
     exit 0
     ;;
 esac
