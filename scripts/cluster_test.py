@@ -274,7 +274,6 @@ def test(arguments):
     say("the local run")
     run(program, "study", STUDY, "--jobs", "2", "--out", LOCAL)
     run(program, "study", STUDY, "--export-workflow", FLOW, "--out", REMOTE)
-    shutil.copy(f"{ROOT}/workflow/Snakefile", FLOW)  # DEV
     cases = sorted(os.listdir(f"{LOCAL}/cases"))
     say(f"{len(cases)} cases; the cluster comes up")
     machines = Cluster()
