@@ -31,6 +31,12 @@ pub struct Journal {
 }
 
 impl Journal {
+    /// Whether another process has the journal of a folder: its run is under way.
+    pub fn is_busy(folder: &Path) -> bool {
+        let file = File::options().write(true).open(folder.join(JOURNAL));
+        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+
     /// Opens the journal, or makes an empty one.
     ///
     /// # Errors

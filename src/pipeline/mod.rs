@@ -22,7 +22,7 @@ pub mod verify;
 
 use std::path::PathBuf;
 
-pub use self::cache::{CacheSettings, executable_hash};
+pub use self::cache::{CacheSettings, executable_hash, fingerprint};
 pub use self::campbell::{Campbell, SpeedRange, SpeedRangeError, campbell};
 pub use self::error::RunError;
 pub use self::files::{Beginning, Files, SharedFiles};

@@ -32,6 +32,9 @@ pub struct CaseRecord {
     /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases
     /// may run on several machines.
     pub program_hash: String,
+    /// Of the program, its libraries and the processor, in hexadecimals; empty where the system does not tell. The
+    /// last digits depend on them: a case goes on only where they are the same.
+    pub machine_hash: String,
     pub study: String,
     pub case: String,
     /// Knob and label of its value.
@@ -120,6 +123,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     Ok(CaseRecord {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         program_hash: program_hash()?,
+        machine_hash: pipeline::fingerprint().map_or_else(String::new, |hash| hexadecimals(&hash)),
         study: study.name.clone(),
         case: case.slug.clone(),
         knobs: study
@@ -139,7 +143,11 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
 fn program_hash() -> Result<String, StudyError> {
     let program = || std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
     let hash = pipeline::executable_hash().map_err(|source| reading(&program(), source))?;
-    Ok(hash.iter().map(|byte| format!("{byte:02x}")).collect())
+    Ok(hexadecimals(&hash))
+}
+
+fn hexadecimals(hash: &[u8; 32]) -> String {
+    blake3::Hash::from_bytes(*hash).to_hex().to_string()
 }
 
 /// The scene file and the files it names.
@@ -188,7 +196,7 @@ fn input(file: &Path) -> Result<Input, StudyError> {
 }
 
 impl CaseRecord {
-    /// Whether a result of `earlier` is a result of this, too: paths and threads do not matter.
+    /// Whether a result of `earlier` is a result of this, too: paths, threads and the machine do not matter.
     fn is_answered_by(&self, earlier: &CaseRecord) -> bool {
         let contents =
             |r: &CaseRecord| -> Vec<String> { r.inputs.iter().map(|i| i.blake3.clone()).collect() };
@@ -249,7 +257,9 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
 pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> Result<bool, StudyError> {
     let earlier: Option<Value> = read_json(&folder.join("case.json"))?;
     let earlier = earlier.and_then(|record| CaseRecord::deserialize(record).ok());
-    let is_same = earlier.is_some_and(|earlier| record.is_answered_by(&earlier));
+    let is_same = earlier.is_some_and(|earlier| {
+        record.is_answered_by(&earlier) && record.machine_hash == earlier.machine_hash
+    });
     Ok(is_same && folder.join(JOURNAL).exists())
 }
 
@@ -347,11 +357,11 @@ mod tests {
         assert_eq!(error_of("  mesh 1.0 s\nKilled\n"), "Killed");
     }
 
-    #[test]
-    fn a_result_counts_for_what_asks_no_more() {
-        let record = CaseRecord {
+    fn record() -> CaseRecord {
+        CaseRecord {
             version: "1".into(),
             program_hash: "a".into(),
+            machine_hash: "m".into(),
             study: "s".into(),
             case: "base".into(),
             knobs: vec![],
@@ -363,13 +373,33 @@ mod tests {
                 blake3: "0".into(),
             }],
             command: vec![],
-        };
+        }
+    }
+
+    /// The last digits of a run depend on the machine.
+    #[test]
+    fn a_case_goes_on_only_on_such_a_machine_as_it_began_on() {
+        let folder = tempfile::tempdir().unwrap();
+        let record = record();
+        prepare(&record, folder.path()).unwrap();
+        assert!(!was_broken_off(&record, folder.path()).unwrap());
+        std::fs::write(folder.path().join(JOURNAL), "").unwrap();
+        assert!(was_broken_off(&record, folder.path()).unwrap());
+        let mut elsewhere = record.clone();
+        elsewhere.machine_hash = "n".into();
+        assert!(!was_broken_off(&elsewhere, folder.path()).unwrap());
+    }
+
+    #[test]
+    fn a_result_counts_for_what_asks_no_more() {
+        let record = record();
         let but = |change: fn(&mut CaseRecord)| {
             let mut other = record.clone();
             change(&mut other);
             other
         };
         assert!(record.is_answered_by(&but(|r| r.inputs[0].file = "b/a".into())));
+        assert!(record.is_answered_by(&but(|r| r.machine_hash = "n".into())));
         assert!(record.is_answered_by(&but(|r| r.held_modes = true)));
         assert!(!but(|r| r.held_modes = true).is_answered_by(&record));
         assert!(!record.is_answered_by(&but(|r| r.set.clear())));

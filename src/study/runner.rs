@@ -12,7 +12,8 @@ use super::file::Study;
 use super::folder::{self, Found, OutcomeRecord, Settings};
 use super::pieces::Piece;
 use crate::exit::ExitStatus;
-use crate::export::create_folder;
+use crate::export::journal::Journal;
+use crate::export::{ExportError, create_folder};
 use crate::pipeline::progress::Progress;
 
 /// Runs those of the cases that are not complete, `jobs` at a time, in their order.
@@ -91,11 +92,18 @@ fn remark(outcome: &OutcomeRecord) -> String {
 }
 
 /// Runs one case in its folder and records how it ended.
+///
+/// # Errors
+/// [`ExportError::Busy`] where another process runs it; its folder is left alone.
 fn run_case(
     program: &Path,
     record: &folder::CaseRecord,
     folder: &Path,
 ) -> Result<OutcomeRecord, StudyError> {
+    if Journal::is_busy(folder) {
+        let folder = folder.to_path_buf();
+        return Err(ExportError::Busy { folder }.into());
+    }
     let resumed = folder::was_broken_off(record, folder)?;
     folder::prepare(record, folder)?;
     let mut command = Command::new(program);

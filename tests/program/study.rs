@@ -618,6 +618,16 @@ base = 1
         assert!(begin.elapsed() < Duration::from_secs(100));
         std::thread::sleep(Duration::from_millis(2));
     }
+    // Another copy of the case, such as a cluster starts that has lost sight of this one, leaves it alone.
+    let log = std::fs::read(folder.case("base", "log.txt")).unwrap();
+    let other = folder.study(&["--case", "base"]);
+    assert!(
+        other.code == 1 && other.stderr.contains("a run is going on"),
+        "{}",
+        other.stderr
+    );
+    let undisturbed = std::fs::read(folder.case("base", "log.txt")).unwrap();
+    assert!(undisturbed.starts_with(&log) && !folder.case("base", "outcome.json").exists());
     child.kill().unwrap();
     child.wait().unwrap();
     while !at_work(&folder.0).is_empty() {

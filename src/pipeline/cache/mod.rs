@@ -19,7 +19,7 @@ use serde::de::DeserializeOwned;
 
 use self::folder::Folder;
 pub(super) use self::folder::Kind;
-pub use self::program::executable_hash;
+pub use self::program::{executable_hash, fingerprint};
 pub(super) use self::turn::Turn;
 use crate::pipeline::progress::Progress;
 use dovetail_numerics::newton::NewtonOptions;

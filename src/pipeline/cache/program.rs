@@ -22,7 +22,7 @@ pub fn executable_hash() -> io::Result<[u8; 32]> {
 /// To the last bit of its results: a hash of the executable, the libraries that it has loaded, and
 /// what their kernels are chosen by: the processor and the settings of numerical libraries in the
 /// environment. `None` where the executable cannot be read.
-pub(in crate::pipeline) fn fingerprint() -> Option<[u8; 32]> {
+pub fn fingerprint() -> Option<[u8; 32]> {
     static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
     *FINGERPRINT.get_or_init(|| {
         let mut hasher = blake3::Hasher::new();

@@ -8,7 +8,7 @@
 #![expect(unsafe_code, reason = "calls of a foreign library")]
 
 use std::ffi::{CStr, c_int};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -60,6 +60,7 @@ fn lanczos(
     let _alone = ONE_RUN_AT_A_TIME
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
+    blas_on_one_thread();
     run.iterate(mass, factor)?;
     let (omega2, modes) = run.extract()?;
     let modes = MatRef::from_column_major_slice(&modes, mass.nrows(), wanted);
@@ -69,6 +70,26 @@ fn lanczos(
         omega2: ascending.iter().map(|&i| omega2[i]).collect(),
         vectors: Mat::from_fn(mass.nrows(), wanted, |i, j| modes[(i, ascending[j])]),
     })
+}
+
+/// OpenBLAS, where ARPACK has it for its BLAS, shares its sums among all cores, and they round differently for each
+/// number of cores. On one thread the results are the same on every machine with the same processor.
+fn blas_on_one_thread() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        if let Some(set) = function(c"openblas_set_num_threads") {
+            // SAFETY: OpenBLAS declares it as void openblas_set_num_threads(int).
+            let set: extern "C" fn(c_int) = unsafe { std::mem::transmute(set) };
+            set(1);
+        }
+    });
+}
+
+/// A function of a loaded library, by its name.
+fn function(name: &CStr) -> Option<*mut std::ffi::c_void> {
+    // SAFETY: the name ends with a zero byte; the default handle is always valid.
+    let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+    (!found.is_null()).then_some(found)
 }
 
 const PROBLEM: &CStr = c"G"; // generalised
@@ -237,6 +258,20 @@ mod tests {
     use crate::eigen::lowest_modes as lowest;
     use crate::eigen::sturm::certified;
     use dovetail_testkit::lattice::Lattice;
+
+    #[test]
+    fn openblas_where_it_is_the_blas_has_one_thread() {
+        blas_on_one_thread();
+        if let Some(get) = function(c"openblas_get_num_threads") {
+            // SAFETY: OpenBLAS declares it as int openblas_get_num_threads(void).
+            let get: extern "C" fn() -> c_int = unsafe { std::mem::transmute(get) };
+            assert_eq!(get(), 1);
+        }
+        assert!(
+            function(c"dsaupd_c").is_some(),
+            "ARPACK is not found by name"
+        );
+    }
 
     fn against_dense(lattice: Lattice, count: usize) {
         let (k, m) = lattice.cantilever();
