@@ -1,12 +1,12 @@
-//! Pairs with a clearance: what closes it is not pressed, and moving the bodies apart changes no
-//! motion.
+//! Pairs with a clearance or an interference: what closes a clearance is not pressed, what an
+//! interference takes is pressed besides, and moving the bodies apart changes no motion.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
@@ -53,12 +53,16 @@ fn statics(model: &RelativeModel) -> StaticState {
 
 // ------------------------------------------------------------------------ one pair, closed form
 
-const CLEARANCE_M: f64 = 0.25;
+/// A clearance and an interference.
+const GAPS_M: [f64; 2] = [0.25, -0.25];
 const NORMAL_STIFFNESS_N_M: f64 = 2.0;
 const PRESS_N: f64 = 3.0;
 const SHAKE_N: f64 = 1.0;
-/// The spring takes what closing the clearance costs, the rest presses.
-const COMPRESSION_N: f64 = PRESS_N - NORMAL_STIFFNESS_N_M * CLEARANCE_M;
+
+/// The spring takes what closing a clearance costs, and adds what an interference takes.
+fn compression_n(gap_m: f64) -> f64 {
+    PRESS_N - NORMAL_STIFFNESS_N_M * gap_m
+}
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 0.1,
@@ -67,7 +71,7 @@ const DAMPING: Rayleigh = Rayleigh {
 
 /// A mass on a spring, pressed over a clearance against a floor and shaken across it, too weakly to
 /// leave it.
-fn one_pair() -> RelativeModel {
+fn one_pair(gap_m: f64) -> RelativeModel {
     let load = |normal: f64| Load {
         on_x: vec![normal, 0.0, 0.0],
         on_modes: vec![],
@@ -91,7 +95,7 @@ fn one_pair() -> RelativeModel {
         observations: vec![],
         pairs: vec![PairLaw {
             friction: 0.5,
-            gap_m: CLEARANCE_M,
+            gap_m,
         }],
     }
 }
@@ -102,40 +106,68 @@ fn assert_near(found: f64, expected: f64) {
 }
 
 #[test]
-fn a_closed_clearance_costs_its_share_of_the_load() {
-    let model = one_pair();
-    let state = statics(&model);
-    assert_eq!(state.status, [PairStatus::Stuck]);
-    assert_near(state.x[0], -CLEARANCE_M);
-    assert_near(state.lambda[0], -COMPRESSION_N);
+fn a_closed_clearance_costs_its_share_of_the_load_and_an_interference_adds_to_it() {
+    for gap_m in GAPS_M {
+        let (model, compression_n) = (one_pair(gap_m), compression_n(gap_m));
+        let state = statics(&model);
+        assert_eq!(state.status, [PairStatus::Stuck]);
+        assert_near(state.x[0], -gap_m);
+        assert_near(state.lambda[0], -compression_n);
 
-    let orbit = &respond(&model, DAMPING, &state, 1, vec![0.1]).orbits[0];
-    let [mean, cosine, sine] = [0, 3, 6].map(|i| orbit.x[i]);
-    assert_near(mean, -CLEARANCE_M);
-    assert_near(cosine.hypot(sine), 0.0);
-    let cycle = &orbit.cycles[0];
-    assert!(!cycle.opens && !cycle.slips);
-    assert_near(cycle.compression_mean_n, COMPRESSION_N);
-    assert_near(cycle.compression_min_n, COMPRESSION_N - SHAKE_N);
-    assert_near(cycle.compression_max_n, COMPRESSION_N + SHAKE_N);
+        let orbit = &respond(&model, DAMPING, &state, 1, vec![0.1]).orbits[0];
+        let [mean, cosine, sine] = [0, 3, 6].map(|i| orbit.x[i]);
+        assert_near(mean, -gap_m);
+        assert_near(cosine.hypot(sine), 0.0);
+        let cycle = &orbit.cycles[0];
+        assert!(!cycle.opens && !cycle.slips);
+        assert_near(cycle.compression_mean_n, compression_n);
+        assert_near(cycle.compression_min_n, compression_n - SHAKE_N);
+        assert_near(cycle.compression_max_n, compression_n + SHAKE_N);
+    }
 }
 
-/// From a place with the clearance open to one where it is closed, and there as long as one looks.
+/// From a place with the clearance open, or with the interference not yet taken, to one where the pair
+/// is closed, and there as long as one looks.
 #[test]
-fn integrated_in_time_a_clearance_closes_and_stays_closed() {
-    let model = one_pair();
-    let mut stepper = Stepper::new(&model, DAMPING, 0.1, 200).unwrap();
-    let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
-    let until = Until {
-        most_periods: 4,
-        tolerance: 0.0,
-    };
-    let settled = integrate(&mut stepper, &mut state, until).unwrap();
-    assert_near(state.x[0], -CLEARANCE_M);
-    assert_eq!(settled.cycle.open_fraction, [0.0]);
-    // The mean load of the last step, half a step before the period ends.
-    let shake = SHAKE_N * 0.5 * (1.0 + (TAU / 200.0).cos());
-    assert_near(state.lambda[0], -COMPRESSION_N + shake);
+fn integrated_in_time_a_pair_closes_and_stays_closed() {
+    for gap_m in GAPS_M {
+        let model = one_pair(gap_m);
+        let mut stepper = Stepper::new(&model, DAMPING, 0.1, 200).unwrap();
+        let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
+        let until = Until {
+            most_periods: 4,
+            tolerance: 0.0,
+        };
+        let settled = integrate(&mut stepper, &mut state, until).unwrap();
+        assert_near(state.x[0], -gap_m);
+        assert_eq!(settled.cycle.open_fraction, [0.0]);
+        // The mean load of the last step, half a step before the period ends.
+        let shake = SHAKE_N * 0.5 * (1.0 + (TAU / 200.0).cos());
+        assert_near(state.lambda[0], -compression_n(gap_m) + shake);
+    }
+}
+
+/// With K_NT = 0.8 N/m an interference of 1 m drags the pair along by 0.8 N, which a load of 0.6 N opposes. Friction
+/// bears 0.5 N. Growing together both leave 0.2 N at most, and the pair never slips. The interference alone would drag
+/// it along.
+#[test]
+fn an_interference_grows_with_the_load_that_opposes_it() {
+    let mut model = one_pair(-1.0);
+    for (i, j, k) in [(0, 0, 1.0), (0, 1, 0.8), (1, 0, 0.8)] {
+        model.stiffness[(i, j)] = k;
+    }
+    model.static_load.on_x = vec![0.0, 0.6, 0.0];
+    for load_steps in [1, 4, 10] {
+        let state = static_state(&model, load_steps, NEWTON);
+        assert_eq!(state.outcome, Outcome::Converged);
+        assert_eq!(state.status, [PairStatus::Stuck]);
+        for (found, expected) in state.x.iter().zip([1.0, 0.0, 0.0]) {
+            assert_near(*found, expected);
+        }
+        for (found, expected) in state.lambda.iter().zip([-1.0, -0.2, 0.0]) {
+            assert_near(*found, expected);
+        }
+    }
 }
 
 // ----------------------------------------------------------------------- 72 pairs, moved apart
@@ -234,4 +266,23 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     ];
     println!("in time: {off:?}");
     assert!(off.iter().all(|o| *o < 1e-6), "{off:?}");
+}
+
+/// Statics has no length and no force of its own: loads and clearances a billionth of others move and press as much
+/// less.
+#[test]
+fn the_static_state_goes_with_its_loads_and_clearances() {
+    const FACTOR: f64 = 1e-9;
+    let (whole, _) = moved_apart(&dovetail(1.5));
+    let mut small = whole.clone();
+    small.static_load.on_x.iter_mut().for_each(|f| *f *= FACTOR);
+    small.pairs.iter_mut().for_each(|p| p.gap_m *= FACTOR);
+    let [whole, small] = [&whole, &small].map(statics);
+    assert!(whole.status.contains(&PairStatus::Slipping));
+    assert_eq!(whole.status, small.status);
+    for (whole, small) in [(&whole.x, &small.x), (&whole.lambda, &small.lambda)] {
+        let small: Vec<f64> = small.iter().map(|v| v / FACTOR).collect();
+        let off = apart(whole, &small, &[]);
+        assert!(off < 1e-6, "{off:e}");
+    }
 }
