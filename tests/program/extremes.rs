@@ -10,6 +10,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
 
@@ -157,7 +158,16 @@ fn flanks_too_rough_to_slide_jam_and_the_response_converges() {
 
 #[test]
 fn an_excitation_beyond_what_presses_the_flanks_is_named() {
-    let model = model(0.3, 1e6);
+    let mut model = model(0.3, 1e6);
+    let response = respond(&model, &statics(&model), &[0.98], 1);
+    assert_eq!(response.orbits[0].outcome, Outcome::LeavesSlot);
+    // The same force as that of a displacement of the base, which grows as the square of the frequency.
+    let load = &mut model.excitations[0];
+    load.growth = Growth::Squared;
+    for part in [&mut load.cosine, &mut load.sine] {
+        let all = part.on_x.iter_mut().chain(&mut part.on_modes);
+        all.for_each(|f| *f /= 0.98 * 0.98 * model.omega2[0]);
+    }
     let response = respond(&model, &statics(&model), &[0.98], 1);
     assert_eq!(response.orbits[0].outcome, Outcome::LeavesSlot);
 }

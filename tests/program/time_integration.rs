@@ -351,6 +351,42 @@ fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     }
 }
 
+/// At one frequency a load that grows as its square is a constant one of that size, to both methods: motion, work of
+/// the excitation and work of the contacts.
+#[test]
+fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
+    const FREQUENCY_HZ: f64 = 699.5;
+    let mut constant = dovetail72();
+    let mut twice = constant.excitations[0].clone();
+    twice.harmonic = 2;
+    constant.excitations.push(twice);
+    let mut growing = constant.clone();
+    for load in &mut growing.excitations {
+        load.growth = Growth::Squared;
+        let size = (load.harmonic as f64 * TAU * FREQUENCY_HZ).powi(2);
+        for part in [&mut load.cosine, &mut load.sine] {
+            let all = part.on_x.iter_mut().chain(&mut part.on_modes);
+            all.for_each(|f| *f /= size);
+        }
+    }
+    let until = Until {
+        most_periods: 1,
+        tolerance: 0.0,
+    };
+    let [constant, growing] =
+        [&constant, &growing].map(|model| against(model, 2, FREQUENCY_HZ, 64, until));
+    let figures = |c: &Comparison| [c.balance, c.integration];
+    for (a, b) in figures(&constant).iter().zip(&figures(&growing)) {
+        let same = |what: &str, a: f64, b: f64| {
+            assert!((b / a - 1.0).abs() < 1e-6, "{what}: {a:e} {b:e}");
+        };
+        same("amplitude", a.amplitude_m.unwrap(), b.amplitude_m.unwrap());
+        same("input", a.input_work_j, b.input_work_j);
+        same("contacts", a.contact_work_j, b.contact_work_j);
+        assert!(a.slipping_pairs > 0 && a.slipping_pairs == b.slipping_pairs);
+    }
+}
+
 /// Near the peak, where all pairs slip: integrated until steady, which takes minutes.
 #[test]
 #[ignore = "slow: make verify"]
