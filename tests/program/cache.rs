@@ -192,6 +192,27 @@ fn laws_forces_and_frequencies_change_without_another_reduction() {
     assert_eq!(bench.kept(&harmonic), [true, true]);
 }
 
+/// The stress of the static state depends on the laws of the contacts, and on how the state is found.
+#[test]
+fn with_the_prestress_of_the_static_state_its_laws_and_steps_count() {
+    let bench = Bench::new("prestress");
+    let rotation = "rotation={ axis = [0, 0, 1], speed_rpm = 10, prestress = \"contact\" }";
+    assert_eq!(bench.kept(&[rotation]), [false, false]);
+    assert_eq!(bench.kept(&[rotation]), [true, true]);
+    for set in [
+        "contact.0.friction=0.1",
+        "contact.0.gap_m=1e-9",
+        "contact.0.gap_m=-1e-9",
+        "static.load_steps=2",
+        "response.tolerance=1e-11",
+    ] {
+        assert_eq!(bench.kept(&[rotation, set]), [true, false], "{set}");
+        assert_eq!(bench.kept(&[rotation, set]), [true, true], "{set}");
+    }
+    let force = "excitation.0.force_n=3";
+    assert_eq!(bench.kept(&[rotation, force]), [true, true]);
+}
+
 #[test]
 fn whatever_the_reduced_model_depends_on_is_noticed() {
     let bench = Bench::new("misses");

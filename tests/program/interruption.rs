@@ -29,7 +29,10 @@ fn command(out: &Path, words: &[&str]) -> Command {
 
 /// The run under way, once its journal has so many bytes.
 fn under_way(out: &Path, words: &[&str], bytes: u64) -> Child {
-    let mut command = command(out, words);
+    started(command(out, words), out, bytes)
+}
+
+fn started(mut command: Command, out: &Path, bytes: u64) -> Child {
     let child = command
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -139,6 +142,40 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
         "{words}"
     );
     assert_same(&contents(&out), &whole);
+}
+
+/// The prestress of the static state is found anew before a run goes on, and is the same to the bit. That of held
+/// flanks is another input.
+#[test]
+fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
+    let column = |out: &Path, words: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args(["run", "scenes/verification/column.toml", "--no-cache"])
+            .args(["--set", &format!("response.points={POINTS}")])
+            .args(["--set", "response.harmonics=9", "--out"])
+            .arg(out)
+            .args(words);
+        program
+    };
+    let whole = Folder::new("column-unbroken");
+    ended(column(&whole, &[]), 0);
+    let out = Folder::new("column-broken");
+    let mut broken = started(column(&out, &[]), &out, 800_000);
+    send("-INT", &broken);
+    assert_eq!(broken.wait().unwrap().code(), Some(130));
+    assert_eq!(summary(&out).state, RunState::Interrupted);
+    let held = ["--resume", "--set", "rotation.prestress=held_flanks"];
+    let refused = said_in_one_line(&ended(column(&out, &held), 2));
+    assert!(refused.contains("computed from other inputs"), "{refused}");
+    let resumed = said_in_one_line(&ended(column(&out, &["--resume"]), 0));
+    assert!(
+        resumed.contains("of 400 frequencies were solved before"),
+        "{resumed}"
+    );
+    assert!(resumed.contains("prestress, pass 2"), "{resumed}");
+    assert_same(&contents(&out), &contents(&whole));
 }
 
 #[test]
