@@ -294,9 +294,23 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
         "{distance_m}"
     );
     assert!(error.to_string().contains("search_distance_m"));
-    let mut assembly = dovetail_assembly();
-    assembly.contacts[0].search_distance_m = Some(1e-2);
-    assembly.contacts[1].search_distance_m = Some(1e-2);
+    // 2 mm of it are 1.4 mm between the flanks, and 5 mm are 3.5 mm.
+    let within = |search_distance_m| {
+        let mut assembly = dovetail_assembly();
+        for contact in &mut assembly.contacts {
+            contact.search_distance_m = Some(search_distance_m);
+        }
+        assembly
+    };
+    let error = bind(&within(1.4e-3), &shifted(2e-3)).unwrap_err();
+    assert!(matches!(error, ModelError::NoneOpposite { .. }), "{error}");
+    assert!(bind(&within(1.5e-3), &shifted(2e-3)).is_ok());
+    let mut assembly = within(1e-2);
+    let model = bind(&assembly, &shifted(5e-3)).unwrap();
+    for found in &model.matches {
+        let apart_m = found.largest_separation_m;
+        assert!((apart_m - 5e-3 * 0.5f64.sqrt()).abs() < 1e-9, "{apart_m}");
+    }
     // Along the flank's normal the two lie askew: they cover each other in part.
     let model = bind(&assembly, &shifted(2e-3)).unwrap();
     for found in &model.matches {

@@ -50,6 +50,21 @@ fn patch_test_with_hexahedra_and_wedges() {
     }
 }
 
+/// What presses may be given as a force over area, and as the whole force, here on 81 mm2.
+#[test]
+fn patch_test_under_a_traction_and_under_a_force() {
+    for size in ["traction_pa=50e6", "force_n=4050"] {
+        let set = [
+            "mesh.file=../../meshes/verification/patch.msh",
+            "load.0.pressure_pa=",
+            "load.0.direction=[0, 0, -1]",
+            &format!("load.0.{size}"),
+        ];
+        let set = set.map(str::to_owned);
+        pressure_is_uniform(&Run::new("static", "verification/patch", "pulled", &set));
+    }
+}
+
 fn pressure_is_uniform(run: &Run) {
     let pairs = run.table("static.csv");
     assert_eq!(pairs.len(), 30);

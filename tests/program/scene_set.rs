@@ -178,6 +178,18 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
 }
 
 #[test]
+fn what_a_scene_says_of_how_flanks_lie_is_what_they_are_paired_by() {
+    let contact = |overrides: &[&str]| {
+        let scene = parse(overrides).unwrap();
+        let contact = &scene.assembly().unwrap().contacts[0];
+        (contact.gap_from_mesh, contact.search_distance_m)
+    };
+    assert_eq!(contact(&[]), (false, None));
+    let far = ["contact.0.gap=mesh", "contact.0.search_distance_m=2e-3"];
+    assert_eq!(contact(&far), (true, Some(2e-3)));
+}
+
+#[test]
 fn an_unknown_path_names_the_valid_ones() {
     let near = "did you mean `points`?";
     refused(
