@@ -150,6 +150,19 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     assert!(1.1 * alone < stuck && stuck < held);
 }
 
+/// At this speed one repetition is not enough for the normal forces.
+#[test]
+fn the_prestress_of_the_static_state_is_repeated_until_the_normal_forces_are_still() {
+    let settings = set(&["rotation.speed_rpm=8000"]);
+    let summary = Run::new("static", "shroud", "passes", &settings).summary();
+    let passes = summary["prestress_passes"].as_array().unwrap();
+    let changes: Vec<f64> = passes[1..].iter().map(|p| figure(p, "change")).collect();
+    println!("{changes:?}");
+    let (last, before) = changes.split_last().unwrap();
+    assert!(*last < 1e-3 && !before.is_empty(), "{changes:?}");
+    assert!(before.iter().all(|change| *change > 1e-3), "{changes:?}");
+}
+
 #[test]
 fn shrouds_that_rub_take_energy_and_nothing_is_lost() {
     let settings = set(&["response.points=6"]);
