@@ -86,3 +86,44 @@ pub fn products(coords_m: &[[f64; 3]]) -> Vec<f64> {
     }
     products
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sum of v_a v_b P_ab: the integral of the square of a field with these values at the nodes.
+    fn square(coords_m: &[[f64; 3]], values: &[f64]) -> f64 {
+        let products = products(coords_m);
+        let rows = products.chunks_exact(values.len()).zip(values);
+        rows.map(|(row, a)| row.iter().zip(values).map(|(p, b)| a * b * p).sum::<f64>())
+            .sum()
+    }
+
+    /// The field r^2 has the values of its shape functions, and its square r^4 the mean 1/5 over a straight
+    /// quadrilateral of any shape: its determinant is linear in r and s, and the odd parts vanish. Over a triangle the
+    /// mean is 1/15.
+    #[test]
+    fn products_of_shape_functions_are_exact_where_edges_are_straight() {
+        let corners = [[0.0, 0.0], [3.0, 0.2], [2.5, 2.0], [0.4, 1.1]];
+        let straight = |corners: &[[f64; 2]]| -> Vec<[f64; 3]> {
+            let next = corners.iter().cycle().skip(1);
+            let middles = corners.iter().zip(next);
+            let middles = middles.map(|(a, b)| [0, 1].map(|k| 0.5 * (a[k] + b[k])));
+            let all = corners.iter().copied().chain(middles);
+            // In the plane z = 0.75 x, on which areas are 5/4 of those seen along z.
+            all.map(|[x, y]| [x, y, 0.75 * x]).collect()
+        };
+        let area = |corners: &[[f64; 2]]| {
+            let next = corners.iter().cycle().skip(1);
+            let twice = corners.iter().zip(next);
+            0.625 * twice.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
+        };
+        let quadrilateral = square(
+            &straight(&corners),
+            &[1.0, 1.0, 1.0, 1.0, 0.0, 1.0, 0.0, 1.0],
+        );
+        assert!((quadrilateral / (area(&corners) / 5.0) - 1.0).abs() < 1e-13);
+        let triangle = square(&straight(&corners[..3]), &[0.0, 1.0, 0.0, 0.25, 0.25, 0.0]);
+        assert!((triangle / (area(&corners[..3]) / 15.0) - 1.0).abs() < 1e-13);
+    }
+}

@@ -650,6 +650,24 @@ mod tests {
         }
     }
 
+    /// The shape functions of a quadrilateral far from a parallelogram are no polynomials in its plane. Its nodes have
+    /// the areas all the same, which are polynomials in the coordinates of the element.
+    #[test]
+    fn the_nodes_of_a_quadrilateral_far_from_a_parallelogram_have_their_areas() {
+        let grid = |on_top| Grid {
+            cells: [1, 1],
+            quadrilaterals: true,
+            on_top,
+        };
+        let kite = |[u, v]: [f64; 2]| even([u - 0.4 * u * v, v - 0.4 * u * v]);
+        let (slave, master) = (grid(false).flank(kite), grid(true).flank(even));
+        let mortar = found(&slave, &master, FAR);
+        for (row, own) in mortar.rows.iter().zip(&slave.0.areas_m2) {
+            let off = row.as_ref().unwrap().area_m2 / own - 1.0;
+            assert!(off.abs() < 5e-6, "{off:e}");
+        }
+    }
+
     /// Of columns a quarter of the flank wide the master covers two and 1 % of a third: its node there has
     /// the area of half of a column, and of the third next to nothing.
     #[test]
