@@ -7,6 +7,7 @@ The cluster is that of cluster.py. Needs root. Exit code 1 when anything of this
 
 - Snakemake ends with 0, and a second time finds nothing to do;
 - every case has an outcome with exit code 0, and Slurm completed each exactly once;
+- each mesh and each reduced model that cases share was made once, by a job of its own, and no case made one;
 - the dead node took at least one running case with it, which ran again, went on where it was, and never ran twice at once;
 - the node ran cases before its death and after its return;
 - the files of each case and the table are those of the local run, byte for byte, but for times, memory and paths.
@@ -37,9 +38,10 @@ DYING = "node2"
 TIME_LIMIT_S = 1800
 # The journal of a case that is worth to go on with.
 JOURNAL_BYTES = 500_000
-# What a run tells of itself: files, keys of summary.json, columns of table.csv.
+# What a run tells of itself: files, keys of summary.json, columns of table.csv. Here each case makes all of its stages.
 OF_THE_RUN = {"case.json", "log.txt", "outcome.json", "report.html", "summary.json"}
-KEYS = {"seconds", "processor_seconds", "peak_memory_mib", "source", "file"}
+KEYS = {"stages", "seconds", "processor_seconds", "peak_memory_mib", "source", "file"}
+SHARED = {"finite_elements", "reduction"}
 COLUMNS = {"processor_seconds", "seconds", "peak_memory_mib", "from_cache"}
 
 
@@ -49,7 +51,8 @@ def snakemake(program, *options):
         SNAKEMAKE, "--executor", "slurm", "--jobs", "8", "--slurm-requeue", "--slurm-status-command", "squeue",
         "--keep-going",
         "--default-resources", "slurm_account=studies", "slurm_partition=work",
-        "--set-resources", "run_case:mem_mb=1200*attempt", "run_case:runtime=10*attempt",
+        "--set-resources", *(f"{rule}:{limit}*attempt" for rule in ("make_piece", "run_case")
+                             for limit in ("mem_mb=1200", "runtime=10")),
         "--slurm-init-seconds-before-status-checks", "5", "--config", f"dovetail={program}", *options,
     ]
 
@@ -156,8 +159,8 @@ def on_the_cluster(machines, program, keeps_nodes, processor):
     return victims, resumable, faults
 
 
-def attempts():
-    """All that Slurm has on each case, in the order of time."""
+def attempts(rule="run_case"):
+    """All that Slurm has on each case, or on each job of another rule, in the order of time."""
     columns = ["JobIDRaw", "Comment", "NodeList", "State", "ExitCode", "Start", "End"]
     text = run(
         "sacct", "--duplicates", "--allocations", "--parsable2", "--noheader", "--starttime", "now-1day",
@@ -166,11 +169,30 @@ def attempts():
     found = {}
     for line in text.splitlines():
         row = dict(zip(columns, line.split("|")))
-        if row["Comment"].startswith("rule_run_case_"):
+        if row["Comment"].startswith(f"rule_{rule}_"):
             found.setdefault(case_of(row["Comment"]), []).append(row)
     for rows in found.values():
         rows.sort(key=lambda row: row["Start"])
     return found
+
+
+def check_pieces(cases, others):
+    """That what cases share was made once; on the nodes `others`, which have another processor, it is of no use."""
+    with open(f"{FLOW}/cases.json") as file:
+        pieces = [piece["name"] for piece in json.load(file)["pieces"]]
+    made = attempts("make_piece")
+    complete = {piece: sum(row["State"] == "COMPLETED" for row in made.get(piece, [])) for piece in pieces}
+    say(f"made once for all cases: {', '.join(pieces)}")
+    faults = [f"Slurm completed {piece} {count} times" for piece, count in complete.items() if count != 1]
+    faults += [] if pieces else ["the cases share nothing"]
+    nodes = {case: rows[-1]["NodeList"] for case, rows in attempts().items()}
+    for case in cases:
+        with open(f"{REMOTE}/cases/{case}/summary.json") as file:
+            stages = json.load(file)["stages"]
+        made_again = [s["id"] for s in stages if s["id"] in SHARED and not s["from_cache"]]
+        if made_again and nodes[case] not in others:
+            faults.append(f"{case} made again: {', '.join(made_again)}")
+    return faults
 
 
 def without_the_run(value):
@@ -287,6 +309,7 @@ def test(arguments):
         rows[-1]["End"] != "Unknown" for rows in attempts().values()), 60)
     others = set(cluster.NODES) - {DYING} if arguments.other_processor else set()
     faults += check_attempts(cases, victims, resumable, others)
+    faults += check_pieces(cases, others)
     faults += compare_cases(cases)
     if not os.path.exists(f"{REMOTE}/table.csv"):
         return faults + ["the workflow made no table.csv"]
