@@ -18,8 +18,8 @@ pub struct MeshInputs {
     parameters: Vec<(String, f64)>,
 }
 
-/// What a reduced model depends on, as far as scenes differ in it. It is about descriptions what
-/// [`reduction_inputs`](super::cache) is about models.
+/// What a reduced model depends on, as far as scenes differ in it: what the key of the cache says of the model, said of
+/// its description.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReductionInputs {
     assembly: Assembly,
