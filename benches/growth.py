@@ -2,12 +2,12 @@
 """How time and memory grow with pairs, degrees of freedom, harmonics and samples.
 
     make bench                                        # or, after cargo build --release:
-    python3 benches/growth.py [--points 21] [--large] [--out output/growth]
+    python3 benches/growth.py [--points 21] [--large] [--only pairs,dofs,harmonics,samples] [--out output/growth]
 
 Runs the paper's scene, one thread, no cache, one thing changed at a time, and prints a Markdown table for each: seconds of the
 processor by stage, peak memory, and the exponent e of a least-squares line through the logarithms, seconds ~ x^e. gmsh makes the meshes;
-without it only harmonics and samples are measured, on the ready mesh. --large adds the flank of 16 x 36 nodes (20 minutes). Standard
-library only.
+without it only harmonics and samples are measured, on the ready mesh. --large adds the flanks of 16 x 36 and 24 x 54 nodes, and
+meshes of 0.4 and 1 million dofs. It takes an hour and 17 GiB of memory. --only names the tables. Standard library only.
 """
 
 import argparse
@@ -19,6 +19,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+READY = "mesh.file=../meshes/dovetail.msh"
 PROGRAM = ROOT / "target/release/dovetail"
 # Stage of summary.json, and what heads its column.
 STAGES = [("finite_elements", "elements, s"), ("reduction", "reduction, s"), ("static_state", "static, s"), ("response", "response, s")]
@@ -98,24 +99,33 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=21)
     parser.add_argument("--large", action="store_true")
+    parser.add_argument("--only", default="pairs,dofs,harmonics,samples")
     parser.add_argument("--out", type=Path, default=ROOT / "output/growth")
     arguments = parser.parse_args()
     arguments.out = arguments.out.resolve()
+    only = set(arguments.only.split(","))
+    if unknown := only - {"pairs", "dofs", "harmonics", "samples"}:
+        parser.error(f"--only: {', '.join(sorted(unknown))} is none of pairs, dofs, harmonics, samples")
     every = [name for name, _ in STAGES]
-    if shutil.which("gmsh"):
+    meshed = only & {"pairs", "dofs"}
+    if meshed and not shutil.which("gmsh"):
+        print("gmsh is missing: pairs and degrees of freedom are left out")
+        meshed = set()
+    if "pairs" in meshed:
         meshes = [("4 x 9", flank(4, 9, 6)), ("6 x 13", flank(6, 13, 5.5)), ("8 x 18", flank(8, 18, 5))]
         if arguments.large:
-            meshes.append(("16 x 36", flank(16, 36, 4)))
+            meshes += [("16 x 36", flank(16, 36, 4)), ("24 x 54", flank(24, 54, 3.4))]
         table("pairs: the whole mesh refined with the flanks", pairs, meshes, every, arguments)
-        finer = [(f"sizes x {f:g}", flank(4, 9, 6, f)) for f in (1.0, 0.8, 0.65, 0.5)]
+    if "dofs" in meshed:
+        factors = (1.0, 0.8, 0.65, 0.5, 0.35, 0.25) if arguments.large else (1.0, 0.8, 0.65, 0.5)
+        finer = [(f"sizes x {f:g}", flank(4, 9, 6, f)) for f in factors]
         table("free dofs: 72 pairs, the mesh finer away from the flanks", free_dofs, finer, every, arguments)
-    else:
-        print("gmsh is missing: pairs and degrees of freedom are left out")
-    ready = "mesh.file=../meshes/dovetail.msh"
-    more = [(h, [ready, f"response.harmonics={h}", "response.samples=128"]) for h in (1, 3, 7, 15)]
-    table("harmonics: 72 pairs, 128 samples", harmonics, more, ["response"], arguments)
-    more = [(n, [ready, f"response.samples={n}"]) for n in (64, 128, 256, 512, 1024)]
-    table("samples: 72 pairs, 3 harmonics", samples, more, ["response"], arguments)
+    if "harmonics" in only:
+        more = [(h, [READY, f"response.harmonics={h}", "response.samples=128"]) for h in (1, 3, 7, 15)]
+        table("harmonics: 72 pairs, 128 samples", harmonics, more, ["response"], arguments)
+    if "samples" in only:
+        more = [(n, [READY, f"response.samples={n}"]) for n in (64, 128, 256, 512, 1024)]
+        table("samples: 72 pairs, 3 harmonics", samples, more, ["response"], arguments)
 
 
 if __name__ == "__main__":

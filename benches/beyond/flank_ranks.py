@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+"""Low rank of the flanks' stiffness, mass and compliance: a hierarchical matrix beside the dense one.
+
+    dovetail reduce scenes/paper.toml --out FOLDER                                # one folder for each mesh
+    target/venv/bin/python benches/beyond/flank_ranks.py FOLDER... [--grids 50x100 158x316] [--results OUT]
+
+Pairs are ordered by geometric bisection, 16 in a leaf. A block of two clusters is admissible where the smaller extent is at most eta
+times their distance. Admissible blocks are kept as U V^T of the least rank whose error is below the tolerance times the norm of K
+shared among the blocks by their area (Frobenius), so that the whole keeps the tolerance; all others are dense. The storage is
+that of the lower triangle, beside the dense lower triangle. --grids tells what the same tree needs on finer flanks, with the ranks
+measured on the last folder by the size of the blocks. --results OUT runs target/release/dovetail (static state and response) on each
+folder with K and M compressed, and says what that changes: as they are, and corrected so that K acts exactly on its six softest
+motions. Needs numpy.
+"""
+
+import argparse
+import csv
+import shutil
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+PROGRAM = Path(__file__).resolve().parents[2] / "target/release/dovetail"
+SCENE = """name = "reduced"
+[reduced_model]
+folder = "."
+friction = 0.3
+force_n = 2.0
+[damping]
+ratio = 0.001
+[response]
+times_first_linear_mode = [0.995, 1.003]
+points = 21
+harmonics = 3
+samples = 128
+most_added_points = 0
+"""
+LEAF = 16
+SOFTEST = 6  # Rigid motions of a blade that nothing but the contacts holds.
+
+
+def read(path):
+    with open(path) as file:
+        if "array real general" not in file.readline():
+            raise SystemExit(f"{path}: not a dense matrix")
+        shape = next(line for line in file if not line.startswith("%"))
+        rows, columns = (int(word) for word in shape.split())
+        return np.fromfile(file, sep=" ", count=rows * columns).reshape(columns, rows).T
+
+
+def write(path, a):
+    with open(path, "w") as file:
+        file.write(f"%%MatrixMarket matrix array real general\n{a.shape[0]} {a.shape[1]}\n")
+        a.T.ravel().tofile(file, sep="\n", format="%.17g")
+        file.write("\n")
+
+
+class Cluster:
+    def __init__(self, xyz, points):
+        self.points = points
+        self.low, self.high = xyz[points].min(axis=0), xyz[points].max(axis=0)
+        self.extent = np.linalg.norm(self.high - self.low)
+        self.halves = []
+        if len(points) > LEAF:
+            axis = np.argmax(self.high - self.low)
+            order = points[np.argsort(xyz[points, axis], kind="stable")]
+            self.halves = [Cluster(xyz, half) for half in np.array_split(order, 2)]
+
+    def distance(self, other):
+        return np.linalg.norm(np.maximum(0, np.maximum(self.low - other.high, other.low - self.high)))
+
+
+def blocks(a, b, eta):
+    """Pairs of clusters that cover the lower triangle, and whether they are admissible."""
+    if a is not b and min(a.extent, b.extent) <= eta * a.distance(b):
+        yield a, b, True
+    elif not a.halves or not b.halves:
+        yield a, b, False
+    elif a is b:
+        first, second = a.halves
+        yield from blocks(first, first, eta)
+        yield from blocks(second, first, eta)
+        yield from blocks(second, second, eta)
+    else:
+        for x in a.halves:
+            for y in b.halves:
+                yield from blocks(x, y, eta)
+
+
+def dofs(cluster):
+    return (3 * cluster.points[:, None] + np.arange(3)).ravel()
+
+
+def size(a, b):
+    """Of a block, in pairs; clusters of one level differ by one."""
+    return round(np.log2(max(len(a.points), len(b.points)) / LEAF))
+
+
+class Compressed:
+    """For each tolerance the numbers kept, and the matrix that they stand for."""
+
+    def __init__(self, matrix, tree, tolerances, eta):
+        n = len(matrix)
+        self.matrices = {t: matrix.copy() for t in tolerances}
+        self.kept = dict.fromkeys(tolerances, 0)
+        self.ranks = {t: defaultdict(list) for t in tolerances}
+        self.dense = 0
+        norm = np.linalg.norm(matrix)
+        for a, b, admissible in blocks(tree, tree, eta):
+            rows, columns = dofs(a), dofs(b)
+            area = len(rows) * len(columns) if a is not b else len(rows) * (len(rows) + 1) // 2
+            self.dense += 0 if admissible else area
+            if not admissible:
+                for t in tolerances:
+                    self.kept[t] += area
+                continue
+            block = np.ix_(rows, columns)
+            u, s, v = np.linalg.svd(matrix[block], full_matrices=False)
+            tails = np.sqrt(np.append(np.cumsum((s**2)[::-1])[::-1], 0))
+            for t in tolerances:
+                rank = int(np.argmax(tails <= t * norm * np.sqrt(len(rows) * len(columns)) / n))
+                self.kept[t] += min(rank * (len(rows) + len(columns)), area)
+                self.ranks[t][size(a, b)].append(rank)
+                low = u[:, :rank] * s[:rank] @ v[:rank]
+                self.matrices[t][block] = low
+                self.matrices[t][np.ix_(columns, rows)] = low.T
+
+
+def exact_on(softest, matrix, compressed):
+    """The compressed matrix, corrected so that it acts exactly on these orthonormal motions."""
+    off = (matrix - compressed) @ softest
+    return compressed + off @ softest.T + softest @ off.T - softest @ (softest.T @ off) @ softest.T
+
+
+def shape(xyz, grid, eta):
+    """Of the tree on a finer grid of the same two flanks: pairs, numbers in dense blocks, and by the size of the admissible ones the
+    sum of their rows and columns, and their area."""
+    fine = refined(xyz, *grid)
+    tree = Cluster(fine, np.arange(len(fine)))
+    near, far = 0, defaultdict(lambda: np.zeros(2))
+    for a, b, admissible in blocks(tree, tree, eta):
+        rows, columns = 3 * len(a.points), 3 * len(b.points)
+        if admissible:
+            far[size(a, b)] += rows + columns, rows * columns
+        else:
+            near += rows * columns if a is not b else rows * (rows + 1) // 2
+    return len(fine), near, far
+
+
+def predicted(near, far, ranks):
+    """Numbers kept, with the mean rank of the largest measured blocks for all that are larger."""
+    mean = {level: np.mean(measured) for level, measured in ranks.items()}
+    kept = near
+    for level, (sides, area) in far.items():
+        kept += min(mean[max(min(level, max(mean)), min(mean))] * sides, area)
+    return kept
+
+
+def refined(xyz, nu, nv):
+    """A grid of nu x nv points on each flank: x along the slot, z across, y linear in both."""
+    slope = np.polyfit(xyz[:, 0], xyz[:, 1], 1)[0]
+    side = xyz[:, 1] - slope * xyz[:, 0] > 0
+    flanks = []
+    for part in (xyz[side], xyz[~side]):
+        plane = np.linalg.lstsq(np.c_[part[:, [0, 2]], np.ones(len(part))], part[:, 1], rcond=None)[0]
+        x, z = np.meshgrid(*(np.linspace(part[:, i].min(), part[:, i].max(), k) for i, k in ((0, nv), (2, nu))))
+        flanks.append(np.c_[x.ravel(), np.c_[x.ravel(), z.ravel(), np.ones(x.size)] @ plane, z.ravel()])
+    return np.vstack(flanks)
+
+
+def report(name, matrix, found, tests):
+    """A line for each tolerance."""
+    n = len(matrix)
+    half = n * (n + 1) // 2
+    norm = np.linalg.norm(matrix)
+    for t, kept in found.kept.items():
+        ranks = [rank for level in found.ranks[t].values() for rank in level] or [0]
+        top = max(found.ranks[t], default=0)
+        errors = " | ".join(f"{np.linalg.norm((found.matrices[t] - matrix) @ x) / np.linalg.norm(matrix @ x):.1e}" for x in tests)
+        print(
+            f"| {n // 3} | {name} | {t:g} | {8e-6 * half:.4g} | {8e-6 * kept:.4g} | {kept / half:.3f} | {found.dense / half:.3f}"
+            f" | {np.mean(ranks):.1f}, {max(ranks)} | {np.mean(found.ranks[t][top] or [0]):.1f}"
+            f" | {np.linalg.norm(found.matrices[t] - matrix) / norm:.1e} | {errors} |",
+            flush=True,
+        )
+
+
+def answers(folder):
+    """Static normal forces, and the amplitudes of the response, of a reduced model."""
+    (folder / "scene.toml").write_text(SCENE)
+    line = [PROGRAM, "run", folder / "scene.toml", "--out", folder / "out", "--quiet", "--no-fields", "--no-cache", "--threads", "1"]
+    done = subprocess.run([str(word) for word in line], capture_output=True, text=True)
+    if done.returncode not in (0, 3):
+        raise SystemExit(f"{folder}: {done.stderr}")
+    found = []
+    for name, column in (("static", "normal_force_n"), ("response", "tip_amplitude_m")):
+        with open(folder / "out" / f"{name}.csv", newline="") as file:
+            found.append(np.array([float(row[column]) for row in csv.DictReader(file)]))
+    return found
+
+
+def changed(folder, out, stiffness, compressed, softest):
+    """A line for each tolerance: what compressed K and M change."""
+    shutil.copytree(folder, out / folder.name, dirs_exist_ok=True)
+    forces, amplitudes = answers(out / folder.name)
+    for t, low in compressed["K"].items():
+        for label, k in (("as it is", low), ("exact on the softest", exact_on(softest, stiffness, low))):
+            to = out / f"{folder.name}_{t:g}_{label.split()[0]}"
+            shutil.copytree(folder, to, dirs_exist_ok=True)
+            write(to / "K.mtx", 0.5 * (k + k.T))
+            write(to / "M.mtx", compressed["M"][t])
+            f, a = answers(to)
+            print(
+                f"| {len(f)} | {t:g} | {label} | {abs(f - forces).max() / abs(forces).max():.1e}"
+                f" | {abs(a - amplitudes).max() / amplitudes.max():.1e} | {a.max() / amplitudes.max() - 1:.1e} |",
+                flush=True,
+            )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--tolerances", nargs="+", type=float, default=[1e-4, 1e-6, 1e-8])
+    parser.add_argument("--eta", type=float, default=1.0)
+    parser.add_argument("--grids", nargs="*", default=["50x100", "158x316"])
+    parser.add_argument("--results", type=Path)
+    arguments = parser.parse_args()
+    print("| pairs | of | tolerance | dense, MB | kept, MB | ratio | near | ranks: mean, largest | of the largest blocks | error"
+          " | of K x, x at random | x the static load |")
+    print("|" + " --- |" * 12)
+    kept, results = defaultdict(list), []
+    for folder in arguments.folders:
+        xyz = read(folder / "xyz.mtx")
+        tree = Cluster(xyz, np.arange(len(xyz)))
+        stiffness, load = read(folder / "K.mtx"), read(folder / "f_static.mtx")
+        stiffness = 0.5 * (stiffness + stiffness.T)
+        at_random = np.random.default_rng(1).standard_normal((len(stiffness), 1))
+        values, vectors = np.linalg.eigh(stiffness)
+        softest, stiff = vectors[:, :SOFTEST], vectors[:, SOFTEST:]
+        compliance = stiff / values[SOFTEST:] @ stiff.T
+        print(f"# eigenvalues of K: {values[0]:.3g} ... {values[SOFTEST - 1]:.3g}, {values[SOFTEST]:.3g} ... {values[-1]:.3g} N/m",
+              file=sys.stderr)
+        for name, matrix in (("K", stiffness), ("M", read(folder / "M.mtx")), ("compliance", compliance)):
+            begun = time.process_time()
+            found = Compressed(matrix, tree, arguments.tolerances, arguments.eta)
+            report(name, matrix, found, [at_random, load])
+            print(f"# {name}: {time.process_time() - begun:.1f} s of the processor", file=sys.stderr)
+            for t in arguments.tolerances:
+                kept[name, t].append((len(xyz), found))
+        if arguments.results:
+            results.append((folder, {name: kept[name, t][-1][1].matrices for name in "KM"}, stiffness, softest))
+    print("\n| of | tolerance | exponent of the last two | " + " | ".join(f"{g}: pairs, GB, of the dense one, near" for g in arguments.grids) + " |")
+    print("|" + " --- |" * (3 + len(arguments.grids)))
+    shapes = [shape(xyz, [int(k) for k in grid.split("x")], arguments.eta) for grid in arguments.grids]
+    for (name, t), cases in kept.items():
+        pairs, found = cases[-1]
+        exponent = "-"
+        if len(cases) > 1:
+            before, coarse = cases[-2]
+            exponent = f"{np.log(found.kept[t] / coarse.kept[t]) / np.log(pairs / before):.2f}"
+        line = []
+        for n, near, far in shapes:
+            numbers = predicted(near, far, found.ranks[t])
+            half = 3 * n * (3 * n + 1) / 2
+            line.append(f"{n}: {8e-9 * numbers:.3g}, {numbers / half:.4f}, {near / half:.4f}")
+        print(f"| {name} | {t:g} | {exponent} | " + " | ".join(line) + " |", flush=True)
+    if results:
+        print("\n| pairs | tolerance | K | static normal force, largest change over the largest | amplitude, likewise | peak |")
+        print("|" + " --- |" * 6)
+    for folder, found, stiffness, softest in results:
+        changed(folder, arguments.results, stiffness, found, softest)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
