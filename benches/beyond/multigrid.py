@@ -27,17 +27,13 @@ import pyamg  # noqa: E402
 
 
 def read(path):
-    """Stiffness, and the places of the nodes, of a file of benches/solvers/own.rs."""
+    """Stiffness, and the places of the nodes, of a file of blade_matrix.py."""
     with open(path, "rb") as file:
-
-        def matrix():
-            n, entries = np.fromfile(file, np.int64, 2)
-            offsets, rows = np.fromfile(file, np.int64, n + 1), np.fromfile(file, np.int64, entries)
-            values = np.fromfile(file, np.float64, entries)
-            return scipy.sparse.csr_matrix((values, rows.astype(np.int32), offsets.astype(np.int32)), shape=(n, n))
-
-        stiffness = matrix()
-        matrix()
+        n, entries = np.fromfile(file, np.int64, 2)
+        offsets, rows = np.fromfile(file, np.int64, n + 1), np.fromfile(file, np.int64, entries)
+        values = np.fromfile(file, np.float64, entries)
+        np.fromfile(file, np.int64, 1)
+        stiffness = scipy.sparse.csr_matrix((values, rows.astype(np.int32), offsets.astype(np.int32)), shape=(n, n))
         return stiffness, np.fromfile(file, np.float64).reshape(-1, 3)
 
 

@@ -1,7 +1,6 @@
-/* MUMPS over MPI on a matrix written by benches/solvers/own.rs: analysis, factor, one right-hand side.
+/* MUMPS over MPI on a matrix written by blade_matrix.py: analysis, factor, one right-hand side.
  *   mpirun -n RANKS mumps FILE [iK=VALUE] [cK=VALUE] [schur=COUNT]
  * iK and cK set ICNTL(K) and CNTL(K); the last COUNT unknowns stay, and the host gets their Schur complement.
- * FILE: n, entries, n + 1 column offsets, row indices (64-bit integers), values; both triangles.
  * Prints one line of the table that mumps.sh heads. Processor seconds are the sum of those of the ranks, which also count while
  * they wait for each other; those of the busiest thread alone would hide the work of the others. */
 #include <dmumps_c.h>

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! stages MESH [MODES]             seconds and memory of finite elements and reduction
-//! matrix MESH FILE [flanks]       stiffness and mass of the blade, flanks held, or with their unknowns last
+//! matrix MESH FILE                stiffness and mass of the blade, flanks held
 //! solve dovetail FILE THREADS     analysis, factor, 256 right-hand sides
 //! solve faer FILE THREADS         the same by faer, in the order of dovetail
 //! inertia dovetail FILE THREADS   the number of modes below a frequency
@@ -60,8 +60,7 @@ fn main() {
     match arguments[..] {
         ["stages", mesh] => stages(mesh, None),
         ["stages", mesh, modes] => stages(mesh, Some(modes.parse().expect("a number of modes"))),
-        ["matrix", mesh, file] => write_matrix(mesh, file, false),
-        ["matrix", mesh, file, "flanks"] => write_matrix(mesh, file, true),
+        ["matrix", mesh, file] => write_matrix(mesh, file),
         [
             task @ ("solve" | "inertia" | "modes"),
             program,
@@ -90,7 +89,7 @@ fn main() {
         }
         // `cargo bench -- word` asks every bench: the words are not for this one.
         _ => println!(
-            "solvers: stages MESH [MODES] | matrix MESH FILE [flanks] | \
+            "solvers: stages MESH [MODES] | matrix MESH FILE | \
              (solve | inertia | modes) PROGRAM FILE THREADS"
         ),
     }
@@ -126,13 +125,11 @@ fn stages(mesh: &str, count: Option<usize>) {
     println!("{} stuck modes, Hz: {}", omega2.len(), hertz.join(" "));
 }
 
-fn write_matrix(mesh: &str, file: &str, with_flanks: bool) {
+fn write_matrix(mesh: &str, file: &str) {
     let model = bound(mesh);
     let structure = assemble(&model).unwrap();
-    let (body, matrices) = (&model.bodies[0], &structure.bodies[0]);
-    let dofs = &body.dofs;
-    let flanks = if with_flanks { dofs.contact_nodes } else { 0 };
-    let moving: Vec<usize> = (0..3 * (dofs.interior_nodes + flanks)).collect();
+    let (dofs, matrices) = (&model.bodies[0].dofs, &structure.bodies[0]);
+    let moving: Vec<usize> = (0..3 * dofs.interior_nodes).collect();
     let [k, m] = [&matrices.stiffness, &matrices.mass].map(|a| submatrix(a, &moving, &moving));
     let mut out = BufWriter::new(std::fs::File::create(file).unwrap());
     let mut number = |v: u64| out.write_all(&v.to_le_bytes()).unwrap();
@@ -143,18 +140,10 @@ fn write_matrix(mesh: &str, file: &str, with_flanks: bool) {
         a.row_indices().iter().for_each(|&i| number(i as u64));
         a.values().iter().for_each(|v| number(v.to_bits()));
     }
-    let mut places_m = vec![[0.0; 3]; moving.len() / 3];
-    for (local, place) in (0..).zip(&body.nodes_m) {
-        if let Some(to) = dofs.free(local).and_then(|node| places_m.get_mut(node)) {
-            *to = *place;
-        }
-    }
-    places_m.iter().flatten().for_each(|v| number(v.to_bits()));
-    let (unknowns, entries) = (k.ncols(), k.nnz());
-    println!("{unknowns} unknowns, {} of the flanks, {entries} entries", 3 * flanks);
+    println!("{} unknowns, {} entries", k.ncols(), k.nnz());
 }
 
-/// Stiffness and mass; the places of the nodes, m, that follow them in the file are not read.
+/// Stiffness and mass.
 fn read_matrices(file: &str) -> [CscMatrix<f64>; 2] {
     let mut source = BufReader::new(std::fs::File::open(file).unwrap());
     let mut number = || {
