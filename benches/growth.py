@@ -7,7 +7,7 @@
 Runs the paper's scene, one thread, no cache, one thing changed at a time, and prints a Markdown table for each: seconds of the
 processor by stage, peak memory, and the exponent e of a least-squares line through the logarithms, seconds ~ x^e. gmsh makes the meshes;
 without it only harmonics and samples are measured, on the ready mesh. --large adds the flanks of 16 x 36 and 24 x 54 nodes, and
-meshes of 0.4 and 1 million dofs. It takes an hour and 17 GiB of memory. --only names the tables. Standard library only.
+meshes of 0.4 and 1 million dofs. It takes an hour and 14 GiB of memory. --only names the tables. Standard library only.
 """
 
 import argparse

@@ -253,7 +253,8 @@ def main():
                 kept[name, t].append((len(xyz), found))
         if arguments.results:
             results.append((folder, {name: kept[name, t][-1][1].matrices for name in "KM"}, stiffness, softest))
-    print("\n| of | tolerance | exponent of the last two | " + " | ".join(f"{g}: pairs, GB, of the dense one, near" for g in arguments.grids) + " |")
+    heads = [f"{grid}: pairs, GB, of the dense one, near" for grid in arguments.grids]
+    print("\n| of | tolerance | exponent of the last two | " + " | ".join(heads) + " |")
     print("|" + " --- |" * (3 + len(arguments.grids)))
     shapes = [shape(xyz, [int(k) for k in grid.split("x")], arguments.eta) for grid in arguments.grids]
     for (name, t), cases in kept.items():

@@ -63,10 +63,10 @@ def main():
         k, places = read(path)
         begun = time.process_time()
         blocked = k.tobsr(blocksize=(3, 3))
+        smoother = ("gauss_seidel", {"sweep": "symmetric"})
         levels = pyamg.smoothed_aggregation_solver(
-            blocked, rigid_motions(places), strength=("symmetric", {"theta": 0.01}), max_coarse=500,
-            presmoother=("block_gauss_seidel", {"sweep": "symmetric"}), postsmoother=("block_gauss_seidel", {"sweep": "symmetric"}),
-        )  # fmt: skip
+            blocked, rigid_motions(places), strength=("symmetric", {"theta": 0.08}), max_coarse=500, presmoother=smoother, postsmoother=smoother
+        )
         setup = time.process_time() - begun
         b, history = np.sin(np.arange(k.shape[0])), []
         begun = time.process_time()

@@ -6,12 +6,13 @@
 #
 # MESH: meshes of geometry/dovetail.geo (docs/geometry.md has the parameters). TRIALS ("ranks core
 # blr schur") and TOLERANCES ("1e-10 1e-8 1e-6 1e-4") may be set, MPIRUN too. numpy and scipy are in
-# target/venv. MUMPS and Open MPI are installed by apt (Debian) where they are missing. Memory is that of MUMPS in 10^6 bytes, of the
-# largest rank (INFOG(21)) and of all (INFOG(22)), and the largest resident set of a rank in MiB,
-# which contains the matrix twice on the host. Entries are in millions.
+# target/venv. MUMPS and Open MPI are installed by apt (Debian) where they are missing. Memory is
+# that of MUMPS in 10^6 bytes, of the largest rank (INFOG(21)) and of all (INFOG(22)), and the
+# largest resident set of a rank in MiB, which contains the matrix twice on the host. Entries are in
+# millions. Matrices are kept in target/beyond.
 set -eu
 cd "$(dirname "$0")/../.."
-[ $# -gt 0 ] || { sed -n '2,14s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -gt 0 ] || { sed -n '2,13s/^# \{0,1\}//p' "$0"; exit 1; }
 work=target/beyond
 mkdir -p $work
 if ! command -v mpicc > /dev/null || ! [ -e /usr/include/dmumps_c.h ] || ! [ -e /usr/lib/*/libdmumps.so ]; then
