@@ -32,9 +32,9 @@ fn too_little_memory_is_told_before_factoring() {
         return;
     }
     let out = Folder::new("little-memory");
-    // What the process maps before it begins is not known to a test: the least of these limits in which the bodies are factored
-    // is too little for the assembly.
-    let of_assembly = (280..1000).step_by(40).find_map(|mib| {
+    // What the process maps beside its matrices is not known to a test: products of matrices have buffers as large as the
+    // caches of the processor. The least of these limits in which the bodies are factored is too little for the assembly.
+    let of_assembly = (280..2000).step_by(40).find_map(|mib| {
         let output = modes(&out, Some(mib << 10)).output().unwrap();
         let words = in_one_line(&said(&output));
         let (_, why) = words.split_once("the stiffness of the assembly cannot be factored")?;
