@@ -234,8 +234,12 @@ class Cluster:
         node.wait()
 
     def state(self, name):
-        """As Slurm has it: IDLE, MIXED, DOWN*."""
+        """As Slurm has it: IDLE, MIXED, DOWN*, COMPLETING*."""
         return run("sinfo", "--noheader", "--Node", "--nodes", name, "--format", "%T").strip().upper()
+
+    def is_lost(self, name):
+        """Whether Slurm does not hear of it."""
+        return self.state(name).endswith("*")
 
     def wait_for_state(self, name, state, seconds):
         wait_for(f"{name} {state.lower()}", lambda: self.state(name).startswith(state), seconds)

@@ -145,11 +145,12 @@ def on_the_cluster(machines, program, keeps_nodes, processor):
         resumable = [case for case in victims if journal_bytes(case) > JOURNAL_BYTES]
         say(f"{DYING} died with {', '.join(victims)}")
         begin = time.monotonic()
-        watch.until(f"{DYING} was missed", lambda: machines.state(DYING).startswith("DOWN"))
+        # Its state may stay that of a node that ends a job; its cases run no more.
+        watch.until(f"{DYING} was missed", lambda: not running(DYING) and machines.is_lost(DYING))
         say(f"Slurm missed it after {time.monotonic() - begin:.0f} s")
         time.sleep(5)
         machines.start(DYING, processor)
-        watch.until(f"{DYING} was back", lambda: not machines.state(DYING).startswith("DOWN"))
+        watch.until(f"{DYING} was back", lambda: not machines.is_lost(DYING))
         say(f"{DYING} is back after {time.monotonic() - begin:.0f} s")
     while (code := watch.look()) is None:
         pass
