@@ -177,8 +177,8 @@ def attempts(rule="run_case"):
     return found
 
 
-def check_pieces(cases, others):
-    """That what cases share was made once; on the nodes `others`, which have another processor, it is of no use."""
+def check_pieces(cases, one_processor):
+    """That what cases share was made once, and by no case: on a node with another processor it is of no use."""
     with open(f"{FLOW}/cases.json") as file:
         pieces = [piece["name"] for piece in json.load(file)["pieces"]]
     made = attempts("make_piece")
@@ -186,12 +186,11 @@ def check_pieces(cases, others):
     say(f"made once for all cases: {', '.join(pieces)}")
     faults = [f"Slurm completed {piece} {count} times" for piece, count in complete.items() if count != 1]
     faults += [] if pieces else ["the cases share nothing"]
-    nodes = {case: rows[-1]["NodeList"] for case, rows in attempts().items()}
     for case in cases:
         with open(f"{REMOTE}/cases/{case}/summary.json") as file:
             stages = json.load(file)["stages"]
         made_again = [s["id"] for s in stages if s["id"] in SHARED and not s["from_cache"]]
-        if made_again and nodes[case] not in others:
+        if made_again and one_processor:
             faults.append(f"{case} made again: {', '.join(made_again)}")
     return faults
 
@@ -310,7 +309,7 @@ def test(arguments):
         rows[-1]["End"] != "Unknown" for rows in attempts().values()), 60)
     others = set(cluster.NODES) - {DYING} if arguments.other_processor else set()
     faults += check_attempts(cases, victims, resumable, others)
-    faults += check_pieces(cases, others)
+    faults += check_pieces(cases, not others)
     faults += compare_cases(cases)
     if not os.path.exists(f"{REMOTE}/table.csv"):
         return faults + ["the workflow made no table.csv"]

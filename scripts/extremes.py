@@ -367,7 +367,9 @@ def main():
         reduced("samples", samples, f"response.samples={samples}", expect=expect)
     for choice in ["pair", "spectral_radius"]:
         for scale in ["1e-4", "1e-2", "1", "1e2", "1e4"]:
-            expect = EITHER if scale in ("1e-4", "1e2", "1e4") else CONVERGED
+            # `pair x 1e-2` is at the edge of what converges: the last digits decide, and with them the processor.
+            at_edge = scale in ("1e-4", "1e2", "1e4") or (choice, scale) == ("pair", "1e-2")
+            expect = EITHER if at_edge else CONVERGED
             sets = [f"response.eps={choice}", f"response.eps_scale={scale}", "response.points=3"]
             reduced("eps", f"{choice} x {scale}", *sets, expect=expect)
     for poisson in ["-0.99", "0", "0.4999", "0.5"]:
