@@ -1,0 +1,361 @@
+//! The columns of a file of points: what their names mean, in which unit they are.
+//!
+//! A name is words, whatever stands between them, and a unit: in brackets (`Pressure Amplitude [ Pa ]`, as
+//! CFD-Post writes it), or as its last word (`pressure_amplitude_pa`). Capitals do not matter, but in units
+//! in brackets. Fluent names no units (`x-coordinate`, `pressure`): its files are in SI units.
+
+use std::path::Path;
+
+use super::{SurfaceFieldError, UNITS};
+use crate::text::{list, plain};
+
+/// One of the two numbers that a complex value is given by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Part {
+    /// The only one, or one of several that the name does not tell apart.
+    Whole,
+    Real,
+    Imaginary,
+    Amplitude,
+    Phase,
+}
+
+/// What a column has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    /// Along x, y or z.
+    Place(usize),
+    Pressure(Part),
+    Force(usize, Part),
+    Area,
+    /// A number of a node, which nothing is done with.
+    Label,
+}
+
+impl Quantity {
+    /// Its units, and what they are in SI units.
+    fn units(self) -> &'static [(&'static str, f64)] {
+        const LENGTHS: &[(&str, f64)] = &[
+            ("m", 1.0),
+            ("mm", 1e-3),
+            ("cm", 1e-2),
+            ("in", 0.0254),
+            ("ft", 0.3048),
+        ];
+        const PRESSURES: &[(&str, f64)] = &[
+            ("Pa", 1.0),
+            ("pa", 1.0),
+            ("kPa", 1e3),
+            ("MPa", 1e6),
+            ("hPa", 1e2),
+            ("bar", 1e5),
+            ("mbar", 1e2),
+            ("N/m^2", 1.0),
+            ("Nm^-2", 1.0),
+            ("kgm^-1s^-2", 1.0),
+            ("psi", 6_894.757_293_168),
+        ];
+        const FORCES: &[(&str, f64)] = &[("N", 1.0), ("n", 1.0), ("kN", 1e3), ("mN", 1e-3)];
+        const AREAS: &[(&str, f64)] = &[
+            ("m^2", 1.0),
+            ("m2", 1.0),
+            ("mm^2", 1e-6),
+            ("mm2", 1e-6),
+            ("cm^2", 1e-4),
+        ];
+        const DEGREE: f64 = std::f64::consts::PI / 180.0;
+        const ANGLES: &[(&str, f64)] = &[
+            ("deg", DEGREE),
+            ("degree", DEGREE),
+            ("degrees", DEGREE),
+            ("rad", 1.0),
+            ("radian", 1.0),
+            ("radians", 1.0),
+        ];
+        match self {
+            Self::Place(_) => LENGTHS,
+            Self::Pressure(Part::Phase) | Self::Force(_, Part::Phase) => ANGLES,
+            Self::Pressure(_) => PRESSURES,
+            Self::Force(..) => FORCES,
+            Self::Area => AREAS,
+            Self::Label => &[],
+        }
+    }
+
+    /// The name of such a column in a file of this program.
+    fn own_name(self) -> String {
+        let axis = |k: usize| ["x", "y", "z"][k];
+        let part = |part: Part, unit: &str| match part {
+            Part::Whole | Part::Real => format!("re_{unit}"),
+            Part::Imaginary => format!("im_{unit}"),
+            Part::Amplitude => format!("amplitude_{unit}"),
+            Part::Phase => "phase_deg".to_owned(),
+        };
+        match self {
+            Self::Place(k) => format!("{}_m", axis(k)),
+            Self::Pressure(p) => format!("pressure_{}", part(p, "pa")),
+            Self::Force(k, p) => format!("force_{}_{}", axis(k), part(p, "n")),
+            Self::Area => "area_m2".to_owned(),
+            Self::Label => "node".to_owned(),
+        }
+    }
+}
+
+/// A name as it is understood.
+struct Meaning {
+    quantity: Quantity,
+    unit: Option<String>,
+    /// Of a place: it is called a coordinate.
+    is_coordinate: bool,
+}
+
+/// The words and the unit of a name; `None` where they mean nothing that is known.
+fn meaning(name: &str) -> Option<Meaning> {
+    let (words, mut unit) = match name.split_once('[') {
+        Some((words, rest)) => {
+            let unit = rest.trim().strip_suffix(']')?;
+            (words, Some(unit.split_whitespace().collect::<String>()))
+        }
+        None => (name, None),
+    };
+    let words = words.to_lowercase();
+    let mut words: Vec<&str> = words
+        .split(|c: char| !c.is_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .collect();
+    if unit.is_none()
+        && let [_, .., last] = words[..]
+        && ["m", "mm", "pa", "n", "m2", "mm2", "deg", "rad"].contains(&last)
+    {
+        unit = Some(last.to_owned());
+        words.pop();
+    }
+    let (mut axis, mut part, mut noun) = (None, None, None);
+    for word in &words {
+        match *word {
+            "x" | "y" | "z" => {
+                let k = usize::from(word.as_bytes()[0] - b'x');
+                if axis.replace(k).is_some() {
+                    return None;
+                }
+            }
+            "pressure" | "force" | "area" | "coordinate" | "node" | "nodenumber" | "cellnumber" => {
+                if noun.replace(*word).is_some() {
+                    return None;
+                }
+            }
+            "number" if noun == Some("node") => {}
+            "part" if part.is_some() => {}
+            _ => {
+                let found = match *word {
+                    "re" | "real" => Part::Real,
+                    "im" | "imag" | "imaginary" => Part::Imaginary,
+                    "amplitude" | "magnitude" => Part::Amplitude,
+                    "phase" => Part::Phase,
+                    _ => return None,
+                };
+                if part.replace(found).is_some() {
+                    return None;
+                }
+            }
+        }
+    }
+    let quantity = match (noun, axis, part) {
+        (None | Some("coordinate"), Some(k), None) => Quantity::Place(k),
+        (Some("pressure"), None, part) => Quantity::Pressure(part.unwrap_or(Part::Whole)),
+        (Some("force"), Some(k), part) => Quantity::Force(k, part.unwrap_or(Part::Whole)),
+        (Some("area"), None, None) => Quantity::Area,
+        (Some("node" | "nodenumber" | "cellnumber"), None, None) => Quantity::Label,
+        _ => return None,
+    };
+    Some(Meaning {
+        quantity,
+        unit,
+        is_coordinate: noun == Some("coordinate"),
+    })
+}
+
+/// A column that is read.
+#[derive(Debug, Clone)]
+pub(super) struct Column {
+    /// As the file calls it.
+    pub name: String,
+    /// Where it stands.
+    pub at: usize,
+    /// Its unit in SI units.
+    pub factor: f64,
+}
+
+/// The columns of a complex value.
+pub(super) enum Complex {
+    /// The real part, and the imaginary one where there is one.
+    Parts(Column, Option<Column>),
+    /// Amplitude and phase.
+    Polar(Column, Column),
+}
+
+impl Complex {
+    /// Real and imaginary part, from the numbers of the columns.
+    pub fn value<E>(&self, number: impl Fn(&Column) -> Result<f64, E>) -> Result<[f64; 2], E> {
+        match self {
+            Self::Parts(re, im) => Ok([number(re)?, im.as_ref().map_or(Ok(0.0), number)?]),
+            Self::Polar(amplitude, phase) => {
+                let (size, (sine, cosine)) = (number(amplitude)?, number(phase)?.sin_cos());
+                Ok([size * cosine, size * sine])
+            }
+        }
+    }
+}
+
+/// What the points have.
+pub(super) enum ValueColumns {
+    Forces([Complex; 3]),
+    Pressures(Complex, Option<Column>),
+}
+
+/// Where the columns stand.
+pub(super) struct Columns {
+    pub place: [Column; 3],
+    pub values: ValueColumns,
+    /// How many there are, those that are not read too.
+    pub count: usize,
+}
+
+impl Columns {
+    /// Reads the line that names them.
+    pub fn of(header: &csv::StringRecord, path: &Path) -> Result<Self, SurfaceFieldError> {
+        let all = Named::of(header, path)?;
+        let place = [0, 1, 2].map(|k| all.need(Quantity::Place(k)));
+        let [x, y, z] = place;
+        let place = [x?, y?, z?];
+        let pressure = all.found.iter().find_map(|(quantity, column)| {
+            matches!(quantity, Quantity::Pressure(_) | Quantity::Area).then_some(column)
+        });
+        let is_force = |quantity: &Quantity| matches!(quantity, Quantity::Force(..));
+        let has_forces = all.found.iter().any(|(quantity, _)| is_force(quantity));
+        let values = match (has_forces, pressure) {
+            (true, Some(column)) => {
+                return Err(SurfaceFieldError::TwoKinds {
+                    path: path.to_owned(),
+                    column: column.name.clone(),
+                });
+            }
+            (true, None) => {
+                let force = |k| all.complex(|part| Quantity::Force(k, part));
+                ValueColumns::Forces([force(0)?, force(1)?, force(2)?])
+            }
+            (false, _) => {
+                let area = all.find(Quantity::Area);
+                ValueColumns::Pressures(all.complex(Quantity::Pressure)?, area)
+            }
+        };
+        Ok(Self {
+            place,
+            values,
+            count: header.len(),
+        })
+    }
+}
+
+/// The columns that are known.
+struct Named<'a> {
+    path: &'a Path,
+    header: &'a csv::StringRecord,
+    found: Vec<(Quantity, Column)>,
+}
+
+impl<'a> Named<'a> {
+    fn of(header: &'a csv::StringRecord, path: &'a Path) -> Result<Self, SurfaceFieldError> {
+        let understand = |name: &str| {
+            meaning(name).ok_or_else(|| SurfaceFieldError::UnknownColumn {
+                path: path.to_owned(),
+                column: plain(name),
+            })
+        };
+        let meanings: Vec<Meaning> = header.iter().map(understand).collect::<Result<_, _>>()?;
+        let is_place = |m: &&Meaning| matches!(m.quantity, Quantity::Place(_));
+        let mut places = meanings.iter().filter(is_place);
+        let in_si = places.all(|m| m.is_coordinate && m.unit.is_none());
+        let mut named = Self {
+            path,
+            header,
+            found: Vec::new(),
+        };
+        for ((at, name), meaning) in header.iter().enumerate().zip(meanings) {
+            let quantity = meaning.quantity;
+            if quantity == Quantity::Label {
+                continue;
+            }
+            let (path, column) = (path.to_owned(), plain(name));
+            if named.find(quantity).is_some() {
+                return Err(SurfaceFieldError::ColumnTwice { path, column });
+            }
+            let units = quantity.units();
+            let is_angle = units.iter().any(|(unit, _)| *unit == "rad");
+            let factor = match &meaning.unit {
+                None if in_si && !is_angle => 1.0,
+                unit => {
+                    let given = unit.as_deref().unwrap_or_default();
+                    let known = units.iter().find(|(unit, _)| *unit == given);
+                    let Some((_, factor)) = known else {
+                        let known: Vec<&str> = units.iter().map(|(unit, _)| *unit).collect();
+                        return Err(SurfaceFieldError::Unit {
+                            path,
+                            column,
+                            units: list(&known[..known.len().min(UNITS)]),
+                        });
+                    };
+                    *factor
+                }
+            };
+            let name = column;
+            named.found.push((quantity, Column { name, at, factor }));
+        }
+        Ok(named)
+    }
+
+    fn find(&self, quantity: Quantity) -> Option<Column> {
+        let found = self.found.iter().find(|(known, _)| *known == quantity);
+        found.map(|(_, column)| column.clone())
+    }
+
+    fn need(&self, quantity: Quantity) -> Result<Column, SurfaceFieldError> {
+        self.find(quantity)
+            .ok_or_else(|| SurfaceFieldError::NoColumn {
+                path: self.path.to_owned(),
+                column: quantity.own_name(),
+                found: list(&self.header.iter().map(plain).collect::<Vec<_>>()),
+            })
+    }
+
+    /// A complex value in one of the ways to give it.
+    fn complex(&self, of: impl Fn(Part) -> Quantity) -> Result<Complex, SurfaceFieldError> {
+        let [whole, re, im, amplitude, phase] = [
+            Part::Whole,
+            Part::Real,
+            Part::Imaginary,
+            Part::Amplitude,
+            Part::Phase,
+        ]
+        .map(|part| self.find(of(part)));
+        let is_polar = amplitude.is_some() || phase.is_some();
+        let extra = match is_polar {
+            true => whole.as_ref().or(re.as_ref()).or(im.as_ref()),
+            false => whole.as_ref().filter(|_| re.is_some() || im.is_some()),
+        };
+        if let Some(column) = extra {
+            return Err(SurfaceFieldError::TwoWays {
+                path: self.path.to_owned(),
+                column: column.name.clone(),
+            });
+        }
+        match (is_polar, whole) {
+            (true, _) => Ok(Complex::Polar(
+                self.need(of(Part::Amplitude))?,
+                self.need(of(Part::Phase))?,
+            )),
+            (false, Some(whole)) => Ok(Complex::Parts(whole, None)),
+            (false, None) => Ok(Complex::Parts(self.need(of(Part::Real))?, im)),
+        }
+    }
+}
