@@ -120,6 +120,10 @@ pub enum MeshError {
     },
     #[error("the keyword lacks {parameter}=")]
     ParameterMissing { parameter: &'static str },
+    #[error("the keyword has no parameter {parameter}: correct it, or take it out; known: {known}")]
+    ParameterUnknown { parameter: String, known: String },
+    #[error("{found} is cut short and may stand for {words}: write the word in full")]
+    CutShort { found: String, words: String },
     #[error("`{found}` is not a number")]
     NotANumber { found: String },
     #[error("`{found}` is not the number of a node or an element (a whole number)")]
@@ -196,6 +200,8 @@ pub enum MeshError {
     },
     #[error("two {what} are called `{name}`: give each a name of its own")]
     ScopeTwice { what: &'static str, name: String },
+    #[error("the material `{material}` has {keyword} twice: leave one")]
+    PropertyTwice { material: String, keyword: String },
     #[error("element {element} is of two materials, `{first}` and `{second}`")]
     TwoMaterials {
         element: u64,

@@ -436,6 +436,12 @@ impl Assembly<'_> {
     }
 
     fn finish(mut self) -> Result<Content, MeshError> {
+        if !self.model.fewer.is_empty() {
+            let sets = text::list(&self.model.fewer);
+            self.content.remarks.push(format!(
+                "Not all numbers that these sets generate are there: {sets}."
+            ));
+        }
         for (name, origins) in std::mem::take(&mut self.found).into_values() {
             for (place, (origin, group)) in origins.into_iter().enumerate() {
                 let name = match place {

@@ -23,7 +23,8 @@ pub(super) struct Keyword {
     pub name: String,
     /// As a message shows it, with the star.
     pub shown: String,
-    parameters: Vec<(String, String)>,
+    /// Names, in capital letters without blanks, and values.
+    pub parameters: Vec<(String, String)>,
     pub place: Place,
 }
 
@@ -80,11 +81,7 @@ impl Files {
         if matches!(error, MeshError::Deck { .. }) {
             return error;
         }
-        let line = place.line;
-        let mut place = match self.0.get(place.file).map_or("", String::as_str) {
-            "" => format!("line {line}"),
-            file => format!("line {line} of {file}"),
-        };
+        let mut place = self.shown(place);
         if !keyword.is_empty() {
             place += ", ";
             place += keyword;
@@ -92,6 +89,15 @@ impl Files {
         MeshError::Deck {
             place,
             error: Box::new(error),
+        }
+    }
+
+    /// A place, as a message names it.
+    pub fn shown(&self, place: Place) -> String {
+        let line = place.line;
+        match self.0.get(place.file).map_or("", String::as_str) {
+            "" => format!("line {line}"),
+            file => format!("line {line} of {file}"),
         }
     }
 }
@@ -159,7 +165,10 @@ impl<'a> Lines<'a> {
             };
             let line = line.trim_ascii();
             if !line.is_empty() && !line.starts_with(b"**") {
-                let text = String::from_utf8_lossy(line).into_owned();
+                let text = match std::str::from_utf8(line) {
+                    Ok(text) => text.to_owned(),
+                    Err(_) => line.iter().map(|byte| char::from(*byte)).collect(), // Latin-1
+                };
                 return Some((source.place, text));
             }
         }
@@ -185,9 +194,9 @@ impl<'a> Lines<'a> {
 }
 
 /// Capital letters without blanks: how names of keywords and parameters are compared.
-fn bare(text: &str) -> String {
+pub(super) fn bare(text: &str) -> String {
     let letters = text.chars().filter(|c| !c.is_whitespace());
-    letters.collect::<String>().to_uppercase()
+    letters.collect::<String>().to_ascii_uppercase()
 }
 
 fn keyword(text: &str, place: Place) -> Keyword {

@@ -3,7 +3,9 @@
 //! Read are `*NODE`, `*ELEMENT`, `*NSET`, `*ELSET`, `*SURFACE`, `*MATERIAL` with `*ELASTIC` and
 //! `*DENSITY`, `*SOLID SECTION`, `*INCLUDE`, and Abaqus' parts, instances and assembly. Every other
 //! keyword is left aside, and the remarks name it. What makes nodes or elements by a rule (`*NGEN`,
-//! `*ELGEN`) is an error.
+//! `*ELGEN`) is an error. A beginning that only one word has stands for the word (`GEN` for
+//! `GENERATE`). Of the keywords that are read, a parameter that has no meaning here is left aside and
+//! named in the remarks; one that the keyword does not have is an error.
 //!
 //! Groups:
 //! - An element set is a volume group of its solids. Its shells (also membranes, plane and surface
@@ -20,7 +22,8 @@
 //! Of several groups with one name the first of these keeps it, and the others are called with a
 //! word behind it: the instance, the solids of a set `(elements)`, the surface `(surface)`, the shells
 //! of a set `(shells)`, its lines `(lines)`, the node set `(nodes)`, the surface of nodes `(node
-//! surface)`. Names that differ in case alone are one name, spelled as at its first place.
+//! surface)`. Names that differ in the case of the letters A to Z alone are one name, spelled as at its
+//! first place. A line that is no UTF-8 is read as Latin-1.
 
 mod assemble;
 mod lines;
@@ -28,6 +31,7 @@ mod read;
 mod resolve;
 mod scope;
 mod types;
+mod vocabulary;
 
 #[cfg(test)]
 mod tests;

@@ -6,6 +6,7 @@ use super::super::MeshError;
 use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
 use super::scope::{Placement, Scope, Section, SurfaceLine, Turn, block, key};
 use super::types::{Kind, kind};
+use super::vocabulary::{self, Understood};
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Material {
@@ -26,20 +27,6 @@ pub(super) struct Deck {
     pub remarks: Vec<String>,
 }
 
-/// Keywords that make nodes or elements by a rule.
-const GENERATORS: [&str; 11] = [
-    "NGEN",
-    "NFILL",
-    "NCOPY",
-    "NMAP",
-    "ELGEN",
-    "ELCOPY",
-    "SYSTEM",
-    "SUBMODEL",
-    "PARAMETER",
-    "IMPORT",
-    "SYMMETRICMODELGENERATION",
-];
 /// Keywords that hold nothing, or what nobody misses.
 const SILENT: [&str; 9] = [
     "HEADING",
@@ -77,8 +64,11 @@ enum Mode {
     },
     Surface(String),
     Union(String),
-    Elastic,
-    Density,
+    /// The first line of a property of a material, then those for other temperatures.
+    Property {
+        elastic: bool,
+        is_read: bool,
+    },
     Placement(usize),
 }
 
@@ -107,6 +97,8 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
         mode: Mode::Skip,
         keyword: Keyword::default(),
         aside: Vec::new(),
+        aside_parameters: Vec::new(),
+        of_temperature: Vec::new(),
         aside_types: Vec::new(),
     };
     while let Some((place, line)) = lines.next() {
@@ -114,9 +106,8 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
             Line::Keyword(keyword) => {
                 let closed = reader.close();
                 closed.map_err(|e| reader.at_keyword(lines, e))?;
-                let result = reader.keyword(&keyword, lines);
-                reader.keyword = keyword;
-                result
+                reader.keyword = keyword.clone();
+                vocabulary::understand(keyword).and_then(|found| reader.keyword(found, lines))
             }
             Line::Data(text) => reader.data(&text),
         };
@@ -137,6 +128,10 @@ struct Reader {
     keyword: Keyword,
     /// Keywords that are not read.
     aside: Vec<String>,
+    /// Parameters of keywords that are read, with their places.
+    aside_parameters: Vec<String>,
+    /// Materials with values for several temperatures.
+    of_temperature: Vec<String>,
     /// Types of elements that have no shape.
     aside_types: Vec<String>,
 }
@@ -162,34 +157,33 @@ impl Reader {
         list.last_mut().expect("one is open")
     }
 
-    fn keyword(&mut self, keyword: &Keyword, lines: &mut Lines<'_>) -> Result<(), MeshError> {
+    fn keyword(&mut self, found: Understood, lines: &mut Lines<'_>) -> Result<(), MeshError> {
+        let keyword = &found.keyword;
         self.mode = Mode::Skip;
+        for parameter in &found.aside {
+            let place = lines.files.shown(keyword.place);
+            self.aside_parameters
+                .push(format!("{parameter} of {} ({place})", keyword.shown));
+        }
+        if found.is_generator {
+            let keyword = keyword.shown.clone();
+            return Err(MeshError::NotWrittenOut { keyword });
+        }
         self.mode = match keyword.name.as_str() {
             "NODE" => self.node(keyword)?,
             "ELEMENT" => self.element(keyword)?,
             "NSET" | "ELSET" => self.set(keyword)?,
             "SURFACE" => self.surface(keyword)?,
             "SOLIDSECTION" => self.section(keyword)?,
-            "MATERIAL" => {
-                let name = keyword.required("NAME")?.to_owned();
-                self.deck.materials.push(Material {
-                    name,
-                    ..Material::default()
-                });
-                Mode::Skip
-            }
-            "ELASTIC" => self.elastic(keyword),
-            "DENSITY" => Mode::Density,
+            "MATERIAL" => self.material(keyword)?,
+            "ELASTIC" => self.elastic(keyword)?,
+            "DENSITY" => self.density(keyword)?,
             "INCLUDE" => {
                 lines.include(keyword.required("INPUT")?)?;
                 return Ok(());
             }
             "PART" | "ENDPART" | "ASSEMBLY" | "ENDASSEMBLY" | "INSTANCE" | "ENDINSTANCE" => {
                 self.structure(keyword)?
-            }
-            name if GENERATORS.contains(&name) => {
-                let keyword = keyword.shown.clone();
-                return Err(MeshError::NotWrittenOut { keyword });
             }
             name => {
                 if !SILENT.contains(&name) {
@@ -259,9 +253,22 @@ impl Reader {
     }
 
     fn surface(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        const TYPES: [&str; 8] = [
+            "ELEMENT",
+            "NODE",
+            "CUTTINGSURFACE",
+            "CYLINDER",
+            "EULERIANMATERIAL",
+            "REVOLUTION",
+            "SEGMENTS",
+            "USER",
+        ];
+        const COMBINED: [&str; 3] = ["UNION", "INTERSECTION", "DIFFERENCE"];
         let name = keyword.required("NAME")?.to_owned();
-        let kind = keyword.get("TYPE").unwrap_or("ELEMENT").to_uppercase();
-        let combine = keyword.get("COMBINE").map(str::to_uppercase);
+        let kind = vocabulary::value(keyword.get("TYPE").unwrap_or("ELEMENT"), &TYPES)?;
+        let combine = keyword.get("COMBINE");
+        let combine = combine.map(|how| vocabulary::value(how, &COMBINED));
+        let combine = combine.transpose()?;
         let union = combine.as_deref() == Some("UNION");
         let is_read = matches!(kind.as_str(), "ELEMENT" | "NODE")
             && (combine.is_none() || union)
@@ -297,18 +304,85 @@ impl Reader {
         Ok(Mode::Skip)
     }
 
-    fn elastic(&mut self, keyword: &Keyword) -> Mode {
-        let kind = keyword.get("TYPE").unwrap_or("ISOTROPIC").to_uppercase();
-        if kind.starts_with("ISO") || kind.is_empty() {
-            return Mode::Elastic;
+    fn material(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let name = keyword.required("NAME")?.to_owned();
+        if self
+            .deck
+            .materials
+            .iter()
+            .any(|m| key(&m.name) == key(&name))
+        {
+            let what = "materials";
+            return Err(MeshError::ScopeTwice { what, name });
+        }
+        self.deck.materials.push(Material {
+            name,
+            ..Material::default()
+        });
+        Ok(Mode::Skip)
+    }
+
+    fn elastic(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        const TYPES: [&str; 11] = [
+            "ISOTROPIC",
+            "ORTHOTROPIC",
+            "ANISOTROPIC",
+            "ENGINEERINGCONSTANTS",
+            "LAMINA",
+            "BILAMINA",
+            "TRACTION",
+            "COUPLEDTRACTION",
+            "SHEAR",
+            "SHORTFIBER",
+            "SHELL",
+        ];
+        let written = keyword.get("TYPE").filter(|kind| !kind.is_empty());
+        let written = written.unwrap_or("ISOTROPIC");
+        let is_given = |m: &Material| m.young.is_some();
+        if vocabulary::value(written, &TYPES)? == "ISOTROPIC" {
+            return self.property(keyword, true, is_given);
         }
         if let Some(material) = self.deck.materials.last() {
-            let name = &material.name;
+            let (name, kind) = (&material.name, written.to_uppercase());
             self.deck.remarks.push(format!(
                 "The elasticity of the material `{name}` ({kind}) was left aside: only isotropic ones are read."
             ));
         }
-        Mode::Skip
+        Ok(Mode::Skip)
+    }
+
+    fn density(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        if keyword.has("POREFLUID") {
+            name_once(&mut self.aside, "*DENSITY, PORE FLUID");
+            return Ok(Mode::Skip);
+        }
+        self.property(keyword, false, |m| m.density.is_some())
+    }
+
+    /// The lines of a property, which a material has once.
+    fn property(
+        &self,
+        keyword: &Keyword,
+        elastic: bool,
+        is_given: impl Fn(&Material) -> bool,
+    ) -> Result<Mode, MeshError> {
+        match self.deck.materials.last().filter(|m| is_given(m)) {
+            Some(material) => Err(MeshError::PropertyTwice {
+                material: material.name.clone(),
+                keyword: keyword.shown.clone(),
+            }),
+            None => Ok(Mode::Property {
+                elastic,
+                is_read: false,
+            }),
+        }
+    }
+
+    /// A line of a property that is not the first.
+    fn other_temperatures(&mut self) {
+        if let Some(material) = self.deck.materials.last() {
+            name_once(&mut self.of_temperature, &material.name);
+        }
     }
 
     /// Beginning and end of parts, instances and the assembly.
@@ -413,11 +487,13 @@ impl Reader {
                 *line += 1;
                 self.placement_line(text, *line)
             }
-            Mode::Elastic | Mode::Density => {
-                let result = self.material_line(text, matches!(mode, Mode::Elastic));
-                mode = Mode::Skip; // what follows is for other temperatures
-                result
-            }
+            Mode::Property { elastic, is_read } => match std::mem::replace(is_read, true) {
+                false => self.material_line(text, *elastic),
+                true => {
+                    self.other_temperatures();
+                    Ok(())
+                }
+            },
         };
         self.mode = mode;
         result
@@ -675,9 +751,27 @@ impl Reader {
         }
         if !self.aside.is_empty() {
             let keywords = crate::text::list(&self.aside);
+            let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
+                true => {
+                    " What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\"."
+                }
+                false => "",
+            };
             self.deck
                 .remarks
-                .push(format!("These keywords were not read: {keywords}."));
+                .push(format!("These keywords were not read: {keywords}.{tie}"));
+        }
+        if !self.aside_parameters.is_empty() {
+            let parameters = crate::text::list(&self.aside_parameters);
+            self.deck
+                .remarks
+                .push(format!("These parameters were not read: {parameters}."));
+        }
+        if !self.of_temperature.is_empty() {
+            let materials = crate::text::list(&self.of_temperature);
+            self.deck.remarks.push(format!(
+                "Materials with values for several temperatures are taken at the first of each: {materials}."
+            ));
         }
         Ok(())
     }

@@ -59,6 +59,8 @@ pub(super) struct Model<'a> {
     /// Sets that are resolved; `None` while one is being so.
     sets: HashMap<SetKey, Option<Rc<Vec<u32>>>>,
     files: &'a Files,
+    /// Sets that are generated from numbers of which not all are there, with their places.
+    pub fewer: Vec<String>,
 }
 
 impl<'a> Model<'a> {
@@ -76,6 +78,7 @@ impl<'a> Model<'a> {
             elements: Connectivity::default(),
             sets: HashMap::new(),
             files,
+            fewer: Vec::new(),
         };
         let mut first_node = 0;
         for scope in std::iter::once(&deck.root).chain(instances) {
@@ -186,7 +189,7 @@ impl<'a> Model<'a> {
         };
         let mut found = Vec::new();
         for block in &set.blocks {
-            self.block(what, scope, block, depth, &mut found)
+            self.block(what, scope, (&set.name, block), depth, &mut found)
                 .map_err(|e| self.at(block.place, what.keyword(), named(e, &set.name)))?;
         }
         found.sort_unstable();
@@ -201,7 +204,7 @@ impl<'a> Model<'a> {
         &mut self,
         what: What,
         scope: usize,
-        block: &Block,
+        (set, block): (&str, &Block),
         depth: usize,
         out: &mut Vec<u32>,
     ) -> Result<(), MeshError> {
@@ -219,7 +222,18 @@ impl<'a> Model<'a> {
                 .iter()
                 .take_while(|(label, _)| label <= last);
             let taken = inside.filter(|(label, _)| (label - first).is_multiple_of(*step));
+            let before = out.len();
             out.extend(taken.map(|(_, index)| *index));
+            let (there, meant) = (
+                out.len() - before,
+                ((last - first) / step).saturating_add(1),
+            );
+            if (there as u64) < meant {
+                let place = self.files.shown(block.place);
+                let keyword = what.keyword();
+                self.fewer
+                    .push(format!("`{set}` ({place}, {keyword}: {there} of {meant})"));
+            }
         }
         for name in &block.names {
             out.extend(self.set_inside(what, scope, name, depth + 1)?.iter());

@@ -8,9 +8,9 @@ use super::super::MeshError;
 use super::lines::Place;
 use super::types::Kind;
 
-/// How names are compared: Abaqus and CalculiX ignore case.
+/// How names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
 pub(super) fn key(name: &str) -> String {
-    name.to_uppercase()
+    name.to_ascii_uppercase()
 }
 
 #[derive(Debug, Clone)]

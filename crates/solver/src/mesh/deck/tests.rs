@@ -865,6 +865,7 @@ fn only_isotropic_elasticity_is_taken() {
     let expected = [
         "The elasticity of the material `Ply` (ENGINEERING CONSTANTS) was left aside: only isotropic ones are read.",
         "These keywords were not read: *PLASTIC.",
+        "Materials with values for several temperatures are taken at the first of each: Ply.",
     ];
     assert_eq!(content.remarks, expected);
 }
@@ -924,4 +925,110 @@ fn edges_of_shells_are_no_faces() {
     assert_eq!(tags(&content, "Rim"), [11]);
     let remark = "Of the surface `Rim`, 1 edges of shells or faces of other elements that are not read were left aside.";
     assert_eq!(content.remarks, [remark]);
+}
+
+/// Abaqus completes a beginning that only one word of its place has.
+#[test]
+fn a_beginning_stands_for_the_only_word_that_begins_so() {
+    let whole = bricks(
+        "*NODE, NSET=Ring, SYSTEM=C\n21, 2, 90, 0\n*NSET, NSET=Bottom, GENERATE\n1, 9, 2\n\
+        *SURFACE, NAME=Lower, TYPE=NODE\nBottom\n*SURFACE, NAME=A, TYPE=ELEMENT\n1, S1\n\
+        *SURFACE, NAME=B, COMBINE=UNION\nA\n*MATERIAL, NAME=Steel\n*ELASTIC, TYPE=ISOTROPIC\n5, 0.25\n*DENSITY\n7\n\
+        *SOLID SECTION, ELSET=Bricks, MATERIAL=Steel\n",
+    );
+    let short = bricks(
+        "*NODE, NS=Ring, SYS=C\n21, 2, 90, 0\n*NSET, NSET=Bottom, GEN\n1, 9, 2\n\
+        *SURFACE, NA=Lower, TY=N\nBottom\n*SURFACE, NAME=A, TYPE=EL\n1, S1\n\
+        *SURFACE, NAME=B, COMB=UN\nA\n*MATER, NAME=Steel\n*Elas, TYPE=Iso\n5, 0.25\n*DENS\n7\n\
+        *SOLID SEC, EL=Bricks, M=Steel\n",
+    );
+    let (whole, short) = (read(&whole).unwrap(), read(&short).unwrap());
+    assert_eq!(whole, short);
+    assert_eq!(nodes(&short, "Bottom"), [1, 3, 5, 7, 9]);
+    let ring = short.nodes[12];
+    assert!(
+        ring[0].abs() < 1e-12 && (ring[1] - 2.0).abs() < 1e-12,
+        "{ring:?}"
+    );
+    assert_eq!(short.materials[0].young, Some(5.0));
+}
+
+#[test]
+fn words_that_nothing_is_known_of_are_errors_with_their_line() {
+    let cases = [
+        (
+            "*NSET, NSET=a, GENERALLY\n1, 9, 2\n",
+            "line 17, *NSET: the keyword has no parameter GENERALLY: correct it, or take it out; known: ELSET, \
+             GENERATE, INSTANCE, INTERNAL, NSET, UNSORTED",
+        ),
+        (
+            "*NSET, NSET=a, IN\n1, 9, 2\n",
+            "line 17, *NSET: IN is cut short and may stand for INSTANCE, INTERNAL: write the word in full",
+        ),
+        (
+            "*SURFA, NAME=a\n1, S1\n",
+            "line 17, *SURFA: *SURFA is cut short and may stand for SURFACE, SURFACEBEHAVIOR",
+        ),
+        (
+            "*NS, NSET=a\n1\n",
+            "line 17, *NS: *NS is cut short and may stand for NSET: write the word in full",
+        ),
+        (
+            "*NGE\n1, 5\n",
+            "line 17, *NGE: *NGE makes or moves nodes and elements by a rule",
+        ),
+        (
+            "*SURFACE, NAME=a, TYPE=E\n1, S1\n",
+            "line 17, *SURFACE: E is cut short and may stand for ELEMENT, EULERIANMATERIAL",
+        ),
+        (
+            "*MATERIAL, NAME=a\n*MATERIAL, NAME=b\n*MATERIAL, NAME=A\n",
+            "line 19, *MATERIAL: two materials are called `A`: give each a name of its own",
+        ),
+        (
+            "*MATERIAL, NAME=a\n*ELASTIC\n1, 0.3\n*DENSITY\n5\n*ELASTIC\n2, 0.3\n",
+            "line 22, *ELASTIC: the material `a` has *ELASTIC twice: leave one",
+        ),
+    ];
+    for (more, expected) in cases {
+        let found = message(&bricks(more));
+        assert!(found.starts_with(expected), "{more}\n{found}");
+    }
+}
+
+#[test]
+fn what_is_left_aside_is_named_with_its_line() {
+    let deck = bricks(
+        "*MATERIAL, NAME=Steel\n*DENSITY, PORE FLUID\n1\n*DENSITY\n7\n8, 20\n*ELASTIC\n5, 0.25, 20\n4, 0.25, 200\n\
+        *SOLID SECTION, ELSET=Bricks, MATERIAL=Steel, ORIENT=axes, CONTROLS=a\n\
+        *TIE, NAME=glue\na, b\n*NSET, NSET=Wide, GENERATE\n0, 18446744073709551615\n\
+        *ELSET, ELSET=Odd, GENERATE\n1, 9, 2\n*NSET, NSET=Whole, GENERATE\n2, 12, 2\n",
+    );
+    let content = read(&deck).unwrap();
+    assert_eq!(content.materials[0].density, Some(7.0));
+    let expected = [
+        "These keywords were not read: *DENSITY, PORE FLUID, *TIE. What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\".",
+        "These parameters were not read: ORIENT of *SOLID SECTION (line 26), CONTROLS of *SOLID SECTION (line 26).",
+        "Materials with values for several temperatures are taken at the first of each: Steel.",
+        "Not all numbers that these sets generate are there: `Odd` (line 31, *ELSET: 1 of 5), `Wide` (line 29, *NSET: 12 of 18446744073709551615).",
+    ];
+    assert_eq!(content.remarks, expected);
+}
+
+#[test]
+fn names_that_differ_in_one_letter_of_latin_1_are_two() {
+    let text = bricks("*NSET, NSET=S?d\n1, 2\n*NSET, NSET=S!d\n3\n*NSET, NSET=s?D\n4\n");
+    let byte = |b: u8| match b {
+        b'?' => 0xfc,
+        b'!' => 0xf8,
+        other => other,
+    };
+    let latin: Vec<u8> = text.bytes().map(byte).collect();
+    let utf = text.replace('?', "\u{fc}").replace('!', "\u{f8}");
+    for bytes in [latin, utf.into_bytes()] {
+        let content = parse(&bytes, &mut nothing_included).unwrap();
+        assert_eq!(names(&content), ["Bricks", "S\u{f8}d", "S\u{fc}d"]);
+        assert_eq!(nodes(&content, "S\u{fc}d"), [1, 2, 4]);
+        assert_eq!(nodes(&content, "S\u{f8}d"), [3]);
+    }
 }
