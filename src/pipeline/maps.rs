@@ -3,9 +3,11 @@
 use super::progress::Progress;
 use crate::warning::Weight;
 use crate::words::{counted, figure, percent, quantity};
+use dovetail_numerics::space::norm;
 use dovetail_solver::model::{FieldMap, Model};
 
-/// Pressures that miss more than this of what their neighbours say are rough.
+/// Pressures that miss more than this of what their neighbours say are rough, and so is a sum that misses as much of
+/// what half of the points gives.
 const ROUGH: f64 = 0.3;
 
 /// A line for each field, and what is to be minded about it.
@@ -32,7 +34,16 @@ fn note(map: &FieldMap) -> String {
             complex(given),
             complex(&map.applied_n)
         )),
-        None => parts.push(format!("the force is {} N in all", complex(&map.applied_n))),
+        None => {
+            let mut sum = format!("the force is {} N in all", complex(&map.applied_n));
+            if let Some(error) = map.sum_error_n {
+                sum += &format!(
+                    " (half of the points gives one that differs by {})",
+                    quantity(error, "N", 2)
+                );
+            }
+            parts.push(sum);
+        }
     }
     if let Some(error) = map.moment_error {
         parts.push(format!("its moment errs by {error:.0e}"));
@@ -75,6 +86,26 @@ fn doubts(map: &FieldMap) -> Vec<String> {
             map.empty_facets,
             counted(map.facets, "facet", "facets"),
             map.surface
+        ));
+    }
+    if map.given_n.is_none() && map.interpolation_error.is_none() {
+        doubts.push(format!(
+            "{}: {} without areas are too few to tell how much the pressures between them err, {} are needed: give more, \
+             or the area of each (area_m2)",
+            map.field,
+            counted(map.points, "point", "points"),
+            FieldMap::LEAST_POINTS
+        ));
+    }
+    let size_n = norm(map.applied_n[0]).hypot(norm(map.applied_n[1]));
+    if let Some(error) = map.sum_error_n.filter(|error| *error > ROUGH * size_n) {
+        doubts.push(format!(
+            "{}: the force on `{}` is {} in all, and half of the points gives one that differs by {}: the points are too \
+             coarse for its sum",
+            map.field,
+            map.surface,
+            quantity(size_n, "N", 3),
+            quantity(error, "N", 2)
         ));
     }
     if let Some(error) = map.interpolation_error.filter(|error| *error > ROUGH) {

@@ -537,7 +537,7 @@ const SPRING: [Key; 5] = [
         Kind::Text("group"),
         "ground",
         "the same, of another body or of the same one: the spring joins the mean displacements of the two; \
-         left out, it is a foundation under all of `first`",
+         left out, it is a foundation under all of `first`, on ground that moves with the base",
         "second = \"frame\"",
     ),
     key(
@@ -682,7 +682,7 @@ const EXCITATION: [Key; 11] = [
         "base_acceleration_m_s2",
         Kind::Number("m/s2", Limits::NOT_NEGATIVE),
         "- or another cause",
-        "amplitude along `direction` of all supports and of rigid ground, which move as one; displacements are then \
+        "amplitude along `direction` of all supports, of rigid ground and of the ground of springs, which move as one; displacements are then \
          [relative to them](how-to/surface_excitation.md#a-base-that-shakes)",
         "base_acceleration_m_s2 = 9.81",
     ),

@@ -384,6 +384,43 @@ fn the_field_of_a_file_is_mapped_told_and_written() {
     assert!(report.contains(words));
 }
 
+/// Pressures that alternate from point to point say nothing of what lies between them, whatever a fit through them errs.
+#[test]
+fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
+    let text = std::fs::read_to_string(root().join("scenes/pressure.csv")).unwrap();
+    let points = text.lines().filter(|line| !line.starts_with(['#', 'x']));
+    let mut few =
+        "[Name]\nblade\n\n[Data]\nX [ m ], Y [ m ], Z [ m ], Pressure [ kPa ]\n".to_owned();
+    for (number, line) in points.step_by(80).enumerate() {
+        let place: Vec<&str> = line.split(',').take(3).collect();
+        let pressure = if number % 2 == 0 { "1.1" } else { "-0.9" };
+        few += &format!("{},{pressure}\n", place.join(","));
+    }
+    let files = Folder::new("few");
+    let file = files.join("few.csv");
+    std::fs::write(&file, few).unwrap();
+    let file = format!("excitation.0.file={}", file.display());
+    let (folder, said) = run("few", &[&file, "response.points=2", "response.harmonics=1"]);
+    for told in [
+        "4 points without areas are too few to tell how much the pressures between them err, 13 are needed",
+        "half of the points gives one that differs by",
+    ] {
+        assert!(said.contains(told), "{said}");
+    }
+    assert!(!said.contains("pressures err by about"), "{said}");
+    let field = &summary(&folder)["excitation_fields"][0];
+    assert!(field["interpolation_error"].is_null(), "{field}");
+    let size = |vector: &serde_json::Value| {
+        let parts = vector.as_array().unwrap().iter();
+        parts
+            .map(|f| f.as_f64().unwrap().powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let error_n = field["sum_error_n"].as_f64().unwrap();
+    assert!(error_n > 0.3 * size(&field["applied_n"][0]), "{field}");
+}
+
 /// A later start of the clock turns phases and leaves amplitudes, with slip too. They are not the same to
 /// rounding: friction begins at the static state, in another phase of the vibration.
 #[test]

@@ -9,8 +9,8 @@ use super::neighbours::PointTree;
 use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::space::{dot, norm, sub};
 
-/// Fewest and most points of a fit.
-const FEWEST: usize = 12;
+/// Fewest and most points of a fit, where there are so many.
+pub const FEWEST: usize = 12;
 const MOST: usize = 192;
 /// Points whose variances along their two main directions have a smaller ratio than this stand almost in a
 /// line: more of them are taken.

@@ -41,8 +41,12 @@ pub struct FieldMap {
     /// the sum of the products of forces and lever arms; `None` of pressures without areas.
     pub moment_error: Option<f64>,
     /// Of pressures without areas: root mean square of the differences between the given pressures and those
-    /// that all other points give there, over that of the pressures.
+    /// that all other points give there, over that of the pressures; `None` where the points are fewer than
+    /// such a comparison takes ([`FieldMap::LEAST_POINTS`]).
     pub interpolation_error: Option<f64>,
+    /// Of pressures without areas: by how much the sum of the forces differs from what half of the
+    /// points gives, N, the larger for two halves; `None` of a single point.
+    pub sum_error_n: Option<f64>,
     /// Of pressures without areas: facets that no point is near.
     pub empty_facets: usize,
     /// Facets of the surface.
@@ -53,6 +57,9 @@ pub struct FieldMap {
 }
 
 impl FieldMap {
+    /// Points without areas that an error between them can be told of: those of a fit, and one to leave out.
+    pub const LEAST_POINTS: usize = least_squares::FEWEST + 1;
+
     /// Points farther from the surface than this.
     pub fn farther_than(&self, distance_m: f64) -> usize {
         let far = self.distances_m.iter().filter(|d| **d > distance_m);
@@ -62,7 +69,8 @@ impl FieldMap {
     /// The forces of a field that is so many times as large.
     pub(super) fn scale(&mut self, amplitude: f64) {
         let sums = self.given_n.iter_mut().chain([&mut self.applied_n]);
-        for component in sums.flatten().flatten() {
+        let components = sums.flatten().flatten();
+        for component in components.chain(&mut self.sum_error_n) {
             *component *= amplitude;
         }
     }
@@ -129,6 +137,7 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
             .count(),
         moment_error: None,
         interpolation_error: None,
+        sum_error_n: None,
         empty_facets: 0,
         facets: facets.nodes.len(),
         distances_m: feet.iter().map(|f| f.distance_m).collect(),
@@ -145,6 +154,7 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
             let tree = PointTree::new(&field.points_m);
             add_pressures(&field.points_m, pressures_pa, &tree, facets, &mut forces);
             map.interpolation_error = interpolation_error(&field.points_m, pressures_pa, &tree);
+            map.sum_error_n = sum_error_n(&field.points_m, pressures_pa, facets, &forces);
             map.empty_facets = empty_facets(&field.points_m, &tree, facets);
         }
     }
@@ -237,7 +247,7 @@ fn interpolation_error(
     pressures_pa: &[[f64; 2]],
     tree: &PointTree,
 ) -> Option<f64> {
-    if points_m.len() < 2 {
+    if points_m.len() < FieldMap::LEAST_POINTS {
         return None;
     }
     let size = rms(pressures_pa.iter().map(|p| p[0].hypot(p[1])));
@@ -251,6 +261,40 @@ fn interpolation_error(
         true => rms(misses.into_iter()) / size,
         false => 0.0,
     })
+}
+
+/// By how much the sum of the forces differs from those of two halves of the points, whatever their order: which half
+/// a point belongs to is a scattering of its number (Steele, Lea, Flood, OOPSLA 2014, 453-472).
+fn sum_error_n(
+    points_m: &[[f64; 3]],
+    pressures_pa: &[[f64; 2]],
+    facets: &Facets,
+    forces: &Forces,
+) -> Option<f64> {
+    if points_m.len() < 2 {
+        return None;
+    }
+    let whole = sum(forces.on_node.iter().copied());
+    let scattered = |i: &usize| {
+        let z = (*i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    };
+    let mut order: Vec<usize> = (0..points_m.len()).collect();
+    order.sort_by_cached_key(scattered);
+    let (first, second) = order.split_at(order.len() / 2);
+    let differences = [first, second].map(|half| {
+        let points: Vec<_> = half.iter().map(|i| points_m[*i]).collect();
+        let pressures: Vec<_> = half.iter().map(|i| pressures_pa[*i]).collect();
+        let tree = PointTree::new(&points);
+        let mut half = Forces::none(facets);
+        add_pressures(&points, &pressures, &tree, facets, &mut half);
+        let half = sum(half.on_node.iter().copied());
+        let [re, im] = [0, 1].map(|part| distance(whole[part], half[part]));
+        re.hypot(im)
+    });
+    Some(differences[0].max(differences[1]))
 }
 
 /// Facets whose middle is farther from the nearest point than the facet is long, and than twice the spacing
@@ -468,6 +512,7 @@ mod tests {
         close(first(&re, 1), -(a / 2.0 + b / 4.0 + c / 3.0), 1e-12);
         close(first(&im, 0), -5.0 / 3.0, 1e-12);
         assert!(map.interpolation_error.unwrap() < 1e-12);
+        assert!(map.sum_error_n.unwrap() < 1e-12);
         assert_eq!(
             (map.far_points, map.empty_facets, map.given_n),
             (0, 0, None)
@@ -513,6 +558,32 @@ mod tests {
             fine.1 < coarse.1 / 6.0 && fine.1 < 0.02,
             "{coarse:?} {fine:?}"
         );
+    }
+
+    /// Waves that are as short as the points are apart, or shorter: what is said of the error is no less than it.
+    #[test]
+    fn points_too_coarse_for_the_pressure_say_so() {
+        let facets = sheet(20, flat);
+        let (mut told, mut worst) = (0, 0.0f64);
+        for wave_number in [15.0, 30.0, 60.0] {
+            for count in [4, 9, 13, 25, 60] {
+                let wave = |x: [f64; 3]| {
+                    let phase = wave_number * (x[0] + 0.6 * x[1]);
+                    [1.0 + 20.0 * phase.sin(), 0.0]
+                };
+                let exact = map_of(&facets, wave);
+                let (_, map) = super::map(&of_pressures(scattered(count, flat), wave), &facets);
+                let error = distance(map.applied_n[0], exact);
+                let said = map.sum_error_n.unwrap();
+                let is_few = map.interpolation_error.is_none();
+                assert_eq!(is_few, count < 13, "{map:?}");
+                assert!(is_few || map.interpolation_error.unwrap() > 0.3, "{map:?}");
+                println!("{wave_number} {count}: {error:.3} of {said:.3} N");
+                told += usize::from(said > 0.3 * norm(exact));
+                worst = worst.max(error / said);
+            }
+        }
+        assert!(told == 15 && worst < 3.0, "{told} {worst}");
     }
 
     /// -int p n dA with p taken at the points of quadrature.
