@@ -25,8 +25,7 @@ use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
-use dovetail_solver::model::{self, Model, NodeMotion};
-use dovetail_solver::model::{Assembly, ContactSpec, SpringSpec};
+use dovetail_solver::model::{self, Assembly, ContactSpec, Model, NodeMotion, Side, SpringSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
     LISTED_MODES, Load, Recovery, RelativeModel, StuckModes, Truncation,
@@ -298,7 +297,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
     Ok(model)
 }
 
-/// How flanks lie on each other whose nodes do not match, and what may not be meant.
+/// How flanks lie on each other, and what may not be meant.
 fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
     for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
         progress.note(&format!(
@@ -306,19 +305,36 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
             contact.name
         ));
     }
-    for found in model.matches.iter().filter(|m| !m.nodes_match) {
-        let (name, share) = (&found.name, 100.0 * found.covered);
-        progress.note(&format!(
-            "contact {name}: the meshes do not match; {share:.1} % of one flank lies opposite the other, which the \
-             nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
-            found.largest_weight, found.largest_mismatch_m
-        ));
-        if found.covered < HARDLY_COVERED {
+    for found in &model.matches {
+        let spec = assembly.contacts.iter().find(|c| c.name == found.name);
+        let Some(ContactSpec {
+            first,
+            second: Some(second),
+            ..
+        }) = spec
+        else {
+            continue;
+        };
+        let name = &found.name;
+        let shares = found.covered.map(|share| 100.0 * share);
+        if !found.nodes_match {
+            let of_slave = match found.slave {
+                Side::First => shares[0],
+                Side::Second => shares[1],
+            };
+            progress.note(&format!(
+                "contact {name}: the meshes do not match; {of_slave:.1} % of one flank lies opposite the other, which the \
+                 nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
+                found.largest_weight, found.largest_mismatch_m
+            ));
+        }
+        if found.covered.iter().all(|share| *share < WHOLE) {
             progress.warning(
                 Weight::Doubt,
                 format!(
-                    "contact \"{name}\": only {share:.0} % of the flank that has the contact forces lies opposite \
-                     the other one: check where the bodies stand, or name the smaller flank by `slave`"
+                    "contact \"{name}\": neither flank lies wholly opposite the other, only {:.1} % of the area of \
+                     `{first}` and {:.1} % of that of `{second}`: check where the bodies stand",
+                    shares[0], shares[1]
                 ),
             );
         }
@@ -368,8 +384,8 @@ fn warn_of_curved_edges(model: &Model, progress: &Progress) {
 
 /// Edges that bulge by more than this share of their length are not straight.
 const CURVED: f64 = 2e-3;
-/// Below this share of a flank the other one may not be where it is meant to be.
-const HARDLY_COVERED: f64 = 0.5;
+/// Of two flanks of which neither has this share of its area opposite the other, one may not be where it is meant to be.
+const WHOLE: f64 = 0.98;
 /// Flanks farther apart than this share of their facets' length are not taken to touch without a word.
 const FAR_APART: f64 = 0.05;
 

@@ -314,7 +314,9 @@ fn flanks_that_miss_each_other_are_an_error_with_the_place() {
     // Along the flank's normal the two lie askew: they cover each other in part.
     let model = bind(&assembly, &shifted(2e-3)).unwrap();
     for found in &model.matches {
-        assert!((0.5..0.9).contains(&found.covered), "{found:?}");
+        for covered in found.covered {
+            assert!((0.5..0.9).contains(&covered), "{found:?}");
+        }
         assert!(!found.nodes_match, "{found:?}");
     }
     // Clearance counts the distance where the scene asks for it.

@@ -1,7 +1,10 @@
 //! Bodies with meshes of their own: put in place, copied, with units and materials of decks.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said_in_one_line};
 use crate::shared_scenes::*;
 use dovetail::scene;
 use dovetail_solver::mesh::block::{block, map_nodes};
@@ -399,5 +402,35 @@ fn contradictions_about_meshes_of_bodies_are_refused() {
             words.iter().all(|word| error.contains(word)),
             "{set}: {error}"
         );
+    }
+}
+
+/// The disc of two decks moved along its slot by one and by two of the five columns of facets: the nodes match all the
+/// same, and 4 and 3 columns of 5 lie opposite.
+#[test]
+fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
+    for (shift_m, covered) in [(0.0, 1.0), (5e-3, 0.75), (10e-3, 0.5)] {
+        let folder = Folder::new("moved");
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program
+            .current_dir(root())
+            .args(["mesh", "scenes/decks/two_decks.toml", "--no-cache", "--out"])
+            .arg(&*folder)
+            .args([
+                "--set",
+                &format!("body.jaw.translation_m=[{shift_m}, 0, -0.25]"),
+            ]);
+        let said = said_in_one_line(&ended(program, 0));
+        let warned = "neither flank lies wholly opposite the other";
+        assert_eq!(said.contains(warned), covered < 1.0, "{said}");
+        let text = std::fs::read_to_string(folder.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        for contact in summary["mesh"]["contacts"].as_array().unwrap() {
+            assert_eq!(contact["nodes_match"], true);
+            for share in contact["covered"].as_array().unwrap() {
+                let share = share.as_f64().unwrap();
+                assert!((share - covered).abs() < 1e-9, "{share}, not {covered}");
+            }
+        }
     }
 }

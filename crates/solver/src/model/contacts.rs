@@ -114,7 +114,10 @@ pub(super) fn contact(
     let mut summary = FlankMatch {
         name: spec.name.clone(),
         slave,
-        covered: found.covered,
+        covered: match slave {
+            Side::First => found.covered,
+            Side::Second => [found.covered[1], found.covered[0]],
+        },
         largest_mismatch_m: 0.0,
         largest_separation_m: 0.0,
         facet_m: own.flank.facet_area_m2().sqrt(),

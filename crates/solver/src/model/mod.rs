@@ -346,8 +346,8 @@ pub struct FlankMatch {
     pub name: String,
     /// The flank whose nodes the pairs are made at.
     pub slave: Side,
-    /// Share of that flank's area that lies opposite the other one.
-    pub covered: f64,
+    /// Shares of the areas of the first and of the second flank that lie opposite the other one.
+    pub covered: [f64; 2],
     /// Largest distance between a node and what it meets, m: the arm by which the two contact forces of
     /// a pair stand apart.
     pub largest_mismatch_m: f64,

@@ -31,8 +31,8 @@ pub(super) struct Mortar {
     pub rows: Vec<Option<Row>>,
     /// Of each slave facet, and of each master facet: whether the other flank lies opposite.
     pub met: [Vec<bool>; 2],
-    /// Share of the slave flank's area that lies opposite the other flank.
-    pub covered: f64,
+    /// Shares of the slave flank's area, and of the master flank's, that lie opposite the other flank.
+    pub covered: [f64; 2],
     /// Of facets that lie opposite each other but do not face each other, or are too far apart: the
     /// nearest.
     pub missed: Option<Missed>,
@@ -88,10 +88,11 @@ pub(super) fn mortar(
             vec![false; slave.facets.len()],
             vec![false; master.facets.len()],
         ],
-        covered: 0.0,
+        covered: [0.0; 2],
         missed: None,
     };
     let mut area = vec![0.0; slave.nodes.len()];
+    let mut master_area = 0.0;
     let mut weights: Vec<HashMap<u32, f64>> = vec![HashMap::new(); slave.nodes.len()];
     for (e, facet) in slaves.iter().enumerate() {
         let mut parts = Vec::new();
@@ -105,8 +106,11 @@ pub(super) fn mortar(
             continue;
         };
         found.met[0][e] = true;
-        for (m, _) in &parts {
+        for (m, part) in &parts {
             found.met[1][*m] = true;
+            // The part stands in the plane of the slave facet.
+            let tilt = dot(facet.normal, masters[*m].normal).abs();
+            master_area += self::area(part) / tilt;
         }
         for ((&s, own_area), own_weights) in slave.facets[e]
             .iter()
@@ -120,8 +124,12 @@ pub(super) fn mortar(
             }
         }
     }
-    let whole: f64 = slave.areas_m2.iter().sum();
-    found.covered = area.iter().sum::<f64>() / whole;
+    let whole = [slave, master].map(|flank| flank.areas_m2.iter().sum::<f64>());
+    // Facets of a hollow flank overlap where they are put into each other's planes.
+    found.covered = [
+        area.iter().sum::<f64>() / whole[0],
+        (master_area / whole[1]).min(1.0),
+    ];
     for (s, weights) in weights.into_iter().enumerate() {
         if area[s] > LEAST_COVERED * slave.areas_m2[s] {
             let masters = row(weights, area[s]);
@@ -585,7 +593,9 @@ mod tests {
                 let slave = grid(below, 0).flank(bent);
                 let master = grid(above, 1).flank(even);
                 let mortar = found(&slave, &master, FAR);
-                assert!((mortar.covered - 1.0).abs() < 1e-12, "{}", mortar.covered);
+                for covered in mortar.covered {
+                    assert!((covered - 1.0).abs() < 1e-12, "{covered}");
+                }
                 let mut loads = vec![0.0; master.1.len()];
                 let mut area = 0.0;
                 for (row, x) in mortar.rows.iter().zip(&slave.1) {
@@ -622,7 +632,10 @@ mod tests {
         let slave = triangles([9, 4], false).flank(even);
         let master = triangles([6, 5], true).flank(turned);
         let mortar = found(&slave, &master, FAR);
-        assert!((0.3..0.9).contains(&mortar.covered), "{}", mortar.covered);
+        // Both have the same area, and so has what they share.
+        let [own, other] = mortar.covered;
+        assert!((0.3..0.9).contains(&own), "{own}");
+        assert!((own - other).abs() < 1e-12, "{own} {other}");
         let rows = mortar.rows.iter().zip(&slave.1);
         let rows: Vec<_> = rows.filter_map(|(r, x)| Some((r.as_ref()?, x))).collect();
         assert!(rows.len() > 10 && rows.len() < slave.1.len());
@@ -680,7 +693,8 @@ mod tests {
         let slave = grid([4, 1], false).flank(even);
         let master = grid([1, 1], true).flank(|[u, v]| even([0.5025 * u, v]));
         let mortar = found(&slave, &master, Reach::Given(1e-6));
-        assert!((mortar.covered - 0.5025).abs() < 1e-12);
+        let [own, other] = mortar.covered;
+        assert!((own - 0.5025).abs() < 1e-12 && (other - 1.0).abs() < 1e-12);
         let carries: Vec<bool> = mortar.rows.iter().map(Option::is_some).collect();
         assert_eq!(carries[..5], [true, true, true, false, false]);
         assert_eq!(mortar.met[0], [true, true, true, false]);
