@@ -13,7 +13,7 @@ use crate::stage::Stage;
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
-use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model};
+use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model, StraightenedEdges};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     LocalPeak, converged, energy_balance_error, largest_estimated_error, linear_peak, local_peaks,
@@ -125,6 +125,9 @@ pub struct MeshSummary {
     pub bodies: Vec<BodySummary>,
     /// Contacts between two flanks, bonded ones last.
     pub contacts: Vec<FlankMatch>,
+    /// Bodies with flanks whose edges are not straight in the mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub straightened_edges: Vec<StraightenedEdges>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -353,6 +356,7 @@ pub fn mesh_summary(
         free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
         bodies,
         contacts: model.matches.clone(),
+        straightened_edges: model.straightened.clone(),
     }
 }
 

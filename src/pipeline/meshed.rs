@@ -18,14 +18,14 @@ use crate::export::manifest::{self, PrestressPass};
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use crate::words::{counted, percent, quantity};
 use dovetail_numerics::eigen::Modes;
-use dovetail_numerics::space::{distance, middle};
 use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
-use dovetail_solver::model::{self, Assembly, ContactSpec, Model, NodeMotion, Side, SpringSpec};
+use dovetail_solver::model::{self, Assembly, ContactSpec, Model, Side, SpringSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
     LISTED_MODES, Load, Recovery, RelativeModel, StuckModes, Truncation,
@@ -274,7 +274,7 @@ fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, 
     }
     warn_of_held_volumes(assembly, mesh, progress);
     tell_of_flanks(assembly, &model, progress);
-    warn_of_curved_edges(&model, progress);
+    tell_of_straightened_edges(&model, progress);
     let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
     for (element, count) in model.element_types() {
         *shapes.entry(element.shape).or_default() += count;
@@ -354,35 +354,26 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, progress: &Progress) {
     }
 }
 
-/// Middle nodes of flank edges follow the mean of the two corners, which is where they are on straight edges alone.
-fn warn_of_curved_edges(model: &Model, progress: &Progress) {
-    for body in &model.bodies {
-        let place = |node: u32| body.nodes_m[node as usize];
-        let motions = body.dofs.nodes.iter().zip(&body.nodes_m);
-        let bulges = motions.filter_map(|(motion, own)| match motion {
-            NodeMotion::Tied([a, b]) => {
-                let (a, b) = (place(*a), place(*b));
-                Some(distance(*own, middle(a, b)) / distance(a, b))
-            }
-            _ => None,
-        });
-        let largest = bulges.fold(0.0, f64::max);
-        if largest > CURVED {
-            progress.warning(
-                Weight::Doubt,
-                format!(
-                    "body \"{}\": edges of its flanks are curved by up to {:.1} % of their length; their middle nodes \
-                     follow the mean of the corners, so that the flanks resist a turn of the body: make the edges \
-                     straight (Mesh.SecondOrderLinear = 1 in a Gmsh script)",
-                    body.name,
-                    100.0 * largest
-                ),
-            );
+/// The edges of flanks that the model has straight and the mesh has not.
+fn tell_of_straightened_edges(model: &Model, progress: &Progress) {
+    for found in &model.straightened {
+        let text = format!(
+            "body \"{}\": {} of its flanks were made straight: their middle nodes, which follow the mean of the corners, \
+             were moved by up to {} ({} of the edge); smaller elements follow a curved flank more closely",
+            found.body,
+            counted(found.edges, "edge", "edges"),
+            quantity(found.largest_m, "m", 2),
+            percent(found.largest_share, 2)
+        );
+        if found.largest_share > CURVED {
+            progress.warning(Weight::Remark, text);
+        } else {
+            progress.note(&text);
         }
     }
 }
 
-/// Edges that bulge by more than this share of their length are not straight.
+/// A middle node that was moved by more than this share of its edge is warned of.
 const CURVED: f64 = 2e-3;
 /// Of two flanks of which neither has this share of its area opposite the other, one may not be where it is meant to be.
 const WHOLE: f64 = 0.98;

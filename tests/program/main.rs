@@ -18,6 +18,7 @@ mod cache;
 mod clearance;
 mod closed_forms;
 mod command_line;
+mod curved_flanks;
 mod elements;
 mod excitation;
 mod export_files;

@@ -233,6 +233,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             },
         ],
         matches: Vec::new(),
+        straightened: Vec::new(),
     }
 }
 

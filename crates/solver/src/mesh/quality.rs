@@ -109,7 +109,7 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
         } else if volume < 0.0 {
             inside_out.push(tag);
         } else if element != ElementType::TET4 {
-            let ratio = least_jacobian(element, &x) / (volume / reference_volume(element.shape));
+            let ratio = jacobian_ratio(element, &x, volume);
             quality.worst_jacobian_ratio = quality.worst_jacobian_ratio.min(ratio);
             if ratio <= 0.0 || shape < 0.0 {
                 folded.push(tag);
@@ -136,6 +136,17 @@ pub fn check(mesh: &Mesh) -> Result<Quality, QualityError> {
     check_faces(mesh)?;
     check_orphans(mesh)?;
     Ok(quality)
+}
+
+/// Whether an element with its nodes at `x` folds over itself: its Jacobian determinant is not positive at one of the
+/// points that are looked at.
+pub fn folds(element: ElementType, x: &[[f64; 3]]) -> bool {
+    jacobian_ratio(element, x, volume(element.shape, x)) <= 0.0
+}
+
+/// Ratio of the least Jacobian determinant to that of an undistorted element of this volume.
+fn jacobian_ratio(element: ElementType, x: &[[f64; 3]], volume: f64) -> f64 {
+    least_jacobian(element, x) / (volume / reference_volume(element.shape))
 }
 
 /// Signed volume of the element with straight edges: each face is the bilinear surface of its corners.

@@ -41,6 +41,10 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         body.fix(spec, mesh)?;
     }
     let mut joints = joints(assembly, mesh, &mut bodies)?;
+    let mut straightened = Vec::new();
+    for body in &mut bodies {
+        straightened.extend(body.straighten_flanks(mesh)?);
+    }
     for spec in &assembly.springs {
         joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
     }
@@ -83,6 +87,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         maps,
         observations,
         matches: joints.matches,
+        straightened,
     })
 }
 

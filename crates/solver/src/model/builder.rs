@@ -5,11 +5,15 @@ use super::dofs::{Roles, number};
 use super::gather::name_for;
 use super::groups::find_group;
 use super::material::material;
-use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion, Spring};
-use crate::mesh::{Connectivity, Mesh};
+use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion, Spring, StraightenedEdges};
+use crate::mesh::quality::folds;
+use crate::mesh::{Connectivity, ElementType, Mesh};
 use crate::model::{BodySpec, RotationSpec};
+use dovetail_numerics::space::{distance, middle};
 
 const NONE: u32 = u32::MAX;
+/// A middle node nearer to the middle of its corners than this share of the edge is there.
+const STRAIGHT: f64 = 1e-9;
 
 /// A body on its way into the model.
 pub(super) struct BodyBuilder {
@@ -18,6 +22,8 @@ pub(super) struct BodyBuilder {
     elements: Vec<u32>,
     /// Local node -> mesh node, ascending.
     nodes: Vec<u32>,
+    /// Per local node: where it is. On flanks the edges are straight, whatever the mesh has.
+    nodes_m: Vec<[f64; 3]>,
     /// Mesh node -> local node, or `NONE`.
     local: Vec<u32>,
     roles: Roles,
@@ -42,6 +48,11 @@ impl BodyBuilder {
             name: spec.name.clone(),
             elements: group.elements.clone(),
             nodes: group.nodes.clone(),
+            nodes_m: group
+                .nodes
+                .iter()
+                .map(|&n| mesh.nodes_m[n as usize])
+                .collect(),
             local,
             roles: Roles {
                 fixed: vec![false; group.nodes.len()],
@@ -74,6 +85,11 @@ impl BodyBuilder {
     /// Ascending.
     pub(super) fn mesh_nodes(&self) -> &[u32] {
         &self.nodes
+    }
+
+    /// Where the nodes are, in the body's own numbering.
+    pub(super) fn nodes_m(&self) -> &[[f64; 3]] {
+        &self.nodes_m
     }
 
     pub(super) fn elements(&self) -> &[u32] {
@@ -160,6 +176,62 @@ impl BodyBuilder {
         }
     }
 
+    /// Puts the middle nodes of the flanks' edges, which move with the mean of their corners, half way between these.
+    /// `None` where all of them are there.
+    ///
+    /// # Errors
+    /// Elements fold over themselves then.
+    pub(super) fn straighten_flanks(
+        &mut self,
+        mesh: &Mesh,
+    ) -> Result<Option<StraightenedEdges>, ModelError> {
+        let mut found = StraightenedEdges {
+            body: self.name.clone(),
+            edges: 0,
+            largest_m: 0.0,
+            largest_share: 0.0,
+        };
+        let mut is_moved = vec![false; self.nodes.len()];
+        for &(node, corners) in &self.roles.tied {
+            let [a, b] = corners.map(|corner| self.nodes_m[corner as usize]);
+            let half_way = middle(a, b);
+            let at = &mut self.nodes_m[node as usize];
+            let off_m = distance(*at, half_way);
+            let share = off_m / distance(a, b);
+            if share > STRAIGHT {
+                is_moved[node as usize] = true;
+                found.edges += 1;
+                found.largest_m = found.largest_m.max(off_m);
+                found.largest_share = found.largest_share.max(share);
+                *at = half_way;
+            }
+        }
+        if found.edges == 0 {
+            return Ok(None);
+        }
+        let mut folded = Vec::new();
+        for &e in &self.elements {
+            let nodes = mesh.elements.of(e as usize).iter();
+            let nodes: Vec<usize> = nodes.map(|&n| self.local(n) as usize).collect();
+            let element = ElementType::with_nodes(nodes.len());
+            if let Some(element) = element.filter(|_| nodes.iter().any(|n| is_moved[*n])) {
+                let x: Vec<[f64; 3]> = nodes.iter().map(|&n| self.nodes_m[n]).collect();
+                if folds(element, &x) {
+                    folded.push(mesh.elements.tags()[e as usize]);
+                }
+            }
+        }
+        match folded.is_empty() {
+            true => Ok(Some(found)),
+            false => Err(ModelError::FoldedAtFlank {
+                body: self.name.clone(),
+                count: folded.len(),
+                tags: folded.into_iter().take(5).collect(),
+                largest_m: found.largest_m,
+            }),
+        }
+    }
+
     pub(super) fn add_load(&mut self, load: AppliedLoad) {
         self.loads.push(load);
     }
@@ -198,11 +270,7 @@ impl BodyBuilder {
             material,
             rotates: rotation.is_some_and(|r| r.bodies.contains(&spec.name)),
             fixed_interface_modes: spec.fixed_interface_modes,
-            nodes_m: self
-                .nodes
-                .iter()
-                .map(|n| mesh.nodes_m[mesh_node(n)])
-                .collect(),
+            nodes_m: self.nodes_m,
             node_tags: self
                 .nodes
                 .iter()

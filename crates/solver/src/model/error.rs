@@ -247,6 +247,16 @@ pub enum ModelError {
         group: String,
         found: &'static str,
     },
+    #[error(
+        "body `{body}`: the edges of its flanks are made straight, by up to {largest_m:.2e} m, and {count} elements (first {}) fold over themselves then: mesh finer there, or with straight edges (Mesh.SecondOrderLinear = 1 in a Gmsh script)",
+        list(tags)
+    )]
+    FoldedAtFlank {
+        body: String,
+        count: usize,
+        tags: Vec<u64>,
+        largest_m: f64,
+    },
     #[error("every node of body `{body}` is fixed: shorten its list of fixed groups")]
     NothingFree { body: String },
 }

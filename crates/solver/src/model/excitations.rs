@@ -87,10 +87,9 @@ fn field_forces(
     };
     let (body, facets) = surface(mesh, bodies, on, [1.0; 3], used_by)?;
     let builder = &bodies[body];
-    let position = |node: u32| mesh.nodes_m[builder.mesh_nodes()[node as usize] as usize];
-    let facets = Facets::new(facets, position);
+    let facets = Facets::new(facets, |node| builder.nodes_m()[node as usize]);
     let (forces, mut map) = mapping::map(&field, &facets);
-    let size_m = size_m(mesh, builder);
+    let size_m = size_m(builder);
     let count = map.farther_than(size_m);
     if count > 0 {
         return Err(ModelError::FieldFar {
@@ -110,13 +109,13 @@ fn field_forces(
 }
 
 /// Length of the diagonal of the box around a body.
-fn size_m(mesh: &Mesh, body: &BodyBuilder) -> f64 {
+fn size_m(body: &BodyBuilder) -> f64 {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for &n in body.mesh_nodes() {
+    for at in body.nodes_m() {
         let nodes = low.iter_mut().zip(&mut high);
-        for ((low, high), x) in nodes.zip(mesh.nodes_m[n as usize]) {
-            *low = low.min(x);
-            *high = high.max(x);
+        for ((low, high), x) in nodes.zip(at) {
+            *low = low.min(*x);
+            *high = high.max(*x);
         }
     }
     distance(low, high)

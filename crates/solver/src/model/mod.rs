@@ -62,6 +62,8 @@ pub struct Model {
     pub observations: Vec<Observation>,
     /// How the flanks of each contact between two bodies lie on each other, bonded ones last.
     pub matches: Vec<FlankMatch>,
+    /// Bodies with flanks whose edges are not straight in the mesh.
+    pub straightened: Vec<StraightenedEdges>,
 }
 
 impl Model {
@@ -99,7 +101,8 @@ pub struct Body {
     pub rotates: bool,
     /// Modes that a Craig-Bampton reduction of this body keeps; none where it is not reduced by itself.
     pub fixed_interface_modes: Option<usize>,
-    /// Node positions, m, in the body's own numbering.
+    /// Node positions, m, in the body's own numbering; those in the middles of flank edges half way
+    /// between the corners.
     pub nodes_m: Vec<[f64; 3]>,
     /// The mesh's index and Gmsh tag of each node.
     pub mesh_nodes: Vec<u32>,
@@ -360,6 +363,20 @@ pub struct FlankMatch {
     pub largest_weight: f64,
     /// Whether each node meets one node.
     pub nodes_match: bool,
+}
+
+/// Edges of the flanks of a body whose middle nodes were put half way between the corners. These nodes move with the
+/// mean of their corners, which is a motion without strain in a turn of the body on straight edges alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StraightenedEdges {
+    /// Name of the body.
+    pub body: String,
+    /// How many edges.
+    pub edges: usize,
+    /// Largest distance by which a middle node was moved, m.
+    pub largest_m: f64,
+    /// The same over the length of the edge.
+    pub largest_share: f64,
 }
 
 /// A harmonic load: `amplitude cos(harmonic omega t - phase_rad)` times one unit of it.

@@ -142,7 +142,7 @@ impl<'a> Place<'a> {
         used_by: &str,
     ) -> Result<Vec<(u32, f64)>, ModelError> {
         let body = &bodies[self.body];
-        let position = |node: u32| mesh.nodes_m[body.mesh_nodes()[node as usize] as usize];
+        let position = |node: u32| body.nodes_m()[node as usize];
         let nodes = &self.group.nodes;
         let mut weights = vec![0.0; nodes.len()];
         match self.facets(mesh, bodies, used_by)? {
@@ -165,7 +165,7 @@ impl<'a> Place<'a> {
             .iter()
             .fold(0.0f64, |most, weight| most.max(weight.abs()));
         let along = |axis: usize| {
-            let values = nodes.iter().map(|&n| mesh.nodes_m[n as usize][axis]);
+            let values = nodes.iter().map(|&n| position(body.local(n))[axis]);
             values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
         };
         let axis = (0..3).max_by(|&a, &b| along(a).total_cmp(&along(b)));

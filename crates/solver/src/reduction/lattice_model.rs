@@ -94,6 +94,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
             },
         ],
         matches: Vec::new(),
+        straightened: Vec::new(),
     };
     (
         model,
