@@ -7,15 +7,22 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::model::Growth;
+use dovetail_solver::mesh::block::{block, map_nodes};
+use dovetail_solver::mesh::{ElementType, Mesh};
+use dovetail_solver::model::{Growth, Material, bind};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, PairLaw, RelativeModel, superelement};
+use dovetail_solver::reduction::{
+    HarmonicLoad, Highest, Load, PairLaw, RelativeModel, StuckModes, reduce, superelement,
+};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::path::Path;
+
+use crate::shared_scenes::{blocks_assembly, two_blocks};
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -284,5 +291,101 @@ fn the_static_state_goes_with_its_loads_and_clearances() {
         let small: Vec<f64> = small.iter().map(|v| v / FACTOR).collect();
         let off = apart(whole, &small, &[]);
         assert!(off < 1e-6, "{off:e}");
+    }
+}
+
+// --------------------------------------------------------------------- a press fit, cut by symmetry
+
+/// Inner radius, that of the fit, outer radius; axial length.
+const RADII_M: [f64; 3] = [20e-3, 30e-3, 50e-3];
+const LENGTH_M: f64 = 4e-3;
+
+/// A quarter of a ring: x goes around, z along the radius.
+fn quarter(element: ElementType, cells: [usize; 3], [inner, outer]: [f64; 2]) -> Mesh {
+    let mut mesh = block(element, cells, [1.0, LENGTH_M, outer - inner]);
+    map_nodes(&mut mesh, |[x, y, z]| {
+        let (sine, cosine) = (0.25 * TAU * x).sin_cos();
+        [(inner + z) * sine, y, (inner + z) * cosine]
+    });
+    mesh
+}
+
+/// Two rings in plane strain, pressed onto each other (Lame): the interference is what the pressure opens the hub and
+/// closes the shaft by.
+#[test]
+fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
+    let [inner, fit, outer] = RADII_M;
+    let interference_m = 10e-6;
+    let of = |young_pa, poisson| Material {
+        young_pa,
+        poisson,
+        density_kg_m3: 7800.0,
+    };
+    let [hub, shaft] = [of(1e11, 0.3), of(2.1e11, 0.25)];
+    // In plane strain.
+    let strain = |m: Material| {
+        (
+            m.young_pa / (1.0 - m.poisson.powi(2)),
+            m.poisson / (1.0 - m.poisson),
+        )
+    };
+    let ((hub_e, hub_nu), (shaft_e, shaft_nu)) = (strain(hub), strain(shaft));
+    let ratio = |a: f64, b: f64| (b * b + a * a) / (b * b - a * a);
+    let gives =
+        fit * ((ratio(fit, outer) + hub_nu) / hub_e + (ratio(inner, fit) - shaft_nu) / shaft_e);
+    let expected = interference_m / gives;
+    for (upper, lower, around) in [
+        (ElementType::HEX20, ElementType::HEX20, [12, 12]),
+        (ElementType::TET10, ElementType::HEX20, [12, 10]),
+        (ElementType::HEX8, ElementType::HEX8, [24, 24]),
+    ] {
+        let mesh = two_blocks(
+            &quarter(upper, [around[0], 2, 5], [fit, outer]),
+            &quarter(lower, [around[1], 2, 4], [inner, fit]),
+        );
+        let mut assembly = blocks_assembly();
+        assembly.rotation = None;
+        assembly.excitations.clear();
+        assembly.observations.clear();
+        assembly.contacts[0].gap_m = -interference_m;
+        for (body, material) in assembly.bodies.iter_mut().zip([hub, shaft]) {
+            let name = body.name.clone();
+            body.material = material.into();
+            body.fixed.clear();
+            body.fixed_along = [
+                vec![format!("{name}_x_min")],
+                vec![format!("{name}_y_min"), format!("{name}_y_max")],
+                vec![format!("{name}_x_max")],
+            ];
+        }
+        let model = bind(&assembly, &mesh).unwrap();
+        let structure = assemble(&model).unwrap();
+        let wanted = StuckModes {
+            count: Some(4),
+            highest: Highest::OfFirstStuckMode(1.0),
+        };
+        let reduced = reduce(&model, &structure, wanted).unwrap();
+        let state = statics(&reduced.relative);
+        for (p, pair) in model.pairs.iter().enumerate() {
+            let pressure = -state.lambda[3 * p] / pair.area_m2;
+            let off = pressure / expected - 1.0;
+            assert!(
+                off.abs() < 0.03,
+                "{upper:?} {lower:?} at {:?}: {off:e}",
+                pair.position_m
+            );
+        }
+        // What presses one half of the hub from the other: p r l, the resultant over a quarter.
+        let force: f64 = model
+            .pairs
+            .iter()
+            .enumerate()
+            .map(|(p, pair)| -state.lambda[3 * p] * pair.frame[0][2])
+            .sum();
+        let resultant = expected * fit * LENGTH_M;
+        assert!(
+            (force / resultant - 1.0).abs() < 0.01,
+            "{force} {resultant}"
+        );
     }
 }

@@ -87,12 +87,14 @@ pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
     }
 }
 
-/// The pairs of a contact, number `number` among those of the model, at the nodes of the flank `slave`.
+/// The pairs of a contact, number `number` among those of the model, at the nodes of the flank `slave`. `held` says
+/// along which axes a node does not move.
 pub(super) fn contact(
     spec: &ContactSpec,
     number: usize,
     [first, second]: [&Surface; 2],
     slave: Side,
+    held: impl Fn(BodyNode) -> [bool; 3],
 ) -> Result<Contact, ModelError> {
     let along = first.flank.along;
     let [own, other] = match slave {
@@ -148,6 +150,7 @@ pub(super) fn contact(
             position_m,
             degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
         })?;
+        let normal = along_symmetry(normal, held(own.node(i)));
         let apart = dot(normal, sub(points[0], points[1]));
         summary.largest_separation_m = summary.largest_separation_m.max(apart.abs());
         let in_mesh = if spec.gap_from_mesh { apart } else { 0.0 };
@@ -209,7 +212,12 @@ fn nothing_opposite(spec: &ContactSpec, found: &Mortar) -> ModelError {
 }
 
 /// Every corner node of a flank against rigid ground at the same place.
-pub(super) fn ground_contact(spec: &ContactSpec, number: usize, surface: &Surface) -> Contact {
+pub(super) fn ground_contact(
+    spec: &ContactSpec,
+    number: usize,
+    surface: &Surface,
+    held: impl Fn(BodyNode) -> [bool; 3],
+) -> Contact {
     let flank = &surface.flank;
     let pair = |i: usize| ContactPair {
         contact: number,
@@ -220,7 +228,10 @@ pub(super) fn ground_contact(spec: &ContactSpec, number: usize, surface: &Surfac
         side: Side::First,
         position_m: surface.nodes_m[i],
         // Out of the ground is into the body.
-        frame: frame(flank.normals[i].map(|n| -n), flank.along),
+        frame: frame(
+            along_symmetry(flank.normals[i].map(|n| -n), held(surface.node(i))),
+            flank.along,
+        ),
         area_m2: flank.areas_m2[i],
         gap_m: spec.gap_m,
         friction: spec.friction,
@@ -260,6 +271,19 @@ fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave:
         flank_match: None,
     }
 }
+
+/// The normal of a node that is held along some axes, as on planes of symmetry: there the other half of a curved flank
+/// turns it into the plane. A normal that is far from the plane stays as it is.
+fn along_symmetry(normal: Vector, held: [bool; 3]) -> Vector {
+    let in_plane = [0, 1, 2].map(|k| if held[k] { 0.0 } else { normal[k] });
+    let cosine = dot(in_plane, in_plane).sqrt();
+    let turned = unit(in_plane).filter(|_| in_plane != normal && cosine > IN_PLANE);
+    turned.unwrap_or(normal)
+}
+
+/// Cosine of the largest angle by which a normal is turned into a plane of symmetry: 30 degrees, those of a flank whose
+/// facets turn by 60 degrees at each edge.
+const IN_PLANE: f64 = 0.866;
 
 /// Rows n, t1, t2: t1 is `along` projected on the tangent plane, t2 = n x t1. Where a curved flank
 /// stands across `along`, the axis least along n takes its place.
@@ -335,6 +359,20 @@ mod tests {
             assert!((dot(cross(n, t1), t2) - 1.0).abs() < 1e-14);
         }
         assert_eq!(frame([0.0, 0.6, 0.8], along)[1], along);
+    }
+
+    #[test]
+    fn normals_are_turned_into_planes_of_symmetry_that_are_near() {
+        let normal = [0.28, 0.0, 0.96];
+        assert_eq!(along_symmetry(normal, [false; 3]), normal);
+        assert_eq!(along_symmetry(normal, [false, true, false]), normal);
+        assert_eq!(
+            along_symmetry(normal, [true, false, false]),
+            [0.0, 0.0, 1.0]
+        );
+        assert_eq!(along_symmetry(normal, [true, true, false]), [0.0, 0.0, 1.0]);
+        assert_eq!(along_symmetry(normal, [false, false, true]), normal);
+        assert_eq!(along_symmetry(normal, [true; 3]), normal);
     }
 
     #[test]

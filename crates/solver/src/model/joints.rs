@@ -92,15 +92,16 @@ impl Joints {
     ) -> Result<Contact, ModelError> {
         let number = self.names.len();
         let first = surface(mesh, spec, &spec.first, bodies)?;
+        let held = |at: BodyNode| [0, 1, 2].map(|axis| bodies[at.body].is_held(at.node, axis));
         let Some(second) = &spec.second else {
-            let found = ground_contact(spec, number, &first);
+            let found = ground_contact(spec, number, &first, held);
             self.check(spec, &found, mesh, bodies)?;
             return Ok(found);
         };
         let second = surface(mesh, spec, second, bodies)?;
         let both = [&first, &second];
         let attempt = |slave: Side| {
-            let found = contact(spec, number, both, slave)?;
+            let found = contact(spec, number, both, slave, held)?;
             self.check(spec, &found, mesh, bodies)?;
             Ok(found)
         };
