@@ -113,7 +113,7 @@ pub(super) fn make_mesh(
         read(path, units)
     })?;
     for remark in &mesh.remarks {
-        progress.warning(Weight::Remark, format!("mesh: {remark}"));
+        progress.warning(Weight::Remark, format!("mesh {remark}"));
     }
     let origin = origin.unwrap_or_else(|| Origin::file(Path::new("")));
     Ok((mesh, origin))
@@ -173,10 +173,13 @@ fn shared_mesh(
     }
 }
 
-/// Reads a mesh and checks its elements.
+/// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have one each.
 fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
-    let mesh = mesh::read(path, units)?;
+    let mut mesh = mesh::read(path, units)?;
     quality::check(&mesh)?;
+    for remark in &mut mesh.remarks {
+        *remark = format!("{}: {remark}", path.display());
+    }
     Ok(mesh)
 }
 

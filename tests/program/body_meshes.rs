@@ -434,3 +434,21 @@ fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
         }
     }
 }
+
+#[test]
+fn what_a_deck_says_beside_is_told_with_its_file() {
+    let folder = Folder::new("aside");
+    let deck = std::fs::read_to_string(root().join("meshes/decks/disc.inp")).unwrap();
+    let file = folder.join("tied.inp");
+    std::fs::write(&file, deck + "*TIE, NAME=glue\nA, B\n").unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(root())
+        .args(["mesh", "scenes/decks/two_decks.toml", "--no-cache", "--out"])
+        .arg(folder.join("out"))
+        .args(["--set", &format!("body.jaw.mesh_file={}", file.display())]);
+    let said = said_in_one_line(&ended(program, 0));
+    let told = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the scene by a [[contact]] \
+                with law = \"bonded\".";
+    assert!(said.contains(told), "{said}");
+}
