@@ -4,7 +4,7 @@
 //! `pressure_im_pa` and `area_m2` where there are such, or `force_x_re_n`, `force_y_re_n`, `force_z_re_n` with
 //! `force_x_im_n` and so on. Imaginary parts that are left out are zero. `pressure_amplitude_pa` and
 //! `pressure_phase_deg` may stand in the place of real and imaginary parts, and names of other programs in
-//! the place of these ([`columns`]). A line that begins with `#` is a remark. Of a file with sections, such
+//! the place of these (`columns.rs`). A line that begins with `#` is a remark. Of a file with sections, such
 //! as CFD-Post writes, the section `[Data]` is read.
 //! The value at the time t is the real part of (re + i im) exp(i w t); re + i im is the amplitude times
 //! exp(i phase).
