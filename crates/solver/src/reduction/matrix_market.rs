@@ -2,28 +2,49 @@
 //! They are read line by line: a flank of some thousand pairs has a stiffness of gigabytes of text.
 
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
 use faer::{Mat, MatRef};
 
 use crate::input;
 
+/// Bytes at the begin of a file that are looked through for comments.
+const MOST_COMMENT: u64 = 1 << 16;
+
 const DENSE: &str = "%%MatrixMarket matrix array real general";
 
-/// Writes a dense array, column by column, with the shortest digits that read back exactly.
+/// Writes a dense array, column by column, with the shortest digits that read back exactly, under a
+/// line of comment.
 ///
 /// # Errors
 /// Those of the file.
-pub fn write(path: &Path, a: MatRef<'_, f64>) -> io::Result<()> {
+pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
-    writeln!(file, "{DENSE}\n{} {}", a.nrows(), a.ncols())?;
+    writeln!(file, "{DENSE}\n% {comment}\n{} {}", a.nrows(), a.ncols())?;
     for j in 0..a.ncols() {
         for i in 0..a.nrows() {
             writeln!(file, "{:e}", a[(i, j)])?;
         }
     }
-    file.flush()
+    file.into_inner()?.sync_all()
+}
+
+/// The lines of comment under the header of a matrix, without their sign.
+///
+/// # Errors
+/// Those of the file.
+pub fn comments(path: &Path) -> io::Result<Vec<String>> {
+    let mut lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
+    lines.next().transpose()?;
+    let mut comments = Vec::new();
+    for line in lines {
+        match line?.strip_prefix('%') {
+            Some(comment) => comments.push(comment.trim().to_owned()),
+            None => break,
+        }
+    }
+    Ok(comments)
 }
 
 /// Reads a matrix. What the header announces is held against the length of the file before room is

@@ -10,9 +10,11 @@
 //! | `xyz.mtx` | n/3 x 3 | positions of the pairs, m |
 //! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
-//! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either.
-//! The folder carries no friction, gap or damping, and no amplitude of the force: the caller gives
-//! them.
+//! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either. Files that
+//! [`write`] wrote name their model in a comment, a hash of all its numbers: those of two models
+//! are not read together. Files without such a comment, of another program, are taken for what they
+//! are. The folder carries no friction, gap or damping, and no amplitude of the force: the caller
+//! gives them.
 //!
 //! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
 //! negative, and only contact holds the bodies), and M - p p^T, the mass that the stuck modes
@@ -39,12 +41,59 @@ pub struct Superelement {
     pub areas_m2: Option<Vec<f64>>,
 }
 
+/// Names of the files of a folder; not every model has all.
+pub const FILES: [&str; 12] = [
+    "K.mtx",
+    "M.mtx",
+    "p.mtx",
+    "w2.mtx",
+    "f_static.mtx",
+    "fm_static.mtx",
+    "f_excitation.mtx",
+    "fm_excitation.mtx",
+    "tip_x.mtx",
+    "tip_modes.mtx",
+    "area.mtx",
+    POSITIONS,
+];
+
+/// The file that is read first and written last: a folder without it holds no model.
+const POSITIONS: &str = "xyz.mtx";
+
+/// What the comment begins with that names the model of a file.
+const MODEL: &str = "of the reduced model";
+
+/// The files that a folder has of a model.
+pub fn files(folder: &Path) -> Vec<PathBuf> {
+    let paths = FILES.map(|name| folder.join(name));
+    paths.into_iter().filter(|path| path.exists()).collect()
+}
+
 /// Why a folder was not read or written.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SuperelementError {
     #[error("cannot read {}: {message}; a dense MatrixMarket array is expected", path.display())]
     Read { path: PathBuf, message: String },
+    #[error(
+        "the folder {} holds a part of a reduced model: xyz.mtx is missing, which `dovetail reduce` writes last; run it \
+         again, or add the file: pairs x 3, positions in m",
+        folder.display()
+    )]
+    NotWhole { folder: PathBuf },
+    #[error(
+        "{} is of the reduced model {model}, and {} of {other_model}: the files of one folder are those of one model. Take \
+         all from one folder of `dovetail reduce`, or write the folder again; a file without the line of comment that names \
+         its model is taken as it is",
+        path.display(),
+        other.display()
+    )]
+    TwoModels {
+        path: PathBuf,
+        model: String,
+        other: PathBuf,
+        other_model: String,
+    },
     #[error("{} is {rows} x {columns}, expected {expected}", path.display())]
     Shape {
         path: PathBuf,
@@ -132,12 +181,16 @@ pub enum SuperelementError {
 /// (1e-6 of the largest entry); squared frequencies not positive and ascending; a stiffness or a
 /// mass that no body has.
 pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, SuperelementError> {
-    let positions = array(&folder.join("xyz.mtx"), None, Some(3), "pairs x 3")?;
+    let path = folder.join(POSITIONS);
+    if !path.exists() && folder.join("K.mtx").exists() {
+        let folder = folder.to_owned();
+        return Err(SuperelementError::NotWhole { folder });
+    }
+    check_one_model(folder)?;
+    let positions = array(&path, None, Some(3), "pairs x 3")?;
     let pairs = positions.nrows();
     if pairs == 0 {
-        return Err(SuperelementError::NoPairs {
-            path: folder.join("xyz.mtx"),
-        });
+        return Err(SuperelementError::NoPairs { path });
     }
     let has_modes = ["w2.mtx", "p.mtx"].map(|name| folder.join(name).exists());
     let omega2 = match has_modes {
@@ -158,6 +211,51 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
         positions_m: (0..pairs).map(position).collect(),
         areas_m2: arrays.areas_m2()?,
     })
+}
+
+/// That the files which name their model name the same.
+fn check_one_model(folder: &Path) -> Result<(), SuperelementError> {
+    let mut first: Option<(PathBuf, String)> = None;
+    for path in files(folder) {
+        let comments = matrix_market::comments(&path).map_err(|e| SuperelementError::Read {
+            path: path.clone(),
+            message: e.to_string(),
+        })?;
+        let named = comments.iter().find_map(|line| line.strip_prefix(MODEL));
+        let Some(model) = named.map(|name| name.trim().to_owned()) else {
+            continue;
+        };
+        match &first {
+            None => first = Some((path, model)),
+            Some((_, known)) if *known == model => {}
+            Some((other, other_model)) => {
+                return Err(SuperelementError::TwoModels {
+                    path,
+                    model,
+                    other: other.clone(),
+                    other_model: other_model.clone(),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Hash (FNV-1a) of the bits of all numbers of a model, and of their shapes.
+fn name_of_model(arrays: &[(&str, MatRef<'_, f64>)]) -> String {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    let mut take = |word: u64| {
+        for byte in word.to_le_bytes() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    };
+    for (_, a) in arrays {
+        take(a.nrows() as u64);
+        for j in 0..a.ncols() {
+            a.col(j).iter().for_each(|value| take(value.to_bits()));
+        }
+    }
+    format!("{hash:016x}")
 }
 
 fn squared_frequencies(folder: &Path) -> Result<Vec<f64>, SuperelementError> {
@@ -320,7 +418,8 @@ fn mean_diagonal(a: &Mat<f64>) -> f64 {
 }
 
 /// Writes what [`read`] reads, in digits that read back to the same numbers; `element` is excited
-/// by 1 N in all. Friction and gaps are not written.
+/// by 1 N in all. Friction and gaps are not written. A folder that was not written to its end
+/// cannot be read, whatever model it held before.
 ///
 /// # Errors
 /// A model with other than one observed point and one cosine load of harmonic 1; a file that
@@ -356,7 +455,6 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         ("f_static.mtx", column(&model.static_load.on_x)),
         ("f_excitation.mtx", column(&force.on_x)),
         ("tip_x.mtx", column(&tip.on_x)),
-        ("xyz.mtx", positions.as_ref()),
     ];
     let of_modes = [
         ("p.mtx", model.coupling.as_ref()),
@@ -365,30 +463,32 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         ("fm_excitation.mtx", column(&force.on_modes)),
         ("tip_modes.mtx", column(&tip.on_modes)),
     ];
-    let area = element.areas_m2.as_ref().map(|a| ("area.mtx", column(a)));
-    // What an earlier model left would be taken for part of this one.
-    let absent = [
-        (
-            model.omega2.is_empty(),
-            &of_modes.each_ref().map(|f| f.0)[..],
-        ),
-        (area.is_none(), &["area.mtx"]),
-    ];
-    for name in absent.iter().filter(|a| a.0).flat_map(|a| a.1) {
-        let path = folder.join(name);
-        if path.exists() {
-            std::fs::remove_file(&path)
-                .map_err(|source| SuperelementError::Write { path, source })?;
-        }
-    }
     if !model.omega2.is_empty() {
         files.extend(of_modes);
     }
-    files.extend(area);
+    files.extend(element.areas_m2.as_ref().map(|a| ("area.mtx", column(a))));
+    files.push((POSITIONS, positions.as_ref()));
+    let comment = format!("{MODEL} {}", name_of_model(&files));
+    let part = |name: &str| folder.join(format!("{name}.reduce.part"));
+    let failed = |path: PathBuf| |source| SuperelementError::Write { path, source };
     for (name, values) in &files {
+        let path = part(name);
+        matrix_market::write(&path, &comment, *values).map_err(failed(path))?;
+    }
+    // From here on until the last file has its name there is no model to read. What an earlier one
+    // left would be taken for a part of this one.
+    for name in FILES.iter().rev() {
         let path = folder.join(name);
-        matrix_market::write(&path, *values)
-            .map_err(|source| SuperelementError::Write { path, source })?;
+        match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(SuperelementError::Write { path, source });
+            }
+            _ => {}
+        }
+    }
+    for (name, _) in &files {
+        let path = folder.join(name);
+        std::fs::rename(part(name), &path).map_err(failed(path))?;
     }
     Ok(())
 }
@@ -553,6 +653,65 @@ mod tests {
         std::fs::write(folder.join("p.mtx"), "").unwrap();
         let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
         assert!(message.to_string().contains("w2.mtx"), "{message}");
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn the_matrices_of_two_models_are_not_read_together() {
+        let (first, second, element) = (folder("first"), folder("second"), small());
+        write(&first, &element).unwrap();
+        let mut stiffer = small();
+        stiffer.relative.stiffness *= faer::Scale(2.0);
+        write(&second, &stiffer).unwrap();
+        let law = element.relative.pairs[0];
+        std::fs::copy(second.join("M.mtx"), first.join("M.mtx")).unwrap();
+        let message = read(&first, law, 1.0).unwrap_err().to_string();
+        for words in ["M.mtx", "K.mtx", "one model", "dovetail reduce"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+        // A matrix that names no model is the user's own.
+        let text = std::fs::read_to_string(second.join("M.mtx")).unwrap();
+        let without = text.lines().filter(|line| !line.starts_with("% "));
+        let without: Vec<&str> = without.collect();
+        std::fs::write(first.join("M.mtx"), without.join("\n")).unwrap();
+        assert!(read(&first, law, 1.0).is_ok());
+        // The same model has the same name.
+        write(&second, &element).unwrap();
+        std::fs::copy(second.join("K.mtx"), first.join("K.mtx")).unwrap();
+        assert!(read(&first, law, 1.0).is_ok());
+        for folder in [first, second] {
+            std::fs::remove_dir_all(folder).unwrap();
+        }
+    }
+
+    /// Wherever the writing of a second model ends, by a file that cannot take its name, nothing
+    /// can be read but the whole of one of the two.
+    #[test]
+    fn a_folder_that_was_not_written_to_its_end_is_not_read() {
+        let element = small();
+        let law = element.relative.pairs[0];
+        let mut stiffer = small();
+        stiffer.relative.stiffness *= faer::Scale(2.0);
+        for name in FILES {
+            let folder = folder(&format!("broken-off-{name}"));
+            write(&folder, &element).unwrap();
+            // A folder of this name cannot be replaced by a file.
+            std::fs::remove_file(folder.join(name)).unwrap();
+            std::fs::create_dir_all(folder.join(name).join("in the way")).unwrap();
+            let error = write(&folder, &stiffer).unwrap_err();
+            assert!(matches!(error, SuperelementError::Write { .. }), "{error}");
+            std::fs::remove_dir_all(folder.join(name)).unwrap();
+            let read = read(&folder, law, 1.0);
+            assert!(read.is_err(), "{name}");
+            std::fs::remove_dir_all(folder).unwrap();
+        }
+        let folder = folder("not-whole");
+        write(&folder, &element).unwrap();
+        std::fs::remove_file(folder.join(POSITIONS)).unwrap();
+        let message = read(&folder, law, 1.0).unwrap_err().to_string();
+        for words in ["xyz.mtx", "a part of a reduced model", "dovetail reduce"] {
+            assert!(message.contains(words), "{words}: {message}");
+        }
         std::fs::remove_dir_all(folder).unwrap();
     }
 
