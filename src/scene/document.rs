@@ -8,7 +8,7 @@ use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::error::{Fault, Problem};
-use super::keys::{self, Shape, Vocabulary};
+use super::keys::{Shape, Vocabulary};
 use super::overrides;
 use super::place::{Step, find, path_text, remove};
 use super::source::Source;
@@ -152,7 +152,7 @@ fn fault_of(
         Fault::UnknownKey {
             path: path_text(root, place),
             section,
-            nearest: keys::nearest(key, valid),
+            nearest: vocabulary.meant_by(section, key),
             valid: valid.iter().map(|k| (*k).to_owned()).collect(),
         }
     }

@@ -9,6 +9,20 @@ use dovetail_solver::mesh::source::Units;
 
 /// What a scene may say.
 pub const SCENE: Vocabulary = Vocabulary {
+    former: &[
+        ("excitation", "points", "on"),
+        ("damping", "stuck_mode", "linear_mode"),
+        (
+            "response",
+            "times_first_stuck_mode",
+            "times_first_linear_mode",
+        ),
+        (
+            "mesh",
+            "pairing_tolerance",
+            "search_distance_m of [[contact]]",
+        ),
+    ],
     sections: &SECTIONS,
 };
 

@@ -86,6 +86,9 @@ pub struct Section {
 pub struct Vocabulary {
     /// The top of the file, then its tables in the order in which they are usually written.
     pub sections: &'static [Section],
+    /// Keys as earlier versions of the program called them: section, key, and what says the same
+    /// now.
+    pub former: &'static [(&'static str, &'static str, &'static str)],
 }
 
 impl Vocabulary {
@@ -96,6 +99,17 @@ impl Vocabulary {
     /// The keys that a section accepts; none where there is no such section.
     pub fn keys_of(&self, section: &str) -> &'static [&'static str] {
         self.section(section).map_or(&[], |s| (s.fields)())
+    }
+
+    /// What an unknown key of a section is most likely meant to be: what took its place, else the
+    /// nearest word.
+    pub fn meant_by(&self, section: &str, key: &str) -> Option<String> {
+        let former = self.former.iter();
+        let now = former
+            .filter(|(s, k, _)| *s == section && *k == key)
+            .map(|(_, _, now)| (*now).to_owned())
+            .next();
+        now.or_else(|| nearest(key, self.keys_of(section)))
     }
 
     /// A line that could stand in the file, for messages; a section's example is its first lines.

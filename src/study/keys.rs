@@ -8,6 +8,7 @@ use crate::scene::kinds::{Kind, Limits};
 
 /// What a study may say.
 pub const STUDY: Vocabulary = Vocabulary {
+    former: &[],
     sections: &[
         Section {
             name: "",

@@ -152,6 +152,41 @@ fn an_unknown_section_names_the_sections() {
 }
 
 #[test]
+fn a_key_of_an_earlier_version_is_told_with_what_took_its_place() {
+    for (find, nth, replace, words) in [
+        (
+            "on = \"excitation\"",
+            0,
+            "points = \"excitation\"",
+            "did you mean `on`?",
+        ),
+        (
+            "linear_mode = 1",
+            0,
+            "stuck_mode = 1",
+            "did you mean `linear_mode`?",
+        ),
+        (
+            "times_first_linear_mode = [",
+            0,
+            "times_first_stuck_mode = [",
+            "did you mean `times_first_linear_mode`?",
+        ),
+        (
+            "metres_per_unit = 1e-3",
+            0,
+            "pairing_tolerance = 1e-3",
+            "did you mean `search_distance_m of [[contact]]`?",
+        ),
+    ] {
+        let (text, _) = edited(find, nth, replace);
+        let error = parse(&text, &[]).unwrap_err();
+        let said = rendered(&error);
+        assert!(said.contains(words), "{replace}: {said}");
+    }
+}
+
+#[test]
 fn a_key_twice_is_a_syntax_error_on_its_second_line() {
     refused(
         "speed_rpm = 5000",
