@@ -4,8 +4,8 @@
     python3 scenes/paper_figures.py output/paper output/paper_figures
 
 Figures 3 and 4 are the response with one and with three harmonics, beside the linear one. Figures 5
-and 6 are the flanks: the pairs that separate at some frequency, and the friction power of each pair,
-summed over the frequencies. The second folder is created; its files are fig3.svg to fig6.svg.
+and 6 are the flanks: at how many frequencies each pair separates, and the friction power of each
+pair, summed over the frequencies. Both sums grow with the number of frequencies. The second folder is created; its files are fig3.svg to fig6.svg.
 Needs python3 with matplotlib (pip install matplotlib).
 """
 
@@ -35,6 +35,11 @@ def number(cell):
         return float(cell)
     except ValueError:
         return cell or None
+
+
+def summed(contact, mean):
+    """Sums over the frequencies that were asked for, of their means: the paper shows sums."""
+    return [m * n for m, n in zip(contact[mean], contact["converged_points"])]
 
 
 def draw_response(path, name, response, label):
@@ -83,9 +88,9 @@ def main():
     draw_response(out / "fig4.svg", "Figure 4: three harmonics", table(run / "response.csv"), "H = 3")
     contact = table(run / "contact.csv")
     draw_flanks(out / "fig5.svg", "Figure 5: pairs that separate", contact,
-                contact["opening_points"], "frequencies")
+                summed(contact, "opening_share"), "frequencies")
     draw_flanks(out / "fig6.svg", "Figure 6: friction power, summed over the frequencies", contact,
-                contact["friction_power_sum_w"], "W")
+                summed(contact, "friction_power_mean_w"), "W")
     print(f"Figures 3 to 6 in {out}")
     return 0
 

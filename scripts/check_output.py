@@ -370,8 +370,8 @@ def check_response(root, grids, summary):
     if len(series) != len(converged):
         problem(f"flank.pvd: {len(series)} files, {len(converged)} points of {table} converged")
     by_name = {grid.name: t for t, grid in series}
-    total = np.zeros(len(pairs))
-    opening = np.zeros(len(pairs), dtype=int)
+    total, opening = np.zeros(len(pairs)), np.zeros(len(pairs))
+    separates = np.zeros(len(pairs), dtype=bool)
     for n, i in enumerate(converged):
         name = f"flank/flank_{int(rows[i]['point']):04}.vtu"
         if name not in by_name:
@@ -380,9 +380,10 @@ def check_response(root, grids, summary):
         grid = grids[name]
         same(f"{name}: timestep against frequency_hz", by_name[name], frequency[n])
         check_flank_geometry(grid, pairs, "contact.csv")
-        watts = grid.pairs("dissipation_w_m2") * grid.of_pairs("area_m2")
+        joules = grid.pairs("friction_energy_j_m2") * grid.of_pairs("area_m2")
+        watts = joules * frequency[n]
         scale = np.abs(watts).sum()
-        same(f"{name}: sum of dissipation x area against friction_power_w of {table}",
+        same(f"{name}: sum of friction energy x area x frequency against friction_power_w of {table}",
              watts.sum(), power[n], relative=1e-6, absolute=1e-9 * scale)
         status = grid.of_pairs("status")
         same(f"{name}: pairs with status 2 against opening_pairs", int((status == 2).sum()),
@@ -395,32 +396,30 @@ def check_response(root, grids, summary):
             problem(f"{name}: pressures are not ordered min <= mean <= max")
         if (low < 0).any():
             problem(f"{name}: a pressure below zero")
-        # Sums take the frequencies that were asked for.
-        total += watts * (rows[i]["added"] == "0")
-        opening += status == 2
-    check_sweep(grids["flank_dissipation.vtu"], pairs, total, opening, len(converged))
+        # Means take the frequencies that were asked for.
+        asked = rows[i]["added"] == "0"
+        total += watts * asked
+        opening += (status == 2) * asked
+        separates |= status == 2
+    check_sweep(pairs, total, opening, separates, [r for r in good if r["added"] == "0"])
     facts.append(f"flank.pvd: {len(series)} files for {len(converged)} converged points "
                  f"of {len(rows)}; friction power {power.sum():.6e} W in all")
     if converged:
         check_peak(root, grids, good, converged, pairs, summary)
 
 
-def check_sweep(grid, pairs, total, opening, points):
-    check_flank_geometry(grid, pairs, "contact.csv")
-    found = grid.pairs("friction_power_sum_w")
-    scale = 1e-9 * np.abs(total).max() if total.size else 0
-    same(f"{grid.name}: friction_power_sum_w against the sum of the series", found, total,
-         relative=SUM, absolute=scale)
-    same(f"{grid.name}: dissipation_sum_w_m2 x area against friction_power_sum_w",
-         grid.pairs("dissipation_sum_w_m2") * grid.of_pairs("area_m2"), found, relative=SUM)
-    same(f"{grid.name}: opening_points against the series", grid.of_pairs("opening_points"),
-         opening)
-    same(f"{grid.name}: separates", grid.of_pairs("separates"), (opening > 0).astype(int))
-    if points:
-        same(f"{grid.name}: friction_power_sum_w against contact.csv", found,
-             column(pairs, "friction_power_sum_w", "contact.csv"))
-        flags = [int(r["opens_at_any_frequency"] == "true") for r in pairs]
-        same(f"{grid.name}: separates against contact.csv", grid.of_pairs("separates"), flags)
+def check_sweep(pairs, total, opening, separates, asked):
+    """The means of contact.csv against the sums of the series."""
+    table = "contact.csv"
+    if not asked:
+        return
+    mean = column(pairs, "friction_power_mean_w", table)
+    same(f"{table}: friction_power_mean_w against the series", mean, total / len(asked),
+         relative=SUM, absolute=1e-9 * np.abs(mean).max())
+    same(f"{table}: opening_share against the series", column(pairs, "opening_share", table),
+         opening / len(asked), relative=SUM)
+    flags = [int(r["opens_at_any_frequency"] == "true") for r in pairs]
+    same(f"{table}: opens_at_any_frequency against the series", flags, separates.astype(int))
 
 
 def check_peak(root, grids, good, converged, pairs, summary):
@@ -431,13 +430,18 @@ def check_peak(root, grids, good, converged, pairs, summary):
     best = int(np.argmax(amplitude))
     frequency = float(good[best]["frequency_hz"])
     if pairs:
-        flank = grids[f"flank/flank_{int(good[best]['point']):04}.vtu"]
-        for name in ("pressure_mean_pa", "pressure_min_pa", "pressure_max_pa", "slid_m",
-                     "open_fraction"):
-            same(f"{flank.name}: {name} against contact.csv", flank.pairs(name),
-                 column(pairs, f"peak_{name}", "contact.csv"))
-        same(f"{flank.name}: status against contact.csv", flank.of_pairs("status"),
-             [CYCLE_STATUS.index(r["peak_status"]) for r in pairs])
+        of_series = grids[f"flank/flank_{int(good[best]['point']):04}.vtu"]
+        at_peak = grids["flank_peak.vtu"]
+        for flank in (of_series, at_peak):
+            for name in ("pressure_mean_pa", "pressure_min_pa", "pressure_max_pa", "slid_m",
+                         "open_fraction", "friction_energy_j_m2"):
+                same(f"{flank.name}: {name} against contact.csv", flank.pairs(name),
+                     column(pairs, f"peak_{name}", "contact.csv"))
+            same(f"{flank.name}: status against contact.csv", flank.of_pairs("status"),
+                 [CYCLE_STATUS.index(r["peak_status"]) for r in pairs])
+        check_flank_geometry(at_peak, pairs, "contact.csv")
+        same(f"{at_peak.name}: separates against contact.csv", at_peak.of_pairs("separates"),
+             [int(r["opens_at_any_frequency"] == "true") for r in pairs])
     if summary:
         same("summary.json: peak amplitude against response.csv",
              summary["response"]["peak_amplitude_m"], amplitude[best])

@@ -4,8 +4,8 @@
     python3 scripts/draw_blade.py output/paper docs/images/blade.png
 
 Left: both bodies in the static state, von Mises stress. Right: the root of the blade from both sides,
-with the friction power per area summed over the response on its flanks (the paper's Figure 6). No
-window is opened.
+with the energy that friction takes in a period of the peak, per area, on its flanks. No window is
+opened.
 Needs python3 with vtk (pip install vtk).
 """
 
@@ -186,10 +186,10 @@ def main():
     assembly.AddViewProp(words("static von Mises stress, MPa", (0.03, 0.93)))
     view(assembly, (0, 0, 0.479), (-0.80, 0.52, 0.36), 0.146)
 
-    lost = read(run / "flank_dissipation.vtu")
+    lost = read(run / "flank_peak.vtu")
     flanks = vtk.vtkGeometryFilter()
     flanks.SetInputConnection(lost.GetOutputPort())
-    spent = scaled(flanks, "dissipation_sum_w_m2", 1e-6)
+    spent = scaled(flanks, "friction_energy_j_m2", 1)
     fire = colours(largest(spent),
                    [(0, (1.0, 0.97, 0.88)), (0.33, (0.99, 0.75, 0.35)), (0.67, (0.85, 0.25, 0.15)),
                     (1, (0.30, 0.02, 0.15))])
@@ -206,7 +206,7 @@ def main():
              (-0.42 * side - 0.25, 0.91 * side, 0.25), 0.0275)
 
     legend = panel(0.46, 0.92, 1, 1)
-    legend.AddViewProp(words("friction power per area, summed over the response, MW/m2", (0.03, 0.2)))
+    legend.AddViewProp(words("energy taken by friction in a period of the peak, J/m2", (0.03, 0.2)))
     legend = panel(0.92, 0, 1, 0.92)
     legend.AddViewProp(scale_bar(fire, (0.05, 0.1), 0.8, 0.8))
     window.Render()

@@ -118,7 +118,7 @@ impl Console {
 
     /// Prints the warnings that waited for the end, the weightiest first.
     pub fn end(&mut self) {
-        for text in by_weight(&std::mem::take(&mut self.waiting)) {
+        for Warning { text, .. } in by_weight(&std::mem::take(&mut self.waiting)) {
             self.line(&format!("warning: {text}"));
         }
     }
@@ -332,6 +332,11 @@ mod tests {
         assert!(turn.line().contains("0 of 200 (0 %)"), "{}", turn.line());
     }
 
+    fn waiting(console: &Console) -> Vec<&str> {
+        let waiting = by_weight(&console.waiting).into_iter();
+        waiting.map(|warning| warning.text.as_str()).collect()
+    }
+
     #[test]
     fn what_is_told_of_a_finished_response_waits_for_the_end() {
         let mut console = Console::new(Verbosity::Normal);
@@ -341,11 +346,11 @@ mod tests {
         };
         console.warning(&warning(Weight::Remark, "kept"));
         console.warning(&warning(Weight::Wrong, "early"));
-        assert_eq!(by_weight(&console.waiting), ["early"]);
+        assert_eq!(waiting(&console), ["early"]);
         console.solved = true;
         console.warning(&warning(Weight::Remark, "held"));
         console.warning(&warning(Weight::Doubt, "rough"));
-        assert_eq!(by_weight(&console.waiting), ["early", "rough", "held"]);
+        assert_eq!(waiting(&console), ["early", "rough", "held"]);
         console.end();
         assert!(console.waiting.is_empty());
         let mut quiet = Console::new(Verbosity::Quiet);

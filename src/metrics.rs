@@ -1,4 +1,29 @@
-//! Reads the time and memory that the process has used so far from the system.
+//! Reads from the system what time it is, and the time and memory that the process has used so far.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// A moment in universal time, to the second: `2004-02-29T23:59:59Z`.
+pub fn universal_time(moment: SystemTime) -> String {
+    let since = moment.duration_since(UNIX_EPOCH).unwrap_or_default();
+    let (days, second) = (since.as_secs() / 86_400, since.as_secs() % 86_400);
+    // Years begin in March, so that the day of a leap year is their last: 146,097 days are 400
+    // years.
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // 153 days are five months.
+    let from_march = (5 * day + 2) / 153;
+    let day = day - (153 * from_march + 2) / 5 + 1;
+    let month = if from_march < 10 {
+        from_march + 3
+    } else {
+        from_march - 9
+    };
+    let year = 400 * era + year + u64::from(month <= 2);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
+}
 
 /// Processor time of the process so far, all threads and the programs it waited for, s; `None`
 /// where the system does not tell. It goes on counting where one program takes the place of another
@@ -31,6 +56,23 @@ fn peak_of_status(status: &str) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As `date -u -d @SECONDS` has them.
+    #[test]
+    fn seconds_since_1970_are_a_date() {
+        for (seconds, date) in [
+            (0, "1970-01-01T00:00:00Z"),
+            (951_782_399, "2000-02-28T23:59:59Z"),
+            (951_782_400, "2000-02-29T00:00:00Z"),
+            (951_868_800, "2000-03-01T00:00:00Z"),
+            (1_078_099_199, "2004-02-29T23:59:59Z"),
+            (1_735_689_599, "2024-12-31T23:59:59Z"),
+            (4_107_542_400, "2100-03-01T00:00:00Z"),
+        ] {
+            let moment = UNIX_EPOCH + std::time::Duration::from_secs(seconds);
+            assert_eq!(universal_time(moment), date);
+        }
+    }
 
     #[test]
     fn processor_time_is_read_from_the_status_of_the_process() {

@@ -1,5 +1,7 @@
 //! Defines what a run tells its user to mind.
 
+use serde::{Deserialize, Serialize};
+
 /// Something to mind about a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
@@ -10,7 +12,8 @@ pub struct Warning {
 }
 
 /// How much a warning weighs, the weightiest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Weight {
     /// A result is missing, or is not of what was meant.
     Wrong,
@@ -20,17 +23,17 @@ pub enum Weight {
     Remark,
 }
 
-/// Their texts, the weightiest first, each once; of the same weight in their order.
-pub fn by_weight(warnings: &[Warning]) -> Vec<&str> {
+/// The weightiest first, each text once; of the same weight in their order.
+pub fn by_weight(warnings: &[Warning]) -> Vec<&Warning> {
     let mut sorted: Vec<&Warning> = warnings.iter().collect();
     sorted.sort_by_key(|warning| warning.weight);
-    let mut texts: Vec<&str> = Vec::new();
+    let mut found: Vec<&Warning> = Vec::new();
     for warning in sorted {
-        if !texts.contains(&warning.text.as_str()) {
-            texts.push(&warning.text);
+        if !found.iter().any(|known| known.text == warning.text) {
+            found.push(warning);
         }
     }
-    texts
+    found
 }
 
 #[cfg(test)]
@@ -50,6 +53,7 @@ mod tests {
             warning(Weight::Doubt, "rough"),
             warning(Weight::Doubt, "off"),
         ];
-        assert_eq!(by_weight(&told), ["missing", "off", "rough", "kept"]);
+        let texts: Vec<&str> = by_weight(&told).iter().map(|w| w.text.as_str()).collect();
+        assert_eq!(texts, ["missing", "off", "rough", "kept"]);
     }
 }

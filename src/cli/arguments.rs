@@ -312,6 +312,10 @@ pub(super) struct Modes {
     /// Frequencies at N speeds in place of the scene's: a table and a Campbell diagram
     #[arg(long, value_name = "FROM:TO:N")]
     pub(super) rpm: Option<SpeedRange>,
+
+    /// Engine orders of diagram and crossings; repeated or with commas [default: up to 36]
+    #[arg(long, value_name = "EO", value_delimiter = ',', value_parser = engine_order, requires = "rpm")]
+    pub(super) orders: Vec<usize>,
 }
 
 #[derive(Debug, Args)]
@@ -368,6 +372,10 @@ fn steps_of_a_period(text: &str) -> Result<usize, String> {
 
 fn periods(text: &str) -> Result<usize, String> {
     whole(text, 1..=MOST_PERIODS)
+}
+
+fn engine_order(text: &str) -> Result<usize, String> {
+    whole(text, 1..=1000)
 }
 
 fn frames(text: &str) -> Result<usize, String> {
@@ -485,6 +493,13 @@ mod tests {
     }
 
     #[test]
+    fn engine_orders_are_repeated_or_listed() {
+        let line = "dovetail modes a.toml --rpm 0:5000:3 --orders 4,36 --orders 40";
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        assert!(matches!(cli.command, Command::Modes(m) if m.orders == [4, 36, 40]));
+    }
+
+    #[test]
     fn a_wrong_command_line_has_exit_code_2_and_help_0() {
         for (line, code) in [
             ("dovetail fly a.toml", 2),
@@ -497,6 +512,8 @@ mod tests {
             ("dovetail verify a.toml --most-periods 0", 2),
             ("dovetail modes a.toml --rpm 5000", 2),
             ("dovetail run a.toml --rpm 0:5000:3", 2),
+            ("dovetail modes a.toml --orders 4", 2),
+            ("dovetail modes a.toml --rpm 0:5000:3 --orders 4,0", 2),
             ("dovetail run a.toml --frames 1", 2),
             ("dovetail run a.toml --frames 24 --no-fields", 2),
             ("dovetail", 2),

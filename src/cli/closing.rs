@@ -13,7 +13,7 @@ use dovetail_solver::results::quantities::{
 
 /// Stages that took less than this share of the time are not named.
 const LEAST_SHARE: f64 = 0.1;
-/// Width of the first column, and of a number of the second and third.
+/// Least width of the first column, and the width of a number of the second and third.
 const WIDTHS: [usize; 2] = [14, 16];
 
 /// The last lines of a run; one line for the quiet.
@@ -27,14 +27,13 @@ pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
         }
         None => Vec::new(),
     };
-    let result = match verbosity {
-        Verbosity::Quiet => one_line(&run.summary, &peaks),
-        Verbosity::Normal | Verbosity::Verbose => lines(&run.summary, &peaks),
-    };
     let report = folder.join("report.html");
     match verbosity {
-        Verbosity::Quiet => format!("{result}; {}\n", report.display()),
-        _ => format!("{result}{}{}\n", heading("open first"), report.display()),
+        Verbosity::Quiet => {
+            let result = one_line(&run.summary, &peaks);
+            format!("{result}; {}\n", report.display())
+        }
+        Verbosity::Normal | Verbosity::Verbose => lines(&run.summary, &peaks, &report),
     }
 }
 
@@ -110,8 +109,12 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
     )
 }
 
-fn lines(summary: &Summary, peaks: &[PeakLines]) -> String {
+fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
     let mut text = String::from("\n");
+    let title = |p: &PeakLines| format!("peak of {}", p.name);
+    let titles = peaks.iter().map(|p| title(p).chars().count() + 1);
+    let width = titles.fold(WIDTHS[0], usize::max);
+    let heading = |text: &str| format!("  {text:<width$}");
     if let Some(state) = &summary.static_state {
         text += &format!("{}{}\n", heading("at rest"), static_words(state));
     }
@@ -134,10 +137,7 @@ fn lines(summary: &Summary, peaks: &[PeakLines]) -> String {
         let amplitudes = cells(&|p| quantity_beside(p.amplitude_m, largest_m, "m", 4));
         let frequencies = cells(&|p| format!("{} Hz", figure(p.frequency_hz, 6)));
         let ratio = p.ratio().map_or("–".to_owned(), |ratio| figure(ratio, 3));
-        text += &format!(
-            "{}{amplitudes}{ratio}\n",
-            heading(&format!("peak of {}", p.name))
-        );
+        text += &format!("{}{amplitudes}{ratio}\n", heading(&title(p)));
         text += &format!("{}{}\n", heading(""), frequencies.trim_end());
         let loss = p.local.as_ref().and_then(|local| local.loss_factor);
         let loss = loss.map(|loss| {
@@ -170,12 +170,7 @@ fn lines(summary: &Summary, peaks: &[PeakLines]) -> String {
         figure(summary.seconds, 3),
         shares(&summary.stages, summary.seconds)
     );
-    text
-}
-
-fn heading(text: &str) -> String {
-    let width = WIDTHS[0];
-    format!("  {text:<width$}")
+    text + &format!("{}{}\n", heading("open first"), report.display())
 }
 
 /// The share of the whole that each stage took, the longest first.
@@ -215,6 +210,36 @@ fn static_words(state: &StaticSummary) -> String {
 mod tests {
     use super::*;
     use crate::stage::Stage;
+
+    #[test]
+    fn columns_begin_behind_the_longest_name() {
+        let peak = |name: &str| PeakLines {
+            name: name.to_owned(),
+            peak: Peak {
+                index: 0,
+                frequency_hz: 450.0,
+                amplitude_m: 1.087e-3,
+            },
+            linear: None,
+            pairs: None,
+            local: None,
+        };
+        let peaks = [peak("tip_le"), peak("tip_of_trailing_edge")];
+        let told = lines(&Summary::default(), &peaks, Path::new("out/report.html"));
+        let of = |words: &str| told.lines().find(|line| line.contains(words)).unwrap();
+        assert_eq!(
+            of("tip_le"),
+            "  peak of tip_le               1.087 mm        –               –"
+        );
+        let column = |line: &str| line.find("1.087").unwrap();
+        assert_eq!(column(of("tip_le")), column(of("tip_of_trailing_edge")));
+        assert_eq!(
+            of("open first"),
+            "  open first                   out/report.html"
+        );
+        let short = lines(&Summary::default(), &[peak("tip")], Path::new("r"));
+        assert!(short.contains("\n  peak of tip   1.087 mm"), "{short}");
+    }
 
     #[test]
     fn stages_that_took_long_are_named_with_their_share() {

@@ -29,6 +29,7 @@ use crate::scene;
 use crate::schema;
 use crate::study;
 use crate::terminal;
+use crate::warning::Weight;
 use dovetail_solver::description::Scene;
 use dovetail_solver::reduction::LISTED_MODES;
 
@@ -106,10 +107,14 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
             .build_global()
             .map_err(|source| Error::Threads { threads, source })?;
     }
-    let out = shared
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("output").join(&scene.name));
+    let of_scene = || Path::new("output").join(&scene.name);
+    let out = shared.out.clone().unwrap_or_else(|| match &cli.command {
+        // Another scene reads it, and the runs of this one leave it alone.
+        Command::Reduce(Reduce {
+            into_cache: false, ..
+        }) => of_scene().join("reduced_model"),
+        _ => of_scene(),
+    });
     let run = match &cli.command {
         Command::Run(run) => Some(run),
         _ => None,
@@ -132,13 +137,11 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         false => OtherScene::Refuse,
     };
     match &cli.command {
-        Command::Reduce(Reduce { into_cache, .. }) => {
+        Command::Reduce(Reduce {
+            into_cache: true, ..
+        }) => {
             let progress = Progress::new(console);
-            let reduced = match into_cache {
-                true => pipeline::reduce_into_cache(&scene, &context, &progress),
-                false => pipeline::reduce(&scene, &context, &progress),
-            };
-            Ok(reduced?)
+            Ok(pipeline::reduce_into_cache(&scene, &context, &progress)?)
         }
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
@@ -158,7 +161,8 @@ fn files(
 ) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
         Command::Run(Run { resume: true, .. }) => Beginning::Resumed,
-        _ => Beginning::Anew,
+        Command::Run(_) | Command::Static(_) => Beginning::Anew,
+        _ => Beginning::Beside,
     };
     let files = Files::open(scene, context, other, beginning)?;
     let files = SharedFiles::new(files);
@@ -186,10 +190,10 @@ fn with_files(
     console: &mut Console,
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
+    let mut writer = Arc::clone(files);
+    let observers = &mut Both(&mut writer, console);
     match command {
         Command::Run(_) | Command::Static(_) => {
-            let mut writer = Arc::clone(files);
-            let observers = &mut Both(&mut writer, console);
             let run = match command {
                 Command::Static(_) => pipeline::static_state(scene, context, observers),
                 _ => pipeline::solve(scene, context, observers),
@@ -207,12 +211,12 @@ fn with_files(
             Ok(verdict?)
         }
         Command::Mesh(_) => {
-            let progress = Progress::new(console);
+            let progress = Progress::new(observers);
             let summary = noted(pipeline::mesh(scene, context, &progress), files)?;
             finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
-            let progress = Progress::new(console);
+            let progress = Progress::new(observers);
             let modes = noted(pipeline::modes(scene, context, &progress), files)?;
             let listed = modes.rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
@@ -220,17 +224,19 @@ fn with_files(
             finish(files, &modes.summary, &Ok(()), console)
         }
         Command::Modes(Modes {
-            rpm: Some(speeds), ..
+            rpm: Some(speeds),
+            orders,
+            ..
         }) => {
-            let progress = Progress::new(console);
-            let campbell = pipeline::campbell(scene, *speeds, context, &progress);
+            let progress = Progress::new(observers);
+            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress);
             let campbell = noted(campbell, files)?;
             files.locked().campbell(&campbell)?;
             print(&campbell.table())?;
             finish(files, &campbell.summary, &Ok(()), console)
         }
         Command::Verify(arguments) => {
-            let progress = Progress::new(console);
+            let progress = Progress::new(observers);
             let verified = verify(scene, context, &arguments.asked(), &progress);
             let verified = noted(verified, files)?;
             files.locked().verification(&verified.comparisons)?;
@@ -238,9 +244,22 @@ fn with_files(
             print(&verified.table())?;
             Ok(verified.verdict?)
         }
+        Command::Reduce(_) => {
+            let progress = Progress::new(observers);
+            let condensed = noted(pipeline::reduce(scene, context, &progress), files)?;
+            let law = files.locked().reduced_model(&condensed.reduced, &progress);
+            let law = noted(law, files)?;
+            match condensed.lines_of_scene(law, &context.out) {
+                Some(lines) => progress.note(&lines),
+                None => progress.warning(
+                    Weight::Doubt,
+                    "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
+                ),
+            }
+            finish(files, &condensed.summary, &Ok(()), console)
+        }
         // They write no results of a run.
-        Command::Reduce(_)
-        | Command::Check(_)
+        Command::Check(_)
         | Command::Study(_)
         | Command::New(_)
         | Command::Groups(_)

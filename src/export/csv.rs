@@ -13,7 +13,8 @@ use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, linear_amplitude, pair_counts, peak, phasors, static_fields, sweep_fields,
+    CycleFields, cycle_fields, linear_amplitude, pair_counts, peak, phasors, static_fields,
+    sweep_fields,
 };
 
 /// One row of modes.csv.
@@ -255,7 +256,7 @@ pub fn write_contact(
         check_pairs(path, "pair cycles", orbit.cycles.len(), pairs.rows.len())?;
     }
     let fields = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
-    let sums = sweep_fields(response, &pairs.rows);
+    let swept = sweep_fields(response, pairs.rows.len());
     let mut table = Table::new(path);
     table.pair_header(pairs);
     table.header(&["peak_frequency_hz", "peak_status", "peak_pressure_mean_pa"]);
@@ -263,57 +264,74 @@ pub fn write_contact(
         "peak_pressure_min_pa",
         "peak_pressure_max_pa",
         "peak_slid_m",
+        "peak_open_fraction",
     ]);
     table.header(&[
-        "peak_open_fraction",
-        "peak_friction_power_w",
-        "friction_power_sum_w",
+        "peak_friction_energy_j",
+        "peak_friction_energy_j_m2",
         "friction_power_mean_w",
     ]);
     table.header(&[
-        "opening_points",
+        "opening_share",
         "opens_at_any_frequency",
         "converged_points",
     ]);
     table.end_row();
-    let summed = sums.points > 0;
+    let any = swept.points > 0;
     for (i, pair) in pairs.rows.iter().enumerate() {
         table.pair_cells(pairs, i)?;
         table.number("peak_frequency_hz", at_peak.map(|o| o.frequency_hz))?;
         table.text(fields.as_ref().map_or("", |f| f.status[i].word()));
-        let cell = |values: &dyn Fn(&dovetail_solver::results::quantities::CycleFields) -> f64| {
-            fields.as_ref().map(values)
-        };
-        let pressure =
-            |values: &dyn Fn(&dovetail_solver::results::quantities::CycleFields) -> f64| {
-                pair.area_m2.and_then(|_| cell(values))
-            };
-        table.number(
-            "peak_pressure_mean_pa",
-            pressure(&|f| f.pressure_mean_pa[i]),
-        )?;
-        table.number("peak_pressure_min_pa", pressure(&|f| f.pressure_min_pa[i]))?;
-        table.number("peak_pressure_max_pa", pressure(&|f| f.pressure_max_pa[i]))?;
-        table.number("peak_slid_m", cell(&|f| f.slid_m[i]))?;
-        table.number("peak_open_fraction", cell(&|f| f.open_fraction[i]))?;
-        table.number(
-            "peak_friction_power_w",
-            at_peak.map(|o| o.cycles[i].friction_power_w),
-        )?;
-        let sum = Some(sums.friction_power_sum_w[i]).filter(|_| summed);
-        table.number("friction_power_sum_w", sum)?;
-        let mean = Some(sums.friction_power_mean_w[i]).filter(|_| summed);
-        table.number("friction_power_mean_w", mean)?;
-        table.integer(Some(sums.opening_points[i]).filter(|_| summed));
-        table.text(match (summed, sums.opening_points[i] > 0) {
+        let cell = |values: &dyn Fn(&CycleFields) -> f64| fields.as_ref().map(values);
+        let per_area =
+            |values: &dyn Fn(&CycleFields) -> f64| pair.area_m2.and_then(|_| cell(values));
+        let energy_j = |o: &Orbit| o.cycles[i].friction_power_w / o.frequency_hz;
+        for (name, value) in [
+            (
+                "peak_pressure_mean_pa",
+                per_area(&|f| f.pressure_mean_pa[i]),
+            ),
+            ("peak_pressure_min_pa", per_area(&|f| f.pressure_min_pa[i])),
+            ("peak_pressure_max_pa", per_area(&|f| f.pressure_max_pa[i])),
+            ("peak_slid_m", cell(&|f| f.slid_m[i])),
+            ("peak_open_fraction", cell(&|f| f.open_fraction[i])),
+            ("peak_friction_energy_j", at_peak.map(energy_j)),
+            (
+                "peak_friction_energy_j_m2",
+                per_area(&|f| f.friction_energy_j_m2[i]),
+            ),
+            (
+                "friction_power_mean_w",
+                any.then(|| swept.friction_power_mean_w[i]),
+            ),
+            ("opening_share", any.then(|| swept.opening_share[i])),
+        ] {
+            table.number(name, value)?;
+        }
+        table.text(match (any, swept.separates[i]) {
             (false, _) => "",
             (true, true) => "true",
             (true, false) => "false",
         });
-        table.integer(Some(sums.points));
+        table.integer(Some(swept.points));
         table.end_row();
     }
     table.write()
+}
+
+/// The rows of a modes.csv that was written before; none where it is not there or is no such table.
+pub fn read_modes(path: &Path) -> Vec<ModeRow> {
+    let row = |cells: ::csv::StringRecord| {
+        Some(ModeRow {
+            kind: cells.get(0)?.to_owned(),
+            body: cells.get(1)?.to_owned(),
+            mode: cells.get(2)?.parse().ok()?,
+            frequency_hz: cells.get(3)?.parse().ok()?,
+        })
+    };
+    let table = ::csv::Reader::from_path(path);
+    let rows = table.into_iter().flat_map(::csv::Reader::into_records);
+    rows.filter_map(|cells| row(cells.ok()?)).collect()
 }
 
 /// modes.csv: kind, body, mode, frequency_hz.
@@ -491,11 +509,19 @@ impl<'a> Table<'a> {
         self.integer(Some(mode));
     }
 
+    /// A text that a spreadsheet would take for a formula begins with an apostrophe; numbers are
+    /// left as they are.
     fn text(&mut self, cell: &str) {
         if !self.row_is_empty {
             self.text.push(',');
         }
         self.row_is_empty = false;
+        let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']);
+        let guarded = match is_formula && cell.parse::<f64>().is_err() {
+            true => format!("'{cell}"),
+            false => cell.to_owned(),
+        };
+        let cell = guarded.as_str();
         if cell.contains([',', '"', '\n', '\r']) {
             self.text.push('"');
             self.text.push_str(&cell.replace('"', "\"\""));
@@ -599,6 +625,37 @@ mod tests {
         table.header(&["a,b", "say \"x\"", ""]);
         table.end_row();
         assert_eq!(table.text, "\"a,b\",\"say \"\"x\"\"\",\n");
+    }
+
+    #[test]
+    fn no_text_is_a_formula_and_numbers_stay_numbers() {
+        let mut table = Table::new(Path::new("t.csv"));
+        for text in ["=1+1", "+x", "-x", "@x", "\t=1", "-1.5e-3", "+2", "a=b"] {
+            table.text(text);
+        }
+        table.number("a", Some(-1.5)).unwrap();
+        table.end_row();
+        let row = "'=1+1,'+x,'-x,'@x,'\t=1,-1.5e-3,+2,a=b,-1.5\n";
+        assert_eq!(table.text, row);
+    }
+
+    #[test]
+    fn modes_are_read_as_they_were_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("modes.csv");
+        assert_eq!(read_modes(&path), []);
+        let row = |kind: &str, body: &str, mode: usize| ModeRow {
+            kind: kind.to_owned(),
+            body: body.to_owned(),
+            mode,
+            frequency_hz: 450.0 / 7.0,
+        };
+        let rows = [
+            row("linear", "assembly", 1),
+            row("flanks_held", "a, \"b\"", 2),
+        ];
+        write_modes(&path, &rows).unwrap();
+        assert_eq!(read_modes(&path), rows);
     }
 
     #[test]

@@ -40,6 +40,11 @@ pub enum ExportError {
         other: String,
     },
     #[error(
+        "the folder {} holds a run of this scene with other settings, with other files, or by another version of dovetail, whose figures these files would not belong to. Choose another folder with --out, or replace the files of that run with --force",
+        path.display()
+    )]
+    OtherSettings { path: PathBuf },
+    #[error(
         "a run is going on in the folder {}. Wait for its end, or choose another output folder with --out",
         folder.display()
     )]

@@ -60,10 +60,11 @@ pub fn write_flank_static(
     flanks.grid.write(path)
 }
 
-/// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep = frequency in Hz, number
-/// in the file name = column `point` of response.csv. Per pair: pressure (mean, min, max of the period), slid
-/// distance, open fraction, dissipation, `status` (0 stuck, 1 slipping, 2 opening, 3 open at rest). Points that did not converge
-/// have no file.
+/// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep =
+/// frequency in Hz, number in the file name = column `point` of response.csv. Per pair: pressure
+/// (mean, min, max of the period), slid distance, energy that friction takes, open fraction,
+/// `status` (0 stuck, 1 slipping, 2 opening, 3 open at rest). Points that did not converge have no
+/// file.
 #[derive(Debug)]
 pub struct FlankSeries {
     still: Flanks,
@@ -82,68 +83,55 @@ impl FlankSeries {
         }
     }
 
-    /// Writes the file of a point, where it converged and is not written yet; its name.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write(&mut self, folder: &Path, orbit: &Orbit) -> Result<Option<String>, ExportError> {
-        let point = orbit.point;
-        if !orbit.outcome.is_converged() || self.written.contains_key(&point) {
-            return Ok(None);
-        }
-        let file = format!("flank/flank_{point:04}.vtu");
-        let path = folder.join(&file);
-        check_pairs(&path, "pair cycles", orbit.cycles.len(), self.pairs.len())?;
-        let fields = cycle_fields(orbit, &self.pairs);
-        let mut flanks = self.still.clone();
-        flanks.field("pressure_mean_pa", 1, fields.pressure_mean_pa);
-        flanks.field("pressure_min_pa", 1, fields.pressure_min_pa);
-        flanks.field("pressure_max_pa", 1, fields.pressure_max_pa);
-        flanks.field("slid_m", 1, fields.slid_m);
-        flanks.field("open_fraction", 1, fields.open_fraction);
-        flanks.field("dissipation_w_m2", 1, fields.dissipation_w_m2);
-        flanks.integers("status", |pair| fields.status[pair] as i32);
-        flanks.grid.write(&path)?;
-        self.written
-            .insert(point, (orbit.frequency_hz, file.clone()));
-        Ok(Some(file))
+    /// Name of the file of a point.
+    pub fn file(point: usize) -> String {
+        format!("flank/flank_{point:04}.vtu")
     }
 
-    /// Writes the collection of the files that are written; `points` is how many frequencies there are. Its name.
+    /// Writes the file of a point, where it converged and is not written yet.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write_collection(&self, folder: &Path, points: usize) -> Result<String, ExportError> {
+    pub fn write(&mut self, folder: &Path, orbit: &Orbit) -> Result<(), ExportError> {
+        let point = orbit.point;
+        if !orbit.outcome.is_converged() || self.written.contains_key(&point) {
+            return Ok(());
+        }
+        let file = Self::file(point);
+        let path = folder.join(&file);
+        let flanks = self.still.in_motion(&path, &self.pairs, orbit)?;
+        flanks.grid.write(&path)?;
+        self.written.insert(point, (orbit.frequency_hz, file));
+        Ok(())
+    }
+
+    /// Writes the collection of the files that are written, beside their folder; `points` is how
+    /// many frequencies there are.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write_collection(&self, path: &Path, points: usize) -> Result<(), ExportError> {
         let entries: Vec<(f64, String)> = self.written.values().cloned().collect();
         let comment = format!(
             "timestep = frequency in Hz; {} points converged, {} did not and are left out",
             entries.len(),
             points - entries.len()
         );
-        let file = "flank.pvd".to_owned();
-        write_pvd(&folder.join(&file), &entries, &comment)?;
-        Ok(file)
+        write_pvd(path, &entries, &comment)
     }
 }
 
-/// flank_dissipation.vtu: friction power summed over the converged points that were asked for, per pair
-/// (`friction_power_sum_w`) and per area (`dissipation_sum_w_m2`, the paper's Figure 6), its mean over them, the number
-/// of points at which a pair separates (`opening_points`) and whether it ever does (`separates`, 0
-/// or 1, the paper's Figure 5).
-pub fn write_flank_dissipation(
+/// flank_peak.vtu: the flanks in the motion of this orbit, as [`FlankSeries`] has them, and whether
+/// a pair separates at any converged frequency (`separates`, 0 or 1, the paper's Figure 5).
+pub fn write_flank_peak(
     path: &Path,
     model: &Model,
+    orbit: &Orbit,
     response: &Response,
 ) -> Result<(), ExportError> {
-    let sums = sweep_fields(response, &model.pairs);
-    let mut flanks = Flanks::of(model);
-    flanks.field("friction_power_sum_w", 1, sums.friction_power_sum_w);
-    flanks.field("dissipation_sum_w_m2", 1, sums.dissipation_sum_w_m2);
-    flanks.field("friction_power_mean_w", 1, sums.friction_power_mean_w);
-    flanks.field("dissipation_mean_w_m2", 1, sums.dissipation_mean_w_m2);
-    let opening = &sums.opening_points;
-    flanks.integers("separates", |pair| i32::from(opening[pair] > 0));
-    flanks.integers("opening_points", |pair| opening[pair] as i32);
+    let mut flanks = Flanks::of(model).in_motion(path, &model.pairs, orbit)?;
+    let separates = sweep_fields(response, model.pairs.len()).separates;
+    flanks.integers("separates", |pair| i32::from(separates[pair]));
     flanks.grid.write(path)
 }
 
@@ -177,6 +165,26 @@ impl Flanks {
         flanks.integers("pair", |pair| pair as i32);
         flanks.integers("contact", |pair| model.pairs[pair].contact as i32);
         flanks
+    }
+
+    /// With the fields of an orbit; `path` is the file that they are for.
+    fn in_motion(
+        &self,
+        path: &Path,
+        pairs: &[ContactPair],
+        orbit: &Orbit,
+    ) -> Result<Self, ExportError> {
+        check_pairs(path, "pair cycles", orbit.cycles.len(), pairs.len())?;
+        let fields = cycle_fields(orbit, pairs);
+        let mut flanks = self.clone();
+        flanks.field("pressure_mean_pa", 1, fields.pressure_mean_pa);
+        flanks.field("pressure_min_pa", 1, fields.pressure_min_pa);
+        flanks.field("pressure_max_pa", 1, fields.pressure_max_pa);
+        flanks.field("slid_m", 1, fields.slid_m);
+        flanks.field("open_fraction", 1, fields.open_fraction);
+        flanks.field("friction_energy_j_m2", 1, fields.friction_energy_j_m2);
+        flanks.integers("status", |pair| fields.status[pair] as i32);
+        Ok(flanks)
     }
 
     /// A field that is linear on each facet, from its values at the pairs.

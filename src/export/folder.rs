@@ -1,4 +1,5 @@
-//! The folder of a run: whose it is, which files in it the run wrote, and which an earlier run left.
+//! The folder of a run: whose it is, which files in it the run writes, and which an earlier run
+//! left.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -6,71 +7,132 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::journal::JOURNAL;
 use super::manifest::{self, RunState, Summary};
 use super::{ExportError, create_folder, name_of_part};
 
 const SUMMARY: &str = "summary.json";
 
-/// What to do about a folder that holds the run of another scene.
+/// What to do about a folder that holds the run of another scene, or of other settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherScene {
     Refuse,
     Replace,
 }
 
+/// How a command takes its folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beginning {
+    /// For a run, with the first frequency.
+    Anew,
+    /// For a run, with the frequencies that one which was broken off has not solved.
+    Resumed,
+    /// For files beside those of a run of the same scene and settings, whose figures stay.
+    Beside,
+}
+
 /// A folder with the files of one run. Every file that goes into it is asked for by name
-/// ([`OutputFolder::file`]), so that summary.json can list them.
+/// ([`OutputFolder::file`]), so that summary.json lists it before it is written: what a run that is
+/// killed leaves is known to the next one.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
+    /// What summary.json says.
+    said: RefCell<Summary>,
     /// Names of files, with `/` between folders.
     written: RefCell<BTreeSet<String>>,
     /// Those that the summary of an earlier run lists.
     earlier: BTreeSet<String>,
+    /// The earlier files are of the same scene and settings, and stay.
+    keeps: bool,
+    /// The run whose figures stay.
+    run: Option<Box<Summary>>,
 }
 
 impl OutputFolder {
-    /// Takes the folder for a run, which it says in summary.json: `summary` is that of a run that begins.
+    /// Takes the folder, which it says in summary.json: `summary` is that of a command that begins.
+    /// `to_resume`: there are solved frequencies to go on from.
     ///
     /// # Errors
-    /// A folder that cannot be made or written; one that holds the run of a scene of another name.
-    pub fn open(path: &Path, summary: &Summary, other: OtherScene) -> Result<Self, ExportError> {
+    /// A folder that cannot be made or written; one that holds the run of a scene of another name
+    /// or, beside which files are to be put or which is to be resumed, of other settings.
+    pub fn open(
+        path: &Path,
+        summary: &Summary,
+        other: OtherScene,
+        beginning: Beginning,
+        to_resume: bool,
+    ) -> Result<Self, ExportError> {
         create_folder(path)?;
         let earlier = manifest::read_summary(&path.join(SUMMARY));
-        let scene = &summary.scene.name;
-        if let Some(earlier) = &earlier
-            && earlier.scene.name != *scene
-            && other == OtherScene::Refuse
-        {
-            return Err(ExportError::OtherScene {
-                path: path.to_path_buf(),
-                scene: scene.clone(),
-                other: earlier.scene.name.clone(),
-            });
+        let is_same = |earlier: &Summary| earlier.scene.is_of(&summary.scene);
+        if let Some(earlier) = &earlier {
+            let refuses = other == OtherScene::Refuse;
+            if refuses && earlier.scene.name != summary.scene.name {
+                return Err(ExportError::OtherScene {
+                    path: path.to_path_buf(),
+                    scene: summary.scene.name.clone(),
+                    other: earlier.scene.name.clone(),
+                });
+            }
+            if refuses && beginning == Beginning::Beside && earlier.is_of_run() && !is_same(earlier)
+            {
+                return Err(ExportError::OtherSettings {
+                    path: path.to_path_buf(),
+                });
+            }
+            let goes_on = is_same(earlier) && earlier.program_blake3 == summary.program_blake3;
+            if beginning == Beginning::Resumed && to_resume && !goes_on {
+                return Err(ExportError::OtherInputs {
+                    path: path.join(JOURNAL),
+                });
+            }
         }
+        let keeps = beginning == Beginning::Beside && earlier.as_ref().is_some_and(is_same);
+        let files = earlier.as_ref().map_or_else(Vec::new, |s| s.files.clone());
+        let run = earlier.filter(|earlier| keeps && earlier.is_of_run());
         let folder = Self {
             path: path.to_path_buf(),
+            said: RefCell::new(run.clone().unwrap_or_else(|| summary.clone())),
             written: RefCell::default(),
-            earlier: earlier.map_or_else(BTreeSet::new, |s| s.files.into_iter().collect()),
+            earlier: files.into_iter().collect(),
+            keeps,
+            run: run.map(Box::new),
         };
         folder.write_summary(summary.clone(), RunState::Running, None)?;
         Ok(folder)
     }
 
+    /// Whether the figures of summary.json are those of a run, beside whose files others are put.
+    pub fn is_beside_run(&self) -> bool {
+        self.run.is_some()
+    }
+
     /// Where the file of this name goes; the run lists it.
-    pub fn file(&self, name: &str) -> PathBuf {
-        self.wrote(std::iter::once(name.to_owned()));
-        self.path.join(name)
+    ///
+    /// # Errors
+    /// A summary.json that cannot be written.
+    pub fn file(&self, name: &str) -> Result<PathBuf, ExportError> {
+        self.list([name.to_owned()])?;
+        Ok(self.path.join(name))
     }
 
-    /// Lists files that were written in it by another way.
-    pub fn wrote(&self, names: impl IntoIterator<Item = String>) {
+    /// Lists files that are about to be written in it by another way.
+    ///
+    /// # Errors
+    /// A summary.json that cannot be written.
+    pub fn list(&self, names: impl IntoIterator<Item = String>) -> Result<(), ExportError> {
+        let before = self.written.borrow().len();
         self.written.borrow_mut().extend(names);
-    }
-
-    /// Lists a file no longer, which is gone.
-    pub fn forget(&self, name: &str) {
-        self.written.borrow_mut().remove(name);
+        if self.written.borrow().len() == before {
+            return Ok(());
+        }
+        let (state, why) = {
+            let said = self.said.borrow();
+            (said.state, said.why.clone())
+        };
+        let said = self.said.borrow().clone();
+        self.write_summary(said, state, why)
     }
 
     /// The folder itself.
@@ -78,30 +140,17 @@ impl OutputFolder {
         &self.path
     }
 
-    /// Removes the files that an earlier run listed and this one has not written, and what a run that was killed had
-    /// half written of the files of both.
+    /// Removes the files that an earlier run listed and this one has not written, and what a run
+    /// that was killed had half written of the files of both. Beside files of the same scene and
+    /// settings nothing is removed.
     ///
     /// # Errors
     /// A file that cannot be removed.
     pub fn remove_earlier(&mut self) -> Result<(), ExportError> {
-        for name in self.earlier.difference(self.written.get_mut()) {
-            // A list that somebody has edited leads nowhere else.
-            if !is_inside(name) {
-                continue;
-            }
-            let path = self.path.join(name);
-            match fs::remove_file(&path) {
-                Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                    return Err(ExportError::RemoveOld { path, source });
-                }
-                _ => {}
-            }
-            // A folder that is empty now was one of that run's; any other stays.
-            let parent = path.parent().filter(|parent| *parent != self.path);
-            if let Some(parent) = parent {
-                let _ = fs::remove_dir(parent);
-            }
+        if self.keeps {
+            return Ok(());
         }
+        remove_files(&self.path, self.earlier.difference(self.written.get_mut()))?;
         self.remove_parts()?;
         self.earlier.clear();
         Ok(())
@@ -133,8 +182,9 @@ impl OutputFolder {
         Ok(())
     }
 
-    /// Writes summary.json with the state of the run and the files of the folder: its own, and those of an earlier
-    /// run that are still there.
+    /// Writes summary.json with the state of the run and the files of the folder: its own, and
+    /// those of an earlier run that are still there. Those that a run under way is about to write
+    /// are among them. Beside a run its own summary stays, with what the command has found besides.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -146,13 +196,55 @@ impl OutputFolder {
     ) -> Result<(), ExportError> {
         summary.state = state;
         summary.why = why;
-        summary.files = self
-            .earlier
-            .union(&self.written.borrow())
-            .cloned()
-            .collect();
-        manifest::write_summary(&self.path.join(SUMMARY), &summary)
+        if let Some(run) = &self.run {
+            summary = run.with_findings_of(summary);
+        }
+        let written = self.written.borrow();
+        let names = self.earlier.union(&written);
+        let is_there =
+            |name: &&String| summary.state == RunState::Running || self.path.join(name).exists();
+        summary.files = names.filter(is_there).cloned().collect();
+        manifest::write_summary(&self.path.join(SUMMARY), &summary)?;
+        *self.said.borrow_mut() = summary;
+        Ok(())
     }
+}
+
+/// Removes the files of the run that a folder holds, by the list of its summary.json, that file,
+/// and the folder itself where nothing else stands in it.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn remove_run(path: &Path) -> Result<(), ExportError> {
+    let summary = manifest::read_summary(&path.join(SUMMARY));
+    let mut files = summary.map_or_else(Vec::new, |summary| summary.files);
+    files.push(SUMMARY.to_owned());
+    remove_files(path, &files)?;
+    let _ = fs::remove_dir(path);
+    Ok(())
+}
+
+/// Removes files of a folder, and the folders below it that are empty then.
+fn remove_files<'n>(
+    folder: &Path,
+    names: impl IntoIterator<Item = &'n String>,
+) -> Result<(), ExportError> {
+    // A list that somebody has edited leads nowhere else.
+    for name in names.into_iter().filter(|name| is_inside(name)) {
+        let path = folder.join(name);
+        match fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                return Err(ExportError::RemoveOld { path, source });
+            }
+            _ => {}
+        }
+        // A folder that is empty now was one of that run's; any other stays.
+        let parent = path.parent().filter(|parent| *parent != folder);
+        if let Some(parent) = parent {
+            let _ = fs::remove_dir(parent);
+        }
+    }
+    Ok(())
 }
 
 /// Whether a name of a list stays below the folder.
@@ -164,21 +256,26 @@ fn is_inside(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::manifest::SceneSummary;
+    use crate::export::manifest::{ResponseSummary, SceneSummary};
 
     fn summary(scene: &str) -> Summary {
         Summary {
             scene: SceneSummary {
                 name: scene.to_owned(),
                 file: format!("{scene}.toml"),
+                blake3: Some(format!("hash of {scene}")),
             },
             ..Summary::default()
         }
     }
 
+    fn open(path: &Path, scene: &str, other: OtherScene) -> Result<OutputFolder, ExportError> {
+        OutputFolder::open(path, &summary(scene), other, Beginning::Anew, false)
+    }
+
     fn write(folder: &OutputFolder, names: &[&str]) {
         for name in names {
-            super::super::write_file(&folder.file(name), name.as_bytes()).unwrap();
+            super::super::write_file(&folder.file(name).unwrap(), name.as_bytes()).unwrap();
         }
     }
 
@@ -201,7 +298,7 @@ mod tests {
     fn a_second_run_leaves_nothing_of_the_first_and_everything_else() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path();
-        let first = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let first = open(path, "a", OtherScene::Refuse).unwrap();
         write(
             &first,
             &[
@@ -215,7 +312,7 @@ mod tests {
         for own in ["notes.txt", "flank_of_mine.vtu"] {
             fs::write(path.join(own), "mine").unwrap();
         }
-        let mut second = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let mut second = open(path, "a", OtherScene::Refuse).unwrap();
         let running = manifest::read_summary(&path.join(SUMMARY)).unwrap();
         assert_eq!(running.state, RunState::Running);
         // A run that is killed here still lists what the first one left.
@@ -233,7 +330,7 @@ mod tests {
         let listed = manifest::read_summary(&path.join(SUMMARY)).unwrap().files;
         assert_eq!(listed, ["flank/flank_0000.vtu", "static.csv"]);
         // A folder that is left without files goes, too.
-        let mut third = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let mut third = open(path, "a", OtherScene::Refuse).unwrap();
         third.remove_earlier().unwrap();
         assert_eq!(names(path), ["flank_of_mine.vtu", "notes.txt", SUMMARY]);
         assert!(!path.join("flank").exists());
@@ -243,7 +340,7 @@ mod tests {
     fn what_a_killed_run_had_half_written_goes_and_nothing_else() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path();
-        let first = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let first = open(path, "a", OtherScene::Refuse).unwrap();
         write(&first, &["response.csv", "flank/flank_0000.vtu"]);
         first
             .write_summary(summary("a"), RunState::Running, None)
@@ -261,7 +358,7 @@ mod tests {
         for name in others.iter().chain(&ours) {
             fs::write(path.join(name), "half").unwrap();
         }
-        let mut second = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let mut second = open(path, "a", OtherScene::Refuse).unwrap();
         write(&second, &["flank/flank_0000.vtu", "flank/flank_0001.vtu"]);
         second.remove_earlier().unwrap();
         let left = [
@@ -279,16 +376,16 @@ mod tests {
     fn the_folder_of_another_scene_is_taken_only_where_that_is_asked_for() {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path();
-        let first = OutputFolder::open(path, &summary("a"), OtherScene::Refuse).unwrap();
+        let first = open(path, "a", OtherScene::Refuse).unwrap();
         write(&first, &["response.csv"]);
         first
             .write_summary(summary("a"), RunState::Finished, None)
             .unwrap();
-        let refused = OutputFolder::open(path, &summary("b"), OtherScene::Refuse).unwrap_err();
+        let refused = open(path, "b", OtherScene::Refuse).unwrap_err();
         assert!(refused.to_string().contains("--force"), "{refused}");
         let untouched = manifest::read_summary(&path.join(SUMMARY)).unwrap();
         assert_eq!(untouched.scene.name, "a");
-        let mut other = OutputFolder::open(path, &summary("b"), OtherScene::Replace).unwrap();
+        let mut other = open(path, "b", OtherScene::Replace).unwrap();
         other.remove_earlier().unwrap();
         assert_eq!(names(path), [SUMMARY]);
     }
@@ -303,8 +400,130 @@ mod tests {
         let mut edited = summary("a");
         edited.files = vec!["../precious".into(), outside.display().to_string()];
         manifest::write_summary(&path.join(SUMMARY), &edited).unwrap();
-        let mut folder = OutputFolder::open(&path, &summary("a"), OtherScene::Refuse).unwrap();
+        let mut folder = open(&path, "a", OtherScene::Refuse).unwrap();
         folder.remove_earlier().unwrap();
         assert!(outside.exists());
+    }
+
+    /// Of a run, with a figure.
+    fn of_run(scene: &str) -> Summary {
+        Summary {
+            response: Some(ResponseSummary::default()),
+            ..summary(scene)
+        }
+    }
+
+    fn beside(path: &Path, summary: &Summary) -> Result<OutputFolder, ExportError> {
+        OutputFolder::open(path, summary, OtherScene::Refuse, Beginning::Beside, false)
+    }
+
+    #[test]
+    fn the_figures_of_a_run_stay_where_files_are_put_beside_it() {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path();
+        let run = open(path, "a", OtherScene::Refuse).unwrap();
+        write(&run, &["response.csv"]);
+        let finished = RunState::Finished;
+        run.write_summary(of_run("a"), finished, None).unwrap();
+        let mut modes = beside(path, &summary("a")).unwrap();
+        assert!(modes.is_beside_run());
+        let said = || manifest::read_summary(&path.join(SUMMARY)).unwrap();
+        assert_eq!(said().response, of_run("a").response);
+        write(&modes, &["modes.vtu"]);
+        // A command that fails, or is killed here, leaves the run's word.
+        modes
+            .write_summary(summary("a"), RunState::Failed, Some("why".to_owned()))
+            .unwrap();
+        assert_eq!((said().state, said().why), (finished, None));
+        modes.remove_earlier().unwrap();
+        let found = Summary {
+            blade_frequency_hz: Some(7.0),
+            ..summary("a")
+        };
+        modes.write_summary(found, finished, None).unwrap();
+        assert_eq!(said().response, of_run("a").response);
+        assert_eq!(said().blade_frequency_hz, Some(7.0));
+        assert_eq!(said().files, ["modes.vtu", "response.csv"]);
+        // Of other settings they would be files of no run.
+        let mut other = summary("a");
+        other.scene.blake3 = Some("another".to_owned());
+        let refused = beside(path, &other).unwrap_err();
+        assert!(refused.to_string().contains("--out"), "{refused}");
+        assert_eq!(said().files, ["modes.vtu", "response.csv"]);
+    }
+
+    #[test]
+    fn without_a_run_what_is_of_other_settings_is_replaced() {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path();
+        let finished = RunState::Finished;
+        let mesh = beside(path, &summary("a")).unwrap();
+        write(&mesh, &["mesh.msh"]);
+        mesh.write_summary(summary("a"), finished, None).unwrap();
+        let mut modes = beside(path, &summary("a")).unwrap();
+        write(&modes, &["modes.vtu"]);
+        modes.remove_earlier().unwrap();
+        modes.write_summary(summary("a"), finished, None).unwrap();
+        assert_eq!(names(path), ["mesh.msh", "modes.vtu", SUMMARY]);
+        let mut other = summary("a");
+        other.scene.blake3 = Some("another".to_owned());
+        let mut mesh = beside(path, &other).unwrap();
+        write(&mesh, &["mesh.msh"]);
+        mesh.remove_earlier().unwrap();
+        mesh.write_summary(other, finished, None).unwrap();
+        assert_eq!(names(path), ["mesh.msh", SUMMARY]);
+    }
+
+    #[test]
+    fn a_file_is_listed_before_it_is_written() {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path();
+        let run = open(path, "a", OtherScene::Refuse).unwrap();
+        run.list(["flank/flank_0000.vtu", "flank/flank_0001.vtu"].map(str::to_owned))
+            .unwrap();
+        run.file("response.csv").unwrap();
+        let listed = || manifest::read_summary(&path.join(SUMMARY)).unwrap().files;
+        let all = [
+            "flank/flank_0000.vtu",
+            "flank/flank_0001.vtu",
+            "response.csv",
+        ];
+        assert_eq!(listed(), all);
+        // Killed here, with one of them written.
+        fs::create_dir(path.join("flank")).unwrap();
+        fs::write(path.join(all[0]), "x").unwrap();
+        let mut next = open(path, "a", OtherScene::Refuse).unwrap();
+        next.remove_earlier().unwrap();
+        assert_eq!(names(path), [SUMMARY]);
+        // What a run that has ended lists is there.
+        next.file("response.csv").unwrap();
+        next.write_summary(summary("a"), RunState::Finished, None)
+            .unwrap();
+        assert_eq!(listed(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_run_of_other_inputs_is_not_resumed_and_its_folder_stays() {
+        let temporary = tempfile::tempdir().unwrap();
+        let path = temporary.path();
+        let broken = open(path, "a", OtherScene::Refuse).unwrap();
+        write(&broken, &["static.csv"]);
+        let mut changed = summary("a");
+        changed.scene.blake3 = Some("another".to_owned());
+        let mut rebuilt = summary("a");
+        rebuilt.program_blake3 = Some("another".to_owned());
+        let before = fs::read(path.join(SUMMARY)).unwrap();
+        let resume = |summary: &Summary, to_resume: bool| {
+            let refuse = OtherScene::Refuse;
+            OutputFolder::open(path, summary, refuse, Beginning::Resumed, to_resume)
+        };
+        for other in [changed.clone(), rebuilt] {
+            let refused = resume(&other, true).unwrap_err();
+            assert!(refused.to_string().contains("other inputs"), "{refused}");
+            assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
+        }
+        assert!(resume(&summary("a"), true).is_ok());
+        // Without a frequency there is nothing that the inputs could differ from.
+        assert!(resume(&changed, false).is_ok());
     }
 }

@@ -10,14 +10,16 @@ use serde::{Deserialize, Serialize};
 
 use super::{ExportError, write_file};
 use crate::stage::Stage;
+use crate::warning::{Warning, Weight};
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model, StraightenedEdges};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    LocalPeak, converged, energy_balance_error, largest_estimated_error, linear_peak, local_peaks,
-    pair_counts, peak, peak_is_at_an_end, peak_ratio, peak_rise, static_fields, sweep_fields,
+    LocalPeak, converged, cycle_fields, energy_balance_error, friction_power_w,
+    largest_estimated_error, largest_of_pairs, linear_peak, local_peaks, pair_counts, peak,
+    peak_is_at_an_end, peak_ratio, peak_rise, static_fields, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -25,13 +27,24 @@ use dovetail_solver::results::quantities::{
 pub struct Summary {
     /// Of the program.
     pub version: String,
+    /// That the program was built from; `None` where it is not known.
+    #[serde(default)]
+    pub commit: Option<String>,
+    /// Hash of the program, its libraries and the processor, on which the last digits depend, in
+    /// hexadecimals; `None` where the system does not tell.
+    #[serde(default)]
+    pub program_blake3: Option<String>,
+    /// When the run began, in universal time: `2026-02-28T23:59:59Z`.
+    #[serde(default)]
+    pub begun: String,
     pub scene: SceneSummary,
     /// How far the run came.
     pub state: RunState,
     /// Why a run failed; else `None`.
     pub why: Option<String>,
-    /// What stands in the folder of the run besides this file, by name: the files that the run wrote, and those of
-    /// an earlier run until they are replaced.
+    /// What stands in the folder of the run besides this file, by name: the files that the run
+    /// wrote, and those of an earlier run until they are replaced; of a run under way also those
+    /// that it is about to write.
     pub files: Vec<String>,
     /// Where the scene is about a mesh.
     pub mesh: Option<MeshSummary>,
@@ -62,6 +75,9 @@ pub struct Summary {
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
     pub response: Option<ResponseSummary>,
+    /// What there is to mind, the weightiest first.
+    #[serde(default)]
+    pub warnings: Vec<WarningSummary>,
     /// Of `dovetail verify` only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
@@ -69,6 +85,23 @@ pub struct Summary {
     /// Fields at points in space that were mapped to surfaces; none where no excitation has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excitation_fields: Vec<FieldMap>,
+}
+
+impl Summary {
+    /// Whether it has figures of a run: those of `dovetail run` or `dovetail static`.
+    pub fn is_of_run(&self) -> bool {
+        self.static_state.is_some() || self.response.is_some()
+    }
+
+    /// This one, and what a command beside its run has found.
+    pub fn with_findings_of(&self, beside: Self) -> Self {
+        let own = self.clone();
+        Self {
+            blade_frequency_hz: beside.blade_frequency_hz.or(own.blade_frequency_hz),
+            verification: beside.verification.or(own.verification),
+            ..own
+        }
+    }
 }
 
 /// How far a run came. A run that was killed without a word leaves `running`.
@@ -87,6 +120,33 @@ pub enum RunState {
 pub struct SceneSummary {
     pub name: String,
     pub file: String,
+    /// Hash of the scene as it was read, with all that was set on the command line, and of the
+    /// files that it names, in hexadecimals.
+    #[serde(default)]
+    pub blake3: Option<String>,
+}
+
+impl SceneSummary {
+    /// Whether both are the same scene with the same settings and files.
+    pub fn is_of(&self, other: &Self) -> bool {
+        self.name == other.name && self.blake3.is_some() && self.blake3 == other.blake3
+    }
+}
+
+/// Something to mind about a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct WarningSummary {
+    pub weight: Weight,
+    pub text: String,
+}
+
+impl WarningSummary {
+    pub fn of(warning: &Warning) -> Self {
+        Self {
+            weight: warning.weight,
+            text: warning.text.clone(),
+        }
+    }
 }
 
 /// What the modes that a reduction leaves out may cost.
@@ -113,6 +173,9 @@ pub struct PrestressPass {
 pub struct MeshSummary {
     /// The .msh file or the .geo script.
     pub source: String,
+    /// Hash of the bytes of the mesh, in hexadecimals; `None` where its file is gone.
+    #[serde(default)]
+    pub blake3: Option<String>,
     /// Version of gmsh that made the mesh; `None` for a ready mesh.
     pub gmsh: Option<String>,
     /// The committed mesh was used because gmsh is missing.
@@ -231,8 +294,15 @@ pub struct ResponseSummary {
     /// At the peak, over a period: pairs that slip, pairs that are closed in the static state and separate, mean powers.
     pub peak_slipping_pairs: Option<usize>,
     pub peak_opening_pairs: Option<usize>,
+    /// The power of friction is 0 where friction takes nothing but rounding.
     pub peak_friction_power_w: Option<f64>,
     pub peak_damping_power_w: Option<f64>,
+    /// At the peak, the largest over the pairs: energy that friction takes in a period per area
+    /// (`None` where the area of a pair is unknown), and distance slid in a period.
+    #[serde(default)]
+    pub peak_largest_friction_energy_j_m2: Option<f64>,
+    #[serde(default)]
+    pub peak_largest_slid_m: Option<f64>,
     /// Pairs, closed in the static state, that separate at any converged frequency.
     pub pairs_that_open: usize,
     /// Their share of the area of the flanks; `None` where the area of a pair is unknown.
@@ -324,6 +394,7 @@ pub fn mesh_summary(
     model: &Model,
     properties: &[MassProperties],
     source: String,
+    blake3: Option<String>,
     gmsh: Option<String>,
     fallback: bool,
 ) -> MeshSummary {
@@ -348,6 +419,7 @@ pub fn mesh_summary(
     let types = model.element_types();
     MeshSummary {
         source,
+        blake3,
         gmsh,
         fallback,
         nodes: bodies.iter().map(|b| b.nodes).sum(),
@@ -436,7 +508,11 @@ pub fn response_summary(
     let top = peak(response, 0);
     let at_peak = top.map(|p| &response.orbits[p.index]);
     let linear = linear_peak(response, 0);
-    let sums = sweep_fields(response, &pairs.rows);
+    let separates = sweep_fields(response, pairs.rows.len()).separates;
+    let cycles = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
+    let friction_works = at_peak.is_some_and(|orbit| friction_power_w(orbit) > 0.0);
+    let energies = cycles.as_ref().map(|c| &c.friction_energy_j_m2);
+    let largest_energy = energies.and_then(|energies| largest_of_pairs(energies));
     let unconverged = response
         .orbits
         .iter()
@@ -474,10 +550,13 @@ pub fn response_summary(
         peak_ratio: peak_ratio(response, 0),
         peak_slipping_pairs: at_peak.map(|o| pair_counts(o).slipping),
         peak_opening_pairs: at_peak.map(|o| pair_counts(o).opening),
-        peak_friction_power_w: at_peak.and_then(|o| finite(o.friction_power_w)),
+        peak_friction_power_w: at_peak.map(friction_power_w).and_then(finite),
         peak_damping_power_w: at_peak.and_then(|o| finite(o.viscous_power_w)),
-        pairs_that_open: sums.opening_points.iter().filter(|&&n| n > 0).count(),
-        area_share_that_opens: opening_share(pairs, &sums.opening_points),
+        peak_largest_friction_energy_j_m2: largest_energy
+            .map(|energy| if friction_works { energy } else { 0.0 }),
+        peak_largest_slid_m: cycles.and_then(|c| largest_of_pairs(&c.slid_m)),
+        pairs_that_open: separates.iter().filter(|separates| **separates).count(),
+        area_share_that_opens: opening_share(pairs, &separates),
         worst_energy_balance_error: converged(response)
             .filter_map(energy_balance_error)
             .reduce(f64::max),
@@ -575,10 +654,10 @@ pub fn read_summary(path: &Path) -> Option<Summary> {
 }
 
 /// Area of the pairs that open at some frequency over that of all.
-fn opening_share(pairs: &PairTable, opening_points: &[usize]) -> Option<f64> {
+fn opening_share(pairs: &PairTable, separates: &[bool]) -> Option<f64> {
     let areas: Option<Vec<f64>> = pairs.rows.iter().map(|p| p.area_m2).collect();
     let areas = areas?;
-    let open = areas.iter().zip(opening_points).filter(|(_, n)| **n > 0);
+    let open = areas.iter().zip(separates).filter(|(_, opens)| **opens);
     let total: f64 = areas.iter().sum();
     (total > 0.0).then(|| open.map(|(a, _)| a).sum::<f64>() / total)
 }

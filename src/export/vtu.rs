@@ -103,7 +103,7 @@ pub fn write_motion(
 /// spaced (the end, equal to the start, is left out); timestep = time in s.
 ///
 /// On the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m` is what remains without
-/// the mean, the one to warp by. Gives the names of the files.
+/// the mean, the one to warp by. The files are those of [`frame_files`].
 pub fn write_frames(
     folder: &Path,
     stem: &str,
@@ -111,8 +111,8 @@ pub fn write_frames(
     coefficients: &[Vec<NodalField>],
     frequency_hz: f64,
     frames: usize,
-) -> Result<Vec<String>, ExportError> {
-    let pvd = folder.join(format!("{stem}.pvd"));
+) -> Result<(), ExportError> {
+    let pvd = folder.join(collection(stem));
     check_motion(&pvd, model, coefficients)?;
     let still = Grid::of_bodies(model);
     let write_frame = |frame: usize| {
@@ -127,7 +127,7 @@ pub fn write_frames(
         let mut grid = still.clone();
         grid.point_array("displacement_m", 3, whole);
         grid.point_array("oscillation_m", 3, moving);
-        let file = format!("{stem}/{stem}_{frame:03}.vtu");
+        let file = frame_file(stem, frame);
         grid.write(&folder.join(&file))?;
         Ok((frame as f64 / (frames as f64 * frequency_hz), file))
     };
@@ -135,9 +135,21 @@ pub fn write_frames(
         .into_par_iter()
         .map(write_frame)
         .collect::<Result<_, ExportError>>()?;
-    write_pvd(&pvd, &entries, "one period; timestep = time in seconds")?;
-    let files = entries.into_iter().map(|(_, file)| file);
-    Ok(files.chain([format!("{stem}.pvd")]).collect())
+    write_pvd(&pvd, &entries, "one period; timestep = time in seconds")
+}
+
+/// Names of the files of so many frames, their collection last.
+pub fn frame_files(stem: &str, frames: usize) -> Vec<String> {
+    let files = (0..frames).map(|frame| frame_file(stem, frame));
+    files.chain([collection(stem)]).collect()
+}
+
+fn frame_file(stem: &str, frame: usize) -> String {
+    format!("{stem}/{stem}_{frame:03}.vtu")
+}
+
+fn collection(stem: &str) -> String {
+    format!("{stem}.pvd")
 }
 
 /// Error unless each body has 2H+1 fields with a vector per node.

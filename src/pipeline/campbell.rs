@@ -1,5 +1,7 @@
 //! Computes frequencies over the speed, for the table and the diagram of `dovetail modes --rpm`.
 
+use std::collections::BTreeSet;
+
 use super::error::RunError;
 use super::meshed::Bound;
 use super::prestress::assemble;
@@ -7,7 +9,7 @@ use super::progress::Progress;
 use super::{Context, hertz, summary};
 use crate::export::csv::{CampbellRow, CrossingRow};
 use crate::export::manifest::{self, Summary};
-use crate::export::plots::{CampbellFamily, Operation};
+use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::sparse::sum;
@@ -17,8 +19,10 @@ use dovetail_solver::model::{Body, Model, Prestress, RotationSpec};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 
-/// Crossings with engine orders up to this one are listed.
+/// Without a list of engine orders crossings with those up to this one are listed.
 const MOST_ENGINE_ORDER: usize = 36;
+/// Of these the diagram has those whose names have room, besides those that are named in the text.
+const DRAWN_ENGINE_ORDERS: [usize; 12] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36];
 /// Most speeds of one table.
 const MOST_SPEEDS: usize = 10_000;
 
@@ -91,9 +95,11 @@ impl SpeedRange {
 ///
 /// # Errors
 /// [`RunError::NoMesh`], [`RunError::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed.
+/// `engine_orders` are those whose crossings are wanted; none: all up to 36.
 pub fn campbell(
     scene: &Scene,
     speeds: SpeedRange,
+    engine_orders: &[usize],
     context: &Context,
     progress: &Progress,
 ) -> Result<Campbell, RunError> {
@@ -150,8 +156,12 @@ pub fn campbell(
     summary.observations = manifest::observation_summaries(model);
     summary.mesh = Some(bound.summary());
     summary::take_down(progress, &mut summary);
+    let mut engine_orders = engine_orders.to_vec();
+    engine_orders.sort_unstable();
+    engine_orders.dedup();
     Ok(Campbell {
         families,
+        engine_orders,
         operating_rpm,
         summary,
     })
@@ -161,6 +171,8 @@ pub fn campbell(
 #[derive(Debug)]
 pub struct Campbell {
     families: [Family; 2],
+    /// Those that were asked for, rising; none: all up to [`MOST_ENGINE_ORDER`].
+    engine_orders: Vec<usize>,
     /// The speed of the scene.
     pub operating_rpm: f64,
     pub summary: Summary,
@@ -179,9 +191,45 @@ impl Campbell {
 
     /// Where modes cross engine orders: rows of modes_crossings.csv, rising in speed.
     pub fn crossings(&self) -> Vec<CrossingRow> {
-        let mut rows: Vec<CrossingRow> = self.families.iter().flat_map(Family::crossings).collect();
+        let orders = self.crossed();
+        let families = self.families.iter();
+        let mut rows: Vec<CrossingRow> = families.flat_map(|f| f.crossings(&orders)).collect();
         rows.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
         rows
+    }
+
+    /// The engine orders whose crossings are found.
+    fn crossed(&self) -> Vec<usize> {
+        match self.engine_orders.is_empty() {
+            true => (1..=MOST_ENGINE_ORDER).collect(),
+            false => self.engine_orders.clone(),
+        }
+    }
+
+    /// Of each mode the crossing nearest to the speed of the scene.
+    fn nearest(&self) -> Vec<CrossingRow> {
+        let (orders, rpm) = (self.crossed(), self.operating_rpm);
+        let families = self.families.iter().filter(|_| rpm > 0.0);
+        families
+            .flat_map(|f| f.nearest_crossings(&orders, rpm))
+            .collect()
+    }
+
+    /// The engine orders of the diagram: all that were asked for or that the text names, and others
+    /// that have room.
+    pub fn drawn_orders(&self) -> EngineOrders {
+        if !self.engine_orders.is_empty() {
+            return EngineOrders {
+                all_of: self.engine_orders.clone(),
+                with_room: Vec::new(),
+            };
+        }
+        let named = self.nearest().into_iter().map(|c| c.engine_order);
+        let named: BTreeSet<usize> = named.collect();
+        EngineOrders {
+            all_of: named.into_iter().collect(),
+            with_room: DRAWN_ENGINE_ORDERS.to_vec(),
+        }
     }
 
     /// Of the diagram.
@@ -218,13 +266,19 @@ impl Campbell {
                 c.mode
             )
         };
-        let nearest = self
-            .families
-            .iter()
-            .flat_map(|f| f.nearest_crossings(operating_rpm));
-        let lines: String = nearest.map(line).collect();
+        let lines: String = self.nearest().into_iter().map(line).collect();
+        let orders = match self.engine_orders.is_empty() {
+            true => format!("an engine order up to {MOST_ENGINE_ORDER}"),
+            false => {
+                let orders = self.engine_orders.iter().map(usize::to_string);
+                format!(
+                    "one of the engine orders {}",
+                    orders.collect::<Vec<_>>().join(", ")
+                )
+            }
+        };
         format!(
-            "{tables}crossing with an engine order up to {MOST_ENGINE_ORDER} that is nearest to {operating_rpm:.0} rpm, of each mode\n\
+            "{tables}crossing with {orders} that is nearest to {operating_rpm:.0} rpm, of each mode\n\
              {:>10}{:>12}\n{lines}",
             "speed_rpm", "Hz"
         )
@@ -365,8 +419,8 @@ impl Family {
     }
 
     /// Of each mode that crosses an engine order.
-    fn nearest_crossings(&self, rpm: f64) -> Vec<CrossingRow> {
-        let all = self.crossings();
+    fn nearest_crossings(&self, orders: &[usize], rpm: f64) -> Vec<CrossingRow> {
+        let all = self.crossings(orders);
         let nearest = |mode: usize| {
             let own = all.iter().filter(|c| c.mode == mode);
             own.min_by(|a, b| a.margin(rpm).abs().total_cmp(&b.margin(rpm).abs()))
@@ -374,10 +428,10 @@ impl Family {
         (1..=self.modes()).filter_map(nearest).cloned().collect()
     }
 
-    fn crossings(&self) -> Vec<CrossingRow> {
+    fn crossings(&self, orders: &[usize]) -> Vec<CrossingRow> {
         let of_mode = |mode: usize| {
             self.stretches(mode).flat_map(move |stretch| {
-                (1..=MOST_ENGINE_ORDER).filter_map(move |engine_order| {
+                orders.iter().filter_map(move |&engine_order| {
                     let speed_rpm = stretch.crossing_rpm(engine_order)?;
                     Some(CrossingRow {
                         kind: self.kind.to_string(),
@@ -460,7 +514,8 @@ mod tests {
         let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a} {b}");
         near(family.frequency_hz(0, 3000.0).unwrap(), hz(3000.0));
         assert_eq!(family.frequency_hz(0, 9000.0), None);
-        let crossings = family.crossings();
+        let orders: Vec<usize> = (1..=MOST_ENGINE_ORDER).collect();
+        let crossings = family.crossings(&orders);
         // EO 1 is reached beyond the range: 100^2 = (1/3600 - 1e-4) rpm2 at 7500 rpm it is inside.
         let one = crossings.iter().find(|c| c.engine_order == 1).unwrap();
         near(one.speed_rpm, 7500.0);
@@ -469,8 +524,13 @@ mod tests {
             near(c.frequency_hz, hz(c.speed_rpm));
         }
         near(1.0 + one.margin(6000.0), 1.25);
-        let nearest = family.nearest_crossings(7000.0);
+        let nearest = family.nearest_crossings(&orders, 7000.0);
         assert_eq!((nearest.len(), nearest[0].engine_order), (1, 1));
+        // Of orders that were asked for, those alone.
+        let of_two = family.crossings(&[2, 40]);
+        let mut found: Vec<usize> = of_two.iter().map(|c| c.engine_order).collect();
+        found.sort_unstable();
+        assert_eq!(found, [2, 40]);
     }
 
     #[test]

@@ -139,6 +139,19 @@ pub enum RunError {
     ))]
     SlidesTooFar,
 
+    /// Displacements that no linear computation covers.
+    #[error("{what} of body `{body}` moves by {displacement}, more than the body is long ({size})")]
+    #[diagnostic(help(
+        "displacements are taken to be small: check the units of the loads, of young_pa and of the mesh, the supports, and the \
+         force of the excitation. The files of the run hold its figures, which are those of no possible motion"
+    ))]
+    MovesTooFar {
+        what: String,
+        displacement: String,
+        body: String,
+        size: String,
+    },
+
     /// No pair carries a normal force in the static state: there is nothing to vibrate about.
     #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
     #[diagnostic(help(
@@ -230,7 +243,11 @@ impl RunError {
             | Self::Damping(_)
             | Self::AllBonded { .. }
             | Self::TooManySteps { .. }
-            | Self::Export(ExportError::OtherScene { .. } | ExportError::OtherInputs { .. })
+            | Self::Export(
+                ExportError::OtherScene { .. }
+                | ExportError::OtherSettings { .. }
+                | ExportError::OtherInputs { .. },
+            )
             | Self::NoRotation => ExitStatus::BadInput,
             Self::Superelement(error) if !matches!(error, SuperelementError::Write { .. }) => {
                 ExitStatus::BadInput
@@ -245,6 +262,7 @@ impl RunError {
             | Self::Disagreement { .. }
             | Self::StaticState { .. }
             | Self::SlidesTooFar
+            | Self::MovesTooFar { .. }
             | Self::Prestress { .. }
             | Self::NothingHolds => ExitStatus::Failed,
             Self::NotConverged { .. } => ExitStatus::NotConverged,

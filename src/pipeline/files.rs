@@ -9,23 +9,21 @@ use std::time::{Duration, Instant};
 use faer::Mat;
 
 use super::campbell::Campbell;
-use super::conditions::conditions;
+use super::conditions::{at_rest, in_motion};
 use super::error::RunError;
-use super::meshed::Meshed;
-use super::meshing::MESH_FILE;
+use super::meshing::{self, MESH_FILE};
 use super::observer::{Compared, Observer, ResponseBegins};
 use super::progress::Progress;
 use super::reduced::Reduced;
 use super::{Context, FurtherPlot, ModalAnalysis, Run, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
-use crate::export::folder::{OtherScene, OutputFolder};
+use crate::export::folder::{Beginning, OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
-use crate::export::manifest::{self, MeshSummary, RunState, Summary};
+use crate::export::manifest::{self, RunState, Summary, WarningSummary};
 use crate::export::plots::{
     self, Heading, Ordinate, Scale, linear_curve, phase_curve, response_curve, write_campbell,
-    write_dissipation_map, write_orbit_dissipation_map, write_separation_map,
-    write_static_pressure_map,
+    write_friction_energy_map, write_separation_map, write_slip_map, write_static_pressure_map,
 };
 use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
 use crate::stage::Stage;
@@ -46,15 +44,6 @@ use dovetail_solver::results::recovery::NodalField;
 const INTERVAL: Duration = Duration::from_secs(5);
 const SHARE: u32 = 20;
 
-/// Where the frequencies of a run begin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Beginning {
-    /// With the first.
-    Anew,
-    /// With those that a run which was broken off has not solved.
-    Resumed,
-}
-
 /// An observer that keeps what it hears in files of one folder.
 #[derive(Debug)]
 pub struct Files {
@@ -67,8 +56,11 @@ pub struct Files {
     frames: Option<usize>,
     /// Pictures beyond those of every run.
     further_plots: Vec<FurtherPlot>,
-    /// Under the titles of pictures.
-    conditions: String,
+    /// Under the titles of pictures of the static state, and of those of the response.
+    at_rest: String,
+    in_motion: String,
+    /// The most frequencies that are added at peaks.
+    most_added: usize,
     begun: Instant,
     beginning: Beginning,
     journal: Journal,
@@ -94,21 +86,31 @@ impl Files {
         beginning: Beginning,
     ) -> Result<Self, RunError> {
         create_folder(&context.out)?;
+        let summary = summary::beginning(scene, context);
         let journal = Journal::open(&context.out.join(JOURNAL))?;
-        let summary = summary::empty(scene, context);
-        let out = OutputFolder::open(&context.out, &summary, other).inspect_err(|_| {
-            if journal.is_empty() {
-                let _ = journal.remove();
-            }
-        })?;
-        out.wrote([JOURNAL.to_owned()]);
+        let to_resume = !journal.is_empty();
+        let out = OutputFolder::open(&context.out, &summary, other, beginning, to_resume)
+            .inspect_err(|_| {
+                if journal.is_empty() {
+                    let _ = journal.remove();
+                }
+            })?;
+        let mesh = meshing::makes_mesh(scene).then_some(MESH_FILE);
+        out.list(
+            [Some(JOURNAL), mesh]
+                .into_iter()
+                .flatten()
+                .map(str::to_owned),
+        )?;
         Ok(Self {
             out,
             summary,
             fields: context.fields,
             frames: context.frames,
             further_plots: context.further_plots.clone(),
-            conditions: conditions(scene),
+            at_rest: at_rest(scene),
+            in_motion: in_motion(scene),
+            most_added: scene.response.most_added_points,
             begun: Instant::now(),
             beginning,
             journal,
@@ -134,7 +136,7 @@ impl Files {
         for (i, name) in names.iter().enumerate() {
             let heading = Heading {
                 title: &format!("{}: {name}", self.summary.scene.name),
-                conditions: &self.conditions,
+                conditions: &self.in_motion,
             };
             let with = |of: &dyn Fn(&str, &Response) -> plots::Curve| -> Vec<plots::Curve> {
                 responses.iter().map(|(label, r)| of(label, r)).collect()
@@ -142,7 +144,7 @@ impl Files {
             let mut amplitudes = vec![linear_curve("linear", response, i)];
             amplitudes.extend(with(&|label, r| response_curve(label, r, i)));
             let draw = |file: String, ordinate, curves: &[plots::Curve]| {
-                let path = self.out.file(&format!("plots/{file}.svg"));
+                let path = self.out.file(&format!("plots/{file}.svg"))?;
                 plots::write_curves(&path, heading, ordinate, curves)
             };
             let linear = Ordinate::Amplitude(name, Scale::Linear);
@@ -170,42 +172,30 @@ impl Files {
         recovery: Option<&Recovery>,
         response: &Response,
     ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
-        let (out, conditions) = (&self.out, self.conditions.as_str());
+        let (out, conditions) = (&self.out, self.in_motion.as_str());
         let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
         if !model.pairs.is_empty() {
-            write_separation_map(
-                &out.file("plots/separation.svg"),
-                conditions,
-                model,
-                response,
-            )?;
-            write_dissipation_map(
-                &out.file("plots/dissipation.svg"),
-                conditions,
-                model,
-                response,
-            )?;
+            let path = out.file("plots/separation.svg")?;
+            write_separation_map(&path, conditions, model, response)?;
             if let Some(orbit) = at_peak {
-                let path = out.file("plots/peak_dissipation.svg");
-                write_orbit_dissipation_map(&path, conditions, model, orbit, "the peak")?;
+                let path = out.file("plots/peak_friction_energy.svg")?;
+                write_friction_energy_map(&path, conditions, model, orbit, "the peak")?;
+                let path = out.file("plots/peak_slip.svg")?;
+                write_slip_map(&path, conditions, model, orbit, "the peak")?;
             }
         }
-        let Some(recovery) = recovery else {
+        let (Some(recovery), Some(orbit)) = (recovery, at_peak) else {
             return Ok(None);
         };
         if !model.pairs.is_empty() {
-            flank::write_flank_dissipation(&out.file("flank_dissipation.vtu"), model, response)?;
+            flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
         }
-        let Some(orbit) = at_peak else {
-            return Ok(None);
-        };
         let motion = motion(model, recovery, orbit);
-        vtu::write_motion(&out.file("peak.vtu"), model, &motion)?;
+        vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
         if let Some(frames) = self.frames {
             let (folder, hz) = (out.path(), orbit.frequency_hz);
-            out.wrote(vtu::write_frames(
-                folder, "peak", model, &motion, hz, frames,
-            )?);
+            out.list(vtu::frame_files("peak", frames))?;
+            vtu::write_frames(folder, "peak", model, &motion, hz, frames)?;
         }
         Ok(Some(motion))
     }
@@ -220,20 +210,26 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     fn modes(&mut self, rows: Vec<csv::ModeRow>) -> Result<(), RunError> {
-        csv::write_modes(&self.out.file("modes.csv"), &rows)?;
+        csv::write_modes(&self.out.file("modes.csv")?, &rows)?;
         self.rows = rows;
         Ok(())
     }
 
-    /// modes.csv, and modes.vtu of an assembly that is meshed.
+    /// modes.csv, and modes.vtu of an assembly that is meshed. Beside a run the modes about its
+    /// static state stay.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn modal_analysis(&mut self, modes: &ModalAnalysis) -> Result<(), RunError> {
         if let Some(meshed) = modes.reduced.meshed() {
-            vtu::write_modes(&self.out.file("modes.vtu"), &meshed.model, &modes.shapes)?;
+            vtu::write_modes(&self.out.file("modes.vtu")?, &meshed.model, &modes.shapes)?;
         }
-        self.modes(modes.rows.clone())
+        let mut rows = modes.rows.clone();
+        if self.out.is_beside_run() {
+            let earlier = csv::read_modes(&self.out.file("modes.csv")?);
+            rows.extend(earlier.into_iter().filter(|row| row.kind == LINEAR));
+        }
+        self.modes(rows)
     }
 
     /// modes_campbell.csv, modes_crossings.csv and plots/campbell.svg.
@@ -241,8 +237,8 @@ impl Files {
     /// # Errors
     /// A file that cannot be written.
     pub fn campbell(&self, campbell: &Campbell) -> Result<(), RunError> {
-        csv::write_campbell(&self.out.file("modes_campbell.csv"), &campbell.rows())?;
-        let path = self.out.file("modes_crossings.csv");
+        csv::write_campbell(&self.out.file("modes_campbell.csv")?, &campbell.rows())?;
+        let path = self.out.file("modes_crossings.csv")?;
         csv::write_crossings(&path, campbell.operating_rpm, &campbell.crossings())?;
         let heading = Heading {
             title: &format!("{}: natural frequencies", self.summary.scene.name),
@@ -251,11 +247,12 @@ impl Files {
                 false => String::new(),
             },
         };
-        let path = self.out.file("plots/campbell.svg");
+        let path = self.out.file("plots/campbell.svg")?;
         Ok(write_campbell(
             &path,
             heading,
             &campbell.curves(),
+            &campbell.drawn_orders(),
             &campbell.operation(),
         )?)
     }
@@ -266,7 +263,7 @@ impl Files {
     /// A file that cannot be written.
     pub fn verification(&self, comparisons: &[Comparison]) -> Result<(), RunError> {
         Ok(csv::write_verification(
-            &self.out.file("verify.csv"),
+            &self.out.file("verify.csv")?,
             comparisons,
         )?)
     }
@@ -285,8 +282,7 @@ impl Files {
         summary: &Summary,
         verdict: &Result<(), RunError>,
     ) -> Result<(), RunError> {
-        self.list_mesh(summary.mesh.as_ref());
-        if self.beginning == Beginning::Resumed {
+        if self.beginning != Beginning::Anew {
             self.out.remove_earlier()?;
         }
         // What was solved stands in the tables.
@@ -295,7 +291,22 @@ impl Files {
         }
         self.remove_empty_journal()?;
         let (state, why) = ended(verdict);
-        Ok(self.out.write_summary(summary.clone(), state, why)?)
+        let summary = self.with_its_origin(summary.clone());
+        Ok(self.out.write_summary(summary, state, why)?)
+    }
+
+    /// Of this run, with what there was to mind.
+    fn with_its_origin(&self, summary: Summary) -> Summary {
+        let own = &self.summary;
+        let warnings = by_weight(&self.warnings).into_iter();
+        Summary {
+            scene: own.scene.clone(),
+            commit: own.commit.clone(),
+            program_blake3: own.program_blake3.clone(),
+            begun: own.begun.clone(),
+            warnings: warnings.map(WarningSummary::of).collect(),
+            ..summary
+        }
     }
 
     /// report.html of a run with this verdict.
@@ -312,7 +323,7 @@ impl Files {
         let summary = Summary {
             state,
             why,
-            ..run.summary.clone()
+            ..self.with_its_origin(run.summary.clone())
         };
         let compared = run.compared.as_ref();
         let compared = compared.map(|c| (format!("H = {}", c.harmonics), &c.response));
@@ -330,23 +341,36 @@ impl Files {
                 compared: compared.as_ref().map(|(label, r)| (label.as_str(), *r)),
             }),
             motion: self.motion.as_deref(),
-            warnings: &by_weight(&self.warnings),
         };
-        Ok(report::write(&self.out.file("report.html"), &contents)?)
+        Ok(report::write(&self.out.file("report.html")?, &contents)?)
     }
 
-    /// The mesh that gmsh wrote.
-    fn list_mesh(&self, mesh: Option<&MeshSummary>) {
-        if mesh.is_some_and(|mesh| mesh.gmsh.is_some()) {
-            self.out.wrote([MESH_FILE.to_owned()]);
-        }
+    /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
+    ///
+    /// # Errors
+    /// A file that cannot be written, a model that the folder cannot hold.
+    pub fn reduced_model(
+        &self,
+        reduced: &Reduced,
+        progress: &Progress,
+    ) -> Result<Option<PairLaw>, RunError> {
+        let _stage = progress.stage(Stage::ReducedModelFiles);
+        let (relative, rows) = (reduced.relative(), &reduced.pairs.rows);
+        let element = Superelement {
+            relative: relative.clone(),
+            positions_m: rows.iter().map(|p| p.position_m).collect(),
+            areas_m2: rows.iter().map(|p| p.area_m2).collect(),
+        };
+        self.out.list(superelement::FILES.map(str::to_owned))?;
+        superelement::write(self.out.path(), &element)?;
+        let first = relative.pairs.first().copied();
+        Ok(first.filter(|law| relative.pairs.iter().all(|p| p == law)))
     }
 
     /// The journal, where it holds nothing to go on from.
     fn remove_empty_journal(&self) -> Result<(), RunError> {
         if self.journal.is_empty() {
             self.journal.remove()?;
-            self.out.forget(JOURNAL);
         }
         Ok(())
     }
@@ -380,7 +404,7 @@ impl Files {
         );
         let own = &self.solving[0];
         let (partial, pairs) = (own.partial(), &own.pairs);
-        csv::write_contact(&self.out.file("contact.csv"), pairs, &partial)?;
+        csv::write_contact(&self.out.file("contact.csv")?, pairs, &partial)?;
         let first = own.names.first().map(String::as_str);
         self.summary.response = Some(manifest::response_summary(pairs, first, &partial));
         self.write_tables()?;
@@ -395,11 +419,10 @@ impl Files {
     fn write_tables(&self) -> Result<(), RunError> {
         for solving in &self.solving {
             let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
-            csv::write_response(&self.out.file(&solving.table), &names, &solving.partial())?;
+            csv::write_response(&self.out.file(&solving.table)?, &names, &solving.partial())?;
             if let Some(flanks) = &solving.flanks {
                 let rows = solving.solved.len();
-                self.out
-                    .wrote([flanks.write_collection(self.out.path(), rows)?]);
+                flanks.write_collection(&self.out.file(FLANKS)?, rows)?;
             }
         }
         Ok(self.journal.sync()?)
@@ -407,7 +430,7 @@ impl Files {
 
     /// With the figures so far.
     fn write_summary(&self, state: RunState, why: Option<String>) -> Result<(), RunError> {
-        let mut summary = self.summary.clone();
+        let mut summary = self.with_its_origin(self.summary.clone());
         summary.seconds = self.begun.elapsed().as_secs_f64();
         Ok(self.out.write_summary(summary, state, why)?)
     }
@@ -456,7 +479,7 @@ impl Solving {
         let bits = orbit.frequency_hz.to_bits();
         self.solved.insert(bits, (without_fields, linear.clone()));
         if let Some(flanks) = &mut self.flanks {
-            out.wrote(flanks.write(out.path(), orbit)?);
+            flanks.write(out.path(), orbit)?;
         }
         Ok(())
     }
@@ -486,20 +509,18 @@ fn told(error: &RunError) -> String {
 impl Observer for Files {
     /// modes.csv.
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
-        self.list_mesh(reduced.meshed().map(Meshed::summary).as_ref());
         self.modes(mode_rows(reduced, None, &[]))
     }
 
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
-        let recovery = self.recovery(reduced);
-        let recovery = recovery.filter(|_| state.outcome.is_converged());
-        write_static_state(&self.out, &self.conditions, reduced, recovery, state)?;
+        let with_fields = self.fields && state.outcome.is_converged();
+        write_static_state(&self.out, &self.at_rest, reduced, with_fields, state)?;
         if solve::usable(state).is_ok() {
             self.modes(mode_rows(reduced, Some(state), &[]))?;
         }
         match self.beginning {
             Beginning::Anew => Ok(self.out.remove_earlier()?),
-            Beginning::Resumed => Ok(()),
+            Beginning::Resumed | Beginning::Beside => Ok(()),
         }
     }
 
@@ -508,7 +529,7 @@ impl Observer for Files {
     }
 
     fn figures(&mut self, summary: &Summary) {
-        self.summary = summary.clone();
+        self.summary = self.with_its_origin(summary.clone());
     }
 
     fn response_begins(
@@ -526,6 +547,10 @@ impl Observer for Files {
             return Err(ExportError::OtherInputs { path }.into());
         }
         let meshed = reduced.meshed().filter(|_| is_own && self.fields);
+        if meshed.is_some() {
+            let most = begins.frequencies_hz.len() + self.most_added;
+            self.out.list((0..most).map(FlankSeries::file))?;
+        }
         self.solving.push(Solving {
             inputs: begins.inputs,
             table: table_of(begins.compared_harmonics),
@@ -569,23 +594,23 @@ impl Observer for Files {
         compared: Option<&Compared>,
     ) -> Result<(), RunError> {
         let (out, names) = (&self.out, reduced.observations());
-        csv::write_response(&out.file(&table_of(None)), &names, response)?;
+        csv::write_response(&out.file(&table_of(None))?, &names, response)?;
         if let Some(Compared {
             harmonics,
             response,
         }) = compared
         {
             let file = table_of(Some(*harmonics));
-            csv::write_response(&out.file(&file), &names, response)?;
+            csv::write_response(&out.file(&file)?, &names, response)?;
         }
-        csv::write_contact(&out.file("contact.csv"), &reduced.pairs, response)?;
+        csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, response, compared)?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
             // Some frequencies were solved in a second attempt.
             for orbit in &response.orbits {
-                out.wrote(flanks.write(out.path(), orbit)?);
+                flanks.write(out.path(), orbit)?;
             }
-            out.wrote([flanks.write_collection(out.path(), response.orbits.len())?]);
+            flanks.write_collection(&out.file(FLANKS)?, response.orbits.len())?;
         }
         if let Some(meshed) = reduced.meshed() {
             let recovery = self.recovery(reduced);
@@ -604,6 +629,11 @@ impl Observer for Files {
         self.modes(mode_rows(reduced, Some(state), omega2))
     }
 }
+
+/// Kind of the modes about the static state in modes.csv.
+const LINEAR: &str = "linear";
+/// The collection of the flanks at each frequency.
+const FLANKS: &str = "flank.pvd";
 
 /// Name of the table of a response.
 fn table_of(compared_harmonics: Option<usize>) -> String {
@@ -719,7 +749,7 @@ pub(super) fn mode_rows(
     }
     add("stuck", "assembly", reduced.stuck_omega2());
     if let Some(state) = state {
-        add("linear", "assembly", reduced.linear_omega2(state));
+        add(LINEAR, "assembly", reduced.linear_omega2(state));
     }
     rows
 }
@@ -728,35 +758,31 @@ fn write_static_state(
     out: &OutputFolder,
     conditions: &str,
     reduced: &Reduced,
-    recovery: Option<&Recovery>,
+    with_fields: bool,
     state: &StaticState,
 ) -> Result<(), RunError> {
-    csv::write_static(&out.file("static.csv"), &reduced.pairs, state)?;
-    let Some(Meshed { model, .. }) = reduced.meshed() else {
+    csv::write_static(&out.file("static.csv")?, &reduced.pairs, state)?;
+    let Some(meshed) = reduced.meshed() else {
         return Ok(());
     };
+    let model = &meshed.model;
     let opens = !model.pairs.is_empty();
     if opens {
-        write_static_pressure_map(
-            &out.file("plots/static_pressure.svg"),
-            conditions,
-            model,
-            state,
-        )?;
+        let path = out.file("plots/static_pressure.svg")?;
+        write_static_pressure_map(&path, conditions, model, state)?;
     }
-    let Some(recovery) = recovery else {
+    let displacements = meshed.static_displacements_m(state);
+    let Some(displacements) = displacements.filter(|_| with_fields) else {
         return Ok(());
     };
     if opens {
-        flank::write_flank_static(&out.file("flank_static.vtu"), model, state)?;
+        flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
     }
-    let free = recovery.full_static(&state.x);
     let fields: Vec<_> = model
         .bodies
         .iter()
-        .zip(&free)
-        .map(|(body, free)| {
-            let displacement = expand_to_nodes(&body.dofs, free);
+        .zip(displacements)
+        .map(|(body, displacement)| {
             let at_elements = stress::stress(body, &displacement);
             let von_mises: Vec<f64> = stress::nodal_stress(body, &displacement)
                 .into_iter()
@@ -766,14 +792,14 @@ fn write_static_state(
         })
         .collect();
     let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
-    csv::write_static_observations(&out.file("static_observed.csv"), model, &displacements)?;
+    csv::write_static_observations(&out.file("static_observed.csv")?, model, &displacements)?;
     let fields = fields.iter();
     let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
         displacement_m: displacement,
         stress_pa: stress,
         von_mises_pa: von_mises,
     });
-    vtu::write_static(&out.file("static.vtu"), model, &fields.collect::<Vec<_>>())?;
+    vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
     Ok(())
 }
 
@@ -807,23 +833,4 @@ fn motion(model: &Model, recovery: &Recovery, orbit: &Orbit) -> Vec<Vec<NodalFie
                 .collect()
         })
         .collect()
-}
-
-/// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
-pub(super) fn write_reduced_model(
-    context: &Context,
-    reduced: &Reduced,
-    progress: &Progress,
-) -> Result<Option<PairLaw>, RunError> {
-    let _stage = progress.stage(Stage::ReducedModelFiles);
-    create_folder(&context.out)?;
-    let (relative, rows) = (reduced.relative(), &reduced.pairs.rows);
-    let element = Superelement {
-        relative: relative.clone(),
-        positions_m: rows.iter().map(|p| p.position_m).collect(),
-        areas_m2: rows.iter().map(|p| p.area_m2).collect(),
-    };
-    superelement::write(&context.out, &element)?;
-    let first = relative.pairs.first().copied();
-    Ok(first.filter(|law| relative.pairs.iter().all(|p| p == law)))
 }

@@ -1,12 +1,19 @@
-//! Says what to mind about a response.
+//! Says what to mind about a model, its static state and its response.
 
+use super::error::RunError;
 use super::reduced::Reduced;
 use crate::warning::{Warning, Weight};
+use crate::words::{percent, quantity};
 use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::{Orbit, Outcome, Response};
-use dovetail_solver::results::far_slip::TOO_FAR;
+use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::model::Model;
+use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::quantities::{peak, peak_is_at_an_end, peak_rise};
+use dovetail_solver::results::small::{
+    AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
+    Sizes,
+};
 
 /// Estimated errors above this are warned of.
 const TRUNCATED: f64 = 0.02;
@@ -19,6 +26,126 @@ fn wrong(text: String) -> Warning {
 fn doubt(text: String) -> Warning {
     let weight = Weight::Doubt;
     Warning { weight, text }
+}
+
+/// Clearances and interferences that are no small ones.
+pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
+    let [clearance, interference] = Sizes::of(model).widest_gaps();
+    let mut warnings = Vec::new();
+    if let Some(gap) = clearance.filter(|gap| gap.share > LARGE_CLEARANCE) {
+        warnings.push(doubt(format!(
+            "contact `{}` has a clearance of {}, {} of the size of its flank: nodes that face each other across so wide a gap need \
+             not meet; check gap_m, gap = \"mesh\", and the units of the mesh",
+            gap.contact,
+            quantity(gap.value, "m", 3),
+            percent(gap.share, 2),
+        )));
+    }
+    if let Some(gap) = interference.filter(|gap| gap.share > LARGE_INTERFERENCE) {
+        warnings.push(doubt(format!(
+            "contact `{}` has an interference of {}, {} of the size of its flank: the bodies lie deep in each other, which linear \
+             elasticity does not cover; check gap_m, gap = \"mesh\", and where the bodies lie",
+            gap.contact,
+            quantity(-gap.value, "m", 3),
+            percent(gap.share, 2),
+        )));
+    }
+    warnings
+}
+
+/// Slides, displacements and pressures of the static state that are no small ones.
+/// `displacements_m` are those of all nodes of each body, where they are known.
+pub(super) fn of_static(
+    reduced: &Reduced,
+    state: &StaticState,
+    slide: f64,
+    displacements_m: Option<&[Vec<[f64; 3]>]>,
+) -> Vec<Warning> {
+    let place = "in the static state";
+    let mut warnings: Vec<Warning> = far_slide(place, slide).into_iter().collect();
+    if let Some(meshed) = reduced.meshed() {
+        let sizes = Sizes::of(&meshed.model);
+        let moved = displacements_m.and_then(|u| sizes.farthest_node(u));
+        warnings.extend(moved.and_then(|moved| far_moved(place, &moved)));
+        let hardest = sizes.hardest_static(state);
+        warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
+    }
+    warnings
+}
+
+/// The same of a response, of which what is so in the static state already is not said again.
+pub(super) fn of_motion(
+    reduced: &Reduced,
+    state: &StaticState,
+    response: &Response,
+    slides: [f64; 2],
+) -> Vec<Warning> {
+    let place = "in the response";
+    let [at_rest, in_motion] = slides;
+    let slide = far_slide(place, in_motion).filter(|_| at_rest < FAR);
+    let mut warnings: Vec<Warning> = slide.into_iter().collect();
+    if let Some(meshed) = reduced.meshed() {
+        let sizes = Sizes::of(&meshed.model);
+        let moved = sizes.farthest_observed(response);
+        warnings.extend(moved.and_then(|moved| far_moved(place, &moved)));
+        let is_new = sizes
+            .hardest_static(state)
+            .is_none_or(|at_rest| at_rest.share <= LARGE_PRESSURE);
+        let hardest = sizes.hardest_in_motion(response).filter(|_| is_new);
+        warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
+    }
+    warnings
+}
+
+/// Why a static state, and why a response, is none: something moves by more than its body is long.
+pub(super) fn moves_too_far(moved: Option<Moved>) -> Result<(), RunError> {
+    match moved.filter(|moved| moved.share() > 1.0) {
+        Some(moved) => Err(RunError::MovesTooFar {
+            what: moved.what,
+            displacement: quantity(moved.displacement_m, "m", 3),
+            body: moved.body,
+            size: quantity(moved.size_m, "m", 3),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Pairs of nodes are taken to face each other.
+fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
+    (FAR..=TOO_FAR).contains(&farthest).then(|| {
+        doubt(format!(
+            "{place} a pair slides by {} of the shorter side of its flank: contact is between pairs of nodes that face each \
+             other, and above {} % a solution is refused",
+            percent(farthest, 2),
+            100.0 * TOO_FAR
+        ))
+    })
+}
+
+fn far_moved(place: &str, moved: &Moved) -> Option<Warning> {
+    (moved.share() > LARGE_DISPLACEMENT).then(|| {
+        doubt(format!(
+            "{place} {} of body `{}` moves by {}, {} of the longest side of the body ({}): displacements are taken to be small; \
+             check the units of the loads, of young_pa and of the mesh, or load and excite it less",
+            moved.what,
+            moved.body,
+            quantity(moved.displacement_m, "m", 3),
+            percent(moved.share(), 2),
+            quantity(moved.size_m, "m", 3),
+        ))
+    })
+}
+
+fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
+    (at.share > LARGE_PRESSURE).then(|| {
+        doubt(format!(
+            "{place} a pair of contact `{}` is pressed with {}, {} of Young's modulus: strains are taken to be small, and most \
+             materials yield before; check the units of the loads and of young_pa, gap_m and the mesh at the edges of the flank",
+            at.contact,
+            quantity(at.value, "Pa", 3),
+            percent(at.share, 2),
+        ))
+    })
 }
 
 /// What failed first, then what is doubtful.

@@ -21,6 +21,7 @@ use crate::warning::Weight;
 use crate::words::{counted, percent, quantity};
 use dovetail_numerics::eigen::Modes;
 use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::StaticState;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
@@ -30,6 +31,7 @@ use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::{
     LISTED_MODES, Load, Recovery, RelativeModel, StuckModes, Truncation,
 };
+use dovetail_solver::results::recovery::NodalField;
 
 /// What is known of the modes of a reduction.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -157,6 +159,18 @@ impl Meshed {
     /// The way back from the reduced model to the bodies, where [`Meshed::recover`] has made it.
     pub(super) fn recovery(&self) -> Option<&Recovery> {
         self.recovery.get()
+    }
+
+    /// Displacements of all nodes of each body in a static state, m; `None` where there is no way
+    /// back to the bodies.
+    pub(super) fn static_displacements_m(&self, state: &StaticState) -> Option<Vec<NodalField>> {
+        let free = self.recovery()?.full_static(&state.x);
+        let bodies = self.model.bodies.iter().zip(&free);
+        Some(
+            bodies
+                .map(|(body, free)| expand_to_nodes(&body.dofs, free))
+                .collect(),
+        )
     }
 
     /// Makes the way back from the reduced model to the bodies.

@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use super::Context;
 use super::cache::{Cache, Key, Kind};
 use super::error::RunError;
+use super::inputs::hash_of_file;
 use super::progress::{Progress, StageGuard};
 use crate::export::{create_folder, manifest, write_file};
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::stored;
+use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
 use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
@@ -27,6 +29,8 @@ pub(super) const MESH_FILE: &str = "mesh.msh";
 #[derive(Debug)]
 pub(super) struct Origin {
     source: PathBuf,
+    /// Of the bytes of the file, in hexadecimals.
+    blake3: Option<String>,
     gmsh: Option<String>,
     fallback: bool,
 }
@@ -35,6 +39,7 @@ impl Origin {
     fn file(path: &Path) -> Self {
         Self {
             source: path.to_path_buf(),
+            blake3: hash_of_file(path).ok(),
             gmsh: None,
             fallback: false,
         }
@@ -49,10 +54,17 @@ impl Origin {
             model,
             properties,
             self.source.display().to_string(),
+            self.blake3.clone(),
             self.gmsh.clone(),
             self.fallback,
         )
     }
+}
+
+/// Whether gmsh makes the mesh of a scene.
+pub(super) fn makes_mesh(scene: &Scene) -> bool {
+    let mesh = scene.assembly().and_then(|assembly| assembly.mesh.as_ref());
+    mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
 }
 
 /// That what the scene names as its meshes is there. What runs with it is told.
@@ -201,9 +213,8 @@ fn made(out: &Path, version: String, warnings: &[String], progress: &Progress) -
         progress.warning(Weight::Remark, format!("gmsh: {warning}"));
     }
     Origin {
-        source: out.to_path_buf(),
         gmsh: Some(version),
-        fallback: false,
+        ..Origin::file(out)
     }
 }
 
@@ -224,9 +235,8 @@ fn ready(
         ),
     );
     Ok(Origin {
-        source: ready.to_path_buf(),
-        gmsh: None,
         fallback: true,
+        ..Origin::file(ready)
     })
 }
 

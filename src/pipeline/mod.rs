@@ -6,6 +6,7 @@ mod conditions;
 mod error;
 mod files;
 mod findings;
+pub mod inputs;
 mod maps;
 mod meshed;
 mod meshing;
@@ -20,27 +21,29 @@ mod summary;
 mod units;
 pub mod verify;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub use self::cache::{CacheSettings, executable_hash, fingerprint};
 pub use self::campbell::{Campbell, SpeedRange, SpeedRangeError, campbell};
 pub use self::error::RunError;
-pub use self::files::{Beginning, Files, SharedFiles};
+pub use self::files::{Files, SharedFiles};
 use self::meshed::Bound;
 use self::observer::{Compared, Observer};
 use self::progress::Progress;
 pub use self::reduced::Reduced;
 use crate::export::csv::ModeRow;
+pub use crate::export::folder::Beginning;
 use crate::export::manifest::{self, Summary};
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
-use crate::warning::Weight;
 use dovetail_numerics::eigen::Modes;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
+use dovetail_solver::reduction::PairLaw;
 use dovetail_solver::reduction::damping::rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
+use dovetail_solver::results::small::{Moved, Sizes};
 
 /// What a run finds about it: where it writes, what it was asked by, what earlier runs left.
 #[derive(Debug, Clone)]
@@ -78,17 +81,21 @@ pub struct Run {
     /// The response with another number of harmonics, where the scene asks for one.
     pub compared: Option<Compared>,
     pub summary: Summary,
+    /// What moves farthest over the size of its body, where there is a mesh.
+    pub farthest: Option<Moved>,
 }
 
 impl Run {
     /// Whether the run came to its full result.
     ///
     /// # Errors
-    /// [`RunError::NothingHolds`], [`RunError::StaticState`], [`RunError::NotConverged`] where some frequencies failed.
+    /// [`RunError::NothingHolds`], [`RunError::StaticState`], [`RunError::MovesTooFar`],
+    /// [`RunError::NotConverged`] where some frequencies failed.
     pub fn verdict(&self) -> Result<(), RunError> {
         if self.response.is_none() {
             solve::usable(&self.static_state)?;
         }
+        findings::moves_too_far(self.farthest.clone())?;
         let compared = self.compared.iter().map(|c| &c.response);
         all_converged(self.response.iter().chain(compared))
     }
@@ -107,8 +114,13 @@ pub fn solve(
     let progress = &Progress::new(observer);
     let reduced = Reduced::of(scene, context, progress)?;
     let relative = reduced.relative();
-    let (static_state, mut summary) = solve_static(scene, context, &reduced, progress)?;
-    if solve::usable(&static_state).is_err() {
+    let Static {
+        state: static_state,
+        slide,
+        farthest,
+        mut summary,
+    } = solve_static(scene, context, &reduced, progress)?;
+    if solve::usable(&static_state).is_err() || findings::moves_too_far(farthest.clone()).is_err() {
         summary::take_down(progress, &mut summary);
         return Ok(Run {
             reduced,
@@ -116,6 +128,7 @@ pub fn solve(
             response: None,
             compared: None,
             summary,
+            farthest,
         });
     }
     let linear_omega2 = reduced.linear_omega2(&static_state);
@@ -131,21 +144,26 @@ pub fn solve(
         frequencies_hz: &frequencies_hz,
         progress,
     };
-    let response = responses.response(None)?;
+    let (response, slide_in_motion) = responses.response(None)?;
     let resolution = scene.response.resolution;
     let compared = scene.response.compare_harmonics;
     let compared = compared.filter(|h| solve::compared(resolution, *h) != resolution);
     let compare = |harmonics| {
-        let response = responses.response(Some(harmonics))?;
+        let (response, _) = responses.response(Some(harmonics))?;
         Ok::<Compared, RunError>(Compared {
             harmonics,
             response,
         })
     };
     let compared = compared.map(compare).transpose()?;
-    for warning in findings::warnings(&reduced, &response) {
-        progress.tell(|o| o.warning(&warning));
+    let slides = [slide, slide_in_motion];
+    let small = findings::of_motion(&reduced, &static_state, &response, slides);
+    for warning in small.iter().chain(&findings::warnings(&reduced, &response)) {
+        progress.tell(|o| o.warning(warning));
     }
+    let observed = reduced.meshed();
+    let observed = observed.and_then(|m| Sizes::of(&m.model).farthest_observed(&response));
+    let farthest = observed.or(farthest);
     {
         let _stage = progress.stage(Stage::ResponseFiles);
         progress.tell(|o| o.response(&reduced, &response, compared.as_ref()))?;
@@ -164,20 +182,37 @@ pub fn solve(
         response: Some(response),
         compared,
         summary,
+        farthest,
     })
 }
 
-/// The static state, told, and the summary so far.
+/// The static state, and what is known with it.
+struct Static {
+    state: StaticState,
+    /// The farthest slide of a pair over the shorter side of its flank.
+    slide: f64,
+    /// What moves farthest over the size of its body, where the way back to the bodies was made.
+    farthest: Option<Moved>,
+    /// So far.
+    summary: Summary,
+}
+
+/// The static state, told.
 fn solve_static(
     scene: &Scene,
     context: &Context,
     reduced: &Reduced,
     progress: &Progress,
-) -> Result<(StaticState, Summary), RunError> {
+) -> Result<Static, RunError> {
     progress.tell(|o| o.reduced(reduced))?;
+    for warning in reduced
+        .meshed()
+        .map_or_else(Vec::new, |m| findings::of_gaps(&m.model))
+    {
+        progress.tell(|o| o.warning(&warning));
+    }
     let mut state = solve::statics(scene, reduced.relative(), progress);
-    let farthest = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
-    solve::warn_of_far_slides("in the static state", farthest, progress);
+    let slide = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
     let mut summary = summary::of_reduced(scene, context, reduced);
     summary.static_state = summary::static_summary(reduced, &state);
     if solve::usable(&state).is_ok() {
@@ -186,14 +221,31 @@ fn solve_static(
         summary.linear_frequency_hz = linear_omega2.first().copied().map(hertz);
     }
     progress.tell(|o| o.figures(&summary));
+    let mut displacements_m = None;
     if let Some(meshed) = reduced.meshed().filter(|_| context.fields) {
         meshed.recover(progress)?;
+        let valid = state.outcome.is_converged();
+        displacements_m = valid
+            .then(|| meshed.static_displacements_m(&state))
+            .flatten();
     }
+    for warning in findings::of_static(reduced, &state, slide, displacements_m.as_deref()) {
+        progress.tell(|o| o.warning(&warning));
+    }
+    let sizes = reduced.meshed().map(|meshed| Sizes::of(&meshed.model));
+    let farthest = sizes
+        .zip(displacements_m)
+        .and_then(|(s, u)| s.farthest_node(&u));
     {
         let _stage = progress.stage(Stage::StaticFiles);
         progress.tell(|o| o.static_state(reduced, &state))?;
     }
-    Ok((state, summary))
+    Ok(Static {
+        state,
+        slide,
+        farthest,
+        summary,
+    })
 }
 
 /// Squared angular frequencies of each body.
@@ -215,6 +267,9 @@ pub fn mesh(scene: &Scene, context: &Context, progress: &Progress) -> Result<Sum
         return Err(no_mesh(scene));
     };
     let bound = Bound::of(assembly, context, progress)?;
+    for warning in findings::of_gaps(&bound.model) {
+        progress.tell(|o| o.warning(&warning));
+    }
     let mut summary = summary::empty(scene, context);
     summary.pairs = bound.model.pairs.len();
     summary.observations = manifest::observation_summaries(&bound.model);
@@ -264,14 +319,45 @@ pub fn modes(
     })
 }
 
-/// Up to the reduced model, written as a folder that `[reduced_model]` reads. The folder holds the
+/// What `dovetail reduce` finds.
+#[derive(Debug)]
+pub struct Condensed {
+    /// Excited by 1 N in all, where the scene has forces alone.
+    pub reduced: Reduced,
+    /// What the excitation is to be multiplied by, N.
+    pub force_n: f64,
+    pub summary: Summary,
+}
+
+impl Condensed {
+    /// The lines of a scene that read the model from this folder. `None` where its pairs follow
+    /// more than one `law`.
+    pub fn lines_of_scene(&self, law: Option<PairLaw>, folder: &Path) -> Option<String> {
+        let law = law?;
+        // A scene counts paths from its own folder, wherever that will be.
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        Some(format!(
+            "[reduced_model]\nfolder = {}\nfriction = {:?}\ngap_m = {:?}\nforce_n = {:?}",
+            toml::Value::String(folder.display().to_string()),
+            law.friction,
+            law.gap_m,
+            self.force_n
+        ))
+    }
+}
+
+/// Up to the reduced model, for a folder that `[reduced_model]` reads. The folder holds the
 /// response to 1 N in all, whatever the forces of the scene: `reduced_model.force_n` alone gives
-/// the amplitude, and the lines that are told give the scene's. Where the scene has other causes than
-/// forces the folder holds them as they are, and `reduced_model.force_n` multiplies them.
+/// the amplitude. Where the scene has other causes than forces the folder holds them as they are,
+/// and `reduced_model.force_n` multiplies them.
 ///
 /// # Errors
-/// Those of [`modes`]; a scene about a reduced model already, or one the folder cannot hold.
-pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(), RunError> {
+/// Those of [`modes`]; a scene about a reduced model already, or one without pairs.
+pub fn reduce(
+    scene: &Scene,
+    context: &Context,
+    progress: &Progress,
+) -> Result<Condensed, RunError> {
     let Subject::Assembly(assembly) = &scene.subject else {
         return Err(no_mesh(scene));
     };
@@ -283,25 +369,13 @@ pub fn reduce(scene: &Scene, context: &Context, progress: &Progress) -> Result<(
         let why = "a reduced model is about the pairs of its contacts";
         return Err(RunError::AllBonded { why });
     }
-    let law = files::write_reduced_model(context, &reduced, progress)?;
-    progress.note(&format!("reduced model in {}", context.out.display()));
-    match law {
-        Some(law) => {
-            // A scene counts paths from its own folder, wherever that will be.
-            let folder = std::path::absolute(&context.out).unwrap_or_else(|_| context.out.clone());
-            progress.note(&format!(
-                "[reduced_model]\nfolder = {}\nfriction = {:?}\ngap_m = {:?}\nforce_n = {force_n:?}",
-                toml::Value::String(folder.display().to_string()),
-                law.friction,
-                law.gap_m
-            ));
-        }
-        None => progress.warning(
-            Weight::Doubt,
-            "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
-        ),
-    }
-    Ok(())
+    let mut summary = summary::of_reduced(scene, context, &reduced);
+    summary::take_down(progress, &mut summary);
+    Ok(Condensed {
+        reduced,
+        force_n,
+        summary,
+    })
 }
 
 /// Up to the reduced model, kept in the cache with what later runs need to come back to the bodies.
@@ -360,14 +434,15 @@ pub fn static_state(
 ) -> Result<Run, RunError> {
     let progress = &Progress::new(observer);
     let reduced = Reduced::of(scene, context, progress)?;
-    let (static_state, mut summary) = solve_static(scene, context, &reduced, progress)?;
-    summary::take_down(progress, &mut summary);
+    let mut found = solve_static(scene, context, &reduced, progress)?;
+    summary::take_down(progress, &mut found.summary);
     Ok(Run {
         reduced,
-        static_state,
+        static_state: found.state,
         response: None,
         compared: None,
-        summary,
+        summary: found.summary,
+        farthest: found.farthest,
     })
 }
 

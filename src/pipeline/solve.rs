@@ -24,7 +24,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
 use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::results::far_slip::{FAR, ShorterSides, TOO_FAR};
+use dovetail_solver::results::far_slip::ShorterSides;
 
 /// With friction; told where a retention was needed.
 pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
@@ -166,11 +166,12 @@ pub(super) struct Responses<'a, 'o> {
 }
 
 impl Responses<'_, '_> {
-    /// The scene's own response, or the one with so many harmonics that it is compared with.
+    /// The scene's own response, or the one with so many harmonics that it is compared with, and
+    /// how far a pair slides in it over the shorter side of its flank.
     ///
     /// # Errors
     /// The observer's.
-    pub fn response(&self, compared_harmonics: Option<usize>) -> Result<Response, RunError> {
+    pub fn response(&self, compared_harmonics: Option<usize>) -> Result<(Response, f64), RunError> {
         let own = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
         let sides = ShorterSides::of(&self.reduced.pairs);
@@ -179,8 +180,7 @@ impl Responses<'_, '_> {
             false => self.with_contact(resolution, compared_harmonics, &sides)?,
         };
         let farthest = sides.judge_response(&mut response);
-        warn_of_far_slides("in the response", farthest, self.progress);
-        Ok(response)
+        Ok((response, farthest))
     }
 
     fn with_contact(
@@ -289,17 +289,5 @@ fn title(resolution: Resolution) -> String {
         Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
         Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
         Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
-    }
-}
-
-/// Pairs of nodes are taken to face each other.
-pub(super) fn warn_of_far_slides(place: &str, farthest: f64, progress: &Progress) {
-    if (FAR..=TOO_FAR).contains(&farthest) {
-        progress.warning(Weight::Doubt, format!(
-            "{place} a pair slides by {:.1} % of the shorter side of its flank: contact is between pairs of nodes that \
-             face each other, and above {} % a solution is refused",
-            100.0 * farthest,
-            100.0 * TOO_FAR
-        ));
     }
 }

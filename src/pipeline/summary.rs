@@ -1,10 +1,13 @@
 //! Gathers the figures that a run tells at its end, as it goes on.
 
+use std::time::SystemTime;
+
 use super::meshed::Meshed;
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, hertz};
+use super::{Context, fingerprint, hertz, inputs};
 use crate::export::manifest::{self, Summary};
+use crate::{metrics, version};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::StaticState;
 
@@ -15,12 +18,28 @@ pub(super) fn empty(scene: &Scene, context: &Context) -> Summary {
         scene: manifest::SceneSummary {
             name: scene.name.clone(),
             file: context.scene_file.display().to_string(),
+            blake3: None,
         },
         reduced_model: match &scene.subject {
             Subject::Assembly(_) => None,
             Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
         },
         ..Summary::default()
+    }
+}
+
+/// The same, with what the run is known by: its scene and the files of that, its program, the time.
+pub(super) fn beginning(scene: &Scene, context: &Context) -> Summary {
+    let empty = empty(scene, context);
+    Summary {
+        scene: manifest::SceneSummary {
+            blake3: Some(inputs::hash(scene, &context.scene_file)),
+            ..empty.scene
+        },
+        commit: version::commit().map(str::to_owned),
+        program_blake3: fingerprint().map(|hash| blake3::Hash::from_bytes(hash).to_string()),
+        begun: metrics::universal_time(SystemTime::now()),
+        ..empty
     }
 }
 

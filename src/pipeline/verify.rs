@@ -3,7 +3,7 @@
 use super::error::RunError;
 use super::progress::Progress;
 use super::reduced::Reduced;
-use super::{Context, solve, summary};
+use super::{Context, findings, solve, summary};
 use crate::export::manifest::{self, Summary};
 use crate::stage::Stage;
 use dovetail_solver::description::{ResponseSpec, Scene};
@@ -177,7 +177,10 @@ fn orbits(
         frequencies_hz: &frequencies_hz,
         progress,
     };
-    let response = responses.response(None)?;
+    let (response, slide) = responses.response(None)?;
+    for warning in findings::of_motion(reduced, state, &response, [0.0, slide]) {
+        progress.tell(|o| o.warning(&warning));
+    }
     let chosen = if given {
         (0..response.orbits.len()).collect()
     } else {

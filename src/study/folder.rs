@@ -14,15 +14,13 @@ use super::error::StudyError;
 use super::file::Study;
 use super::quantity::BLADE_FREQUENCY;
 use crate::exit::ExitStatus;
-use crate::export::journal::JOURNAL;
+use crate::export::folder::remove_run;
+use crate::export::journal::{JOURNAL, Journal};
 use crate::export::manifest::Summary;
 use crate::export::write_file;
 use crate::pipeline;
 use crate::scene;
-use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::MeshKind;
-use dovetail_solver::model::BodyMesh;
+use dovetail_solver::description::Scene;
 
 /// case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -152,46 +150,18 @@ fn hexadecimals(hash: &[u8; 32]) -> String {
 
 /// The scene file and the files it names.
 fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
-    let mut files = vec![scene_file.to_path_buf()];
-    match &scene.subject {
-        Subject::ReducedModel(spec) => {
-            let entries =
-                std::fs::read_dir(&spec.folder).map_err(|source| reading(&spec.folder, source))?;
-            let mut inside: Vec<PathBuf> = entries
-                .flatten()
-                .map(|e| e.path())
-                .filter(|p| p.is_file())
-                .collect();
-            inside.sort();
-            files.extend(inside);
-        }
-        Subject::Assembly(assembly) => {
-            match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
-                None => {}
-                Some(MeshKind::File { path }) => files.extend(mesh::files(path)),
-                Some(MeshKind::Geometry {
-                    script, fallback, ..
-                }) => {
-                    files.push(script.clone());
-                    // A ready mesh that is not there is only missed where gmsh is.
-                    files.extend(fallback.clone().filter(|f| f.is_file()));
-                }
-            }
-            for body in &assembly.bodies {
-                if let BodyMesh::File { path, .. } = &body.mesh {
-                    files.extend(mesh::files(path));
-                }
-            }
-        }
-    }
-    files.iter().map(|file| input(file)).collect()
+    let named = pipeline::inputs::files(scene);
+    std::iter::once(scene_file.to_path_buf())
+        .chain(named)
+        .map(|file| input(&file))
+        .collect()
 }
 
 fn input(file: &Path) -> Result<Input, StudyError> {
-    let bytes = std::fs::read(file).map_err(|source| reading(file, source))?;
+    let blake3 = pipeline::inputs::hash_of_file(file).map_err(|source| reading(file, source))?;
     Ok(Input {
         file: file.display().to_string(),
-        blake3: blake3::hash(&bytes).to_hex().to_string(),
+        blake3,
     })
 }
 
@@ -270,18 +240,55 @@ pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
     write_json(&folder.join("case.json"), record)
 }
 
+/// Removes the cases of this study that an earlier definition of it had and this one has not: the
+/// files that they wrote, and their folders where nothing else stands in them. A case that is
+/// running stays. Gives their names.
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn remove_other_cases(
+    study: &Study,
+    cases: &[Case],
+    settings: &Settings,
+) -> Result<Vec<String>, StudyError> {
+    let all = settings.out.join("cases");
+    let folders = std::fs::read_dir(&all).into_iter().flatten().flatten();
+    let mut folders: Vec<PathBuf> = folders.map(|entry| entry.path()).collect();
+    folders.sort();
+    let mut removed = Vec::new();
+    for folder in folders {
+        let record = read_json::<CaseRecord>(&folder.join("case.json"));
+        let Ok(Some(CaseRecord { case, .. })) = record
+            .map(|record| record.filter(|r| r.study == study.name && all.join(&r.case) == folder))
+        else {
+            continue;
+        };
+        if cases.iter().any(|own| own.slug == case) || Journal::is_busy(&folder) {
+            continue;
+        }
+        remove_outcome(&folder)?;
+        for name in ["log.txt", "case.json"] {
+            remove(&folder.join(name))?;
+        }
+        remove_run(&folder)?;
+        removed.push(case);
+    }
+    Ok(removed)
+}
+
 /// Takes away what an earlier run says of its end.
 pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
-    let path = folder.join("outcome.json");
-    match std::fs::remove_file(&path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
-            let action = "removing";
-            Err(StudyError::Io {
-                action,
-                path,
-                source,
-            })
-        }
+    remove(&folder.join("outcome.json"))
+}
+
+/// Removes a file, where it is there.
+fn remove(path: &Path) -> Result<(), StudyError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(StudyError::Io {
+            action: "removing",
+            path: path.to_owned(),
+            source,
+        }),
         _ => Ok(()),
     }
 }

@@ -233,6 +233,16 @@ pub fn study(
         analysis = analyse(&study, &results);
     }
     write(&study, &settings, &results, &analysis)?;
+    if runs {
+        let removed = folder::remove_other_cases(&study, &all, &settings)?;
+        if !removed.is_empty() {
+            progress.note(&format!(
+                "removed {} of an earlier definition of the study: {}",
+                counted(removed.len(), "case", "cases"),
+                removed.join(", ")
+            ));
+        }
+    }
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
             progress.warning(

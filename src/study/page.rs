@@ -80,7 +80,7 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
         links: &links(contents, &data),
         main: html! {
             (answer(contents))
-            (warnings(&remarks(contents.results)))
+            (warnings(remarks(contents.results).iter().map(String::as_str)))
             (responses(&data))
             (cases(contents))
             (knobs(contents))

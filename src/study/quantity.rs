@@ -51,7 +51,7 @@ pub const PEAK_AMPLITUDE: Quantity =
 const NORMAL_FORCE: Quantity = number("normal_force_n", Of::Contact(|c| c.normal_force_n));
 
 /// In the order of the columns of table.csv.
-pub const ALL: [Quantity; 15] = [
+pub const ALL: [Quantity; 18] = [
     number("stuck_frequency_hz", Of::Run(|s| s.stuck_frequency_hz)),
     number("linear_frequency_hz", Of::Run(|s| s.linear_frequency_hz)),
     BLADE_FREQUENCY,
@@ -69,6 +69,12 @@ pub const ALL: [Quantity; 15] = [
         "peak_damping_power_w",
         Of::Response(|r| r.peak_damping_power_w),
     ),
+    number(
+        "peak_friction_energy_j_m2",
+        Of::Response(|r| r.peak_largest_friction_energy_j_m2),
+    ),
+    number("peak_slid_m", Of::Response(|r| r.peak_largest_slid_m)),
+    number("loss_factor", Of::Response(loss_factor)),
     count("opening_pairs", |r| Some(r.pairs_that_open as f64)),
     number(
         "opening_area_share",
@@ -81,6 +87,13 @@ pub const ALL: [Quantity; 15] = [
         r.peak_slipping_pairs.map(|n| n as f64)
     }),
 ];
+
+/// At the peak.
+fn loss_factor(response: &ResponseSummary) -> Option<f64> {
+    let row = response.peak_row?;
+    let at_peak = response.peaks.iter().find(|peak| peak.row == row);
+    at_peak?.loss_factor
+}
 
 pub const WORDS: [&str; ALL.len()] = {
     let mut words = [""; ALL.len()];
@@ -95,7 +108,8 @@ pub const WORDS: [&str; ALL.len()] = {
 /// What a figure is called and its SI unit, taken from the end of its heading: `peak_amplitude` and
 /// `m`. Shares, ratios and counts have no unit.
 pub fn name_and_unit(heading: &str) -> (&str, &'static str) {
-    const UNITS: [(&str, &str); 5] = [
+    const UNITS: [(&str, &str); 6] = [
+        ("_j_m2", "J/m²"),
         ("_m", "m"),
         ("_hz", "Hz"),
         ("_pa", "Pa"),

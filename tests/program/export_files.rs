@@ -12,7 +12,7 @@ use std::process::Command;
 
 use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{
-    self, Axis, CampbellFamily, Heading, HeatMap, Operation, Ordinate, Scale, Series,
+    self, Axis, CampbellFamily, EngineOrders, Heading, HeatMap, Operation, Ordinate, Scale, Series,
 };
 use dovetail::export::{ExportError, csv, flank, vtu};
 use dovetail_numerics::space::{cross, norm, sub};
@@ -43,6 +43,7 @@ fn summary(run: &Run) -> Summary {
         scene: SceneSummary {
             name: "made up".into(),
             file: "made_up.toml".into(),
+            blake3: None,
         },
         mesh: Some(manifest::mesh_summary(
             &run.model,
@@ -53,6 +54,7 @@ fn summary(run: &Run) -> Summary {
                 centrifugal_force_n: None,
             }; 2],
             "made up".into(),
+            None,
             None,
             false,
         )),
@@ -88,14 +90,18 @@ fn summary(run: &Run) -> Summary {
 fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     let mut flanks = flank::FlankSeries::new(&run.model);
     let orbits = &run.response.orbits;
-    let mut files: Vec<String> = orbits
+    for orbit in orbits {
+        flanks.write(out, orbit).unwrap();
+    }
+    let collection = "flank.pvd".to_owned();
+    flanks
+        .write_collection(&out.join(&collection), orbits.len())
+        .unwrap();
+    let files = orbits
         .iter()
-        .filter_map(|orbit| flanks.write(out, orbit).unwrap())
-        .collect();
-    // A second time they are there already.
-    assert_eq!(flanks.write(out, &orbits[0]).unwrap(), None);
-    files.push(flanks.write_collection(out, orbits.len()).unwrap());
-    files
+        .map(|orbit| flank::FlankSeries::file(orbit.point));
+    let there = files.filter(|file| out.join(file).exists());
+    there.chain([collection]).collect()
 }
 
 const HEADING: Heading<'_> = Heading {
@@ -113,16 +119,19 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     vtu::write_static(&out.join("static.vtu"), model, &static_fields(run)).unwrap();
     flank::write_flank_static(&out.join("flank_static.vtu"), model, &run.static_state).unwrap();
     write_flanks(&out, run);
-    flank::write_flank_dissipation(&out.join("flank_dissipation.vtu"), model, response).unwrap();
     let top = peak(response, 0).unwrap();
+    let orbit = &response.orbits[top.index];
+    flank::write_flank_peak(&out.join("flank_peak.vtu"), model, orbit, response).unwrap();
     // `motion` belongs to a gain of 1: scale it to the orbit at the peak.
     let gain = response.orbits[top.index].observed[0][1]
         / observed(&model.observations[0], &run.motion)[1];
     let motion = scaled(&run.motion, gain);
 
     vtu::write_motion(&out.join("peak.vtu"), model, &motion).unwrap();
-    let files = vtu::write_frames(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
+    vtu::write_frames(&out, "peak", model, &motion, top.frequency_hz, FRAMES).unwrap();
+    let files = vtu::frame_files("peak", FRAMES);
     assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));
+    assert!(files.iter().all(|file| out.join(file).exists()));
     let mode = vtu::ModeShape {
         kind: "stuck".to_owned(),
         body: None,
@@ -145,12 +154,11 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     let phases = [plots::phase_curve("H = 3", response, 0)];
     plot("phase.svg", Ordinate::Phase("tip"), &phases);
     plots::write_separation_map(&out.join("separation.svg"), "1 N", model, response).unwrap();
-    plots::write_dissipation_map(&out.join("dissipation.svg"), "1 N", model, response).unwrap();
     plots::write_static_pressure_map(&out.join("pressure.svg"), "1 N", model, &run.static_state)
         .unwrap();
-    let orbit = &response.orbits[top.index];
-    plots::write_orbit_dissipation_map(&out.join("peak.svg"), "1 N", model, orbit, "the peak")
+    plots::write_friction_energy_map(&out.join("energy.svg"), "1 N", model, orbit, "the peak")
         .unwrap();
+    plots::write_slip_map(&out.join("slip.svg"), "1 N", model, orbit, "the peak").unwrap();
     out
 }
 
@@ -297,18 +305,26 @@ fn tables_per_pair_hold_the_exact_numbers() {
         rows[7]["pressure_pa"].parse::<f64>().unwrap(),
         -state.lambda[21] / pair.area_m2
     );
-    let sums = sweep_fields(&run.response, &run.model.pairs);
+    let swept = sweep_fields(&run.response, run.model.pairs.len());
     let top = peak(&run.response, 0).unwrap();
     for (i, row) in table(&out.join("contact.csv")).iter().enumerate() {
         let cycle = &run.response.orbits[top.index].cycles[i];
-        assert_eq!(row["peak_slid_m"].parse::<f64>().unwrap(), cycle.slid_m);
+        let number = |column: &str| row[column].parse::<f64>().unwrap();
+        assert_eq!(number("peak_slid_m"), cycle.slid_m);
+        let energy_j = cycle.friction_power_w / top.frequency_hz;
+        assert_eq!(number("peak_friction_energy_j"), energy_j);
         assert_eq!(
-            row["friction_power_sum_w"].parse::<f64>().unwrap(),
-            sums.friction_power_sum_w[i]
+            number("peak_friction_energy_j_m2"),
+            energy_j / run.model.pairs[i].area_m2
         );
         assert_eq!(
+            number("friction_power_mean_w"),
+            swept.friction_power_mean_w[i]
+        );
+        assert_eq!(number("opening_share"), swept.opening_share[i]);
+        assert_eq!(
             row["opens_at_any_frequency"],
-            (sums.opening_points[i] > 0).to_string()
+            swept.separates[i].to_string()
         );
     }
 }
@@ -337,7 +353,7 @@ fn without_a_converged_point_the_tables_say_nothing_instead_of_zero() {
     for row in table(&out.join("contact.csv")) {
         assert_eq!(
             (
-                row["friction_power_sum_w"].as_str(),
+                row["friction_power_mean_w"].as_str(),
                 row["peak_status"].as_str()
             ),
             ("", "")
@@ -523,10 +539,11 @@ fn flank_files_are_those_of_the_converged_points() {
     assert!(pvd.contains("29 points converged, 2 did not"));
     let grid = read(&out.join("flank/flank_0010.vtu"));
     let orbit = &run.response.orbits[10];
-    let dissipation = values(&grid.data.point, "dissipation_w_m2");
+    let energies = values(&grid.data.point, "friction_energy_j_m2");
     let areas = run.model.pairs.iter().map(|pair| pair.area_m2);
-    let power: f64 = dissipation.iter().zip(areas).map(|(d, a)| d * a).sum();
-    assert!((power - orbit.friction_power_w).abs() < 1e-12 * power);
+    let energy_j: f64 = energies.iter().zip(areas).map(|(e, a)| e * a).sum();
+    let power_w = energy_j * orbit.frequency_hz;
+    assert!((power_w - orbit.friction_power_w).abs() < 1e-12 * power_w);
     let of_flanks = fs::read_dir(out.join("flank")).unwrap();
     assert_eq!(of_flanks.count(), 29);
 }
@@ -549,10 +566,11 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
         |pair: usize| [PairStatus::Stuck, PairStatus::Slipping, PairStatus::Open][pair % 3];
     run.static_state.status = (0..pairs).map(status).collect();
     let out = folder("shares");
-    let [at_rest, swept] = ["flank_static.vtu", "flank_dissipation.vtu"].map(|f| out.join(f));
+    let [at_rest, swept] = ["flank_static.vtu", "flank_peak.vtu"].map(|f| out.join(f));
     flank::write_flank_static(&at_rest, &run.model, &run.static_state).unwrap();
-    flank::write_flank_dissipation(&swept, &run.model, &run.response).unwrap();
-    let opening = sweep_fields(&run.response, &run.model.pairs).opening_points;
+    let orbit = &run.response.orbits[peak(&run.response, 0).unwrap().index];
+    flank::write_flank_peak(&swept, &run.model, orbit, &run.response).unwrap();
+    let separates = sweep_fields(&run.response, pairs).separates;
     let [at_rest, swept] = [&at_rest, &swept].map(|path| read(path));
     let owners = values(&at_rest.data.cell, "pair");
     assert_eq!(owners.len(), 3 * run.model.flank_facets.len());
@@ -560,8 +578,8 @@ fn a_state_belongs_to_the_share_of_its_pair_and_fields_stay_linear_on_facets() {
     let expected: [(_, _, &dyn Fn(usize) -> usize); 4] = [
         (&at_rest, "status", &|pair| pair % 3),
         (&at_rest, "contact", &contact),
-        (&swept, "opening_points", &|pair| opening[pair]),
-        (&swept, "separates", &|pair| usize::from(opening[pair] > 0)),
+        (&swept, "contact", &contact),
+        (&swept, "separates", &|pair| usize::from(separates[pair])),
     ];
     for (grid, name, of_pair) in expected {
         let found = values(&grid.data.cell, name);
@@ -643,23 +661,15 @@ fn figures_show_every_pair_and_every_lost_point() {
     let run = run(ElementOrder::Linear, 4, 9);
     let out = write_all("figures", &run);
     let svg = |name: &str| fs::read_to_string(out.join(name)).unwrap();
-    for file in [
-        "pressure.svg",
-        "dissipation.svg",
-        "separation.svg",
-        "peak.svg",
-    ] {
+    for file in ["pressure.svg", "energy.svg", "slip.svg", "separation.svg"] {
         assert_eq!(
             svg(file).matches("<polygon").count(),
             72,
             "{file}: one patch per pair"
         );
     }
-    let separated = sweep_fields(&run.response, &run.model.pairs)
-        .opening_points
-        .iter()
-        .filter(|n| **n > 0)
-        .count();
+    let separates = sweep_fields(&run.response, run.model.pairs.len()).separates;
+    let separated = separates.iter().filter(|separates| **separates).count();
     assert!(separated > 0 && separated < 72);
     assert!(svg("separation.svg").contains(&format!("\n{separated} pairs\n")));
     assert!(svg("response.svg").contains("H = 3: 2 points did not converge"));
@@ -786,7 +796,12 @@ fn write_made_up(out: &Path) {
     };
     let families = [over_speed(false, 80.0), over_speed(true, 60.0)];
     let operation = Operation::default();
-    plots::write_campbell(&out.join("campbell.svg"), HEADING, &families, &operation).unwrap();
+    let orders = EngineOrders {
+        all_of: vec![3],
+        with_room: vec![1, 2],
+    };
+    let path = out.join("campbell.svg");
+    plots::write_campbell(&path, HEADING, &families, &orders, &operation).unwrap();
     let points = (1..20).map(|i| (f64::from(i), Some(1.0 / f64::from(i))));
     let series = Series {
         label: "curve".to_owned(),

@@ -81,7 +81,7 @@ fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
 fn without_times(value: &mut Value) {
     match value {
         Value::Object(entries) => {
-            for time in ["seconds", "processor_seconds", "peak_memory_mib"] {
+            for time in ["begun", "seconds", "processor_seconds", "peak_memory_mib"] {
                 entries.remove(time);
             }
             entries.values_mut().for_each(without_times);
@@ -204,11 +204,13 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
         assert!(summary.files.iter().any(|f| f == file), "{file}");
         assert!(out.join(file).exists(), "{file}");
     }
-    // With other inputs there is nothing to go on with, and what was solved stays.
+    // With other inputs there is nothing to go on with, and every file stays as it is.
+    let before = contents(&out);
     let other = ["--resume", "--set", "contact.left.friction=0.2"];
     let refused = ended(command(&out, &other), 2);
     let words = said_in_one_line(&refused);
     assert!(words.contains("computed from other inputs"), "{words}");
+    assert_same(&contents(&out), &before);
     let journal = out.join("response.journal");
     let kept = std::fs::metadata(&journal).unwrap().len();
     assert!(kept >= 300_000);
@@ -227,9 +229,49 @@ fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
     let refused = ended(command(&out, &[]), 1);
     let words = said_in_one_line(&refused);
     assert!(words.contains("a run is going on in the folder"), "{words}");
+    for word in ["mesh", "modes", "reduce"] {
+        let mut other = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        other
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .args([word, "scenes/paper.toml", "--no-cache", "--out"])
+            .arg(&out);
+        let words = said_in_one_line(&ended(other, 1));
+        assert!(
+            words.contains("a run is going on in the folder"),
+            "{word}: {words}"
+        );
+    }
     assert_eq!(summary(&out).state, RunState::Running);
+    assert!(!out.join("K.mtx").exists() && !out.join("modes.vtu").exists());
     child.kill().unwrap();
     child.wait().unwrap();
+}
+
+/// Its summary.json was written before most of the files of its flanks.
+#[test]
+fn of_a_run_that_was_killed_the_next_one_leaves_nothing() {
+    let out = Folder::new("killed-and-replaced");
+    let mut killed = under_way(&out, &[], 800_000);
+    send("-KILL", &killed);
+    killed.wait().unwrap();
+    let files_of_flanks = std::fs::read_dir(out.join("flank")).unwrap().count();
+    assert!(files_of_flanks > 10, "{files_of_flanks}");
+    let mine = out.join("flank/notes.txt");
+    std::fs::write(&mine, "mine").unwrap();
+    let few = [
+        "--set",
+        "response.points=3",
+        "--set",
+        "response.compare_harmonics=",
+    ];
+    let few = [&few[..], &["--set", "response.most_added_points=0"]].concat();
+    ended(command(&out, &few), 0);
+    let mut expected: Vec<String> = summary(&out).files;
+    expected.extend(["summary.json", "flank/notes.txt"].map(str::to_owned));
+    expected.sort();
+    let found: Vec<String> = contents(&out).into_keys().collect();
+    assert_eq!(found, expected);
+    assert_eq!(std::fs::read_dir(out.join("flank")).unwrap().count(), 3 + 1);
 }
 
 #[test]

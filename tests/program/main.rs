@@ -44,6 +44,7 @@ mod scene_any_text;
 mod scene_errors;
 mod scene_set;
 mod several_bodies;
+mod small_displacements;
 mod springs;
 mod study;
 mod tidy;

@@ -78,9 +78,37 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     let mut expected = listed(&out);
     expected.insert("flank/flank_9999.vtu".to_owned());
     assert_eq!(second, expected);
-    // Other commands add their files and take none away.
+    // Other commands add their files, take none away, and leave the figures of the run.
+    let of_run = summary(&out);
+    let linear = |out: &Path| {
+        let text = std::fs::read_to_string(out.join("modes.csv")).unwrap();
+        let lines = text.lines().filter(|line| line.starts_with("linear,"));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let linear_modes = linear(&out);
+    assert!(!linear_modes.is_empty());
     ended(command("modes", &out, &[]), 0);
     expected.insert("modes.vtu".to_owned());
+    assert_eq!(names(&out), expected);
+    assert_eq!(linear(&out), linear_modes);
+    let found = summary(&out);
+    assert!(found.blade_frequency_hz.is_some());
+    let without_modes = Summary {
+        blade_frequency_hz: of_run.blade_frequency_hz,
+        files: of_run.files.clone(),
+        ..found
+    };
+    assert!(of_run.response.is_some());
+    assert_eq!(without_modes, of_run);
+    for word in ["mesh", "modes", "verify"] {
+        let refused = ended(command(word, &out, &["contact.flank.friction=0.1"]), 2);
+        let words = said_in_one_line(&refused);
+        assert!(
+            words.contains("other settings") && words.contains("--out"),
+            "{words}"
+        );
+    }
+    assert_eq!(summary(&out).response, of_run.response);
     assert_eq!(names(&out), expected);
     assert_eq!(
         listed(&out),

@@ -349,6 +349,56 @@ fn a_reduced_mesh_vibrates_like_the_mesh() {
     }
 }
 
+/// It lists its files, and takes neither the folder of another scene nor one beside whose run they
+/// do not belong.
+#[test]
+fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
+    let folder = Folder::new("own");
+    let paper = Path::new("scenes/paper.toml");
+    reduce(paper, &folder.0, &[LINEAR_MESH]);
+    let summary: serde_json::Value = serde_json::from_str(&folder.text("summary.json")).unwrap();
+    assert_eq!(summary["state"], "finished");
+    let listed: Vec<&str> = summary["files"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| f.as_str().unwrap())
+        .collect();
+    let entries = std::fs::read_dir(folder.path(".")).unwrap();
+    let mut there: Vec<String> = entries
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    there.retain(|name| name != "summary.json");
+    there.sort();
+    assert_eq!(there, listed);
+    assert!(listed.contains(&"K.mtx") && listed.contains(&"xyz.mtx"));
+    let stiffness = folder.text("K.mtx");
+    let (code, _, stderr) = dovetail("reduce", paper, &folder.0, &[LINEAR_MESH, "name=other"]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(
+        stderr.contains("holds a run of the scene \"paper\""),
+        "{stderr}"
+    );
+    assert_eq!(folder.text("K.mtx"), stiffness);
+    // Beside a run its files belong where the settings are the same.
+    let beside = Folder::new("beside");
+    let (code, _, stderr) = dovetail("run", paper, &beside.0, &TWO_POINTS);
+    assert_eq!(code, 0, "{stderr}");
+    let (code, _, stderr) = dovetail("reduce", paper, &beside.0, &[LINEAR_MESH]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("with other settings"), "{stderr}");
+    reduce(paper, &beside.0, &TWO_POINTS);
+    let summary: serde_json::Value = serde_json::from_str(&beside.text("summary.json")).unwrap();
+    assert!(summary["response"]["peak_amplitude_m"].is_f64());
+    assert!(
+        summary["files"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|file| file == "K.mtx")
+    );
+}
+
 /// Amplitudes of response.csv.
 fn amplitudes_m(text: &str) -> Vec<f64> {
     let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());

@@ -30,7 +30,8 @@ impl AsRef<OsStr> for Folder {
     }
 }
 
-/// The bytes of a file of a run, of a report without the sections of these names.
+/// The bytes of a file of a run, of a report without the time that it began at and the sections of
+/// these names.
 ///
 /// What a run took (`effort`) is never the same twice; what it was told on the way (`warnings`)
 /// need not be.
@@ -39,9 +40,11 @@ pub fn without_sections(bytes: Vec<u8>, names: &[&str]) -> Vec<u8> {
         return bytes;
     }
     let mut text = String::from_utf8(bytes).unwrap();
-    for name in names {
-        if let Some(start) = text.find(&format!("<section id=\"{name}\">")) {
-            let end = "</section>";
+    let sections = names
+        .iter()
+        .map(|name| (format!("<section id=\"{name}\">"), "</section>"));
+    for (begin, end) in sections.chain([("<time>".to_owned(), "</time>")]) {
+        if let Some(start) = text.find(&begin) {
             let length = text[start..].find(end).unwrap() + end.len();
             text.replace_range(start..start + length, "");
         }

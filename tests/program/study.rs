@@ -656,6 +656,43 @@ fn at_work(folder: &Path) -> Vec<String> {
 }
 
 #[test]
+fn cases_of_an_earlier_definition_go_and_nothing_else() {
+    let folder = Folder::new("redefined", HARMONICS);
+    assert_eq!(folder.study(&[]).code, 0);
+    let case = |name: &str| folder.0.join("out/cases").join(name);
+    let [two, three] = ["harmonics_1", "harmonics_3"].map(case);
+    assert!(two.join("summary.json").exists() && three.join("summary.json").exists());
+    // What is not of the study stays, and so does its folder.
+    std::fs::write(three.join("notes.txt"), "mine").unwrap();
+    let other = case("of_another_study");
+    std::fs::create_dir(&other).unwrap();
+    let record = std::fs::read_to_string(two.join("case.json")).unwrap();
+    std::fs::write(
+        other.join("case.json"),
+        record.replace("\"small\"", "\"large\""),
+    )
+    .unwrap();
+    let redefined = HARMONICS.replace("values = [1, 2, 3]", "values = [2, 4]");
+    std::fs::write(folder.0.join("study.toml"), redefined).unwrap();
+    let ended = folder.study(&[]);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    assert!(
+        ended
+            .stderr
+            .contains("of an earlier definition of the study"),
+        "{}",
+        ended.stderr
+    );
+    assert!(!two.exists() && case("harmonics_4").join("summary.json").exists());
+    let left = std::fs::read_dir(&three).unwrap();
+    let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["notes.txt"]);
+    assert!(other.join("case.json").exists());
+    let table = folder.text("out/table.csv");
+    assert!(!table.contains("harmonics_3,"), "{table}");
+}
+
+#[test]
 fn a_case_ends_when_its_study_does() {
     let folder = Folder::new("orphan", HARMONICS);
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));

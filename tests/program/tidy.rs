@@ -28,7 +28,7 @@ const PROGRAM: [(&str, &[&str]); 17] = [
     ("warning", &[]),
     ("words", &[]),
     ("scene", &[]),
-    ("export", &["stage", "words"]),
+    ("export", &["stage", "warning", "words"]),
     (
         "pipeline",
         &[

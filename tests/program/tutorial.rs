@@ -156,7 +156,7 @@ impl Tutorial {
         let keys = fs::read_to_string(root.join("docs/scene.md")).unwrap();
         let (mut arrays, mut files) = (0, 0);
         for word in prose.split('`').skip(1).step_by(2) {
-            let unit = ["_m", "_pa", "_w_m2"]
+            let unit = ["_m", "_pa", "_j_m2"]
                 .iter()
                 .any(|unit| word.ends_with(unit));
             let is_other = || {

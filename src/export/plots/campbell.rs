@@ -14,8 +14,6 @@ use super::{
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 900);
-/// Engine orders drawn, as far as their names have room.
-const ENGINE_ORDERS: [u32; 12] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36];
 /// Room of their names: height, width of a letter, and what is free between line and name.
 const NAME_HEIGHT: i32 = at_px(18);
 const LETTER: i32 = at_px(9);
@@ -29,6 +27,15 @@ pub struct CampbellFamily {
     pub modes: Vec<Vec<(f64, f64)>>,
     /// Drawn dashed.
     pub dashed: bool,
+}
+
+/// The engine orders of a diagram.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct EngineOrders {
+    /// All of these are drawn.
+    pub all_of: Vec<usize>,
+    /// These are drawn where their names have room.
+    pub with_room: Vec<usize>,
 }
 
 /// The speed that the scene runs at, and what its modes are there.
@@ -47,10 +54,11 @@ pub fn write_campbell(
     path: &Path,
     heading: Heading<'_>,
     families: &[CampbellFamily],
+    orders: &EngineOrders,
     operation: &Operation,
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| {
-        draw(canvas, heading, families, operation)
+        draw(canvas, heading, families, orders, operation)
     })
 }
 
@@ -58,6 +66,7 @@ fn draw(
     canvas: &Canvas,
     heading: Heading<'_>,
     families: &[CampbellFamily],
+    orders: &EngineOrders,
     operation: &Operation,
 ) -> Drawn {
     let points = || families.iter().flat_map(|f| f.modes.iter().flatten());
@@ -99,11 +108,16 @@ fn draw(
             .y_label_formatter(&|v| tick_label(*v, y_step)),
     )?;
     let order_style = RGBColor(170, 170, 170).stroke_width(px(1));
-    let orders = engine_orders(fastest, top, |end| chart.backend_coord(&end));
-    for EngineOrder { name, end, bounds } in orders {
-        chart.draw_series(LineSeries::new([(0.0, 0.0), end], order_style))?;
+    let orders = engine_orders(orders, fastest, top, |end| chart.backend_coord(&end));
+    for EngineOrder { end, .. } in &orders {
+        chart.draw_series(LineSeries::new([(0.0, 0.0), *end], order_style))?;
+    }
+    for EngineOrder { name, bounds, .. } in orders {
         let [left, right, above, below] = bounds;
         let middle = ((left + right) / 2, (above + below) / 2);
+        // On its own line or another one a name stands on white.
+        let ground = [(left, above), (right, below)];
+        canvas.draw(&Rectangle::new(ground, WHITE.filled()))?;
         let style = text_style(TEXT_PX - 6, HPos::Center, VPos::Center);
         canvas.draw(&Text::new(name, middle, &style))?;
     }
@@ -164,32 +178,47 @@ struct EngineOrder {
     name: String,
     /// Where the line ends (rpm, Hz): at the fastest speed, or where it leaves the diagram.
     end: (f64, f64),
-    /// Left, right, top and bottom of the name, beside the end or above it.
+    /// Left, right, top and bottom of the name: beside the end, above it, or on the line.
     bounds: [i32; 4],
 }
 
-/// The engine orders, from the lowest, whose names stand clear of those before. `place` says where a
-/// point of the diagram is on the canvas.
+/// Where on its line the name of an engine order stands that must be drawn and has no room at the
+/// end, of the length.
+const ON_LINE: [f64; 12] = [
+    0.94, 0.88, 0.82, 0.76, 0.7, 0.64, 0.58, 0.52, 0.46, 0.4, 0.34, 0.28,
+];
+
+/// The engine orders that must be drawn, and of the others those whose names stand clear of all
+/// before, each from the lowest. `place` says where a point of the diagram is on the canvas.
 fn engine_orders(
+    orders: &EngineOrders,
     fastest_rpm: f64,
     top_hz: f64,
     place: impl Fn((f64, f64)) -> (i32, i32),
 ) -> Vec<EngineOrder> {
     let mut clear: Vec<EngineOrder> = Vec::new();
-    for order in ENGINE_ORDERS {
+    let must = orders.all_of.iter().map(|order| (order, true));
+    let may = orders.with_room.iter().map(|order| (order, false));
+    let may = may.filter(|(order, _)| !orders.all_of.contains(order));
+    for (&order, must) in must.chain(may) {
         let name = format!("EO {order}");
-        let slope = f64::from(order) / 60.0;
+        let slope = order as f64 / 60.0;
         let speed = fastest_rpm.min(top_hz / slope);
         let end = (speed, slope * speed);
         let (x, y) = place(end);
-        let width = LETTER * name.len() as i32;
-        let bounds = if speed < fastest_rpm {
-            [x - width / 2, x + width / 2, y - NAME_HEIGHT, y]
-        } else {
-            let half = NAME_HEIGHT / 2;
-            [x + SPACE, x + SPACE + width, y - half, y + half]
+        let (width, half) = (LETTER * name.len() as i32, NAME_HEIGHT / 2);
+        let at_end = match speed < fastest_rpm {
+            true => [x - width / 2, x + width / 2, y - NAME_HEIGHT, y],
+            false => [x + SPACE, x + SPACE + width, y - half, y + half],
         };
-        if clear.iter().all(|before| !overlap(before.bounds, bounds)) {
+        let on_line = ON_LINE.iter().filter(|_| must).map(|share| {
+            let (x, y) = place((share * end.0, share * end.1));
+            [x - width / 2, x + width / 2, y - half, y + half]
+        });
+        let is_clear = |bounds: &[i32; 4]| clear.iter().all(|c| !overlap(c.bounds, *bounds));
+        let bounds = std::iter::once(at_end).chain(on_line).find(is_clear);
+        // Among very many names one more lies over another.
+        if let Some(bounds) = bounds.or(must.then_some(at_end)) {
             clear.push(EngineOrder { name, end, bounds });
         }
     }
@@ -200,11 +229,47 @@ fn engine_orders(
 mod tests {
     use super::*;
 
+    fn usual() -> EngineOrders {
+        EngineOrders {
+            all_of: Vec::new(),
+            with_room: vec![1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36],
+        }
+    }
+
+    /// At the ends of their lines the names of neighbours lie over each other.
+    #[test]
+    fn an_engine_order_that_is_asked_for_is_drawn_whatever_its_neighbours() {
+        let place = |(rpm, hz): (f64, f64)| ((0.12 * rpm) as i32, -16 * hz as i32);
+        let of = |all_of: &[usize]| EngineOrders {
+            all_of: all_of.to_vec(),
+            ..usual()
+        };
+        let named = |orders: &[EngineOrder]| -> Vec<String> {
+            orders.iter().map(|order| order.name.clone()).collect()
+        };
+        let without = engine_orders(&usual(), 1e5, 500.0, place);
+        assert!(!named(&without).contains(&"EO 4".to_owned()));
+        let all_of: Vec<usize> = (3..12).collect();
+        let with = engine_orders(&of(&all_of), 1e5, 500.0, place);
+        for order in all_of {
+            assert!(named(&with).contains(&format!("EO {order}")), "{order}");
+        }
+        for (i, a) in with.iter().enumerate() {
+            assert!(
+                with[..i].iter().all(|b| !overlap(a.bounds, b.bounds)),
+                "{a:?}"
+            );
+        }
+        // Each once.
+        let one = with.iter().filter(|order| order.name == "EO 5");
+        assert_eq!(one.count(), 1);
+    }
+
     #[test]
     fn engine_orders_end_at_the_fastest_speed_or_at_the_top() {
         // A rpm and a Hz are 2 pixels.
         let place = |(rpm, hz): (f64, f64)| (20 * rpm as i32, -20 * hz as i32);
-        let orders = engine_orders(6000.0, 500.0, place);
+        let orders = engine_orders(&usual(), 6000.0, 500.0, place);
         let of = |name: &str| orders.iter().find(|o| o.name == name).unwrap();
         assert_eq!(of("EO 1").end, (6000.0, 100.0));
         assert_eq!(of("EO 5").end, (6000.0, 500.0));
@@ -256,7 +321,7 @@ mod tests {
             title: "t",
             conditions: "",
         };
-        write_campbell(&path, heading, families, &Operation::default()).unwrap();
+        write_campbell(&path, heading, families, &usual(), &Operation::default()).unwrap();
         std::fs::read_to_string(&path).unwrap()
     }
 
@@ -281,7 +346,7 @@ mod tests {
             title: "t",
             conditions: "friction 0.3",
         };
-        write_campbell(&path, heading, &[family], &operation).unwrap();
+        write_campbell(&path, heading, &[family], &usual(), &operation).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         let has = |words: &str| text.lines().any(|l| l == words);
         for words in [

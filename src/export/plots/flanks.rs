@@ -15,7 +15,7 @@ use crate::export::flank::check_pairs;
 use crate::export::unrolled::{Panel, panels};
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::Model;
-use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
+use dovetail_solver::results::quantities::{converged, cycle_fields, static_fields, sweep_fields};
 
 const WIDTH: i32 = at_px(1400);
 const LEFT: i32 = at_px(136);
@@ -58,28 +58,9 @@ pub fn write_static_pressure_map(
     write_flank_map(path, model, heading, "Pa", &pressure)
 }
 
-/// Friction power per area summed over the converged frequencies (the paper's Figure 6).
-pub fn write_dissipation_map(
-    path: &Path,
-    conditions: &str,
-    model: &Model,
-    response: &Response,
-) -> Result<(), ExportError> {
-    let sums = sweep_fields(response, &model.pairs);
-    let title = format!(
-        "Friction power summed over {} of {} frequencies",
-        sums.points,
-        response.orbits.len()
-    );
-    let heading = Heading {
-        title: &title,
-        conditions,
-    };
-    write_flank_map(path, model, heading, "W/m²", &sums.dissipation_sum_w_m2)
-}
-
-/// Friction power per area of one orbit, W/m2. `what` names it in the title.
-pub fn write_orbit_dissipation_map(
+/// Energy that friction takes in a period of an orbit, per area, J/m2. `what` names it in the
+/// title.
+pub fn write_friction_energy_map(
     path: &Path,
     conditions: &str,
     model: &Model,
@@ -87,13 +68,37 @@ pub fn write_orbit_dissipation_map(
     what: &str,
 ) -> Result<(), ExportError> {
     check_pairs(path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
-    let title = format!("Friction power at {what}, {:.3} Hz", orbit.frequency_hz);
+    let title = format!(
+        "Energy taken by friction in a period of {what}, {:.3} Hz",
+        orbit.frequency_hz
+    );
     let fields = cycle_fields(orbit, &model.pairs);
     let heading = Heading {
         title: &title,
         conditions,
     };
-    write_flank_map(path, model, heading, "W/m²", &fields.dissipation_w_m2)
+    write_flank_map(path, model, heading, "J/m²", &fields.friction_energy_j_m2)
+}
+
+/// Distance that the pairs slide in a period of an orbit, m. `what` names it in the title.
+pub fn write_slip_map(
+    path: &Path,
+    conditions: &str,
+    model: &Model,
+    orbit: &Orbit,
+    what: &str,
+) -> Result<(), ExportError> {
+    check_pairs(path, "pair cycles", orbit.cycles.len(), model.pairs.len())?;
+    let title = format!(
+        "Distance slid in a period of {what}, {:.3} Hz",
+        orbit.frequency_hz
+    );
+    let slid_m: Vec<f64> = orbit.cycles.iter().map(|cycle| cycle.slid_m).collect();
+    let heading = Heading {
+        title: &title,
+        conditions,
+    };
+    write_flank_map(path, model, heading, "m", &slid_m)
 }
 
 /// Pairs that separate at any converged frequency (the paper's Figure 5).
@@ -103,18 +108,23 @@ pub fn write_separation_map(
     model: &Model,
     response: &Response,
 ) -> Result<(), ExportError> {
-    let sums = sweep_fields(response, &model.pairs);
-    let opens: Vec<bool> = sums.opening_points.iter().map(|&n| n > 0).collect();
+    let separates = sweep_fields(response, model.pairs.len()).separates;
     let title = format!(
         "Pairs that separate at any of {} converged frequencies ({} computed)",
-        sums.points,
+        converged(response).count(),
         response.orbits.len()
     );
     let heading = Heading {
         title: &title,
         conditions,
     };
-    write_flank_flags(path, model, heading, &opens, ["separates", "stays closed"])
+    write_flank_flags(
+        path,
+        model,
+        heading,
+        &separates,
+        ["separates", "stays closed"],
+    )
 }
 
 /// A value per pair in colour, with a bar in `unit` (the SI prefix is chosen by the largest value).

@@ -11,11 +11,11 @@ mod heat_map;
 mod legend;
 mod series;
 
-pub use campbell::{CampbellFamily, Operation, write_campbell};
+pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};
 pub use curves::{Curve, Ordinate, linear_curve, phase_curve, response_curve, write_curves};
 pub use flanks::{
-    write_dissipation_map, write_flank_flags, write_flank_map, write_orbit_dissipation_map,
-    write_separation_map, write_static_pressure_map,
+    write_flank_flags, write_flank_map, write_friction_energy_map, write_separation_map,
+    write_slip_map, write_static_pressure_map,
 };
 pub use heat_map::{HeatMap, write_heat_map};
 pub use series::{Axis, Series, write_series};

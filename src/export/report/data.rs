@@ -13,7 +13,7 @@ use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, linear_amplitude, pair_counts, phasors, static_fields, sweep_fields,
+    cycle_fields, friction_power_w, linear_amplitude, pair_counts, phasors, static_fields,
 };
 
 /// Hysteresis loops that are shown.
@@ -107,7 +107,7 @@ struct Loop {
     title: String,
     displacement_m: Vec<f64>,
     force_n: Vec<f64>,
-    friction_power_w: f64,
+    friction_energy_j: f64,
 }
 
 impl Data {
@@ -202,7 +202,7 @@ fn counts(response: &Response) -> Counts {
         open_at_rest: count(|o| pair_counts(o).open_at_rest),
         stuck: count(|o| pair_counts(o).stuck),
         friction_w: orbits()
-            .map(|o| valid(o, short(o.friction_power_w)))
+            .map(|o| valid(o, short(friction_power_w(o))))
             .collect(),
         damping_w: orbits()
             .map(|o| valid(o, short(o.viscous_power_w)))
@@ -236,28 +236,21 @@ fn fields(contents: &Contents<'_>, model: &Model) -> Vec<Field> {
             values: scaled(values.iter().copied()),
         });
     };
-    if let Some(sweep) = &contents.sweep {
-        if let Some(orbit) = sweep.at_peak() {
-            let cycle = cycle_fields(orbit, &model.pairs);
-            add(
-                "friction power at the peak",
-                "W/m²",
-                &cycle.dissipation_w_m2,
-            );
-            add("distance slid in a period at the peak", "m", &cycle.slid_m);
-            add("largest pressure at the peak", "Pa", &cycle.pressure_max_pa);
-            add("mean pressure at the peak", "Pa", &cycle.pressure_mean_pa);
-            add(
-                "share of the period spent open at the peak",
-                "",
-                &cycle.open_fraction,
-            );
-        }
-        let sums = sweep_fields(sweep.response, &model.pairs);
+    let sweep = contents.sweep.as_ref();
+    if let Some(orbit) = sweep.and_then(Sweep::at_peak) {
+        let cycle = cycle_fields(orbit, &model.pairs);
         add(
-            "friction power, mean over the frequencies",
-            "W/m²",
-            &sums.dissipation_mean_w_m2,
+            "energy taken by friction in a period at the peak",
+            "J/m²",
+            &cycle.friction_energy_j_m2,
+        );
+        add("distance slid in a period at the peak", "m", &cycle.slid_m);
+        add("largest pressure at the peak", "Pa", &cycle.pressure_max_pa);
+        add("mean pressure at the peak", "Pa", &cycle.pressure_mean_pa);
+        add(
+            "share of the period spent open at the peak",
+            "",
+            &cycle.open_fraction,
         );
     }
     if let Some(state) = contents.static_state.filter(|s| s.outcome.is_converged()) {
@@ -333,6 +326,6 @@ fn hysteresis(orbit: &Orbit, pairs: &PairTable, pair: usize) -> Loop {
         displacement_m: along(&x1, &x2),
         // By which the first body pushes the second: it spends what the loop encloses.
         force_n: along(&f1, &f2),
-        friction_power_w: short(orbit.cycles[pair].friction_power_w),
+        friction_energy_j: short(orbit.cycles[pair].friction_power_w / orbit.frequency_hz),
     }
 }

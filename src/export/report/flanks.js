@@ -189,5 +189,5 @@ function drawLoop(place, loop) {
   add("text", { ...end, x: width - right, y: height - 14 }, withPrefix(x1, "m", 3));
   add("text", { ...end, x: left - 6, y: above + 10 }, withPrefix(y1, "N", 3));
   add("text", { ...end, x: left - 6, y: height - below }, withPrefix(y0, "N", 3));
-  figure.appendChild(document.createElement("figcaption")).textContent = `${loop.title}: ${withPrefix(loop.friction_power_w, "W", 3)}`;
+  figure.appendChild(document.createElement("figcaption")).textContent = `${loop.title}: ${withPrefix(loop.friction_energy_j, "J", 3)} in a period`;
 }

@@ -54,10 +54,11 @@ pub fn frame(frame: &Frame<'_>) -> Markup {
     }
 }
 
-/// Data as text of a script element, which ends at the first `</`.
+/// Data as text of a script element. In such a text `</script` ends the element, and `<!--<script`
+/// lets it go on behind its end: no `<` is left in it.
 pub fn json(data: &impl Serialize) -> Markup {
     let text = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned());
-    PreEscaped(text.replace("</", "<\\/"))
+    PreEscaped(text.replace('<', "\\u003c"))
 }
 
 /// A number with what it is.
@@ -76,12 +77,13 @@ pub fn line(good: bool, text: &Markup) -> Markup {
 }
 
 /// All of them, in a section of their own.
-pub fn warnings(warnings: &[impl AsRef<str>]) -> Markup {
+pub fn warnings<'a>(warnings: impl Iterator<Item = &'a str>) -> Markup {
+    let mut warnings = warnings.peekable();
     html! {
-        @if !warnings.is_empty() {
+        @if warnings.peek().is_some() {
             section #warnings {
                 h2 { "Warnings" }
-                ul { @for warning in warnings { li.warning { (warning.as_ref()) } } }
+                ul { @for warning in warnings { li.warning { (warning) } } }
             }
         }
     }
@@ -92,10 +94,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_text_ends_the_script_that_it_stands_in() {
-        let name = "a</script><b>";
-        let text = json(&name).into_string();
-        assert!(!text.contains("</"), "{text}");
-        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+    fn no_text_changes_where_the_script_ends_that_it_stands_in() {
+        for name in ["a</script><b>", "<!--<script>", "a < b"] {
+            let text = json(&name).into_string();
+            assert!(!text.contains('<'), "{text}");
+            assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+        }
     }
 }

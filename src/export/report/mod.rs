@@ -34,8 +34,6 @@ pub struct Contents<'a> {
     pub sweep: Option<Sweep<'a>>,
     /// The 2H+1 nodal fields of each body at the peak of the first observation.
     pub motion: Option<&'a [Vec<NodalField>]>,
-    /// The weightiest first.
-    pub warnings: &'a [&'a str],
 }
 
 /// A response as a report shows it.

@@ -8,6 +8,7 @@ use super::Contents;
 use super::data::Data;
 use super::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
+use crate::warning::Weight;
 use crate::words::{counted, figure, percent, quantity};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
@@ -36,12 +37,15 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
     frame(&Frame {
         title: &summary.scene.name,
         subtitle: html! {
-            "dovetail " (summary.version) ", scene " code { (summary.scene.file) }
+            "dovetail " (summary.version)
+            @if let Some(commit) = &summary.commit { " (" (commit) ")" }
+            ", scene " code { (summary.scene.file) }
+            @if !summary.begun.is_empty() { ", " time { (minute(&summary.begun)) } }
         },
         links: &links(contents),
         main: html! {
             (answer(contents))
-            (warnings(contents.warnings))
+            (warnings(summary.warnings.iter().map(|warning| warning.text.as_str())))
             (response(contents))
             (flanks(contents))
             (loops(contents))
@@ -54,6 +58,13 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
         data: &frame::json(data),
         scripts: &SCRIPTS,
     })
+}
+
+/// `2026-02-28 23:59 UTC` of `2026-02-28T23:59:59Z`.
+fn minute(moment: &str) -> String {
+    let (date, time) = moment.split_once('T').unwrap_or((moment, ""));
+    let minute: String = time.chars().take("23:59".len()).collect();
+    format!("{date} {minute} UTC")
 }
 
 fn links(contents: &Contents<'_>) -> Vec<(&'static str, &'static str)> {
@@ -102,6 +113,7 @@ fn answer(contents: &Contents<'_>) -> Markup {
                     ))
                     (against_linear(response))
                     (losses(response))
+                    (at_a_pair(response))
                     (joint(response, contents.pairs.rows.len()))
                 }
             } @else {
@@ -148,9 +160,13 @@ fn losses(response: &ResponseSummary) -> Markup {
         .iter()
         .find(|p| Some(p.row) == response.peak_row);
     let quality = at_peak.and_then(|p| Some((p.loss_factor?, p.quality_factor?)));
+    let friction = match friction_w > 0.0 {
+        true => quantity(friction_w, "W", 3),
+        false => "none".to_owned(),
+    };
     card(
         "Friction dissipates at the peak",
-        &quantity(friction_w, "W", 3),
+        &friction,
         &html! {
             "damping " (quantity(damping_w, "W", 3))
             @if let Some((loss, quality)) = quality {
@@ -158,6 +174,26 @@ fn losses(response: &ResponseSummary) -> Markup {
             }
         },
     )
+}
+
+/// What wears the flanks most.
+fn at_a_pair(response: &ResponseSummary) -> Markup {
+    let Some(slid_m) = response.peak_largest_slid_m else {
+        return html! {};
+    };
+    let slid = quantity(slid_m, "m", 3);
+    match response.peak_largest_friction_energy_j_m2 {
+        Some(energy_j_m2) if energy_j_m2 > 0.0 => card(
+            "Friction takes in a period",
+            &quantity(energy_j_m2, "J/m²", 3),
+            &html! { "where it takes most; pairs slide up to " (slid) },
+        ),
+        _ => card(
+            "Pairs slide in a period",
+            &slid,
+            &html! { "where they slide farthest" },
+        ),
+    }
 }
 
 fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
@@ -218,11 +254,24 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                     "The modes left out change amplitudes by an estimated " (percent(error, 2)) "."
                 }))
             }
+            @match doubtful(contents) {
+                0 => {},
+                1 => (line(false, &html! { "A " a href="#warnings" { "warning" } " of the run says what else may be off." })),
+                many => (line(false, &html! { (many) " " a href="#warnings" { "warnings" } " of the run say what else may be off." })),
+            }
             li.quiet {
                 "The mesh is not judged here: a study over its sizes does that. Pressures at the edges of flanks grow with refinement."
             }
         }
     }
+}
+
+/// Warnings of more weight than a remark.
+fn doubtful(contents: &Contents<'_>) -> usize {
+    let warnings = contents.summary.warnings.iter();
+    warnings
+        .filter(|warning| warning.weight != Weight::Remark)
+        .count()
 }
 
 fn response(contents: &Contents<'_>) -> Markup {
@@ -342,7 +391,7 @@ fn loops(contents: &Contents<'_>) -> Markup {
             h2 { "Hysteresis loops at the peak" }
             p {
                 "Friction force over displacement of the pairs that dissipate most, along the direction that each moves in most. "
-                "A loop encloses what friction takes in a period."
+                "A loop encloses the energy that friction takes in a period."
             }
             div #loops .loops {}
         }
@@ -434,8 +483,27 @@ fn computed(contents: &Contents<'_>) -> Markup {
                 }
             }
             (solution_words(contents))
+            (origin(contents))
         }
     }
+}
+
+/// What the figures are of, so that they can be told from those of another scene.
+fn origin(contents: &Contents<'_>) -> Markup {
+    let Some(hash) = contents.summary.scene.blake3.as_deref() else {
+        return html! {};
+    };
+    html! {
+        p.quiet {
+            "The scene as it was read and the files that it names have the hash " code { (short_hash(hash)) }
+            ". summary.json has the hashes whole."
+        }
+    }
+}
+
+/// So many digits tell two files apart.
+fn short_hash(hash: &str) -> &str {
+    hash.get(..12).unwrap_or(hash)
 }
 
 fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
@@ -459,7 +527,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
         } }
         @if let Some(mesh) = mesh {
             p {
-                "The mesh is " code { (std::path::Path::new(&mesh.source).file_name().map_or_else(|| mesh.source.clone(), |name| name.to_string_lossy().into_owned())) } ": " (elements(&mesh.element_types)) ", "
+                "The mesh is " code { (std::path::Path::new(&mesh.source).file_name().map_or_else(|| mesh.source.clone(), |name| name.to_string_lossy().into_owned())) }
+                @if let Some(hash) = mesh.blake3.as_deref() { " (hash " code { (short_hash(hash)) } ")" }
+                ": " (elements(&mesh.element_types)) ", "
                 (mesh.free_dofs) " free degrees of freedom."
             }
         }

@@ -170,7 +170,8 @@ pub struct PairCycle {
     /// Largest of them, N.
     pub compression_max_n: f64,
     /// Friction power, W: the mean of force times velocity, both of H harmonics. With those of the
-    /// damping it makes up the power put in. Of a pair that hardly slides it can be slightly below zero.
+    /// damping it makes up the power put in. Of a pair that hardly slides it can be slightly below
+    /// zero; of one without friction it is 0.
     pub friction_power_w: f64,
 }
 

@@ -325,8 +325,9 @@ fn pair_cycle(
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
     // Of the law itself: a sum of harmonics would pull at a pair that opens.
     let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
+    let rubs = balance.setting.system.model.pairs[pair].friction > 0.0;
     let mut friction = 0.0;
-    for k in 1..=fourier.harmonics() {
+    for k in (1..=fourier.harmonics()).filter(|_| rubs) {
         let mut work = 0.0;
         for c in 0..3 {
             let i = 3 * pair + c;
@@ -504,6 +505,27 @@ mod tests {
                 assert_near(cycle.friction_power_w, friction / count);
             }
             assert_near(orbit.friction_power_w, friction.iter().sum::<f64>() / count);
+        });
+    }
+
+    /// What a truncated series of a normal force seems to work is no work of friction.
+    #[test]
+    fn a_pair_without_friction_has_no_friction_power() {
+        at_sample_points(|_, balance, u| {
+            let setting = balance.setting;
+            let mut model = setting.system.model.clone();
+            for pair in &mut model.pairs {
+                pair.friction = 0.0;
+            }
+            let system = ContactSystem::new(&model, setting.system.damping);
+            let setting = Setting {
+                system: &system,
+                ..*setting
+            };
+            let balance = Balance::new(&setting, OMEGA_RAD_S);
+            let (orbit, _) = orbit_of(&balance, u);
+            assert_eq!(orbit.friction_power_w, 0.0);
+            assert!(orbit.cycles.iter().all(|c| c.friction_power_w == 0.0));
         });
     }
 

@@ -6,7 +6,7 @@ use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use dovetail_numerics::fourier::Fourier;
 
 /// Share of the shorter side of a flank beyond which a slide is worth a warning.
-pub const FAR: f64 = 0.01;
+pub const FAR: f64 = 0.05;
 /// Share beyond which a solution is none ([`Outcome::SlidesTooFar`]).
 pub const TOO_FAR: f64 = 0.2;
 
@@ -34,6 +34,11 @@ impl ShorterSides {
         };
         let sides: Vec<Option<f64>> = (0..pairs.contacts.len()).map(of_contact).collect();
         Self(pairs.rows.iter().map(|row| sides[row.contact]).collect())
+    }
+
+    /// That of a pair, m.
+    pub fn of_pair(&self, pair: usize) -> Option<f64> {
+        self.0[pair]
     }
 
     /// The largest |X_T| of a motion (2H+1 blocks, harmonic-major) over the shorter side of its flank.

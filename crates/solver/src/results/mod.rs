@@ -4,3 +4,4 @@ pub mod far_slip;
 pub mod pairs;
 pub mod quantities;
 pub mod recovery;
+pub mod small;

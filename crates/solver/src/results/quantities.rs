@@ -95,8 +95,8 @@ pub struct CycleFields {
     pub slid_m: Vec<f64>,
     /// Fraction of the period spent open.
     pub open_fraction: Vec<f64>,
-    /// Friction power over tributary area, W/m2.
-    pub dissipation_w_m2: Vec<f64>,
+    /// Energy that friction takes in a period over tributary area, J/m2.
+    pub friction_energy_j_m2: Vec<f64>,
 }
 
 fn status(cycle: &PairCycle) -> CycleStatus {
@@ -112,7 +112,7 @@ fn status(cycle: &PairCycle) -> CycleStatus {
 
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
-    let per_area = |value: fn(&PairCycle) -> f64| {
+    let per_area = |value: &dyn Fn(&PairCycle) -> f64| {
         orbit
             .cycles
             .iter()
@@ -122,12 +122,12 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     };
     CycleFields {
         status: orbit.cycles.iter().map(status).collect(),
-        pressure_mean_pa: per_area(|c| c.compression_mean_n),
-        pressure_min_pa: per_area(|c| c.compression_min_n),
-        pressure_max_pa: per_area(|c| c.compression_max_n),
+        pressure_mean_pa: per_area(&|c| c.compression_mean_n),
+        pressure_min_pa: per_area(&|c| c.compression_min_n),
+        pressure_max_pa: per_area(&|c| c.compression_max_n),
         slid_m: orbit.cycles.iter().map(|c| c.slid_m).collect(),
         open_fraction: orbit.cycles.iter().map(|c| c.open_fraction).collect(),
-        dissipation_w_m2: per_area(|c| c.friction_power_w),
+        friction_energy_j_m2: per_area(&|c| c.friction_power_w / orbit.frequency_hz),
     }
 }
 
@@ -172,53 +172,75 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
     }
 }
 
-/// What each pair does over all converged frequencies.
+/// What each pair does over all converged frequencies. Nothing here grows with the number of
+/// frequencies that were asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepFields {
-    /// Number of converged points that were summed: those asked for, without those added at peaks.
+    /// Number of converged points that the means are of: those asked for, without those added at
+    /// peaks.
     pub points: usize,
-    /// Friction power summed over the points, W (the paper's Figure 6 is this over the area). It
-    /// grows with the number of points asked for: compare pairs, not runs on other grids.
-    pub friction_power_sum_w: Vec<f64>,
-    /// The same over the tributary area, W/m2.
-    pub dissipation_sum_w_m2: Vec<f64>,
-    /// The sum over the number of points, W: it does not depend on how many were asked for. 0 where none converged.
+    /// Mean of the friction power over the points, W; 0 where none converged. Times `points` it is
+    /// the sum over frequencies of the paper's Figure 6.
     pub friction_power_mean_w: Vec<f64>,
-    /// The same over the tributary area, W/m2.
-    pub dissipation_mean_w_m2: Vec<f64>,
-    /// Number of frequencies, added ones included, at which the pair, closed in the static state, separates; the paper's
-    /// Figure 5 shows where it is not 0.
-    pub opening_points: Vec<usize>,
+    /// Share of the points at which the pair, closed in the static state, separates; 0 where none
+    /// converged.
+    pub opening_share: Vec<f64>,
+    /// Whether the pair, closed in the static state, separates at any converged frequency, added
+    /// ones included; the paper's Figure 5.
+    pub separates: Vec<bool>,
 }
 
-/// Sums over the converged points, in their order.
-pub fn sweep_fields(response: &Response, pairs: &[impl PairPlace]) -> SweepFields {
-    let mut sum = vec![0.0; pairs.len()];
-    let mut opening_points = vec![0; pairs.len()];
+/// Means over the converged points, in their order.
+pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
+    let mut power_w = vec![0.0; pairs];
+    let mut opening = vec![0.0; pairs];
+    let mut separates = vec![false; pairs];
     let mut points = 0;
     for orbit in converged(response) {
         let added = response.is_added(orbit);
         points += usize::from(!added);
         for (i, cycle) in orbit.cycles.iter().enumerate() {
+            separates[i] |= cycle.opens;
             if !added {
-                sum[i] += cycle.friction_power_w;
+                power_w[i] += cycle.friction_power_w;
+                opening[i] += f64::from(u8::from(cycle.opens));
             }
-            opening_points[i] += usize::from(cycle.opens);
         }
     }
-    let per_area = |power: &[f64]| -> Vec<f64> {
-        let pairs = power.iter().zip(pairs);
-        pairs.map(|(power, pair)| power / area_m2(pair)).collect()
+    let mean = |sums: Vec<f64>| -> Vec<f64> {
+        let means = sums.into_iter().map(|sum| sum / points.max(1) as f64);
+        means.collect()
     };
-    let mean: Vec<f64> = sum.iter().map(|sum| sum / points.max(1) as f64).collect();
     SweepFields {
         points,
-        dissipation_sum_w_m2: per_area(&sum),
-        dissipation_mean_w_m2: per_area(&mean),
-        friction_power_sum_w: sum,
-        friction_power_mean_w: mean,
-        opening_points,
+        friction_power_mean_w: mean(power_w),
+        opening_share: mean(opening),
+        separates,
     }
+}
+
+/// Of the power that the excitation puts in, what friction takes at least: less is rounding.
+const LEAST_FRICTION: f64 = 1e-9;
+
+/// Mean power that friction takes, W: 0 where it takes nothing but rounding, or where what the
+/// harmonics leave of the normal forces outweighs it.
+pub fn friction_power_w(orbit: &Orbit) -> f64 {
+    let least = LEAST_FRICTION * orbit.input_power_w.abs();
+    match orbit.friction_power_w > least {
+        true => orbit.friction_power_w,
+        false => 0.0,
+    }
+}
+
+/// The largest of a field of pairs; `None` where there are none, or the area of one is unknown.
+pub fn largest_of_pairs(field: &[f64]) -> Option<f64> {
+    let known = field.iter().all(|value| value.is_finite());
+    field
+        .iter()
+        .copied()
+        .filter(|_| known)
+        .reduce(f64::max)
+        .map(|largest| largest.max(0.0))
 }
 
 /// The converged orbits, in the order of the response.
@@ -503,20 +525,22 @@ mod tests {
         response.orbits[0].cycles.truncate(2);
         response.orbits.truncate(1);
         response.orbits[0].cycles.clone_from(&orbit.cycles);
-        let sums = sweep_fields(&response, &[pair(1.0), pair(1.0)]);
-        assert_eq!(sums.opening_points, [0, 0]);
+        let swept = sweep_fields(&response, 2);
+        assert_eq!(swept.separates, [false; 2]);
+        assert_eq!(swept.opening_share, [0.0; 2]);
     }
 
     #[test]
     fn fields_of_a_cycle_are_per_area_and_have_one_status_each() {
         let pairs = [pair(0.5), pair(2.0), pair(1.0)];
-        let fields = cycle_fields(&orbit(1.0, Outcome::Converged, 0.0), &pairs);
+        let fields = cycle_fields(&orbit(4.0, Outcome::Converged, 0.0), &pairs);
         let words: Vec<&str> = fields.status.iter().map(|s| s.word()).collect();
         assert_eq!(words, ["opening", "slipping", "stuck"]);
         assert_eq!(fields.pressure_mean_pa, [20.0, 5.0, 10.0]);
         assert_eq!(fields.pressure_min_pa, [0.0, 2.0, 4.0]);
         assert_eq!(fields.pressure_max_pa, [32.0, 8.0, 16.0]);
-        assert_eq!(fields.dissipation_w_m2, [6.0, 1.0, 0.0]);
+        // 3 W and 2 W at 4 Hz.
+        assert_eq!(fields.friction_energy_j_m2, [1.5, 0.25, 0.0]);
         assert_eq!(fields.slid_m, [1e-6; 3]);
         assert_eq!(fields.open_fraction, [0.25, 0.0, 0.0]);
     }
@@ -545,13 +569,12 @@ mod tests {
     }
 
     #[test]
-    fn sums_and_peak_leave_out_what_did_not_converge() {
-        let pairs = [pair(0.5), pair(2.0), pair(1.0)];
-        let sums = sweep_fields(&response(), &pairs);
-        assert_eq!(sums.points, 2);
-        assert_eq!(sums.friction_power_sum_w, [6.0, 4.0, 0.0]);
-        assert_eq!(sums.dissipation_sum_w_m2, [12.0, 2.0, 0.0]);
-        assert_eq!(sums.opening_points, [2, 0, 0]);
+    fn means_and_peak_leave_out_what_did_not_converge() {
+        let swept = sweep_fields(&response(), 3);
+        assert_eq!(swept.points, 2);
+        assert_eq!(swept.friction_power_mean_w, [3.0, 2.0, 0.0]);
+        assert_eq!(swept.opening_share, [1.0, 0.0, 0.0]);
+        assert_eq!(swept.separates, [true, false, false]);
         let top = peak(&response(), 0).unwrap();
         assert_eq!(
             (top.index, top.frequency_hz, top.amplitude_m),
@@ -600,25 +623,66 @@ mod tests {
     }
 
     #[test]
-    fn sums_take_the_frequencies_that_were_asked_for() {
-        let pairs = [pair(0.5), pair(2.0), pair(1.0)];
+    fn means_take_the_frequencies_that_were_asked_for() {
         let mut response = response();
-        let alone = sweep_fields(&response, &pairs);
+        let alone = sweep_fields(&response, 3);
         let mut added = orbit(25.0, Outcome::Converged, 9.0);
-        added.point = 3;
+        (added.point, added.cycles[1].opens) = (3, true);
         response.orbits.insert(2, added);
-        let found = sweep_fields(&response, &pairs);
-        assert_eq!(found.friction_power_sum_w, alone.friction_power_sum_w);
+        let found = sweep_fields(&response, 3);
+        assert_eq!(found.friction_power_mean_w, alone.friction_power_mean_w);
+        assert_eq!(found.opening_share, alone.opening_share);
         assert_eq!((found.points, alone.points), (2, 2));
-        for (sum, mean) in found
-            .friction_power_sum_w
-            .iter()
-            .zip(&found.friction_power_mean_w)
-        {
-            assert_eq!(*mean, sum / 2.0);
-        }
         // Whether a pair opens is known there, too.
-        assert_eq!(found.opening_points[0], alone.opening_points[0] + 1);
+        assert_eq!(alone.separates, [true, false, false]);
+        assert_eq!(found.separates, [true, true, false]);
+    }
+
+    /// A power of P over friction that depends on frequency alone: with twice and with ten times as
+    /// many points the means are the same but for the ends of the range.
+    #[test]
+    fn nothing_of_a_sweep_grows_with_the_number_of_frequencies() {
+        let swept = |points: usize| {
+            let mut response = response();
+            response.asked = points;
+            response.orbits = (0..points)
+                .map(|i| {
+                    let at = i as f64 / (points - 1) as f64;
+                    let mut orbit = orbit(10.0 + at, Outcome::Converged, 1.0);
+                    orbit.point = i;
+                    orbit.cycles[0].friction_power_w = at * (1.0 - at);
+                    orbit.cycles[0].opens = (0.25..0.5).contains(&at);
+                    orbit
+                })
+                .collect();
+            sweep_fields(&response, 3)
+        };
+        for points in [101, 201, 1001] {
+            let found = swept(points);
+            let ends = 2.0 / points as f64;
+            assert!((found.friction_power_mean_w[0] - 1.0 / 6.0).abs() < ends);
+            assert!((found.opening_share[0] - 0.25).abs() < ends);
+        }
+    }
+
+    #[test]
+    fn friction_that_takes_nothing_but_rounding_takes_nothing() {
+        let mut orbit = orbit(1.0, Outcome::Converged, 1.0);
+        assert_eq!(friction_power_w(&orbit), 5.0);
+        for power_w in [0.0, -1e-3, 1e-12, -1e-15] {
+            orbit.friction_power_w = power_w;
+            assert_eq!(friction_power_w(&orbit), 0.0, "{power_w}");
+        }
+        orbit.friction_power_w = 1e-6;
+        assert_eq!(friction_power_w(&orbit), 1e-6);
+    }
+
+    #[test]
+    fn the_largest_of_pairs_is_known_where_all_are() {
+        assert_eq!(largest_of_pairs(&[1.0, 3.0, 2.0]), Some(3.0));
+        assert_eq!(largest_of_pairs(&[-1e-18, -2.0]), Some(0.0));
+        assert_eq!(largest_of_pairs(&[1.0, f64::NAN]), None);
+        assert_eq!(largest_of_pairs(&[]), None);
     }
 
     #[test]

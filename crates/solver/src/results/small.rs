@@ -1,0 +1,179 @@
+//! What a solution is held against that takes displacements, strains and clearances as small: the
+//! sizes of the bodies, their Young's moduli, and the sizes of the flanks. Every figure is a share,
+//! 1 at the size itself.
+
+use super::far_slip::ShorterSides;
+use super::pairs::PairTable;
+use crate::dlft::{Response, StaticState};
+use crate::model::Model;
+use crate::results::quantities::{converged, cycle_fields, static_fields};
+
+/// Of the longest side of a body, a displacement that is worth a warning.
+pub const LARGE_DISPLACEMENT: f64 = 0.1;
+/// Of Young's modulus, a pressure that is worth a warning: where it acts strains are as large.
+pub const LARGE_PRESSURE: f64 = 0.01;
+/// Of the size of a flank, a clearance that is worth a warning.
+pub const LARGE_CLEARANCE: f64 = 1.0;
+/// The same of an interference, which is a strain.
+pub const LARGE_INTERFERENCE: f64 = 0.1;
+
+/// The sizes that a meshed assembly has.
+#[derive(Debug, Clone)]
+pub struct Sizes<'m> {
+    model: &'m Model,
+    /// Longest side of the box around each body, along the axes, m.
+    bodies_m: Vec<f64>,
+    /// Per contact the shorter side of its flank or, of a single row of pairs, the root of its
+    /// area, m.
+    flanks_m: Vec<f64>,
+}
+
+/// A displacement beside the size of its body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    /// What moves: the name of an observed point, or `a point`.
+    pub what: String,
+    /// m.
+    pub displacement_m: f64,
+    /// Name of the body.
+    pub body: String,
+    /// Longest side of the body, m.
+    pub size_m: f64,
+}
+
+impl Moved {
+    /// The displacement over the size.
+    pub fn share(&self) -> f64 {
+        self.displacement_m / self.size_m
+    }
+}
+
+/// A figure of a contact beside what it is held against.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AtContact {
+    /// Name of the contact.
+    pub contact: String,
+    /// A pressure, Pa, or a clearance, m; negative an interference.
+    pub value: f64,
+    /// Of Young's modulus, or of the size of the flank.
+    pub share: f64,
+}
+
+impl<'m> Sizes<'m> {
+    /// Of an assembly.
+    pub fn of(model: &'m Model) -> Self {
+        let side = |nodes_m: &[[f64; 3]], axis: usize| {
+            let along = nodes_m.iter().map(|p| p[axis]);
+            let (least, most) = along.fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(x), b.max(x)));
+            most - least
+        };
+        let longest = |nodes_m: &[[f64; 3]]| (0..3).map(|a| side(nodes_m, a)).fold(0.0, f64::max);
+        let sides = ShorterSides::of(&PairTable::of_model(model));
+        let flank_m = |contact: usize| {
+            let own = || {
+                model
+                    .pairs
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, p)| p.contact == contact)
+            };
+            let side = own().next().and_then(|(pair, _)| sides.of_pair(pair));
+            side.unwrap_or_else(|| own().map(|(_, pair)| pair.area_m2).sum::<f64>().sqrt())
+        };
+        Self {
+            model,
+            bodies_m: model.bodies.iter().map(|b| longest(&b.nodes_m)).collect(),
+            flanks_m: (0..model.contact_names.len()).map(flank_m).collect(),
+        }
+    }
+
+    fn moved(&self, what: &str, body: usize, displacement_m: f64) -> Moved {
+        Moved {
+            what: what.to_owned(),
+            displacement_m,
+            body: self.model.bodies[body].name.clone(),
+            size_m: self.bodies_m[body],
+        }
+    }
+
+    /// The largest displacement of a node over the size of its body, from the displacements of all
+    /// nodes of each body.
+    pub fn farthest_node(&self, displacements_m: &[Vec<[f64; 3]>]) -> Option<Moved> {
+        let bodies = displacements_m.iter().enumerate();
+        let moved = bodies.map(|(body, field)| {
+            let lengths = field.iter().map(|u| u.iter().map(|c| c * c).sum::<f64>());
+            self.moved("a point", body, lengths.fold(0.0, f64::max).sqrt())
+        });
+        farthest(moved)
+    }
+
+    /// The largest displacement of an observed point over the size of its body: mean and departure
+    /// from it, at any converged frequency.
+    pub fn farthest_observed(&self, response: &Response) -> Option<Moved> {
+        let of_point = |i: usize| {
+            let observation = &self.model.observations[i];
+            let body = observation.terms.first()?.0.body;
+            let largest = converged(response).filter_map(|orbit| {
+                let mean = orbit.observed.get(i)?.first()?.abs();
+                Some(mean + orbit.observed_amplitude_m.get(i)?)
+            });
+            Some(self.moved(&observation.name, body, largest.fold(0.0, f64::max)))
+        };
+        farthest((0..self.model.observations.len()).filter_map(of_point))
+    }
+
+    /// The largest pressure of the static state over the lower Young's modulus of the two bodies;
+    /// `None` where it did not converge.
+    pub fn hardest_static(&self, state: &StaticState) -> Option<AtContact> {
+        let fields = static_fields(state, &self.model.pairs);
+        let valid = state.outcome.is_converged();
+        self.hardest(&fields.pressure_pa).filter(|_| valid)
+    }
+
+    /// The same of the response.
+    pub fn hardest_in_motion(&self, response: &Response) -> Option<AtContact> {
+        let of_orbits = converged(response).filter_map(|orbit| {
+            self.hardest(&cycle_fields(orbit, &self.model.pairs).pressure_max_pa)
+        });
+        of_orbits.reduce(larger)
+    }
+
+    fn hardest(&self, pressures_pa: &[f64]) -> Option<AtContact> {
+        let pairs = self.model.pairs.iter().zip(pressures_pa);
+        let pressed = pairs.map(|(pair, &pressure_pa)| {
+            let bodies = [Some(pair.slave.node), pair.slave.partner()];
+            let moduli = bodies.into_iter().flatten();
+            let moduli = moduli.map(|at| self.model.bodies[at.body].material.young_pa);
+            AtContact {
+                contact: self.model.contact_names[pair.contact].clone(),
+                value: pressure_pa,
+                share: pressure_pa / moduli.fold(f64::MAX, f64::min),
+            }
+        });
+        pressed.reduce(larger)
+    }
+
+    /// The widest clearance and the deepest interference of the pairs over the sizes of their
+    /// flanks.
+    pub fn widest_gaps(&self) -> [Option<AtContact>; 2] {
+        let gaps = |sign: f64| {
+            let pairs = self.model.pairs.iter();
+            let gaps = pairs.map(|pair| AtContact {
+                contact: self.model.contact_names[pair.contact].clone(),
+                value: pair.gap_m,
+                share: sign * pair.gap_m / self.flanks_m[pair.contact],
+            });
+            gaps.filter(|gap| gap.share > 0.0).reduce(larger)
+        };
+        [gaps(1.0), gaps(-1.0)]
+    }
+}
+
+fn farthest(moved: impl Iterator<Item = Moved>) -> Option<Moved> {
+    let there = moved.filter(|moved| moved.share().is_finite());
+    there.reduce(|a, b| if b.share() > a.share() { b } else { a })
+}
+
+fn larger(a: AtContact, b: AtContact) -> AtContact {
+    if b.share > a.share { b } else { a }
+}

@@ -1,0 +1,144 @@
+//! What is no small displacement, strain or clearance is told. Two prisms are pressed together
+//! whose exact state is uniform (`scenes/verification/patch.toml`): the pressure on the flank is
+//! the one that is applied, and where they are bonded every amplitude goes with the force.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said_in_one_line};
+
+/// Of the softer prism.
+const YOUNG_PA: f64 = 100e9;
+/// Longest side of the prism that the observed point is on, of the box around it.
+const SIZE_M: f64 = 12e-3;
+/// Least and largest extent of the flank, a quadrilateral, across the longer one of its sides.
+const FLANK_M: [f64; 2] = [7e-3, 9e-3];
+
+fn command(word: &str, out: &Path, set: &[String]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args([word, "scenes/verification/patch.toml", "--no-cache"])
+        .args(["--set", "mesh.file=../../meshes/verification/patch.msh"])
+        .args(["--force", "--out"])
+        .arg(out);
+    for set in set {
+        program.args(["--set", set]);
+    }
+    program
+}
+
+fn summary(out: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap()
+}
+
+/// Whether summary.json, and what was said, have a warning with these words.
+#[track_caller]
+fn is_warned(out: &Path, said: &Output, words: &str) -> bool {
+    let summary = summary(out);
+    let warnings = summary["warnings"].as_array().unwrap();
+    let listed = warnings.iter().any(|warning| {
+        let text = warning["text"].as_str().unwrap();
+        text.contains(words) && warning["weight"] == "doubt"
+    });
+    assert_eq!(
+        listed,
+        said_in_one_line(said).contains(words),
+        "{words}: {warnings:?}"
+    );
+    listed
+}
+
+#[test]
+fn a_pressure_above_one_per_cent_of_youngs_modulus_is_warned_of() {
+    let out = Folder::new("hard-pressed");
+    for (share, expected) in [(0.0095, false), (0.0105, true)] {
+        let pressure = format!("load.0.pressure_pa={}", share * YOUNG_PA);
+        let said = ended(command("static", &out, &[pressure]), 0);
+        let found = &summary(&out)["static"]["largest_pressure_pa"];
+        let off = found.as_f64().unwrap() / (share * YOUNG_PA) - 1.0;
+        assert!(off.abs() < 1e-6, "the patch is uniform: {off}");
+        assert_eq!(
+            is_warned(&out, &said, "of Young's modulus"),
+            expected,
+            "{share}"
+        );
+        let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+        assert_eq!(report.contains("of Young's modulus"), expected);
+    }
+}
+
+#[test]
+fn wide_clearances_and_deep_interferences_are_warned_of() {
+    let out = Folder::new("gaps");
+    let (wide, deep) = ("has a clearance of", "has an interference of");
+    let [least_m, largest_m] = FLANK_M;
+    for (gap_m, clearance, interference) in [
+        (0.0, false, false),
+        (0.99 * least_m, false, false),
+        (1.01 * largest_m, true, false),
+        (-0.099 * least_m, false, false),
+        (-0.101 * largest_m, false, true),
+        (-1e6, false, true),
+    ] {
+        let gap = format!("contact.flank.gap_m={gap_m}");
+        let said = ended(command("mesh", &out, &[gap]), 0);
+        assert_eq!(is_warned(&out, &said, wide), clearance, "{gap_m}");
+        assert_eq!(is_warned(&out, &said, deep), interference, "{gap_m}");
+    }
+}
+
+/// Bonded, the response is linear in the force.
+#[test]
+fn a_displacement_of_the_size_of_its_body_is_warned_of_and_then_refused() {
+    let out = Folder::new("far-moved");
+    let run = |force_n: f64| {
+        let set = [
+            "contact.flank.law=bonded".to_owned(),
+            "contact.flank.friction=".to_owned(),
+            "load.0.pressure_pa=1".to_owned(),
+            format!("excitation.0.force_n={force_n}"),
+        ];
+        command("run", &out, &set)
+    };
+    ended(run(1.0), 0);
+    let peak = |out: &Path| summary(out)["response"]["peak_amplitude_m"].as_f64();
+    let of_one_newton = peak(&out).unwrap();
+    let words = "displacements are taken to be small";
+    for (share, warned, code) in [
+        (0.095, false, 0),
+        (0.105, true, 0),
+        (0.95, true, 0),
+        (1.05, true, 1),
+    ] {
+        let said = ended(run(share * SIZE_M / of_one_newton), code);
+        let found = peak(&out).unwrap();
+        assert!((found / (share * SIZE_M) - 1.0).abs() < 1e-9, "{found}");
+        assert_eq!(is_warned(&out, &said, words), warned, "{share}");
+        let refused = said_in_one_line(&said).contains("more than the body is long");
+        assert_eq!(refused, code == 1);
+    }
+    // What was found can be looked at.
+    assert_eq!(summary(&out)["state"], "failed");
+    let why = summary(&out)["why"].as_str().unwrap().to_owned();
+    assert!(why.contains("corner of body `upper`"), "{why}");
+    assert!(out.join("response.csv").exists() && out.join("report.html").exists());
+}
+
+/// A pull that the supports carry moves the bonded bodies by more than they are long.
+#[test]
+fn a_static_state_that_moves_by_more_than_its_body_is_none() {
+    let out = Folder::new("far-pulled");
+    let set = [
+        "contact.flank.law=bonded",
+        "contact.flank.friction=",
+        "load.0.pressure_pa=1e12",
+    ];
+    let said = ended(command("run", &out, &set.map(str::to_owned)), 1);
+    let words = said_in_one_line(&said);
+    assert!(words.contains("more than the body is long"), "{words}");
+    assert!(out.join("static.vtu").exists() && !out.join("response.csv").exists());
+}
