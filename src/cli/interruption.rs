@@ -13,12 +13,16 @@ use crate::exit::ExitStatus;
 /// What is done before the process ends; it is given the name of what ends it.
 type LastWord = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Has `last_word` done when Ctrl-C or SIGTERM comes, and ends the process. A second one ends it at once.
+/// Ctrl-C and SIGTERM from now on; they wait until [`on_signals`] is called.
 ///
 /// # Errors
 /// The system refuses to tell of signals.
-pub(super) fn on_signals(last_word: LastWord) -> io::Result<()> {
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+pub(super) fn signals() -> io::Result<Signals> {
+    Signals::new([SIGINT, SIGTERM])
+}
+
+/// Has `last_word` done when Ctrl-C or SIGTERM comes, and ends the process. A second one ends it at once.
+pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) {
     std::thread::spawn(move || {
         let again = AtomicBool::new(false);
         for signal in signals.forever() {
@@ -35,7 +39,6 @@ pub(super) fn on_signals(last_word: LastWord) -> io::Result<()> {
             std::thread::spawn(move || end(&last_word, name));
         }
     });
-    Ok(())
 }
 
 /// The same when standard input ends, which the death of whoever holds its other end brings about.

@@ -164,6 +164,8 @@ fn files(
         Command::Run(_) | Command::Static(_) => Beginning::Anew,
         _ => Beginning::Beside,
     };
+    // A signal that comes while the folder is opened is heard once it is.
+    let signals = interruption::signals().map_err(Error::Signals)?;
     let files = Files::open(scene, context, other, beginning)?;
     let files = SharedFiles::new(files);
     let (of_signal, lines) = (Arc::clone(&files), console.lines());
@@ -174,7 +176,7 @@ fn files(
         };
         lines.last(&message);
     });
-    interruption::on_signals(last_word.clone()).map_err(Error::Signals)?;
+    interruption::on_signals(signals, last_word.clone());
     if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
         interruption::on_end_of_stdin(last_word);
     }

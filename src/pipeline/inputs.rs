@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::input;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
@@ -47,10 +48,10 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
 /// Hash of the bytes of a file, in hexadecimals.
 ///
 /// # Errors
-/// A file that cannot be read.
+/// A file that cannot be read, or is not a regular file.
 pub fn hash_of_file(file: &Path) -> io::Result<String> {
     let mut hasher = blake3::Hasher::new();
-    io::copy(&mut std::fs::File::open(file)?, &mut hasher)?;
+    io::copy(&mut input::open(file)?, &mut hasher)?;
     Ok(hasher.finalize().to_string())
 }
 

@@ -11,7 +11,7 @@
 //! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
 //! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either. Files that
-//! [`write`] wrote name their model in a comment, a hash of all its numbers: those of two models
+//! [`write()`] wrote name their model in a comment, a hash of all its numbers: those of two models
 //! are not read together. Files without such a comment, of another program, are taken for what they
 //! are. The folder carries no friction, gap or damping, and no amplitude of the force: the caller
 //! gives them.
