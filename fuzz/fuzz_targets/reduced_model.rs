@@ -6,24 +6,10 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
 use dovetail_solver::text;
 
-/// The files that a folder may have; no other name of an input reaches the disk.
-const FILES: [&str; 12] = [
-    "K.mtx",
-    "M.mtx",
-    "p.mtx",
-    "w2.mtx",
-    "f_static.mtx",
-    "fm_static.mtx",
-    "f_excitation.mtx",
-    "fm_excitation.mtx",
-    "tip_x.mtx",
-    "tip_modes.mtx",
-    "xyz.mtx",
-    "area.mtx",
-];
 const MARK: &[u8] = b"=== ";
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {

@@ -127,11 +127,8 @@ impl OutputFolder {
         if self.written.borrow().len() == before {
             return Ok(());
         }
-        let (state, why) = {
-            let said = self.said.borrow();
-            (said.state, said.why.clone())
-        };
         let said = self.said.borrow().clone();
+        let (state, why) = (said.state, said.why.clone());
         self.write_summary(said, state, why)
     }
 

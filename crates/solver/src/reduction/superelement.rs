@@ -41,7 +41,7 @@ pub struct Superelement {
     pub areas_m2: Option<Vec<f64>>,
 }
 
-/// Names of the files of a folder; not every model has all.
+/// Names of the files of a folder; not every model has all. No other name is read or written.
 pub const FILES: [&str; 12] = [
     "K.mtx",
     "M.mtx",
