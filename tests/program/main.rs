@@ -38,6 +38,7 @@ mod reduction;
 mod reference;
 mod reference_dovetail72;
 mod report;
+mod rigid_slider;
 mod rubbing_beam;
 mod run_as_value;
 mod scene_any_text;

@@ -79,6 +79,22 @@ const MOST_HALVINGS: i32 = 10;
 /// Smallest damping factor tried.
 const SMALLEST_STEP: f64 = 1.0 / (1 << MOST_HALVINGS) as f64;
 
+/// The whole correction at `x`, not taken: zero where the measure is within `tolerance`, `None` where there is no usable
+/// answer.
+pub fn correction<S: NonlinearSystem>(
+    system: &mut S,
+    x: &[f64],
+    tolerance: f64,
+) -> Option<Vec<f64>> {
+    let (mut f, mut dx) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+    system.residual(x, &mut f);
+    if system.measure(&f) <= tolerance {
+        return Some(dx);
+    }
+    system.linearise(x);
+    system.correction(&f, &mut dx).then_some(dx)
+}
+
 /// Iterates from `x`, which ends as the best point reached.
 pub fn newton<S: NonlinearSystem>(
     system: &mut S,

@@ -2,6 +2,7 @@
 //! synthesised at the samples of a period, the law is evaluated there sample after sample, and the contact force is
 //! analysed into harmonics; with the exact derivative including the history of slip.
 
+use super::rounded;
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
@@ -40,6 +41,8 @@ pub struct PairInput<'a> {
     pub friction: f64,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
+    /// The cone is rounded with this sharpness ([`super::rounded`]); `None`: the law itself.
+    pub sharpness: Option<f64>,
 }
 
 /// How the time evaluation of one pair ended.
@@ -86,6 +89,15 @@ impl Signals {
             lambda: vec![0.0; 3 * samples],
         }
     }
+
+    /// Writes the coefficients of the contact forces.
+    #[inline(always)]
+    fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
+        let components = lambda.chunks_exact_mut(fourier.width());
+        for (signal, lambda) in self.lambda.chunks_exact(fourier.samples()).zip(components) {
+            fourier.to_frequency(signal, lambda);
+        }
+    }
 }
 
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force into
@@ -125,6 +137,18 @@ fn evaluate_pair(
             &input.force[c * width..(c + 1) * width],
             &mut signals.lambda_u[c * samples..(c + 1) * samples],
         );
+    }
+    if let Some(sharpness) = input.sharpness {
+        let periodic = rounded::contact_forces(&input, sharpness, signals);
+        signals.to_frequency(fourier, lambda);
+        let normal = signals.lambda[..samples].iter();
+        return PairEnd {
+            periodic,
+            always_stuck: false,
+            open_samples: normal.filter(|n| **n == 0.0).count(),
+            slid_n: 0.0,
+            history: History::FromStart(1),
+        };
     }
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
@@ -170,12 +194,7 @@ fn evaluate_pair(
             state = [before[0] + step[0], before[1] + step[1]];
         }
     }
-    for c in 0..3 {
-        fourier.to_frequency(
-            &signals.lambda[c * samples..(c + 1) * samples],
-            &mut lambda[c * width..(c + 1) * width],
-        );
-    }
+    signals.to_frequency(fourier, lambda);
     end
 }
 
@@ -334,9 +353,47 @@ fn differentiate_pair(
 ) {
     let (samples, width) = (fourier.samples(), fourier.width());
     let full = 3 * width;
+    let rows = match input.sharpness {
+        Some(sharpness) => rounded::derivative_rows(fourier, &input, sharpness, signals),
+        None => derivative_rows(fourier, &input, signals, end),
+    };
+    // The coefficients of those signals: sums with the synthesis, weighed as the analysis does.
+    let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
+    let mut sums = Mat::zeros(width + 2 * full, width);
+    matmul(
+        sums.as_mut(),
+        Accum::Replace,
+        MatRef::from_column_major_slice(&rows, width + 2 * full, samples),
+        synthesis,
+        1.0 / samples as f64,
+        Par::Seq,
+    );
+    derivative.fill(0.0);
+    for h in 0..width {
+        let weight = if h == 0 { 1.0 } else { 2.0 };
+        let (normal, tangential) = sums.col_as_slice(h).split_at(width);
+        let parts = [normal].into_iter().chain(tangential.chunks_exact(full));
+        for (c, part) in parts.enumerate() {
+            let row = &mut derivative[(c * width + h) * full..][..part.len()];
+            row.iter_mut().zip(part).for_each(|(d, v)| *d = weight * v);
+        }
+    }
+}
+
+/// The derivative of the contact force at the samples of the last period: of its normal part by the coefficients of the
+/// normal prediction, and of both tangential ones by all, 2H+1 + 2 (3(2H+1)) a sample.
+#[inline(always)]
+fn derivative_rows(
+    fourier: &Fourier,
+    input: &PairInput<'_>,
+    signals: &Signals,
+    end: &PairEnd,
+) -> Vec<f64> {
+    let (samples, width) = (fourier.samples(), fourier.width());
+    let full = 3 * width;
     let mut pass = Pass {
         fourier,
-        input: &input,
+        input,
         signals,
         state: input.start,
         touch_n: 0.0,
@@ -367,27 +424,7 @@ fn differentiate_pair(
     }
     let mut rows = vec![0.0; (width + 2 * full) * samples];
     pass.period(Some(&mut rows));
-    // The coefficients of those signals: sums with the synthesis, weighed as the analysis does.
-    let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
-    let mut sums = Mat::zeros(width + 2 * full, width);
-    matmul(
-        sums.as_mut(),
-        Accum::Replace,
-        MatRef::from_column_major_slice(&rows, width + 2 * full, samples),
-        synthesis,
-        1.0 / samples as f64,
-        Par::Seq,
-    );
-    derivative.fill(0.0);
-    for h in 0..width {
-        let weight = if h == 0 { 1.0 } else { 2.0 };
-        let (normal, tangential) = sums.col_as_slice(h).split_at(width);
-        let parts = [normal].into_iter().chain(tangential.chunks_exact(full));
-        for (c, part) in parts.enumerate() {
-            let row = &mut derivative[(c * width + h) * full..][..part.len()];
-            row.iter_mut().zip(part).for_each(|(d, v)| *d = weight * v);
-        }
-    }
+    rows
 }
 
 /// The derivative of the state, carried along the samples.
@@ -554,6 +591,7 @@ mod tests {
                 shift_n: 0.05,
                 friction: 0.4,
                 start: [0.03, -0.02],
+                sharpness: None,
             };
             let end = check_derivative(&fourier, input, 1e-7, &format!("trial {trial}"));
             sliding += usize::from(!end.always_stuck);
@@ -564,6 +602,30 @@ mod tests {
             sliding > 10 && opening > 5 && solved > 2,
             "{sliding} {opening} {solved}"
         );
+    }
+
+    #[test]
+    fn derivative_of_a_rounded_cone_matches_differences() {
+        let fourier = Fourier::new(3, 64);
+        for trial in 0..10 {
+            for sharpness in [2.0, 8.0] {
+                let f = force(fourier.width(), trial as f64);
+                let input = PairInput {
+                    periods: Periods::UntilPeriodic,
+                    force: &f,
+                    shift_n: 0.05,
+                    friction: 0.4,
+                    start: [0.03, -0.02],
+                    sharpness: Some(sharpness),
+                };
+                check_derivative(
+                    &fourier,
+                    input,
+                    1e-6,
+                    &format!("trial {trial}, {sharpness}"),
+                );
+            }
+        }
     }
 
     #[test]
@@ -580,6 +642,7 @@ mod tests {
                 shift_n: 0.0,
                 friction: 0.25,
                 start: [0.3 * angle.cos(), 0.3 * angle.sin()],
+                sharpness: None,
             };
             let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
             let fixed = matches!(end.history, History::FixedPoint { .. });
@@ -601,6 +664,7 @@ mod tests {
             shift_n: 0.0,
             friction: 0.3,
             start: [0.0; 2],
+            sharpness: None,
         };
         let mut signals = Signals::new(32);
         let mut lambda = vec![0.0; full];

@@ -53,6 +53,8 @@ pub struct Balance<'a> {
     retention: Option<Cow<'a, Retention>>,
     /// Coefficients of friction above this count as this.
     pub most_friction: f64,
+    /// Friction cones are rounded with this sharpness; `None`: the law itself.
+    pub sharpness: Option<f64>,
 }
 
 /// What the pairs did at one U.
@@ -141,6 +143,7 @@ impl<'a> Balance<'a> {
             force,
             retention: None,
             most_friction: f64::INFINITY,
+            sharpness: None,
         }
     }
 
@@ -204,6 +207,7 @@ impl<'a> Balance<'a> {
             shift_n: eps_n * law.gap_m,
             friction: law.friction,
             start: [eps_t * x[1], eps_t * x[2]],
+            sharpness: self.sharpness,
         }
     }
 

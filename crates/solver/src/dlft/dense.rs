@@ -8,8 +8,11 @@ use super::balance::{Balance, Evaluation, Evaluator};
 use super::newton_krylov::{load_scale, relative_residual, step_length};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
-use dovetail_numerics::newton::{Damping, NewtonEnd, NewtonOptions, NonlinearSystem, newton};
-use faer::Mat;
+use dovetail_numerics::newton::{
+    Damping, NewtonEnd, NewtonOptions, NonlinearSystem, correction, newton,
+};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatRef, Par};
 
 /// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`]; with the
 /// evaluation where it ends.
@@ -18,12 +21,22 @@ pub fn exact_newton(
     u: &mut [f64],
     options: NewtonOptions,
 ) -> (NewtonEnd, Evaluation) {
-    let mut system = ExactSystem {
-        dense: DenseBalance::new(balance, options),
-        factor: None,
-    };
+    let mut system = ExactSystem::new(balance, options);
     let end = newton(&mut system, u, options);
     (end, system.dense.evaluator.take(u))
+}
+
+/// Newton's correction at `u`, not taken; `None` where the Jacobian is singular there.
+pub fn exact_correction(
+    balance: &Balance<'_>,
+    u: &[f64],
+    options: NewtonOptions,
+) -> Option<Vec<f64>> {
+    correction(
+        &mut ExactSystem::new(balance, options),
+        u,
+        options.tolerance,
+    )
 }
 
 /// As [`exact_newton`], by the dogleg.
@@ -41,6 +54,15 @@ struct ExactSystem<'a, 'b> {
     dense: DenseBalance<'a, 'b>,
     /// Of the Jacobian at the last linearisation.
     factor: Option<Lu>,
+}
+
+impl<'a, 'b> ExactSystem<'a, 'b> {
+    fn new(balance: &'b Balance<'a>, options: NewtonOptions) -> Self {
+        Self {
+            dense: DenseBalance::new(balance, options),
+            factor: None,
+        }
+    }
 }
 
 impl NonlinearSystem for ExactSystem<'_, '_> {
@@ -124,26 +146,32 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         for i in 0..x.len() {
             out[(i, i)] -= balance.eps_at(i);
         }
-        let mut derivatives = vec![None; n / 3];
-        for (pair, d) in jacobian.active.iter().zip(&jacobian.derivatives) {
-            derivatives[*pair] = Some(d);
-        }
+        // (I - D) times that, pair after pair: the rows of a pair that sticks are none.
         let full = 3 * width;
-        let mut local = vec![0.0; full];
-        for j in 0..x.len() {
-            let column = out.col_as_slice_mut(j);
-            for (pair, derivative) in derivatives.iter().enumerate() {
-                let at = |i: usize| (i % width) * n + 3 * pair + i / width;
-                match derivative {
-                    None => (0..full).for_each(|i| column[at(i)] = 0.0),
-                    Some(d) => {
-                        (0..full).for_each(|i| local[i] = column[at(i)]);
-                        for (i, row) in d.chunks_exact(full).enumerate() {
-                            let moved: f64 = row.iter().zip(&local).map(|(d, l)| d * l).sum();
-                            column[at(i)] -= moved;
-                        }
-                    }
+        let mut derivatives = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
+        let (mut rows, mut moved) = (Mat::zeros(full, x.len()), Mat::zeros(full, x.len()));
+        for pair in 0..n / 3 {
+            let at = |i: usize| (i % width) * n + 3 * pair + i / width;
+            let derivative = derivatives.next_if(|(active, _)| **active == pair);
+            let Some((_, derivative)) = derivative else {
+                for j in 0..x.len() {
+                    (0..full).for_each(|i| out[(at(i), j)] = 0.0);
                 }
+                continue;
+            };
+            for j in 0..x.len() {
+                (0..full).for_each(|i| rows[(i, j)] = out[(at(i), j)]);
+            }
+            matmul(
+                moved.as_mut(),
+                Accum::Replace,
+                MatRef::from_row_major_slice(derivative, full, full),
+                rows.as_ref(),
+                1.0,
+                Par::Seq,
+            );
+            for j in 0..x.len() {
+                (0..full).for_each(|i| out[(at(i), j)] -= moved[(i, j)]);
             }
         }
         for i in 0..x.len() {

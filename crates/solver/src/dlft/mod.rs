@@ -234,6 +234,7 @@ pub mod peaks;
 pub mod penalty;
 mod point;
 pub mod retention;
+mod rounded;
 pub mod settings;
 pub mod static_state;
 pub mod sweep;

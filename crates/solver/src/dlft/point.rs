@@ -9,7 +9,7 @@
 
 use super::aft::Periods;
 use super::balance::{Balance, Evaluation, Setting};
-use super::dense::{exact_newton, powell};
+use super::dense::{exact_correction, exact_newton, powell};
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
     relative_residual, step_length,
@@ -17,7 +17,7 @@ use super::newton_krylov::{
 use super::orbit::observed_amplitudes_m;
 use super::retention::{Mean, Retention, may_have_walked_off};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
+use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -34,8 +34,11 @@ const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Up to this many unknowns Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
-/// It may take this many times the iterations allowed: they are cheap, and rigid friction in many harmonics needs them.
-const EXACT_ATTEMPT: usize = 6;
+
+/// The sharpness of rounded friction cones, from one that Newton's method finds from far away to one close to the law.
+const SHARPNESS: [f64; 8] = [2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0];
+/// The balances on the way are solved to this.
+const ROUNDED_TOLERANCE: f64 = 1e-4;
 
 /// Fractions of the retention's stiffness from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
@@ -168,6 +171,8 @@ enum Strategy {
     InFrequency(u32),
     /// From the static state in this many steps of the vibrating part of the load.
     InForce(u32),
+    /// From the static state with rounded friction cones ([`super::rounded`]), each solution the start of the next sharper one.
+    InSharpness,
     /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
     /// start on the straight line in 1 / mu through the last two.
     InFriction { from: f64, growth: f64 },
@@ -222,7 +227,7 @@ impl<'a> FrequencySolver<'a> {
             Strategy::FromNeighbour(method) | Strategy::FromRest(method) => {
                 !matches!(method, Method::Dogleg)
             }
-            Strategy::InFrequency(_) => true,
+            Strategy::InFrequency(_) | Strategy::InSharpness => true,
             Strategy::InForce(_) | Strategy::InFriction { .. } => false,
         });
         if strategies.is_empty() {
@@ -243,29 +248,37 @@ impl<'a> FrequencySolver<'a> {
         let Some(balance) = self.balance(frequency_hz, coarse.balance.mean()) else {
             return (u, 0.0);
         };
+        let dx = match self.stepping() {
+            Method::Exact => exact_correction(&balance, &u, self.newton),
+            Method::Krylov(_) | Method::Dogleg => self.krylov_correction(&balance, &u, work),
+        };
+        work.newton_iterations += 1;
+        let Some(dx) = dx else {
+            return (u, f64::INFINITY);
+        };
+        let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
+        let change = relative_change(&balance, &u, &corrected, frequency_hz);
+        (corrected, change)
+    }
+
+    /// Newton's correction at U, loosely solved for; `None` where it is not found.
+    fn krylov_correction(
+        &self,
+        balance: &Balance<'_>,
+        u: &[f64],
+        work: &mut Work,
+    ) -> Option<Vec<f64>> {
         let anywhere = |_: &[f64]| false;
         let mut system = KrylovSystem::new(
-            &balance,
+            balance,
             &mut work.preconditioner,
             LOOSE_KRYLOV_TOLERANCE,
             self.newton.tolerance,
             &anywhere,
         );
-        let (mut f, mut dx) = (vec![0.0; u.len()], vec![0.0; u.len()]);
-        system.residual(&u, &mut f);
-        if system.measure(&f) <= self.newton.tolerance {
-            return (u, 0.0);
-        }
-        system.linearise(&u);
-        let solved = system.correction(&f, &mut dx);
-        work.newton_iterations += 1;
+        let found = correction(&mut system, u, self.newton.tolerance);
         work.krylov_iterations += system.krylov_iterations;
-        if !solved {
-            return (u, f64::INFINITY);
-        }
-        let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
-        let change = relative_change(&balance, &u, &corrected, frequency_hz);
-        (corrected, change)
+        found
     }
 
     /// As [`FrequencySolver::estimate_truncation`], with this balance solved instead of corrected once.
@@ -277,9 +290,13 @@ impl<'a> FrequencySolver<'a> {
     ) -> (Vec<f64>, f64) {
         let u = resized(&coarse.u, self.unknowns());
         let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.mean());
-        let solved = self.solve_from(frequency_hz, &start, work);
+        let strategies = [
+            Strategy::FromNeighbour(Method::Exact),
+            Strategy::InSharpness,
+        ];
+        let solved = self.solve_by(&strategies, frequency_hz, Some(&start), work);
         if !solved.is_converged() {
-            return (u, f64::INFINITY);
+            return self.estimate_truncation(coarse, frequency_hz, work);
         }
         let change = relative_change(&solved.balance, &u, &solved.u, frequency_hz);
         (solved.u, change)
@@ -359,7 +376,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
-        use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction};
+        use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction, InSharpness};
         let in_friction =
             [(10.0, 10.0), (0.5, 4.0)].map(|(from, growth)| InFriction { from, growth });
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
@@ -389,6 +406,7 @@ impl<'a> FrequencySolver<'a> {
         methods
             .iter()
             .flat_map(|method| directly(*method))
+            .chain([InSharpness])
             .chain(in_friction)
             .chain(steps)
             .chain(is_small.then_some(dogleg).into_iter().flatten())
@@ -456,10 +474,39 @@ impl<'a> FrequencySolver<'a> {
                 };
                 self.continue_in_steps(self.static_start(), steps, &at, work)
             }
+            Strategy::InSharpness => self.with_rounded_cones(frequency_hz, mean, work),
             Strategy::InFriction { from, growth } => {
                 self.with_growing_friction((from, growth), frequency_hz, mean, work)
             }
         }
+    }
+
+    /// `None` where nothing can slip.
+    fn with_rounded_cones(
+        &self,
+        frequency_hz: f64,
+        mean: Mean,
+        work: &mut Work,
+    ) -> Option<Solution<'_>> {
+        let pairs = &self.setting.system.model.pairs;
+        if pairs.iter().all(|p| p.computed_friction() == 0.0) {
+            return None;
+        }
+        let on_the_way = NewtonOptions {
+            tolerance: ROUNDED_TOLERANCE.max(self.newton.tolerance),
+            ..self.newton
+        };
+        let mut u = self.static_start();
+        for sharpness in SHARPNESS {
+            let mut balance = self.balance(frequency_hz, mean)?;
+            balance.sharpness = Some(sharpness);
+            let rounded = self.iterate(balance, u.clone(), self.stepping(), on_the_way, work);
+            if rounded.is_converged() {
+                u = rounded.u;
+            }
+        }
+        let balance = self.balance(frequency_hz, mean)?;
+        Some(self.iterate(balance, u, self.stepping(), self.newton, work))
     }
 
     /// `None` where a coefficient on the way has no solution, or none is above the first.
@@ -638,17 +685,7 @@ impl<'a> FrequencySolver<'a> {
                 work.krylov_iterations += system.krylov_iterations;
                 (end, system.evaluator.take(&u))
             }
-            Method::Exact => {
-                let max_iterations = match options.max_iterations {
-                    1 => 1,
-                    allowed => EXACT_ATTEMPT * allowed,
-                };
-                let options = NewtonOptions {
-                    max_iterations,
-                    ..options
-                };
-                exact_newton(&balance, &mut u, options)
-            }
+            Method::Exact => exact_newton(&balance, &mut u, options),
             Method::Dogleg => powell(&balance, &mut u, options),
         };
         work.newton_iterations += end.iterations;

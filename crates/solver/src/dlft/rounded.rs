@@ -1,0 +1,215 @@
+//! The time evaluation of a pair whose friction cone is rounded: a way to solutions of the law itself.
+//!
+//! The tangential force is L h(|p| / L) along the prediction p, with the limit L = mu |N| and
+//! h(r) = r / (1 + r^q)^(1/q), which tends to the law, min(r, 1), as the sharpness q grows. It has no
+//! corners where friction sets in, and a pair forgets where it began: it creeps under any force. Newton's
+//! method finds the motion at a small q from far away, and follows it as q grows.
+
+use super::aft::{PairInput, Signals};
+use crate::contact::law::length;
+use dovetail_numerics::fourier::Fourier;
+
+/// Periods evaluated at most; each but the first begins where Newton's method expects the periodic state.
+const MOST_PERIODS: usize = 40;
+/// Periodic when the state moves by less than this fraction of the largest predicted force.
+const PERIODICITY: f64 = 1e-12;
+
+/// A matrix of two rows, row by row.
+type Square = [[f64; 2]; 2];
+
+/// The rounded law at one instant.
+struct Rounded {
+    /// Contact force, N.
+    force: [f64; 3],
+    /// The derivative of the tangential force by the tangential prediction.
+    by_tangential: Square,
+    /// The derivative of the tangential force by the normal prediction.
+    by_normal: [f64; 2],
+}
+
+#[inline(always)]
+fn rounded(predicted: [f64; 3], friction: f64, sharpness: f64) -> Rounded {
+    let [normal, t1, t2] = predicted;
+    let zero = [[0.0; 2]; 2];
+    if normal >= 0.0 {
+        return Rounded {
+            force: [0.0; 3],
+            by_tangential: zero,
+            by_normal: [0.0; 2],
+        };
+    }
+    let limit = -friction * normal;
+    let size = length(t1, t2);
+    if limit == 0.0 || size == 0.0 {
+        let same = if limit > 0.0 { 1.0 } else { 0.0 };
+        return Rounded {
+            force: [normal, 0.0, 0.0],
+            by_tangential: [[same, 0.0], [0.0, same]],
+            by_normal: [0.0; 2],
+        };
+    }
+    let ratio = size / limit;
+    // h / r, and h'.
+    let (share, slope) = if ratio > 1.0 {
+        let rest = 1.0 + ratio.powf(-sharpness);
+        let share = rest.powf(-1.0 / sharpness) / ratio;
+        (share, share * ratio.powf(-sharpness) / rest)
+    } else {
+        let rest = 1.0 + ratio.powf(sharpness);
+        let share = rest.powf(-1.0 / sharpness);
+        (share, share / rest)
+    };
+    let e = [t1 / size, t2 / size];
+    let along = |i: usize, j: usize| {
+        let unit = if i == j { share } else { 0.0 };
+        unit + (slope - share) * e[i] * e[j]
+    };
+    let by_limit = ratio * (share - slope);
+    Rounded {
+        force: [normal, share * t1, share * t2],
+        by_tangential: [[along(0, 0), along(0, 1)], [along(1, 0), along(1, 1)]],
+        by_normal: e.map(|e| -friction * by_limit * e),
+    }
+}
+
+/// A pair through a period.
+struct March {
+    /// lambda_x (tangential) at the start, N.
+    start: [f64; 2],
+    /// The same at the end.
+    state: [f64; 2],
+    /// The derivative of the end by the start.
+    memory: Square,
+}
+
+fn one_period(input: &PairInput<'_>, lambda_u: &[f64], q: f64) -> March {
+    let samples = lambda_u.len() / 3;
+    let start = input.start;
+    let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
+    for n in 0..samples {
+        let law = rounded(prediction(lambda_u, n, input, state), input.friction, q);
+        state = [1, 2].map(|c| lambda_u[c * samples + n] - law.force[c]);
+        memory = product(law.by_tangential, memory);
+    }
+    March {
+        start,
+        state,
+        memory,
+    }
+}
+
+#[inline(always)]
+fn prediction(lambda_u: &[f64], n: usize, input: &PairInput<'_>, state: [f64; 2]) -> [f64; 3] {
+    let samples = lambda_u.len() / 3;
+    let at = |c: usize| lambda_u[c * samples + n];
+    [at(0) + input.shift_n, at(1) - state[0], at(2) - state[1]]
+}
+
+/// The period of the periodic motion, and whether it was found.
+fn periodic(input: &PairInput<'_>, lambda_u: &[f64], q: f64) -> (March, bool) {
+    let scale = lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut input = *input;
+    let mut periods = 0;
+    loop {
+        let march = one_period(&input, lambda_u, q);
+        let moved = [0, 1].map(|c| march.state[c] - march.start[c]);
+        periods += 1;
+        let is_periodic = moved[0].hypot(moved[1]) <= PERIODICITY * scale;
+        if is_periodic || periods == MOST_PERIODS {
+            return (march, is_periodic);
+        }
+        let step = without_memory(march.memory, moved).unwrap_or(moved);
+        input.start = [0, 1].map(|c| march.start[c] + step[c]);
+    }
+}
+
+/// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns whether they are
+/// periodic.
+pub fn contact_forces(input: &PairInput<'_>, sharpness: f64, signals: &mut Signals) -> bool {
+    let (march, is_periodic) = periodic(input, &signals.lambda_u, sharpness);
+    let samples = signals.lambda_u.len() / 3;
+    let mut state = march.start;
+    for n in 0..samples {
+        let predicted = prediction(&signals.lambda_u, n, input, state);
+        let law = rounded(predicted, input.friction, sharpness);
+        for (c, force) in law.force.iter().enumerate() {
+            signals.lambda[c * samples + n] = *force;
+        }
+        state = [1, 2].map(|c| signals.lambda_u[c * samples + n] - law.force[c]);
+    }
+    is_periodic
+}
+
+/// The signals of the derivative of the force: of its normal part by the coefficients of the normal prediction, and of
+/// both tangential ones by all, 2H+1 + 2 (3(2H+1)) a sample.
+pub fn derivative_rows(
+    fourier: &Fourier,
+    input: &PairInput<'_>,
+    sharpness: f64,
+    signals: &Signals,
+) -> Vec<f64> {
+    let (samples, width) = (fourier.samples(), fourier.width());
+    let full = 3 * width;
+    let lambda_u = &signals.lambda_u;
+    let (march, _) = periodic(input, lambda_u, sharpness);
+    // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic state.
+    let mut history = vec![0.0; 2 * full];
+    let mut rows = vec![0.0; (width + 2 * full) * samples];
+    for is_last in [false, true] {
+        let mut state = march.start;
+        for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
+            let s = fourier.synthesis_row(n);
+            let predicted = prediction(lambda_u, n, input, state);
+            let law = rounded(predicted, input.friction, sharpness);
+            let is_closed = predicted[0] < 0.0;
+            let (normal, force) = row.split_at_mut(width);
+            if is_last && is_closed {
+                normal.copy_from_slice(s);
+            }
+            // d force = B (S - history) + b S_N.
+            let (h1, h2) = history.split_at(full);
+            for (i, force) in force.chunks_exact_mut(full).enumerate() {
+                let [b1, b2] = law.by_tangential[i];
+                for (f, (h1, h2)) in force.iter_mut().zip(h1.iter().zip(h2)) {
+                    *f = -b1 * h1 - b2 * h2;
+                }
+                for (c, by) in [law.by_normal[i], b1, b2].into_iter().enumerate() {
+                    let own = force[c * width..(c + 1) * width].iter_mut();
+                    own.zip(s).for_each(|(f, s)| *f += by * s);
+                }
+            }
+            history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);
+            for c in 0..2 {
+                let own = c * full + (c + 1) * width;
+                let own = history[own..own + width].iter_mut();
+                own.zip(s).for_each(|(h, s)| *h += s);
+            }
+            state = [1, 2].map(|c| lambda_u[c * samples + n] - law.force[c]);
+        }
+        if !is_last {
+            let (first, second) = history.split_at_mut(full);
+            for (a, b) in first.iter_mut().zip(second) {
+                [*a, *b] = without_memory(march.memory, [*a, *b]).unwrap_or([*a, *b]);
+            }
+        }
+    }
+    rows
+}
+
+/// (I - memory)^-1 r; `None` where the pair forgets nothing.
+fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
+    let [[a, b], [c, d]] = memory;
+    let (a, d) = (1.0 - a, 1.0 - d);
+    let determinant = a * d - b * c;
+    (determinant > 1e-12).then(|| {
+        [
+            (d * r[0] + b * r[1]) / determinant,
+            (a * r[1] + c * r[0]) / determinant,
+        ]
+    })
+}
+
+fn product(a: Square, b: Square) -> Square {
+    let at = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
+    [[at(0, 0), at(0, 1)], [at(1, 0), at(1, 1)]]
+}
