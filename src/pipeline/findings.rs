@@ -1,6 +1,8 @@
 //! Says what to mind about a model, its static state and its response.
 
 use super::error::RunError;
+use super::free_motion;
+use super::progress::Progress;
 use super::reduced::Reduced;
 use crate::warning::{Warning, Weight};
 use crate::words::{percent, quantity};
@@ -148,6 +150,34 @@ fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
     })
 }
 
+/// Where friction does not hold the bodies, and which of them.
+///
+/// # Errors
+/// Those of the way back to the bodies.
+pub(super) fn held(
+    reduced: &Reduced,
+    state: &StaticState,
+    response: &Response,
+    progress: &Progress,
+) -> Result<Option<Warning>, RunError> {
+    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
+    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
+    let most = held
+        .iter()
+        .max_by(|a, b| a.retention_n.total_cmp(&b.retention_n));
+    let Some(most) = most else {
+        return Ok(None);
+    };
+    let what = free_motion::retained_in_motion(reduced, state, most, progress)?;
+    Ok(Some(doubt(format!(
+        "at {} of {} frequencies friction does not hold {what}: the mean position was held there, \
+         as a lock plate does, with up to {:.3} N (column retention_n of response.csv)",
+        held.len(),
+        response.orbits.len(),
+        most.retention_n,
+    ))))
+}
+
 /// What failed first, then what is doubtful.
 pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -162,7 +192,7 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let leaving = ended(Outcome::LeavesSlot);
     if leaving > 0 {
         warnings.push(wrong(format!(
-            "at {leaving} of {all} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
+            "at {leaving} of {all} frequencies the bodies would come apart: even applied slowly the excitation pulls harder at the \
              flanks than the steady load presses them together; excite it less (force_n), or press it harder \
              (rotation.speed_rpm, [[load]])"
         )));
@@ -173,16 +203,6 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
             "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, which contact between \
              pairs of nodes does not cover (outcome slides_too_far of response.csv)",
             100.0 * TOO_FAR,
-        )));
-    }
-    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
-    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
-    if !held.is_empty() {
-        let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
-        warnings.push(doubt(format!(
-            "at {} of {all} frequencies friction does not hold the blade along its slot: its mean position was held there, \
-             as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
-            held.len(),
         )));
     }
     let inaccurate = ended(Outcome::AccuracyNotReached);

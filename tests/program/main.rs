@@ -31,6 +31,7 @@ mod meshing;
 mod metamorphic;
 mod mortar;
 mod only_what_is_asked;
+mod open_at_rest;
 mod output_folder;
 mod paper_findings;
 mod reduced_scenes;

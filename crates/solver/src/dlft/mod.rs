@@ -22,11 +22,13 @@ pub enum Outcome {
     /// A number that is not finite came up.
     NotFinite,
     /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
-    /// them together: the blade would leave its slot.
+    /// them together: the bodies would come apart.
     LeavesSlot,
     /// The balance holds, but some pair slides so far that its two nodes no longer face each other
     /// ([`crate::results::far_slip`]).
     SlidesTooFar,
+    /// No pair carries a force, and neither supports nor springs hold the bodies then: there is no static state.
+    NothingHolds,
     /// The balance holds, and its truncation error is estimated above the accuracy asked for.
     AccuracyNotReached,
 }
@@ -42,6 +44,7 @@ impl Outcome {
             Self::NotFinite => "not_finite",
             Self::LeavesSlot => "leaves_slot",
             Self::SlidesTooFar => "slides_too_far",
+            Self::NothingHolds => "nothing_holds",
             Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }
@@ -69,10 +72,10 @@ pub struct StaticState {
     pub status: Vec<PairStatus>,
     /// Newton iterations of all load steps.
     pub newton_iterations: usize,
-    /// |f| / |F|.
+    /// |f| / |F|, or over what the clearances take where nothing presses the pairs.
     pub residual: f64,
-    /// Force that retains the blade along its slot, N, where friction does not hold it and it is retained
-    /// at rest ([`retention`]); `None` where friction holds it.
+    /// Force that retains the motions that friction does not hold, N, where they are retained at rest
+    /// ([`retention`]); `None` where nothing is.
     pub retention_n: Option<f64>,
     /// What small vibrations about this state obey.
     pub linear: LinearReference,
