@@ -5,12 +5,13 @@ use super::free_motion;
 use super::progress::Progress;
 use super::reduced::Reduced;
 use crate::warning::{Warning, Weight};
-use crate::words::{percent, quantity};
+use crate::words::{counted, percent, quantity};
 use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
+use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, peak_is_at_an_end, peak_rise};
 use dovetail_solver::results::small::{
     AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
@@ -65,6 +66,9 @@ pub(super) fn of_static(
 ) -> Vec<Warning> {
     let place = "in the static state";
     let mut warnings: Vec<Warning> = far_slide(place, slide).into_iter().collect();
+    if state.outcome.is_converged() {
+        warnings.extend(all_open(&reduced.pairs, state));
+    }
     if let Some(meshed) = reduced.meshed() {
         let sizes = Sizes::of(&meshed.model);
         let moved = displacements_m.and_then(|u| sizes.farthest_node(u));
@@ -73,6 +77,25 @@ pub(super) fn of_static(
         warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
     }
     warnings
+}
+
+/// Contacts that carry nothing in the static state.
+fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let open = contacts.filter_map(|(c, name)| {
+        let own = pairs.rows.iter().zip(&state.status);
+        let own = own.filter(|(row, _)| row.contact == c);
+        let counts: StaticCounts = own.map(|(_, status)| *status).collect();
+        (counts.open > 0 && counts.open == counts.pairs()).then(|| Warning {
+            weight: Weight::Remark,
+            text: format!(
+                "all {} of contact `{name}` are open at rest: small vibrations do not feel it; where it is meant to touch, check the \
+                 steady load, gap_m and where the bodies stand",
+                counted(counts.pairs(), "pair", "pairs")
+            ),
+        })
+    });
+    open.collect()
 }
 
 /// The same of a response, of which what is so in the static state already is not said again.

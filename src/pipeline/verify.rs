@@ -245,8 +245,8 @@ fn table(comparison: &Comparison) -> String {
         ),
         line("damping work, J", b.viscous_work_j, i.viscous_work_j, None),
         line("input work, J", b.input_work_j, i.input_work_j, input),
-        count("pairs that slip", b.slipping_pairs, i.slipping_pairs),
-        count("pairs that open", b.opening_pairs, i.opening_pairs),
+        count("pairs that slip", b.pairs.slipping, i.pairs.slipping),
+        count("pairs that open", b.pairs.opening, i.pairs.opening),
     ]);
     if comparison.retention_n > 0.0 {
         lines.push(format!(

@@ -88,21 +88,15 @@ impl StaticState {
         (0..self.status.len()).filter(is_open).collect()
     }
 
+    /// How many pairs do what.
+    pub fn counts(&self) -> StaticCounts {
+        self.status.iter().copied().collect()
+    }
+
     /// Whether no pair carries a force.
     pub fn all_open(&self) -> bool {
         self.status.iter().all(|s| *s == PairStatus::Open)
     }
-}
-
-/// State of a pair in the static state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PairStatus {
-    /// Neither slides nor opens.
-    Stuck,
-    /// Friction is at its limit.
-    Slipping,
-    /// No force.
-    Open,
 }
 
 /// The periodic motion at one frequency.
@@ -153,15 +147,18 @@ pub struct Orbit {
     pub retention_n: f64,
 }
 
+impl Orbit {
+    /// How many pairs do what in the period.
+    pub fn counts(&self) -> CycleCounts {
+        self.cycles.iter().map(|cycle| cycle.status).collect()
+    }
+}
+
 /// One pair over one period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
-    /// Slides farther than the threshold.
-    pub slips: bool,
-    /// Is closed in the static state, and separates at some sample.
-    pub opens: bool,
-    /// Is open in the static state, whether it closes in the period or not.
-    pub open_at_rest: bool,
+    /// What it does.
+    pub status: CycleStatus,
     /// Distance slid in a period, m.
     pub slid_m: f64,
     /// Fraction of the period spent open.
@@ -233,6 +230,7 @@ pub mod linear_curve;
 mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
+pub mod pair_status;
 pub mod peaks;
 pub mod penalty;
 mod point;
@@ -241,6 +239,8 @@ pub mod settings;
 pub mod static_state;
 pub mod sweep;
 mod two_level;
+
+pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};
 
 use dovetail_numerics::newton::NewtonStatus;
 
