@@ -33,6 +33,7 @@ mod mortar;
 mod only_what_is_asked;
 mod open_at_rest;
 mod output_folder;
+mod pair_counts;
 mod paper_findings;
 mod reduced_scenes;
 mod reduction;

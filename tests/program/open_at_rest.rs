@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
-use crate::shared_runs::{Row, number};
+use crate::shared_runs::{number, rows};
 
 /// Sides of the beam along x, y, z, mm, and its elements.
 const BEAM_MM: [f64; 3] = [200.0, 10.0, 4.0];
@@ -119,17 +119,6 @@ fn summary(out: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap()
 }
 
-fn rows(out: &Path) -> Vec<Row> {
-    let text = std::fs::read_to_string(out.join("response.csv")).unwrap();
-    let mut lines = text.lines().map(|line| line.split(','));
-    let header: Vec<&str> = lines.next().unwrap().collect();
-    let row = |fields: std::str::Split<'_, char>| -> Row {
-        let cells = header.iter().zip(fields);
-        cells.map(|(h, f)| (h.to_string(), f.to_string())).collect()
-    };
-    lines.map(row).collect()
-}
-
 fn apart(found: f64, expected: f64) -> f64 {
     (found / expected - 1.0).abs()
 }
@@ -156,7 +145,7 @@ fn a_pad_that_does_not_touch_leaves_the_beam_as_it_is() {
     assert!(pairs > 0);
     assert_eq!(state["open_pairs"].as_u64(), Some(pairs));
     assert_eq!(state["largest_pressure_pa"].as_f64(), Some(0.0));
-    let [alone, padded] = [alone, padded].map(|out| rows(&out));
+    let [alone, padded] = [alone, padded].map(|out| rows(&out.join("response.csv")));
     assert_eq!((alone.len(), padded.len()), (17, 17));
     let mut largest_m = 0.0_f64;
     for (a, b) in alone.iter().zip(&padded) {
@@ -193,18 +182,26 @@ fn a_steady_load_that_does_not_close_a_gap_bends_the_beam_as_without_it() {
     assert!(summary(&closed)["static"]["open_pairs"].as_u64() < pairs);
 }
 
-/// The same beam that nothing fixes is refused, and named.
+/// The same beam is refused where nothing fixes it, or nothing along one axis, and the message says how it is free.
 #[test]
-fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused() {
+fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused_and_named() {
     let folder = Folder::new("open_free");
-    let scene = PAD.replace("gap_m = 1e-4", "gap_m = 0.0");
     std::fs::write(folder.join("beam.inp"), deck()).unwrap();
-    let file = folder.join("free.toml");
-    let free = SCENE.replace("fixed = [\"ROOT\"]", "");
-    std::fs::write(&file, format!("{free}{scene}")).unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.arg("run").arg(&file).args(["--no-cache", "--out"]);
-    program.arg(folder.join("free"));
-    let message = said_in_one_line(&ended(program, 1));
-    assert!(message.contains("nothing holds"), "{message}");
+    for (name, support, expected) in [
+        ("free", "", "nothing holds body `beam`: no pair"),
+        (
+            "guided",
+            "fixed_x = [\"ROOT\"]\nfixed_y = [\"ROOT\"]",
+            "nothing holds body `beam` along z: no pair",
+        ),
+    ] {
+        let scene = SCENE.replace("fixed = [\"ROOT\"]", support);
+        let file = folder.join(&format!("{name}.toml"));
+        std::fs::write(&file, format!("{scene}{PAD}")).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+        program.arg("run").arg(&file).args(["--no-cache", "--out"]);
+        program.arg(folder.join(name));
+        let message = said_in_one_line(&ended(program, 1));
+        assert!(message.contains(expected), "{message}");
+    }
 }
