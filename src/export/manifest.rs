@@ -404,7 +404,7 @@ pub struct VerifiedPoint {
     pub first_harmonic_difference: Option<f64>,
     pub contact_work_difference: Option<f64>,
     pub input_work_difference: Option<f64>,
-    /// Steady force that held the mean along the slot.
+    /// Steady force that held what friction does not hold, N.
     pub retention_n: f64,
 }
 

@@ -15,7 +15,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    FieldSource, LoadKind, LoadSpec, Prestress, SpringSpec,
+    FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
@@ -550,7 +550,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg", figure(b.mass_kg, 4)))) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.nodes.to_string())) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.elements.to_string())) }
-                    td { (held(body)) }
+                    td { (held(body, contents.model)) }
                 }
             }
         } }
@@ -612,11 +612,21 @@ fn elements(types: &BTreeMap<String, usize>) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-fn held(body: &BodySpec) -> String {
+/// What holds a body: its supports and springs or, without any, its contacts.
+fn held(body: &BodySpec, model: Option<&Model>) -> String {
     let along = body.fixed_along.iter().zip(["x", "y", "z"]);
     let along =
         along.flat_map(|(groups, axis)| groups.iter().map(move |g| format!("{g} along {axis}")));
-    let all: Vec<String> = body.fixed.iter().cloned().chain(along).collect();
+    let bodies = model.iter().flat_map(|model| &model.bodies);
+    let own = bodies.filter(|b| b.name == body.name && !b.springs.is_empty());
+    let springs = own.map(|_| "springs".to_owned());
+    let all: Vec<String> = body
+        .fixed
+        .iter()
+        .cloned()
+        .chain(along)
+        .chain(springs)
+        .collect();
     match all.is_empty() {
         true => "by its contacts".to_owned(),
         false => all.join(", "),

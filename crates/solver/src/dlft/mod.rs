@@ -141,7 +141,7 @@ pub struct Orbit {
     /// Estimated relative error of the observed amplitudes for the harmonics left out ([`accuracy`]); `None` where
     /// nothing is left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
-    /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
+    /// Mean force along the motions that friction does not hold, N, where all pairs slip; the mean is
     /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
     /// is itself retained.
     pub retention_n: f64,
@@ -191,7 +191,7 @@ pub struct SolvedFrequency {
     pub orbit: Orbit,
     /// The linear reference there.
     pub linear: LinearPoint,
-    /// Along the slot.
+    /// Along the motions that only friction holds.
     pub mean: retention::Mean,
     /// Of the levels of [`accuracy`], the one that the next frequency begins on.
     pub next_level: usize,

@@ -56,7 +56,7 @@ pub struct Neighbour {
     pub u: Vec<f64>,
     /// dU/df towards the frequency before, where there is one with the same mean (free or retained), m/Hz.
     pub slope: Option<Vec<f64>>,
-    /// Along the slot.
+    /// Along the motions that only friction holds.
     pub mean: Mean,
 }
 

@@ -42,7 +42,7 @@ pub struct Comparison {
     pub steady: bool,
     /// What is left of the transient: see [`Settled::transient_left`].
     pub transient_left: f64,
-    /// Steady force that retained the mean along the slot in both, N: see [`Orbit::retention_n`].
+    /// Steady force that retained the mean of what friction does not hold in both, N: see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
 
@@ -85,7 +85,7 @@ pub enum Start<'a> {
 }
 
 /// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance retained
-/// the mean along the slot, its steady force acts here, too.
+/// a mean, its steady force acts here, too.
 ///
 /// # Errors
 /// See [`IntegrationError`].
