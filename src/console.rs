@@ -14,9 +14,8 @@ use crate::pipeline::RunError;
 use crate::pipeline::observer::{Observer, ResponseBegins};
 use crate::stage::{Stage, StageRecord};
 use crate::warning::{Warning, Weight, by_weight};
-use crate::words::{counted, quantity};
+use crate::words::{counted, cycle_counts, quantity};
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::results::quantities::pair_counts;
 use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
@@ -163,16 +162,14 @@ fn news(orbit: &Orbit, failed: usize) -> String {
         (true, None) => String::from("converged"),
         (false, _) => orbit.outcome.word().replace('_', " "),
     };
-    let pairs = pair_counts(orbit);
     let failed = match failed {
         0 => String::new(),
         _ => format!(", {failed} failed"),
     };
     format!(
-        "{:.3} Hz: {found}, {} slip, {} open, {}{failed}",
+        "{:.3} Hz: {found}, {}, {}{failed}",
         orbit.frequency_hz,
-        counted(pairs.slipping, "pair", "pairs"),
-        pairs.opening,
+        cycle_counts(orbit.counts()),
         counted(orbit.newton_iterations, "iteration", "iterations"),
     )
 }

@@ -1,5 +1,7 @@
 //! Numbers as a reader takes them in.
 
+use dovetail_solver::dlft::{CycleCounts, StaticCounts};
+
 /// Prefixes of units and their powers of a thousand.
 const PREFIXES: [(&str, i32); 9] = [
     ("p", -4),
@@ -70,9 +72,66 @@ pub fn counted(count: usize, one: &str, many: &str) -> String {
     }
 }
 
+/// What the pairs do in the static state: `38 pairs stick, 4 slide, 64 open`.
+pub fn static_counts(counts: StaticCounts) -> String {
+    format!(
+        "{} stick, {} slide, {} open",
+        counted(counts.stuck, "pair", "pairs"),
+        counts.slipping,
+        counts.open
+    )
+}
+
+/// What the pairs do in a period: `14 pairs stick, 35 slip, 3 open at times`, and what pairs do that are open at rest where
+/// there are any: `, 2 close at times, 62 stay open`.
+pub fn cycle_counts(counts: CycleCounts) -> String {
+    let at_rest = match counts.closing + counts.open {
+        0 => String::new(),
+        _ => format!(
+            ", {} close at times, {} stay open",
+            counts.closing, counts.open
+        ),
+    };
+    format!(
+        "{} stick, {} slip, {} open at times{at_rest}",
+        counted(counts.stuck, "pair", "pairs"),
+        counts.slipping,
+        counts.opening
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_of_pairs_name_every_state_that_pairs_are_in() {
+        let counts = CycleCounts {
+            stuck: 14,
+            slipping: 35,
+            opening: 3,
+            ..CycleCounts::default()
+        };
+        assert_eq!(
+            cycle_counts(counts),
+            "14 pairs stick, 35 slip, 3 open at times"
+        );
+        let counts = CycleCounts {
+            stuck: 1,
+            open: 2,
+            ..counts
+        };
+        assert_eq!(
+            cycle_counts(counts),
+            "1 pair stick, 35 slip, 3 open at times, 0 close at times, 2 stay open"
+        );
+        let counts = StaticCounts {
+            stuck: 4,
+            slipping: 38,
+            open: 64,
+        };
+        assert_eq!(static_counts(counts), "4 pairs stick, 38 slide, 64 open");
+    }
 
     #[test]
     fn numbers_have_their_digits_and_prefixes() {

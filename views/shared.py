@@ -18,7 +18,8 @@ POWER = [(0, 1.0, 0.97, 0.88), (0.33, 0.99, 0.75, 0.35), (0.67, 0.85, 0.25, 0.15
          (1, 0.30, 0.02, 0.15)]
 # What a pair does: number, word, colour.
 STATUS = [(0, "stuck", (0.12, 0.48, 0.27)), (1, "slipping", (0.04, 0.39, 0.71)),
-          (2, "opening", (0.90, 0.55, 0.13)), (3, "open at rest", (0.60, 0.63, 0.66))]
+          (2, "opening", (0.90, 0.55, 0.13)), (3, "closing", (0.60, 0.35, 0.62)),
+          (4, "open", (0.60, 0.63, 0.66))]
 # Flanks that fit below each other.
 MOST_ROWS = 4
 

@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use crate::console::Verbosity;
-use crate::export::manifest::{StageSummary, StaticSummary, Summary};
-use crate::pipeline::Run;
-use crate::words::{counted, figure, percent, quantity, quantity_beside};
-use dovetail_solver::dlft::Response;
-use dovetail_solver::results::quantities::{
-    LocalPeak, Peak, linear_peak, local_peaks, pair_counts, peak,
+use crate::export::manifest::{
+    ContactCounts, StageSummary, StaticSummary, Summary, contact_counts,
 };
+use crate::pipeline::Run;
+use crate::words::{cycle_counts, figure, percent, quantity, quantity_beside, static_counts};
+use dovetail_solver::dlft::{CycleCounts, Response};
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
 
 /// Stages that took less than this share of the time are not named.
 const LEAST_SHARE: f64 = 0.1;
@@ -22,7 +23,7 @@ pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
     let peaks: Vec<PeakLines> = match &run.response {
         Some(response) => {
             let own = names.iter().enumerate();
-            own.filter_map(|(i, name)| PeakLines::of(name, i, response))
+            own.filter_map(|(i, name)| PeakLines::of(name, i, response, &run.reduced.pairs))
                 .collect()
         }
         None => Vec::new(),
@@ -42,31 +43,22 @@ struct PeakLines {
     name: String,
     peak: Peak,
     linear: Option<Peak>,
-    /// What the pairs do there.
-    pairs: Option<String>,
+    /// What the pairs do there, and those of each contact.
+    pairs: Option<CycleCounts>,
+    contacts: Vec<ContactCounts>,
     local: Option<LocalPeak>,
 }
 
 impl PeakLines {
-    fn of(name: &str, observation: usize, response: &Response) -> Option<Self> {
+    fn of(name: &str, observation: usize, response: &Response, table: &PairTable) -> Option<Self> {
         let peak = peak(response, observation)?;
-        let counts = pair_counts(&response.orbits[peak.index]);
-        let at_rest = match counts.open_at_rest {
-            0 => String::new(),
-            pairs => format!(", {pairs} are open at rest"),
-        };
-        let pairs = format!(
-            "{} slip, {} open, {} stick{at_rest}",
-            counted(counts.slipping, "pair", "pairs"),
-            counts.opening,
-            counts.stuck
-        );
-        let has_pairs = !response.orbits[peak.index].cycles.is_empty();
+        let orbit = &response.orbits[peak.index];
         let local = local_peaks(response, observation);
         Some(Self {
             name: name.to_owned(),
             linear: linear_peak(response, observation),
-            pairs: has_pairs.then_some(pairs),
+            pairs: (!orbit.cycles.is_empty()).then(|| orbit.counts()),
+            contacts: contact_counts(table, orbit),
             local: local.into_iter().find(|l| l.at.index == peak.index),
             peak,
         })
@@ -115,8 +107,21 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
     let titles = peaks.iter().map(|p| title(p).chars().count() + 1);
     let width = titles.fold(WIDTHS[0], usize::max);
     let heading = |text: &str| format!("  {text:<width$}");
+    // One line for each, where there are several.
+    let of_contacts = |contacts: &mut dyn Iterator<Item = (&str, String)>| {
+        let contacts: Vec<(&str, String)> = contacts.collect();
+        let several = contacts.len() > 1;
+        let lines = contacts
+            .into_iter()
+            .filter(|_| several)
+            .map(|(name, words)| format!("{}{name}: {words}\n", heading("")));
+        lines.collect::<String>()
+    };
     if let Some(state) = &summary.static_state {
         text += &format!("{}{}\n", heading("at rest"), static_words(state));
+        let contacts = state.contacts.iter();
+        let mut counts = contacts.filter_map(|c| Some((c.name.as_str(), static_counts(c.counts?))));
+        text += &of_contacts(&mut counts);
     }
     let column = WIDTHS[1];
     if !peaks.is_empty() {
@@ -147,10 +152,12 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
                 figure(loss.recip(), 3)
             )
         });
-        let more: Vec<String> = p.pairs.iter().cloned().chain(loss).collect();
+        let more: Vec<String> = p.pairs.map(cycle_counts).into_iter().chain(loss).collect();
         if !more.is_empty() {
             text += &format!("{}{}\n", heading(""), more.join("; "));
         }
+        let contacts = p.contacts.iter();
+        text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));
     }
     if let Some(response) = &summary.response {
         let added = match response.added_points {
@@ -188,9 +195,7 @@ fn shares(stages: &[StageSummary], seconds: f64) -> String {
 }
 
 fn static_words(state: &StaticSummary) -> String {
-    let (Some(stuck), Some(slipping), Some(open)) =
-        (state.stuck_pairs, state.slipping_pairs, state.open_pairs)
-    else {
+    let Some(counts) = state.counts else {
         return format!(
             "the static state did not converge: {}",
             state.outcome.word()
@@ -200,10 +205,7 @@ fn static_words(state: &StaticSummary) -> String {
     let pressure = pressure.map_or(String::new(), |pressure| {
         format!("; largest pressure {}", quantity(pressure, "Pa", 3))
     });
-    format!(
-        "{} stick, {slipping} slide, {open} open{pressure}",
-        counted(stuck, "pair", "pairs")
-    )
+    format!("{}{pressure}", static_counts(counts))
 }
 
 #[cfg(test)]
@@ -222,6 +224,7 @@ mod tests {
             },
             linear: None,
             pairs: None,
+            contacts: Vec::new(),
             local: None,
         };
         let peaks = [peak("tip_le"), peak("tip_of_trailing_edge")];

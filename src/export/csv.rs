@@ -13,8 +13,7 @@ use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    CycleFields, cycle_fields, linear_amplitude, pair_counts, peak, phasors, static_fields,
-    sweep_fields,
+    CycleFields, cycle_fields, linear_amplitude, peak, phasors, static_fields, sweep_fields,
 };
 
 /// One row of modes.csv.
@@ -93,7 +92,8 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     table.header(&[
         "slipping_pairs",
         "opening_pairs",
-        "open_at_rest_pairs",
+        "closing_pairs",
+        "open_pairs",
         "stuck_pairs",
         "friction_power_w",
     ]);
@@ -136,10 +136,11 @@ fn response_row(
             table.number(name, phasor.map(|p| p.phase_rad))?;
         }
     }
-    let counts = Some(pair_counts(orbit)).filter(|_| valid);
+    let counts = Some(orbit.counts()).filter(|_| valid);
     table.integer(counts.map(|c| c.slipping));
     table.integer(counts.map(|c| c.opening));
-    table.integer(counts.map(|c| c.open_at_rest));
+    table.integer(counts.map(|c| c.closing));
+    table.integer(counts.map(|c| c.open));
     table.integer(counts.map(|c| c.stuck));
     table.number(
         "friction_power_w",
@@ -473,8 +474,8 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
             table.number("contact_work_j", Some(f.contact_work_j))?;
             table.number("damping_work_j", Some(f.viscous_work_j))?;
             table.number("input_work_j", Some(f.input_work_j))?;
-            table.integer(Some(f.slipping_pairs));
-            table.integer(Some(f.opening_pairs));
+            table.integer(Some(f.pairs.slipping));
+            table.integer(Some(f.pairs.opening));
             for (name, difference) in DIFFERENCES.iter().zip(c.differences()) {
                 table.number(name, difference.filter(|_| integrated))?;
             }

@@ -63,7 +63,7 @@ pub fn write_flank_static(
 /// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep =
 /// frequency in Hz, number in the file name = column `point` of response.csv. Per pair: pressure
 /// (mean, min, max of the period), slid distance, energy that friction takes, open fraction,
-/// `status` (0 stuck, 1 slipping, 2 opening, 3 open at rest). Points that did not converge have no
+/// `status` (0 stuck, 1 slipping, 2 opening, 3 closing, 4 open). Points that did not converge have no
 /// file.
 #[derive(Debug)]
 pub struct FlankSeries {

@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 use super::{ExportError, write_file};
 use crate::stage::Stage;
 use crate::warning::{Warning, Weight};
-use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{CycleCounts, Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model, StraightenedEdges};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     LocalPeak, converged, cycle_fields, energy_balance_error, friction_power_w,
-    largest_estimated_error, largest_of_pairs, linear_peak, local_peaks, pair_counts, peak,
-    peak_is_at_an_end, peak_ratio, peak_rise, static_fields, sweep_fields,
+    largest_estimated_error, largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end,
+    peak_ratio, peak_rise, static_fields, sweep_fields,
 };
 
 /// The whole of summary.json.
@@ -231,14 +231,13 @@ pub struct StageSummary {
 pub struct StaticSummary {
     pub outcome: Outcome,
     /// Counts and forces are `None` where the static state did not converge.
-    pub stuck_pairs: Option<usize>,
-    pub slipping_pairs: Option<usize>,
-    pub open_pairs: Option<usize>,
+    #[serde(flatten)]
+    pub counts: Option<StaticCounts>,
     pub largest_slip_m: Option<f64>,
     /// Over the pairs; `None` where the area of a pair is unknown.
     pub largest_pressure_pa: Option<f64>,
     pub contacts: Vec<ContactSummary>,
-    /// Force that holds the blade along its slot, N, where friction does not; else `None`.
+    /// Force that holds what friction does not hold, N; else `None`.
     pub retention_n: Option<f64>,
     pub newton_iterations: usize,
     pub residual: Option<f64>,
@@ -257,6 +256,44 @@ pub struct ContactSummary {
     pub friction_force_n: Option<f64>,
     /// Normal force over area, Pa.
     pub mean_pressure_pa: Option<f64>,
+    /// What its pairs do; `None` where the static state did not converge.
+    #[serde(flatten)]
+    pub counts: Option<StaticCounts>,
+}
+
+impl ResponseSummary {
+    /// What the pairs do at the peak; `None` where there is none.
+    pub fn peak_counts(&self) -> Option<CycleCounts> {
+        Some(CycleCounts {
+            stuck: self.peak_stuck_pairs?,
+            slipping: self.peak_slipping_pairs?,
+            opening: self.peak_opening_pairs?,
+            closing: self.peak_closing_pairs?,
+            open: self.peak_open_pairs?,
+        })
+    }
+}
+
+/// What the pairs of a contact do in a period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ContactCounts {
+    pub name: String,
+    #[serde(flatten)]
+    pub counts: CycleCounts,
+}
+
+/// What the pairs of each contact do in the period of an orbit.
+pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let of_contact = |(c, name): (usize, &String)| {
+        let own = pairs.rows.iter().zip(&orbit.cycles);
+        let own = own.filter(|(row, _)| row.contact == c);
+        ContactCounts {
+            name: name.clone(),
+            counts: own.map(|(_, cycle)| cycle.status).collect(),
+        }
+    };
+    contacts.map(of_contact).collect()
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -291,10 +328,19 @@ pub struct ResponseSummary {
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
     pub peak_ratio: Option<f64>,
-    /// At the peak, over a period: pairs that slip, pairs that are closed in the static state and separate, mean powers.
+    /// At the peak, over a period: how many pairs do what, which adds up to the pairs.
+    #[serde(default)]
+    pub peak_stuck_pairs: Option<usize>,
     pub peak_slipping_pairs: Option<usize>,
     pub peak_opening_pairs: Option<usize>,
-    /// The power of friction is 0 where friction takes nothing but rounding.
+    #[serde(default)]
+    pub peak_closing_pairs: Option<usize>,
+    #[serde(default)]
+    pub peak_open_pairs: Option<usize>,
+    /// The same of each contact.
+    #[serde(default)]
+    pub peak_contacts: Vec<ContactCounts>,
+    /// Mean powers at the peak. The power of friction is 0 where friction takes nothing but rounding.
     pub peak_friction_power_w: Option<f64>,
     pub peak_damping_power_w: Option<f64>,
     /// At the peak, the largest over the pairs: energy that friction takes in a period per area
@@ -358,7 +404,7 @@ pub struct VerifiedPoint {
     pub first_harmonic_difference: Option<f64>,
     pub contact_work_difference: Option<f64>,
     pub input_work_difference: Option<f64>,
-    /// Steady force that held the mean along the slot.
+    /// Steady force that held what friction does not hold, N.
     pub retention_n: f64,
 }
 
@@ -436,13 +482,15 @@ pub fn mesh_summary(
 pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
     let valid = state.outcome.is_converged();
     let fields = static_fields(state, &pairs.rows);
-    let count = |status| valid.then(|| fields.status.iter().filter(|&&s| s == status).count());
+    let counts = Some(state.counts()).filter(|_| valid);
     let contacts = pairs.contacts.iter().enumerate().map(|(c, name)| {
         let of_contact = || {
             let rows = pairs.rows.iter().enumerate();
             rows.filter(move |(_, p)| p.contact == c)
         };
         let area_m2: Option<f64> = of_contact().map(|(_, p)| p.area_m2).sum();
+        let own = of_contact().map(|(i, _)| fields.status[i]);
+        let counts = valid.then(|| own.collect::<StaticCounts>());
         let force = valid.then(|| of_contact().map(|(i, _)| fields.normal_force_n[i]).sum());
         let friction = || {
             let mut total = [0.0; 3];
@@ -463,13 +511,12 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
             mean_pressure_pa: force
                 .zip(area_m2.filter(|a| *a > 0.0))
                 .map(|(f, a): (f64, f64)| f / a),
+            counts,
         }
     });
     StaticSummary {
         outcome: state.outcome,
-        stuck_pairs: count(PairStatus::Stuck),
-        slipping_pairs: count(PairStatus::Slipping),
-        open_pairs: count(PairStatus::Open),
+        counts,
         largest_slip_m: valid.then(|| {
             fields
                 .slip_m
@@ -507,6 +554,7 @@ pub fn response_summary(
 ) -> ResponseSummary {
     let top = peak(response, 0);
     let at_peak = top.map(|p| &response.orbits[p.index]);
+    let counts = at_peak.map(Orbit::counts);
     let linear = linear_peak(response, 0);
     let separates = sweep_fields(response, pairs.rows.len()).separates;
     let cycles = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
@@ -548,8 +596,12 @@ pub fn response_summary(
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
         peak_ratio: peak_ratio(response, 0),
-        peak_slipping_pairs: at_peak.map(|o| pair_counts(o).slipping),
-        peak_opening_pairs: at_peak.map(|o| pair_counts(o).opening),
+        peak_stuck_pairs: counts.map(|c| c.stuck),
+        peak_slipping_pairs: counts.map(|c| c.slipping),
+        peak_opening_pairs: counts.map(|c| c.opening),
+        peak_closing_pairs: counts.map(|c| c.closing),
+        peak_open_pairs: counts.map(|c| c.open),
+        peak_contacts: at_peak.map_or_else(Vec::new, |o| contact_counts(pairs, o)),
         peak_friction_power_w: at_peak.map(friction_power_w).and_then(finite),
         peak_damping_power_w: at_peak.and_then(|o| finite(o.viscous_power_w)),
         peak_largest_friction_energy_j_m2: largest_energy
@@ -605,8 +657,8 @@ pub fn verification_summary(
         contact_work_j: finite(f.contact_work_j),
         damping_work_j: finite(f.viscous_work_j),
         input_work_j: finite(f.input_work_j),
-        slipping_pairs: f.slipping_pairs,
-        opening_pairs: f.opening_pairs,
+        slipping_pairs: f.pairs.slipping,
+        opening_pairs: f.pairs.opening,
     };
     let point = |c: &Comparison| {
         let [amplitude, first, contact, input] = c.differences().map(|d| d.and_then(finite));

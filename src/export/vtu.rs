@@ -269,7 +269,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Both bodies, nodes of the first before nodes of the second, with `body` on nodes and
+    /// All bodies, the nodes of each before those of the next, with `body` on nodes and
     /// elements, `node_tag` and `element_tag`.
     fn of_bodies(model: &Model) -> Self {
         let mut points = Vec::new();

@@ -106,7 +106,7 @@ pub enum RunError {
 
     /// Nothing vibrates about a static state that was not found.
     #[error(
-        "the static state under rotation was not found: {} after {iterations} Newton iterations, residual {residual:.1e} of the load",
+        "the static state under the steady load was not found: {} after {iterations} Newton iterations, residual {residual:.1e} of the load",
         outcome.word()
     )]
     #[diagnostic(help(
@@ -152,14 +152,18 @@ pub enum RunError {
         size: String,
     },
 
-    /// No pair carries a normal force in the static state: there is nothing to vibrate about.
-    #[error("nothing holds the blade: no pair of the flanks is in contact in the static state")]
+    /// No pair carries a normal force in the static state, and without them some body is free.
+    #[error("nothing holds {what}: no pair is in contact in the static state")]
     #[diagnostic(help(
-        "a steady load must press the flanks together: give [rotation] a speed_rpm above 0, an axis \
-         that throws the blade outwards, and a first body that carries the load (rotation.bodies), or \
-         add a [[load]] towards the second body; it must close the clearance (gap_m, crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
+        "a support (key `fixed`) or a [[spring]] holds a body without its contacts. Else a steady load must press them \
+         together: give [rotation] a speed_rpm above 0, an axis that throws the body outwards, and the body among those that carry \
+         the load (rotation.bodies), or add a [[load]] towards the other body; it must close the clearance (gap_m, \
+         crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
     ))]
-    NothingHolds,
+    NothingHolds {
+        /// Bodies, and how they are free.
+        what: String,
+    },
 
     /// Frequencies over the speed were asked of a scene that does not rotate.
     #[error("frequencies over the speed were asked for, and the scene has no axis of rotation")]
@@ -264,7 +268,7 @@ impl RunError {
             | Self::SlidesTooFar
             | Self::MovesTooFar { .. }
             | Self::Prestress { .. }
-            | Self::NothingHolds => ExitStatus::Failed,
+            | Self::NothingHolds { .. } => ExitStatus::Failed,
             Self::NotConverged { .. } => ExitStatus::NotConverged,
         }
     }

@@ -515,7 +515,7 @@ impl Observer for Files {
     fn static_state(&mut self, reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
         let with_fields = self.fields && state.outcome.is_converged();
         write_static_state(&self.out, &self.at_rest, reduced, with_fields, state)?;
-        if solve::usable(state).is_ok() {
+        if solve::usable(reduced, state).is_ok() {
             self.modes(mode_rows(reduced, Some(state), &[]))?;
         }
         match self.beginning {

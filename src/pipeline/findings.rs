@@ -1,14 +1,17 @@
 //! Says what to mind about a model, its static state and its response.
 
 use super::error::RunError;
+use super::free_motion;
+use super::progress::Progress;
 use super::reduced::Reduced;
 use crate::warning::{Warning, Weight};
-use crate::words::{percent, quantity};
+use crate::words::{counted, percent, quantity};
 use dovetail_solver::dlft::peaks::LEAST_RISE;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticState};
+use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
+use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, peak_is_at_an_end, peak_rise};
 use dovetail_solver::results::small::{
     AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
@@ -63,6 +66,9 @@ pub(super) fn of_static(
 ) -> Vec<Warning> {
     let place = "in the static state";
     let mut warnings: Vec<Warning> = far_slide(place, slide).into_iter().collect();
+    if state.outcome.is_converged() {
+        warnings.extend(all_open(&reduced.pairs, state));
+    }
     if let Some(meshed) = reduced.meshed() {
         let sizes = Sizes::of(&meshed.model);
         let moved = displacements_m.and_then(|u| sizes.farthest_node(u));
@@ -71,6 +77,25 @@ pub(super) fn of_static(
         warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
     }
     warnings
+}
+
+/// Contacts that carry nothing in the static state.
+fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let open = contacts.filter_map(|(c, name)| {
+        let own = pairs.rows.iter().zip(&state.status);
+        let own = own.filter(|(row, _)| row.contact == c);
+        let counts: StaticCounts = own.map(|(_, status)| *status).collect();
+        (counts.open > 0 && counts.open == counts.pairs()).then(|| Warning {
+            weight: Weight::Remark,
+            text: format!(
+                "all {} of contact `{name}` are open at rest: small vibrations do not feel it; where it is meant to touch, check the \
+                 steady load, gap_m and where the bodies stand",
+                counted(counts.pairs(), "pair", "pairs")
+            ),
+        })
+    });
+    open.collect()
 }
 
 /// The same of a response, of which what is so in the static state already is not said again.
@@ -148,6 +173,34 @@ fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
     })
 }
 
+/// Where friction does not hold the bodies, and which of them.
+///
+/// # Errors
+/// Those of the way back to the bodies.
+pub(super) fn held(
+    reduced: &Reduced,
+    state: &StaticState,
+    response: &Response,
+    progress: &Progress,
+) -> Result<Option<Warning>, RunError> {
+    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
+    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
+    let most = held
+        .iter()
+        .max_by(|a, b| a.retention_n.total_cmp(&b.retention_n));
+    let Some(most) = most else {
+        return Ok(None);
+    };
+    let what = free_motion::retained_in_motion(reduced, state, most, progress)?;
+    Ok(Some(doubt(format!(
+        "at {} of {} frequencies friction does not hold {what}: the mean position was held there, \
+         as a lock plate does, with up to {:.3} N (column retention_n of response.csv)",
+        held.len(),
+        response.orbits.len(),
+        most.retention_n,
+    ))))
+}
+
 /// What failed first, then what is doubtful.
 pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -162,7 +215,7 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let leaving = ended(Outcome::LeavesSlot);
     if leaving > 0 {
         warnings.push(wrong(format!(
-            "at {leaving} of {all} frequencies the blade would leave its slot: even applied slowly the excitation pulls harder at the \
+            "at {leaving} of {all} frequencies the bodies would come apart: even applied slowly the excitation pulls harder at the \
              flanks than the steady load presses them together; excite it less (force_n), or press it harder \
              (rotation.speed_rpm, [[load]])"
         )));
@@ -173,16 +226,6 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
             "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, which contact between \
              pairs of nodes does not cover (outcome slides_too_far of response.csv)",
             100.0 * TOO_FAR,
-        )));
-    }
-    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
-    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
-    if !held.is_empty() {
-        let largest_n = held.iter().fold(0.0_f64, |m, o| m.max(o.retention_n));
-        warnings.push(doubt(format!(
-            "at {} of {all} frequencies friction does not hold the blade along its slot: its mean position was held there, \
-             as a lock plate does, with up to {largest_n:.3} N (column retention_n of response.csv)",
-            held.len(),
         )));
     }
     let inaccurate = ended(Outcome::AccuracyNotReached);

@@ -6,6 +6,7 @@ mod conditions;
 mod error;
 mod files;
 mod findings;
+mod free_motion;
 pub mod inputs;
 mod maps;
 mod meshed;
@@ -93,7 +94,7 @@ impl Run {
     /// [`RunError::NotConverged`] where some frequencies failed.
     pub fn verdict(&self) -> Result<(), RunError> {
         if self.response.is_none() {
-            solve::usable(&self.static_state)?;
+            solve::usable(&self.reduced, &self.static_state)?;
         }
         findings::moves_too_far(self.farthest.clone())?;
         let compared = self.compared.iter().map(|c| &c.response);
@@ -120,7 +121,9 @@ pub fn solve(
         farthest,
         mut summary,
     } = solve_static(scene, context, &reduced, progress)?;
-    if solve::usable(&static_state).is_err() || findings::moves_too_far(farthest.clone()).is_err() {
+    if solve::usable(&reduced, &static_state).is_err()
+        || findings::moves_too_far(farthest.clone()).is_err()
+    {
         summary::take_down(progress, &mut summary);
         return Ok(Run {
             reduced,
@@ -158,7 +161,9 @@ pub fn solve(
     let compared = compared.map(compare).transpose()?;
     let slides = [slide, slide_in_motion];
     let small = findings::of_motion(&reduced, &static_state, &response, slides);
-    for warning in small.iter().chain(&findings::warnings(&reduced, &response)) {
+    let held = findings::held(&reduced, &static_state, &response, progress)?;
+    let of_response = findings::warnings(&reduced, &response);
+    for warning in small.iter().chain(&held).chain(&of_response) {
         progress.tell(|o| o.warning(warning));
     }
     let observed = reduced.meshed();
@@ -211,11 +216,11 @@ fn solve_static(
     {
         progress.tell(|o| o.warning(&warning));
     }
-    let mut state = solve::statics(scene, reduced.relative(), progress);
+    let mut state = solve::statics(scene, reduced, progress)?;
     let slide = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
     let mut summary = summary::of_reduced(scene, context, reduced);
     summary.static_state = summary::static_summary(reduced, &state);
-    if solve::usable(&state).is_ok() {
+    if solve::usable(reduced, &state).is_ok() {
         solve::tell_of_linear_reference(reduced, &state, progress);
         let linear_omega2 = reduced.linear_omega2(&state);
         summary.linear_frequency_hz = linear_omega2.first().copied().map(hertz);

@@ -63,7 +63,7 @@ pub(super) fn settle(
     settled.take_down(None, progress);
     loop {
         // Without a state there is nothing to go on from: the run says why, by the one of this model.
-        if !state.outcome.is_converged() || (!state.status.is_empty() && state.all_open()) {
+        if !state.outcome.is_converged() {
             return Ok(settled);
         }
         let change = settled.passes.last().and_then(|pass| pass.change);

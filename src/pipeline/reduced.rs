@@ -11,7 +11,7 @@ use crate::warning::Weight;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::reduction::superelement;
-use dovetail_solver::reduction::{Highest, PairLaw, RelativeModel, StuckModes};
+use dovetail_solver::reduction::{Highest, LISTED_MODES, PairLaw, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
 
 /// The reduced model of a scene, and what tables say of its pairs.
@@ -94,10 +94,14 @@ impl Reduced {
             .map_or(all, |meshed| &all[..meshed.modes.stuck])
     }
 
-    /// Squared angular frequencies of the linear reference about a static state: as many modes as [`Self::stuck_omega2`].
+    /// Squared angular frequencies of the linear reference about a static state: as many modes as [`Self::stuck_omega2`],
+    /// and a few where all that moves are open pairs.
     pub(super) fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
-        let all = &state.linear.omega2;
-        &all[..self.stuck_omega2().len().min(all.len())]
+        let count = match self.stuck_omega2().len() {
+            0 => LISTED_MODES,
+            stuck => stuck,
+        };
+        &state.linear.omega2[..count.min(state.linear.with_mass)]
     }
 
     /// What the modes left out may cost, where the reduction was made here.

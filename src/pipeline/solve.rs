@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::cache::program;
 use super::error::RunError;
+use super::free_motion;
 use super::hertz;
 use super::observer::ResponseBegins;
 use super::progress::Progress;
@@ -27,33 +28,43 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
 
 /// With friction; told where a retention was needed.
-pub(super) fn statics(scene: &Scene, relative: &RelativeModel, progress: &Progress) -> StaticState {
-    let state = static_state(scene, relative, progress);
+///
+/// # Errors
+/// Those of the way back to the bodies, where what is not held is to be named.
+pub(super) fn statics(
+    scene: &Scene,
+    reduced: &Reduced,
+    progress: &Progress,
+) -> Result<StaticState, RunError> {
+    let state = static_state(scene, reduced.relative(), progress);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
-        progress.warning(Weight::Remark, format!(
-            "friction does not hold the blade along its slot under the steady load: it was held there, as by a lock \
-             plate, with {retention_n:.3} N (static.retention_n of summary.json)"
-        ));
+        let what = free_motion::retained_at_rest(reduced, &state, progress)?;
+        progress.warning(
+            Weight::Remark,
+            format!(
+                "friction does not hold {what} under the steady load: that was held at rest, as by a lock plate, with \
+                 {retention_n:.3} N (static.retention_n of summary.json)"
+            ),
+        );
     }
-    state
+    free_motion::prepare(reduced, &state, progress)?;
+    Ok(state)
 }
 
 /// Whether there is a static state to vibrate about.
-pub(super) fn usable(state: &StaticState) -> Result<(), RunError> {
-    if !state.status.is_empty() && state.all_open() {
-        return Err(RunError::NothingHolds);
-    }
-    if state.outcome == Outcome::SlidesTooFar {
-        return Err(RunError::SlidesTooFar);
-    }
-    if !state.outcome.is_converged() {
-        return Err(RunError::StaticState {
-            outcome: state.outcome,
+pub(super) fn usable(reduced: &Reduced, state: &StaticState) -> Result<(), RunError> {
+    match state.outcome {
+        Outcome::NothingHolds => Err(RunError::NothingHolds {
+            what: free_motion::held_by_nothing(reduced),
+        }),
+        Outcome::SlidesTooFar => Err(RunError::SlidesTooFar),
+        outcome if outcome.is_converged() => Ok(()),
+        outcome => Err(RunError::StaticState {
+            outcome,
             iterations: state.newton_iterations,
             residual: state.residual,
-        });
+        }),
     }
-    Ok(())
 }
 
 /// What is linear where pairs are open in the static state.

@@ -84,8 +84,8 @@ pub fn verify(
         let why = "the response is linear and in closed form, there is nothing to compare";
         return Err(RunError::AllBonded { why });
     }
-    let state = solve::statics(scene, relative, progress);
-    solve::usable(&state)?;
+    let state = solve::statics(scene, &reduced, progress)?;
+    solve::usable(&reduced, &state)?;
     let damping = rayleigh(&scene.damping, reduced.linear_omega2(&state))?;
     let (response, chosen) = orbits(scene, &reduced, damping, &state, asked, progress)?;
     let failed = chosen
@@ -245,12 +245,12 @@ fn table(comparison: &Comparison) -> String {
         ),
         line("damping work, J", b.viscous_work_j, i.viscous_work_j, None),
         line("input work, J", b.input_work_j, i.input_work_j, input),
-        count("pairs that slip", b.slipping_pairs, i.slipping_pairs),
-        count("pairs that open", b.opening_pairs, i.opening_pairs),
+        count("pairs that slip", b.pairs.slipping, i.pairs.slipping),
+        count("pairs that open", b.pairs.opening, i.pairs.opening),
     ]);
     if comparison.retention_n > 0.0 {
         lines.push(format!(
-            "    the mean along the slot is held in both by a steady {:.3} N",
+            "    what friction does not hold is held in both by a steady {:.3} N",
             comparison.retention_n
         ));
     }

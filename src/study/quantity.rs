@@ -192,14 +192,13 @@ mod tests {
             normal_force_n,
             friction_force_n: None,
             mean_pressure_pa: None,
+            counts: None,
         };
         let summary = Summary {
             stuck_frequency_hz: Some(450.5),
             static_state: Some(StaticSummary {
                 outcome: Outcome::Converged,
-                stuck_pairs: None,
-                slipping_pairs: None,
-                open_pairs: None,
+                counts: None,
                 largest_slip_m: Some(f64::NAN),
                 largest_pressure_pa: None,
                 contacts: vec![contact("left", Some(10.0)), contact("right", None)],

@@ -416,7 +416,7 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
             ],
             "stands across the flank",
         ),
-        (&["load.0.pressure_pa=-50e6"], "nothing holds the blade"),
+        (&["load.0.pressure_pa=-50e6"], "nothing holds body `upper`"),
     ];
     for (set, expected) in cases {
         let said = refusal(set);

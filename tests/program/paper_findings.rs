@@ -12,14 +12,13 @@ use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
+use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, bind};
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
-use dovetail_solver::results::quantities::pair_counts;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -164,7 +163,12 @@ fn share_of_opening_pairs(response: &Response) -> Vec<f64> {
         .map(|l| -l)
         .collect();
     let mean = compression.iter().sum::<f64>() / compression.len() as f64;
-    let opens = |pair: usize| response.orbits.iter().any(|o| o.cycles[pair].opens);
+    let opens = |pair: usize| {
+        response
+            .orbits
+            .iter()
+            .any(|o| o.cycles[pair].status == CycleStatus::Opening)
+    };
     (0..compression.len())
         .filter(|&pair| opens(pair))
         .map(|pair| compression[pair] / mean)
@@ -243,11 +247,11 @@ fn at_resonance_friction_cuts_the_amplitude_to_less_than_half() {
 #[test]
 fn pairs_slide_and_open_near_resonance_only() {
     for (ratio, orbit) in GRID.iter().zip(&response().orbits) {
-        let counts = pair_counts(orbit);
+        let counts = orbit.counts();
         println!("{ratio}: {counts:?}");
         if (ratio - 1.0).abs() < 0.002 {
             assert!(
-                counts.slipping > 36 && counts.opening > 0,
+                counts.stuck < 36 && counts.slipping > 0 && counts.opening > 0,
                 "{ratio}: {counts:?}"
             );
         }
@@ -292,7 +296,7 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
     for ratio in ratios(&response) {
         assert!((ratio - 1.0).abs() < 1e-10, "{:e}", ratio - 1.0);
     }
-    assert!(response.orbits.iter().all(|o| pair_counts(o).slipping == 0));
+    assert!(response.orbits.iter().all(|o| o.counts().slipping == 0));
 }
 
 /// mu = 1e6 in the dynamics alone: in the statics as well, shear would carry the blade and pairs open.
@@ -300,14 +304,14 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
 #[test]
 fn rough_flanks_after_the_static_state_give_the_linear_curve() {
     let slippery = respond(&with_force(0.1), 1, &GRID);
-    assert!(slippery.orbits.iter().any(|o| pair_counts(o).slipping > 0));
+    assert!(slippery.orbits.iter().any(|o| o.counts().slipping > 0));
     for (force_n, opens_at) in [(0.2, 0), (0.3, 1)] {
         let mut model = with_force(force_n);
         model.pairs.iter_mut().for_each(|pair| pair.friction = 1e6);
         let rough = respond(&model, 1, &GRID);
         let mut open_points = 0;
         for (ratio, orbit) in ratios(&rough).iter().zip(&rough.orbits) {
-            let opening = pair_counts(orbit).opening;
+            let opening = orbit.counts().opening;
             open_points += usize::from(opening > 0);
             assert!(opening <= 1);
             let allowed = if opening > 0 { 1e-5 } else { 1e-10 };
@@ -341,7 +345,7 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
                 let response = respond_with(&model, 3, SAMPLES, frequencies_hz);
                 let orbit = response.orbits.iter().find(|o| o.frequency_hz == hz);
                 let orbit = orbit.unwrap();
-                let stuck = pair_counts(orbit).stuck;
+                let stuck = orbit.counts().stuck;
                 (orbit.observed_amplitude_m[0], orbit.retention_n, stuck)
             })
             .collect();

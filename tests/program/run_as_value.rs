@@ -62,7 +62,9 @@ impl Observer for Listener {
         assert_eq!(state.outcome, Outcome::Converged);
         self.heard.push("static state");
         match self.refuses {
-            true => Err(RunError::NothingHolds),
+            true => Err(RunError::NothingHolds {
+                what: "the bodies".to_owned(),
+            }),
             false => Ok(()),
         }
     }
@@ -141,7 +143,7 @@ fn an_observer_that_fails_ends_the_run() {
         ..Listener::default()
     };
     let error = solve(&scene, &context, &mut listener).unwrap_err();
-    assert!(matches!(error, RunError::NothingHolds), "{error}");
+    assert!(matches!(error, RunError::NothingHolds { .. }), "{error}");
     assert!(listener.frequencies_hz.is_empty());
     assert_eq!(listener.heard, ["reduced", "static state"]);
 }

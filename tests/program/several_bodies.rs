@@ -76,6 +76,35 @@ fn a_wedge_without_friction_bears_on_both_platforms_as_statics_has_it() {
     }
 }
 
+fn warnings(summary: &Value) -> String {
+    let warnings = summary["warnings"].as_array().unwrap();
+    let texts = warnings.iter().map(|w| w["text"].as_str().unwrap());
+    texts.collect::<Vec<_>>().join("; ")
+}
+
+/// Nothing but friction holds the wedge along its edges, which are those of the platforms: along x.
+#[test]
+fn what_friction_does_not_hold_is_named_with_its_direction() {
+    let settings = set(&["contact.*.friction=0", "rotation.prestress=none"]);
+    let summary = Run::new("static", "platform_damper", "sliding", &settings).summary();
+    let told = warnings(&summary);
+    assert!(
+        told.contains("friction does not hold body `wedge` along x under"),
+        "{told}"
+    );
+    let coarse = set(&[
+        "mesh.parameters.nu=3",
+        "mesh.parameters.nv=4",
+        "mesh.parameters.order=1",
+        "contact.*.friction=0",
+        "rotation.prestress=none",
+    ]);
+    // The slot is at 25 degrees to the axis.
+    let told = warnings(&Run::new("static", "paper", "sliding", &coarse).summary());
+    let along = "friction does not hold body `blade` along (0.906, 0.423, 0) under";
+    assert!(told.contains(along), "{told}");
+}
+
 /// The platforms move outwards with their blades, and friction takes the wedge along.
 #[test]
 fn friction_on_a_wedge_and_its_normal_forces_balance_its_load() {
@@ -137,7 +166,16 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     let alone = linear_hz(Run::of_file("static", &file, "alone", &set(&[none])));
     let gap = "contact.shroud.gap_m=1e-3";
     let open = set(&[none, "contact.shroud.friction=0", gap, "load="]);
-    let apart = linear_hz(Run::new("static", "shroud", "apart", &open));
+    let run = Run::new("static", "shroud", "apart", &open);
+    let summary = run.summary();
+    let told = warnings(&summary);
+    let contacts = summary["static"]["contacts"].as_array().unwrap();
+    let shroud = contacts.iter().find(|c| c["name"] == "shroud").unwrap();
+    let [open_pairs, pairs] = ["open_pairs", "pairs"].map(|key| shroud[key].as_u64().unwrap());
+    assert!(pairs > 0 && open_pairs == pairs);
+    let expected = format!("all {pairs} pairs of contact `shroud` are open at rest");
+    assert!(told.contains(&expected), "{told}");
+    let apart = linear_hz(run);
     assert_close(apart, alone, 1e-6);
     let stuck = linear_hz(Run::new("static", "shroud", "stuck", &set(&[none])));
     // Between no constraint at the shroud and all of its nodes held (Rayleigh).

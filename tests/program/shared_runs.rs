@@ -38,21 +38,26 @@ impl Run {
     }
 
     pub fn table(&self, file: &str) -> Vec<Row> {
-        let text = std::fs::read_to_string(self.0.join(file)).unwrap();
-        let mut lines = text.lines().map(|line| line.split(','));
-        let header: Vec<&str> = lines.next().unwrap().collect();
-        lines
-            .map(|fields| {
-                let cells = header.iter().zip(fields);
-                cells.map(|(h, f)| (h.to_string(), f.to_string())).collect()
-            })
-            .collect()
+        rows(&self.0.join(file))
     }
 
     pub fn summary(&self) -> Value {
         let text = std::fs::read_to_string(self.0.join("summary.json")).unwrap();
         serde_json::from_str(&text).unwrap()
     }
+}
+
+/// Of a table.
+pub fn rows(file: &Path) -> Vec<Row> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut lines = text.lines().map(|line| line.split(','));
+    let header: Vec<&str> = lines.next().unwrap().collect();
+    lines
+        .map(|fields| {
+            let cells = header.iter().zip(fields);
+            cells.map(|(h, f)| (h.to_string(), f.to_string())).collect()
+        })
+        .collect()
 }
 
 pub fn number(row: &Row, column: &str) -> f64 {

@@ -749,12 +749,12 @@ values = [3]
         "{}",
         ended.stderr
     );
-    let words = "gap_m_1.0__points_3 failed: the static state under rotation was not found";
+    let words = "gap_m_1.0__points_3 failed: the static state under the steady load was not found";
     assert!(ended.stderr.contains(words), "{}", ended.stderr);
     assert!(
         folder
             .text("out/report.html")
-            .contains("the static state under rotation was not found")
+            .contains("the static state under the steady load was not found")
     );
     let rows = folder.table();
     assert_eq!(

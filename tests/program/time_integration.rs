@@ -383,7 +383,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
         same("amplitude", a.amplitude_m.unwrap(), b.amplitude_m.unwrap());
         same("input", a.input_work_j, b.input_work_j);
         same("contacts", a.contact_work_j, b.contact_work_j);
-        assert!(a.slipping_pairs > 0 && a.slipping_pairs == b.slipping_pairs);
+        assert!(a.pairs.slipping > 0 && a.pairs.slipping == b.pairs.slipping);
     }
 }
 

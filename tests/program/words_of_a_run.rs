@@ -110,7 +110,13 @@ fn the_verbose_see_each_frequency_with_its_residuals() {
     assert_eq!(lines.len() as u64, points, "{stderr}");
     for line in lines {
         let (news, residuals) = line.split_once("; residuals ").unwrap();
-        for word in [" Hz: ", " slip, ", " open, ", "iteration"] {
+        for word in [
+            " Hz: ",
+            " stick, ",
+            " slip, ",
+            " open at times, ",
+            "iteration",
+        ] {
             assert!(news.contains(word), "{word}: {line}");
         }
         let last = residuals.rsplit([' ', '|']).next().unwrap();

@@ -39,10 +39,11 @@ function countsChart(place, counts) {
     const line = (label, y, colour) => ({ y, series: { label, stroke: colourOf(colour), width: 2, points: { show: false }, value: (_, v) => v ?? "–" } });
     const lines = [
       line("slip", counts.slipping, "--blue"),
-      line("open", counts.opening, "--orange"),
+      line("open at times", counts.opening, "--orange"),
       line("stick", counts.stuck, "--green"),
     ];
-    if (counts.open_at_rest.some((n) => n)) lines.push(line("open at rest", counts.open_at_rest, "--grey"));
+    if (counts.closing.some((n) => n)) lines.push(line("close at times", counts.closing, "--purple"));
+    if (counts.open.some((n) => n)) lines.push(line("stay open", counts.open, "--grey"));
     const power = (label, y, dash) => ({
       y, series: { label, scale: "power", stroke: colourOf("--red"), width: 1.5, dash, points: { show: false }, value: (_, v) => withPrefix(v, "W", 3) },
     });

@@ -13,7 +13,7 @@ use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, friction_power_w, linear_amplitude, pair_counts, phasors, static_fields,
+    cycle_fields, friction_power_w, linear_amplitude, phasors, static_fields,
 };
 
 /// Hysteresis loops that are shown.
@@ -63,7 +63,8 @@ struct Counts {
     frequency_hz: Vec<f64>,
     slipping: Vec<Option<usize>>,
     opening: Vec<Option<usize>>,
-    open_at_rest: Vec<Option<usize>>,
+    closing: Vec<Option<usize>>,
+    open: Vec<Option<usize>>,
     stuck: Vec<Option<usize>>,
     friction_w: Vec<Option<f64>>,
     damping_w: Vec<Option<f64>>,
@@ -197,10 +198,11 @@ fn counts(response: &Response) -> Counts {
     let count = |of: fn(&Orbit) -> usize| orbits().map(|o| valid(o, of(o))).collect();
     Counts {
         frequency_hz: orbits().map(|o| o.frequency_hz).collect(),
-        slipping: count(|o| pair_counts(o).slipping),
-        opening: count(|o| pair_counts(o).opening),
-        open_at_rest: count(|o| pair_counts(o).open_at_rest),
-        stuck: count(|o| pair_counts(o).stuck),
+        slipping: count(|o| o.counts().slipping),
+        opening: count(|o| o.counts().opening),
+        closing: count(|o| o.counts().closing),
+        open: count(|o| o.counts().open),
+        stuck: count(|o| o.counts().stuck),
         friction_w: orbits()
             .map(|o| valid(o, short(friction_power_w(o))))
             .collect(),

@@ -16,8 +16,9 @@ const css = ([r, g, b]) => `rgb(${r},${g},${b})`;
 const STATUSES = [
   { word: "sticks", many: "stick", colour: [140, 150, 160] },
   { word: "slips", many: "slip", colour: [24, 110, 190] },
-  { word: "opens", many: "open", colour: [222, 110, 20] },
-  { word: "is open at rest", many: "are open at rest", colour: [235, 200, 120] },
+  { word: "opens at times", many: "open at times", colour: [222, 110, 20] },
+  { word: "closes at times", many: "close at times", colour: [170, 90, 170] },
+  { word: "stays open", many: "stay open", colour: [235, 200, 120] },
 ];
 
 /** All flanks in one canvas, each with its name and edges. `paint(pair)` gives a colour, `tell(pair)` a text. */

@@ -9,13 +9,13 @@ use super::data::Data;
 use super::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
 use crate::warning::Weight;
-use crate::words::{counted, figure, percent, quantity};
+use crate::words::{counted, cycle_counts, figure, percent, quantity, static_counts};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    FieldSource, LoadKind, LoadSpec, Prestress, SpringSpec,
+    FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,
 };
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
@@ -197,20 +197,15 @@ fn at_a_pair(response: &ResponseSummary) -> Markup {
 }
 
 fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
-    let (Some(slipping), Some(opening)) =
-        (response.peak_slipping_pairs, response.peak_opening_pairs)
-    else {
+    let Some(counts) = response.peak_counts().filter(|_| pairs > 0) else {
         return html! {};
     };
-    if pairs == 0 {
-        return html! {};
-    }
     let share = response.area_share_that_opens.filter(|share| *share > 0.0);
     card(
         "The joint at the peak",
-        &format!("{slipping} of {pairs} pairs slip"),
+        &format!("{} of {pairs} pairs slip", counts.slipping),
         &html! {
-            (opening) " open"
+            (cycle_counts(counts))
             @if let Some(share) = share {
                 "; over the range " (percent(share, 2)) " of the area opens"
             }
@@ -378,6 +373,9 @@ fn flanks(contents: &Contents<'_>) -> Markup {
                 }
                 div #status-map .map {}
             }
+            @if let Some(response) = &contents.summary.response {
+                (contacts_at_peak(response))
+            }
         }
     }
 }
@@ -433,11 +431,12 @@ fn static_state(contents: &Contents<'_>) -> Markup {
             h2 { "Static state" }
             p { (static_words(state)) }
             div.wide { table {
-                tr { th { "contact" } th { "pairs" } th { "area" } th { "normal force" } th { "friction force" } th { "mean pressure" } }
+                tr { th { "contact" } th { "pairs" } th { "stick" } th { "slide" } th { "open" } th { "area" } th { "normal force" } th { "friction force" } th { "mean pressure" } }
                 @for contact in &state.contacts {
                     tr {
                         td { (contact.name) }
                         td { (contact.pairs) }
+                        (counts_cells(contact.counts.map(|c| [c.stuck, c.slipping, c.open])))
                         td { (contact.area_m2.map_or_else(|| "–".to_owned(), |a| format!("{} mm²", figure(1e6 * a, 4)))) }
                         td { (force(contact.normal_force_n)) }
                         td { (force(contact.friction_force_n)) }
@@ -449,21 +448,51 @@ fn static_state(contents: &Contents<'_>) -> Markup {
     }
 }
 
+/// A cell for each count.
+fn counts_cells<const N: usize>(counts: Option<[usize; N]>) -> Markup {
+    html! {
+        @for i in 0..N {
+            td { (counts.map_or_else(|| "–".to_owned(), |counts| counts[i].to_string())) }
+        }
+    }
+}
+
+/// What the pairs of each contact do in the period of the peak, where there are several contacts.
+fn contacts_at_peak(response: &ResponseSummary) -> Markup {
+    if response.peak_contacts.len() < 2 {
+        return html! {};
+    }
+    html! {
+        h3 { "Pairs of each contact at the peak" }
+        div.wide { table {
+            tr {
+                th { "contact" } th { "pairs" } th { "stick" } th { "slip" } th { "open at times" } th { "close at times" } th { "stay open" }
+            }
+            @for contact in &response.peak_contacts {
+                @let c = contact.counts;
+                tr {
+                    td { (contact.name) }
+                    td { (c.pairs()) }
+                    (counts_cells(Some([c.stuck, c.slipping, c.opening, c.closing, c.open])))
+                }
+            }
+        } }
+    }
+}
+
 fn static_words(state: &StaticSummary) -> Markup {
-    let (Some(stuck), Some(slipping), Some(open)) =
-        (state.stuck_pairs, state.slipping_pairs, state.open_pairs)
-    else {
+    let Some(counts) = state.counts else {
         return html! { "It did not converge: " (state.outcome.word()) "." };
     };
     let slip = state.largest_slip_m.map(|s| quantity(s, "m", 3));
     let pressure = state.largest_pressure_pa.map(|p| quantity(p, "Pa", 3));
     html! {
-        "Under the steady load " (counted(stuck, "pair sticks", "pairs stick")) ", "
-        (counted(slipping, "slides", "slide")) " and " (counted(open, "is open", "are open")) "."
+        "Under the steady load " (static_counts(counts)) "."
         @if let Some(slip) = slip { " The largest slip is " (slip) "." }
         @if let Some(pressure) = pressure { " The largest pressure is " (pressure) ", which depends on the mesh at the edges of a flank." }
         @if let Some(force) = state.retention_n {
-            " Friction does not hold the blade along its slot; it was held with " (quantity(force, "N", 3)) "."
+            " Friction does not hold all bodies (a warning says which); what it does not hold was held with "
+            (quantity(force, "N", 3)) "."
         }
     }
 }
@@ -521,7 +550,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| format!("{} kg", figure(b.mass_kg, 4)))) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.nodes.to_string())) }
                     td { (sizes.map_or_else(|| "–".to_owned(), |b| b.elements.to_string())) }
-                    td { (held(body)) }
+                    td { (held(body, contents.model)) }
                 }
             }
         } }
@@ -583,11 +612,21 @@ fn elements(types: &BTreeMap<String, usize>) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-fn held(body: &BodySpec) -> String {
+/// What holds a body: its supports and springs or, without any, its contacts.
+fn held(body: &BodySpec, model: Option<&Model>) -> String {
     let along = body.fixed_along.iter().zip(["x", "y", "z"]);
     let along =
         along.flat_map(|(groups, axis)| groups.iter().map(move |g| format!("{g} along {axis}")));
-    let all: Vec<String> = body.fixed.iter().cloned().chain(along).collect();
+    let bodies = model.iter().flat_map(|model| &model.bodies);
+    let own = bodies.filter(|b| b.name == body.name && !b.springs.is_empty());
+    let springs = own.map(|_| "springs".to_owned());
+    let all: Vec<String> = body
+        .fixed
+        .iter()
+        .cloned()
+        .chain(along)
+        .chain(springs)
+        .collect();
     match all.is_empty() {
         true => "by its contacts".to_owned(),
         false => all.join(", "),

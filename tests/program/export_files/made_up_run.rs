@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use dovetail_solver::dlft::{
-    LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
+    CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
 use dovetail_solver::mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::model::Material;
@@ -360,12 +360,11 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
                 let mean = pair.area_m2 * 1e7 * (1.0 + 0.2 * (p as f64).cos());
                 let swing = mean * g * (0.4 + 0.7 * (p % 4) as f64 / 3.0);
                 let slid = 1e-6 * g * (p % 4) as f64;
+                let open_fraction = if swing > mean { 0.1 } else { 0.0 };
                 PairCycle {
-                    slips: slid > 1e-7,
-                    opens: p > 0 && swing > mean,
-                    open_at_rest: p == 0,
+                    status: CycleStatus::of(p == 0, open_fraction, slid > 1e-7),
                     slid_m: slid,
-                    open_fraction: if swing > mean { 0.1 } else { 0.0 },
+                    open_fraction,
                     compression_mean_n: mean,
                     compression_min_n: (mean - swing).max(0.0),
                     compression_max_n: mean + swing,

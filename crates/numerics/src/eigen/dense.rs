@@ -31,10 +31,43 @@ pub fn lowest_modes(
     mass: MatRef<'_, f64>,
     count: usize,
 ) -> Result<Modes, EigenError> {
+    Ok(pencil(stiffness, mass, count, Massless::Refused)?.0)
+}
+
+/// All modes, ascending, and how many of them have mass. A motion without mass, or with none beside
+/// the lowest mode but for rounding, follows statically: it stands behind them at a frequency so high
+/// that nothing but its stiffness counts.
+///
+/// # Errors
+/// As [`modes`]; [`EigenError::MassNotPositive`] where the mass of a motion is negative, or no motion has any.
+pub fn modes_with_massless(
+    stiffness: MatRef<'_, f64>,
+    mass: MatRef<'_, f64>,
+) -> Result<(Modes, usize), EigenError> {
+    pencil(stiffness, mass, stiffness.nrows(), Massless::Followed)
+}
+
+/// What becomes of motions without mass.
+#[derive(Clone, Copy, PartialEq)]
+enum Massless {
+    Refused,
+    Followed,
+}
+
+/// Beside the largest 1 / omega^2 a negative one is rounding down to this.
+const NEGATIVE: f64 = 1e-10;
+
+/// The `count` lowest modes, and how many of them have mass.
+fn pencil(
+    stiffness: MatRef<'_, f64>,
+    mass: MatRef<'_, f64>,
+    count: usize,
+    massless: Massless,
+) -> Result<(Modes, usize), EigenError> {
     let factor = cholesky(stiffness)?;
     let n = factor.nrows();
     if n == 0 || count == 0 {
-        return Ok(Modes::none(n));
+        return Ok((Modes::none(n), 0));
     }
     // L^-1 M L^-T, by two solves and two transposes.
     let mut whitened = mass.to_owned();
@@ -45,17 +78,24 @@ pub fn lowest_modes(
     let (mut inverses, vectors) = largest_first(whitened)?;
     inverses.truncate(count);
     let mut vectors = vectors.get(.., ..inverses.len()).to_owned();
-    let has_mass = |x: &f64| *x > f64::EPSILON * inverses[0];
-    if let Some(mode) = inverses.iter().position(|x| !has_mass(x)) {
+    let least = f64::EPSILON * inverses[0];
+    let is_mass = |x: &f64| match massless {
+        Massless::Refused => *x > least,
+        Massless::Followed => inverses[0] > 0.0 && *x >= -NEGATIVE * inverses[0],
+    };
+    if let Some(mode) = inverses.iter().position(|x| !is_mass(x)) {
         return Err(EigenError::MassNotPositive { mode: mode + 1 });
     }
     solve_upper_triangular_in_place(factor.transpose(), vectors.as_mut(), Par::Seq);
-    normalise(&mut vectors, mass);
+    // Of unit stiffness so far: its modal mass is 1 / omega^2.
+    normalise(&mut vectors, mass, least);
     fix_signs(&mut vectors);
-    Ok(Modes {
-        omega2: inverses.iter().map(|x| x.recip()).collect(),
+    let with_mass = inverses.partition_point(|x| *x > least);
+    let modes = Modes {
+        omega2: inverses.iter().map(|x| x.max(least).recip()).collect(),
         vectors,
-    })
+    };
+    Ok((modes, with_mass))
 }
 
 /// Eigenvalues of a symmetric matrix (lower triangle read), the largest first, and a vector per column.
@@ -124,11 +164,11 @@ pub fn solve_in_place(factor: MatRef<'_, f64>, rhs: MatMut<'_, f64>) {
         .for_each(|rhs| crate::dense::solve_in_place(factor, rhs));
 }
 
-/// Scales the columns to unit modal mass.
-fn normalise(vectors: &mut Mat<f64>, mass: MatRef<'_, f64>) {
+/// Scales the columns to unit modal mass, one below `least` counting as that.
+fn normalise(vectors: &mut Mat<f64>, mass: MatRef<'_, f64>, least: f64) {
     let weighted = product(mass, vectors.as_ref());
     for j in 0..vectors.ncols() {
-        let modal_mass = weighted.col(j).transpose() * vectors.col(j);
+        let modal_mass = (weighted.col(j).transpose() * vectors.col(j)).max(least);
         vectors
             .col_mut(j)
             .iter_mut()
@@ -213,6 +253,40 @@ mod tests {
             assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
         }
         assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
+    }
+
+    /// Two masses on springs, and between them a point without any: under any static load the modes move it
+    /// as the springs do.
+    #[test]
+    fn a_motion_without_mass_follows_statically() {
+        let k = Mat::from_fn(3, 3, |i, j| {
+            [[3.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 4.0]][i][j]
+        });
+        let m = Mat::from_fn(3, 3, |i, j| {
+            [2.0, 0.0, 1.0][i] * f64::from(u8::from(i == j))
+        });
+        assert!(modes(k.as_ref(), m.as_ref()).is_err());
+        let (modes, with_mass) = modes_with_massless(k.as_ref(), m.as_ref()).unwrap();
+        assert_eq!((modes.count(), with_mass), (3, 2));
+        // K condensed on the masses: 2.5, -0.5, 3.5.
+        for w2 in &modes.omega2[..2] {
+            let determinant = (2.5 - 2.0 * w2) * (3.5 - w2) - 0.25;
+            assert!(determinant.abs() < 1e-12, "{w2}: {determinant:e}");
+        }
+        // sum phi phi^T / omega^2 = K^-1.
+        let v = &modes.vectors;
+        let compliance = Mat::from_fn(3, 3, |i, j| {
+            (0..3)
+                .map(|r| v[(i, r)] * v[(j, r)] / modes.omega2[r])
+                .sum::<f64>()
+        });
+        let product = &k * &compliance;
+        assert!((product - Mat::<f64>::identity(3, 3)).norm_max() < 1e-12);
+        let negative = Mat::from_fn(3, 3, |i, j| {
+            [2.0, -0.1, 1.0][i] * f64::from(u8::from(i == j))
+        });
+        assert!(modes_with_massless(k.as_ref(), negative.as_ref()).is_err());
+        assert!(modes_with_massless(k.as_ref(), Mat::zeros(3, 3).as_ref()).is_err());
     }
 
     #[test]

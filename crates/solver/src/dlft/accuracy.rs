@@ -10,11 +10,10 @@
 
 use super::balance::Setting;
 use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Work};
-use super::retention::Retention;
+use super::retention::Holding;
 use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
-use std::sync::OnceLock;
 
 /// Harmonics that are tried one after the other.
 const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
@@ -116,7 +115,7 @@ impl<'a> Refinement<'a> {
         resolution: Resolution,
         newton: NewtonOptions,
         solver: Solver,
-        retention: &'a OnceLock<Retention>,
+        holding: &'a Holding<'a>,
     ) -> Self {
         let solver_at = |level: &'a Level| {
             let Level { fourier, eps, .. } = level;
@@ -125,7 +124,7 @@ impl<'a> Refinement<'a> {
                 eps,
                 ..setting
             };
-            FrequencySolver::new(setting, newton, solver, retention)
+            FrequencySolver::new(setting, newton, solver, holding)
         };
         Self {
             levels: resolutions.iter().map(solver_at).collect(),

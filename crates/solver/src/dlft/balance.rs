@@ -31,7 +31,7 @@ pub struct Setting<'a> {
     pub x_static: &'a [f64],
     /// What each pair does in the static state.
     pub at_rest: &'a [PairStatus],
-    /// The mean of the static state along the slot; where it is retained, so is that of every motion about it.
+    /// The mean of the static state along the motions that only friction holds; where it is retained, so is that of every motion about it.
     pub static_mean: Mean,
     /// Sum of the pairs' compression in the static state, N.
     pub pressing_n: f64,
@@ -163,7 +163,7 @@ impl<'a> Balance<'a> {
         self.retention.as_deref()
     }
 
-    /// Whether the mean is retained along the slot.
+    /// Whether the mean is retained along the motions that only friction holds.
     pub fn mean(&self) -> Mean {
         match self.retention {
             None => Mean::Free,

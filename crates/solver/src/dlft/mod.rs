@@ -22,11 +22,13 @@ pub enum Outcome {
     /// A number that is not finite came up.
     NotFinite,
     /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
-    /// them together: the blade would leave its slot.
+    /// them together: the bodies would come apart.
     LeavesSlot,
     /// The balance holds, but some pair slides so far that its two nodes no longer face each other
     /// ([`crate::results::far_slip`]).
     SlidesTooFar,
+    /// No pair carries a force, and neither supports nor springs hold the bodies then: there is no static state.
+    NothingHolds,
     /// The balance holds, and its truncation error is estimated above the accuracy asked for.
     AccuracyNotReached,
 }
@@ -42,6 +44,7 @@ impl Outcome {
             Self::NotFinite => "not_finite",
             Self::LeavesSlot => "leaves_slot",
             Self::SlidesTooFar => "slides_too_far",
+            Self::NothingHolds => "nothing_holds",
             Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }
@@ -69,10 +72,10 @@ pub struct StaticState {
     pub status: Vec<PairStatus>,
     /// Newton iterations of all load steps.
     pub newton_iterations: usize,
-    /// |f| / |F|.
+    /// |f| / |F|, or over what the clearances take where nothing presses the pairs.
     pub residual: f64,
-    /// Force that retains the blade along its slot, N, where friction does not hold it and it is retained
-    /// at rest ([`retention`]); `None` where friction holds it.
+    /// Force that retains the motions that friction does not hold, N, where they are retained at rest
+    /// ([`retention`]); `None` where nothing is.
     pub retention_n: Option<f64>,
     /// What small vibrations about this state obey.
     pub linear: LinearReference,
@@ -85,21 +88,15 @@ impl StaticState {
         (0..self.status.len()).filter(is_open).collect()
     }
 
+    /// How many pairs do what.
+    pub fn counts(&self) -> StaticCounts {
+        self.status.iter().copied().collect()
+    }
+
     /// Whether no pair carries a force.
     pub fn all_open(&self) -> bool {
         self.status.iter().all(|s| *s == PairStatus::Open)
     }
-}
-
-/// State of a pair in the static state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PairStatus {
-    /// Neither slides nor opens.
-    Stuck,
-    /// Friction is at its limit.
-    Slipping,
-    /// No force.
-    Open,
 }
 
 /// The periodic motion at one frequency.
@@ -144,21 +141,24 @@ pub struct Orbit {
     /// Estimated relative error of the observed amplitudes for the harmonics left out ([`accuracy`]); `None` where
     /// nothing is left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
-    /// Mean force along the slot that friction does not hold, N, where all pairs slip; the mean is
+    /// Mean force along the motions that friction does not hold, N, where all pairs slip; the mean is
     /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
     /// is itself retained.
     pub retention_n: f64,
 }
 
+impl Orbit {
+    /// How many pairs do what in the period.
+    pub fn counts(&self) -> CycleCounts {
+        self.cycles.iter().map(|cycle| cycle.status).collect()
+    }
+}
+
 /// One pair over one period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
-    /// Slides farther than the threshold.
-    pub slips: bool,
-    /// Is closed in the static state, and separates at some sample.
-    pub opens: bool,
-    /// Is open in the static state, whether it closes in the period or not.
-    pub open_at_rest: bool,
+    /// What it does.
+    pub status: CycleStatus,
     /// Distance slid in a period, m.
     pub slid_m: f64,
     /// Fraction of the period spent open.
@@ -191,7 +191,7 @@ pub struct SolvedFrequency {
     pub orbit: Orbit,
     /// The linear reference there.
     pub linear: LinearPoint,
-    /// Along the slot.
+    /// Along the motions that only friction holds.
     pub mean: retention::Mean,
     /// Of the levels of [`accuracy`], the one that the next frequency begins on.
     pub next_level: usize,
@@ -230,6 +230,7 @@ pub mod linear_curve;
 mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
+pub mod pair_status;
 pub mod peaks;
 pub mod penalty;
 mod point;
@@ -239,6 +240,8 @@ pub mod settings;
 pub mod static_state;
 pub mod sweep;
 mod two_level;
+
+pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};
 
 use dovetail_numerics::newton::NewtonStatus;
 

@@ -2,7 +2,7 @@
 
 use super::aft::Signals;
 use super::balance::{Balance, Evaluation};
-use super::{LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
+use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::vector::dot;
@@ -337,12 +337,11 @@ fn pair_cycle(
         }
         friction += std::f64::consts::PI * frequency_hz * k as f64 * work;
     }
+    let open_fraction = end.open_samples as f64 / fourier.samples() as f64;
     PairCycle {
-        slips: balance.slips(pair, end),
-        opens: !open_at_rest && end.open_samples > 0,
-        open_at_rest,
+        status: CycleStatus::of(open_at_rest, open_fraction, balance.slips(pair, end)),
         slid_m,
-        open_fraction: end.open_samples as f64 / fourier.samples() as f64,
+        open_fraction,
         compression_mean_n: 0.0 - evaluation.lambda[3 * pair],
         compression_min_n: compressions.iter().copied().fold(f64::INFINITY, f64::min),
         compression_max_n: compressions.iter().copied().fold(0.0, f64::max),
@@ -577,9 +576,14 @@ mod tests {
             for (pair, cycle) in orbit.cycles.iter().enumerate() {
                 let (end, compression) = (&evaluation.ends[pair], &compressions[pair]);
                 assert_near(cycle.slid_m * setting.eps[3 * pair + 1], end.slid_n);
-                assert_eq!(cycle.slips, end.slid_n > 0.0);
-                assert_eq!(cycle.open_at_rest, pair == OPEN_AT_REST);
-                assert_eq!(cycle.opens, end.open_samples > 0 && pair != OPEN_AT_REST);
+                let expected = match (pair == OPEN_AT_REST, end.open_samples) {
+                    (true, open) if open == samples => CycleStatus::Open,
+                    (true, _) => CycleStatus::Closing,
+                    (false, 0) if end.slid_n > 0.0 => CycleStatus::Slipping,
+                    (false, 0) => CycleStatus::Stuck,
+                    (false, _) => CycleStatus::Opening,
+                };
+                assert_eq!(cycle.status, expected);
                 assert_near(
                     cycle.open_fraction,
                     end.open_samples as f64 / samples as f64,

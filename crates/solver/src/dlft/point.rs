@@ -4,8 +4,8 @@
 //! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
 //! and by the dense dogleg. Few unknowns are solved for with the Jacobian factored instead, which takes more
 //! kinks. Each strategy is tried on the balance with the mean free and on the one with the mean retained ([`super::retention`]). Which of
-//! the two is the answer depends on the solution alone: the free one where the pairs that stick hold the blade along its
-//! slot, else the retained one.
+//! the two is the answer depends on the solution alone: the free one where the pairs that stick hold every motion that
+//! nothing else holds, else the retained one.
 
 use super::aft::Periods;
 use super::balance::{Balance, Evaluation, Setting};
@@ -15,13 +15,12 @@ use super::newton_krylov::{
     relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
-use super::retention::{Mean, Retention, may_have_walked_off};
+use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
-use std::sync::OnceLock;
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
@@ -51,7 +50,7 @@ pub struct FrequencySolver<'a> {
     pub setting: Setting<'a>,
     pub newton: NewtonOptions,
     pub solver: Solver,
-    retention: &'a OnceLock<Retention>,
+    pub holding: &'a Holding<'a>,
 }
 
 /// A converged frequency, to start the next from.
@@ -60,7 +59,7 @@ pub struct Neighbour {
     pub u: Vec<f64>,
     /// dU/df towards the frequency before, where there is one with the same mean (free or retained), m/Hz.
     pub slope: Option<Vec<f64>>,
-    /// Along the slot.
+    /// Along the motions that only friction holds.
     pub mean: Mean,
 }
 
@@ -189,23 +188,23 @@ enum Method {
 }
 
 impl<'a> FrequencySolver<'a> {
-    /// `retention` is filled when first asked for.
+    /// `holding` is that of the model of the setting.
     pub fn new(
         setting: Setting<'a>,
         newton: NewtonOptions,
         solver: Solver,
-        retention: &'a OnceLock<Retention>,
+        holding: &'a Holding<'a>,
     ) -> Self {
         Self {
             setting,
             newton,
             solver,
-            retention,
+            holding,
         }
     }
 
-    /// Solves one frequency: free where friction holds the blade along its slot, else with the mean
-    /// retained there. Where nothing converges, the attempt with the smallest residual.
+    /// Solves one frequency: free where friction holds the motions that nothing else holds, else with the mean
+    /// retained along them. Where nothing converges, the attempt with the smallest residual.
     pub fn solve(
         &self,
         frequency_hz: f64,
@@ -303,7 +302,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
-    /// static state: sums of the pairs' normal forces.
+    /// static state: sums of the pairs' normal forces. Bodies that are held without contact cannot be pulled away.
     pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
         let omega = std::f64::consts::TAU * frequency_hz;
@@ -316,7 +315,7 @@ impl<'a> FrequencySolver<'a> {
                     .sum::<f64>()
             })
             .sum();
-        pulling > setting.pressing_n
+        pulling > setting.pressing_n && !self.holding.without_contact()
     }
 
     fn solve_by(
@@ -585,8 +584,8 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// The free motion beside a retained one; `None` where friction does not hold the blade there. The spring is let go at
-    /// once; where that fails, and the pairs that stick hold the blade, it is softened in steps as long as they do.
+    /// The free motion beside a retained one; `None` where friction does not hold the bodies there. The spring is let go at
+    /// once; where that fails, and the pairs that stick hold them, it is softened in steps as long as they do.
     fn with_mean_released(
         &self,
         frequency_hz: f64,
@@ -653,7 +652,7 @@ impl<'a> FrequencySolver<'a> {
         )
     }
 
-    /// Whether the pairs that stick throughout hold the blade along its slot, if anything must.
+    /// Whether the pairs that stick throughout hold the motions that nothing else holds.
     fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
         let Some(retention) = self.retention() else {
             return true;
@@ -731,11 +730,7 @@ impl<'a> FrequencySolver<'a> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
         }
-        let model = self.setting.system.model;
-        let found = self
-            .retention
-            .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
-        found.is_needed().then_some(found)
+        self.holding.retention()
     }
 
     /// Whether the mean of U has walked off the static state along a motion that only friction holds.
@@ -764,10 +759,10 @@ mod tests {
                         tolerance: 1e-9,
                         max_iterations,
                     };
-                    let retention = OnceLock::new();
                     let setting = *balance.setting;
+                    let holding = Holding::of(setting.system.model);
                     let solver = Solver::NewtonKrylov;
-                    let frequencies = FrequencySolver::new(setting, newton, solver, &retention);
+                    let frequencies = FrequencySolver::new(setting, newton, solver, &holding);
                     let mut work = Work::default();
                     // Pressed together, and shaken little: there is a motion to be found.
                     let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);

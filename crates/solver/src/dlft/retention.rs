@@ -1,22 +1,24 @@
-//! The mean position along the slot, where only friction holds it.
+//! The mean position along motions that only friction holds.
 //!
-//! A dovetail can slide along its slot as a rigid body: nothing elastic opposes it (under rotation a
-//! slot at an angle to the engine axis even drives it on). Friction holds it as long as some pairs stick; once all
-//! slip in every period they no longer do, and the balance either has a whole line of means or, with
-//! the weak force of rotation, one very far away: the blade walks. The vibration is then asked for with the
+//! A blade can slide along its slot as a rigid body, and a wedge under platforms along its edges: nothing elastic opposes
+//! it (under rotation a slot at an angle to the engine axis even drives it on). Friction holds it as long as some pairs
+//! stick. Where all slip in every period, the balance either has a whole line of means or, with
+//! the weak force of rotation, one very far away: the body walks. The vibration is then asked for with the
 //! mean retained where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
-//! alone; the force in it is reported.
+//! alone; the force in it is reported. Bodies that supports and springs hold with all pairs open have no such motion.
 //!
-//! Friction holds the blade where the pairs that stick throughout leave none of these motions possible
+//! Friction holds a body where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
+use crate::reduction::{FREE, RelativeModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 
-/// A motion counts as free when its stiffness is below this fraction of the mean stiffness of the pairs.
-const FREE: f64 = 1e-4;
+/// Friction alone counts as holding a motion whose stiffness is below this fraction of the mean stiffness of the pairs.
+const SOFT: f64 = 1e-4;
 /// Shift of the inverse iteration, as such a fraction.
 const SHIFT: f64 = 1e-3;
 /// Tangential rigid motions that are looked for first: two translations and a turn, of a body on one flat
@@ -36,6 +38,51 @@ pub enum Mean {
     Free,
     /// By a spring, as a lock plate does.
     Retained,
+}
+
+/// What holds the bodies of a model besides friction, found when it is first asked for.
+#[derive(Debug)]
+pub struct Holding<'a> {
+    model: &'a RelativeModel,
+    without_contact: OnceLock<bool>,
+    retention: OnceLock<Retention>,
+}
+
+impl<'a> Holding<'a> {
+    /// Of a model.
+    pub fn of(model: &'a RelativeModel) -> Self {
+        Self {
+            model,
+            without_contact: OnceLock::new(),
+            retention: OnceLock::new(),
+        }
+    }
+
+    /// As [`RelativeModel::is_held_without_contact`].
+    pub fn without_contact(&self) -> bool {
+        *self
+            .without_contact
+            .get_or_init(|| self.model.is_held_without_contact())
+    }
+
+    /// The motions that nothing holds where all pairs are open: orthonormal, relative displacements.
+    pub fn free_motions(&self) -> Vec<Vec<f64>> {
+        let own = self.model.diagonal_stiffness();
+        let mean_stiffness = own.iter().sum::<f64>() / own.len().max(1) as f64;
+        softer_than(&self.model.stiffness, mean_stiffness, FREE)
+    }
+
+    /// The motions that only friction holds; `None` where there are none.
+    pub fn retention(&self) -> Option<&Retention> {
+        if self.without_contact() {
+            return None;
+        }
+        let Self { model, .. } = self;
+        let found = self
+            .retention
+            .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
+        found.is_needed().then_some(found)
+    }
 }
 
 /// The motions of the pairs that nothing but friction holds, and the spring that can.
@@ -60,27 +107,12 @@ impl Retention {
             stiffness_n_m: mean_stiffness,
         };
         let k = Mat::from_fn(size, size, |i, j| stiffness[(tangential[i], tangential[j])]);
-        let mut shifted = k.clone();
-        for i in 0..size {
-            shifted[(i, i)] += SHIFT * mean_stiffness;
-        }
-        let Ok(factor) = dense::cholesky(shifted) else {
-            return retention;
-        };
-        let mut wanted = FIRST_FREE;
-        loop {
-            let free = softest(&k, &factor, wanted, FREE * mean_stiffness);
-            if free.len() < wanted || wanted >= size {
-                for ritz in free {
-                    let mut motion = vec![0.0; n];
-                    for (&i, v) in tangential.iter().zip(ritz) {
-                        motion[i] = v;
-                    }
-                    retention.motions.push(motion);
-                }
-                break;
+        for free in softer_than(&k, mean_stiffness, SOFT) {
+            let mut motion = vec![0.0; n];
+            for (&i, v) in tangential.iter().zip(free) {
+                motion[i] = v;
             }
-            wanted *= 2;
+            retention.motions.push(motion);
         }
         retention
     }
@@ -150,12 +182,21 @@ impl Retention {
         }
     }
 
+    /// What of the way from `anchor` to `x` is along the motions.
+    pub fn along(&self, x: &[f64], anchor: &[f64]) -> Vec<f64> {
+        let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
+        let mut along = vec![0.0; x.len()];
+        for motion in &self.motions {
+            axpy(dot(motion, &difference), motion, &mut along);
+        }
+        along
+    }
+
     /// Force the spring carries at `x`, anchored at `anchor`, N: the resultant over the pairs.
     pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
-        let mut forces = vec![0.0; x.len()];
-        let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
-        self.add_to(&difference, &mut forces);
-        forces.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum()
+        let along = self.along(x, anchor);
+        let lengths_m = along.chunks_exact(3).map(|v| v[1].hypot(v[2]));
+        self.stiffness_n_m * lengths_m.sum::<f64>()
     }
 
     /// Whether the mean has walked off: `x` lies far from `anchor` along these motions and along nothing else; `vibration` is the
@@ -177,6 +218,26 @@ impl Retention {
 pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
     let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
     norm(&difference) > FAR * (norm(anchor) + vibration)
+}
+
+/// Orthonormal vectors with which `k` is softer than a `share` of its mean stiffness, softest first.
+fn softer_than(k: &Mat<f64>, mean_stiffness: f64, share: f64) -> Vec<Vec<f64>> {
+    let size = k.nrows();
+    let mut shifted = k.clone();
+    for i in 0..size {
+        shifted[(i, i)] += SHIFT * mean_stiffness;
+    }
+    let Ok(factor) = dense::cholesky(shifted) else {
+        return Vec::new();
+    };
+    let mut wanted = FIRST_FREE;
+    loop {
+        let free = softest(k, &factor, wanted, share * mean_stiffness);
+        if free.len() < wanted || wanted >= size {
+            return free;
+        }
+        wanted *= 2;
+    }
 }
 
 /// At most `wanted` orthonormal vectors with which `k` is softer than `limit`, softest first, by block inverse
@@ -281,6 +342,27 @@ mod tests {
             false => 0.0,
         });
         assert_eq!(Retention::new(&k, &vec![1.0; 5 * n]).motions.len(), 10);
+    }
+
+    #[test]
+    fn what_nothing_holds_without_contact_is_free() {
+        let model = |stiffness: Mat<f64>| RelativeModel {
+            stiffness,
+            ..crate::dlft::jacobians::model(4)
+        };
+        // Grounded along the normals alone: both translations are free, and no more than with the normals held.
+        let free = model(chain(4, 0.0));
+        let holding = Holding::of(&free);
+        assert!(!holding.without_contact());
+        assert_eq!(holding.free_motions().len(), 2);
+        assert_eq!(holding.retention().unwrap().motions.len(), 2);
+        // A spring too soft for friction to matter beside it holds all the same.
+        let mut soft = chain(4, 1e-6);
+        soft[(2, 2)] += 1e-6;
+        let soft = model(soft);
+        let holding = Holding::of(&soft);
+        assert!(holding.without_contact());
+        assert!(holding.free_motions().is_empty() && holding.retention().is_none());
     }
 
     #[test]

@@ -1,13 +1,15 @@
 //! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
 //! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
 //!
-//! Where friction does not hold the blade along its slot (at a coefficient of 0 it never does) there is no state
-//! to be found, or one far away: the blade is then retained at rest there, as in the dynamic solve ([`super::retention`]).
+//! All pairs open is a state like any other where supports and springs hold the bodies. Elsewhere nothing does then.
+//!
+//! Where friction does not hold a motion that nothing else holds (at a coefficient of 0 it never does) there is no state
+//! to be found, or one far away: the motion is then retained at rest, as in the dynamic solve ([`super::retention`]).
 
 use super::balance::apply_real;
 use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
-use super::retention::Retention;
+use super::retention::{Holding, Retention};
 use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
@@ -22,16 +24,16 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Solves the static state under `model.static_load`, applied with the interference of pairs of negative
-/// clearance in `load_steps` equal steps from the stuck, unloaded state; retained along the slot where friction alone does not hold it. eps is the stiffness of each
+/// clearance in `load_steps` equal steps from the stuck, unloaded state; with the motions retained that nothing holds. eps is the stiffness of each
 /// pair: the state does not depend on it, only the way there does. Where it does not converge, or nothing holds the
-/// blade, all pairs of its linear reference stick.
+/// bodies ([`Outcome::NothingHolds`]), all pairs of its linear reference stick.
 pub fn static_state(
     model: &RelativeModel,
     load_steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
     let mut state = settle(model, load_steps, options);
-    if state.outcome.is_converged() && !state.all_open() {
+    if state.outcome.is_converged() {
         state.linear = LinearReference::about(model, &state.open_pairs());
     }
     state
@@ -47,8 +49,11 @@ fn settle(model: &RelativeModel, load_steps: usize, options: NewtonOptions) -> S
     };
     let mut free = load_up(None, Start::Unloaded);
     let mut start = Start::Unloaded;
-    let is_lost = |state: &StaticState| state.all_open() || !state.outcome.is_converged();
-    if is_lost(&free) && model.pairs.iter().any(|pair| pair.gap_m > 0.0) {
+    let holding = Holding::of(model);
+    let nothing_holds = |state: &StaticState| state.all_open() && !holding.without_contact();
+    let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
+    let is_apart = model.pairs.iter().any(|pair| pair.gap_m > 0.0);
+    if is_lost(&free) && is_apart && model.steady_force_n() > 0.0 {
         // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
         // any stiffness: start with the flanks together.
         let other = load_up(None, Start::ClearancesClosed);
@@ -56,17 +61,23 @@ fn settle(model: &RelativeModel, load_steps: usize, options: NewtonOptions) -> S
             (free, start) = (other, Start::ClearancesClosed);
         }
     }
+    if nothing_holds(&free) {
+        free.outcome = Outcome::NothingHolds;
+        return free;
+    }
     let converged = free.outcome.is_converged();
     let any = |status| free.status.contains(&status);
     if !any(PairStatus::Slipping) || (converged && any(PairStatus::Stuck)) {
         return free;
     }
-    let retention = Retention::new(&model.stiffness, eps);
+    let Some(retention) = holding.retention() else {
+        return free;
+    };
     let at_rest = vec![0.0; free.x.len()];
-    if !retention.is_needed() || (converged && !retention.walked_off(&free.x, &at_rest, 0.0)) {
+    if converged && !retention.walked_off(&free.x, &at_rest, 0.0) {
         return free;
     }
-    let mut retained = load_up(Some(&retention), start);
+    let mut retained = load_up(Some(retention), start);
     retained.newton_iterations += free.newton_iterations;
     if converged || retained.outcome.is_converged() {
         retained
@@ -95,6 +106,16 @@ enum Start {
     /// All relative displacements zero.
     Unloaded,
     ClearancesClosed,
+}
+
+/// What residuals are relative to: the size of what presses the pairs or, where nothing does, of what their own stiffness
+/// takes over their clearances. Where there are none either, the pairs are at rest as they are, and the residual is 0.
+fn force_scale_n(model: &RelativeModel, eps: &[f64]) -> f64 {
+    let steady_n = model.steady_force_n();
+    let pairs = model.pairs.iter().zip(eps.iter().step_by(3));
+    let clearances: Vec<f64> = pairs.map(|(pair, eps)| eps * pair.gap_m).collect();
+    let scales = [steady_n, norm(&clearances)];
+    scales.into_iter().find(|n| *n > 0.0).unwrap_or(1.0)
 }
 
 /// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
@@ -185,6 +206,7 @@ struct StaticSystem<'a> {
     slid_force: Vec<[f64; 2]>,
     /// Coefficient of each pair.
     friction: Vec<f64>,
+    /// What residuals are relative to, N.
     scale: f64,
     linear: LinearSystem,
     /// Of J at some earlier x.
@@ -193,7 +215,7 @@ struct StaticSystem<'a> {
 }
 
 impl<'a> StaticSystem<'a> {
-    /// Without load and without slip; with a retention the blade is retained along its slot.
+    /// Without load and without slip; with a retention the motions that nothing holds are retained.
     fn new(
         model: &'a RelativeModel,
         inexact: &Arc<Inexact>,
@@ -213,7 +235,7 @@ impl<'a> StaticSystem<'a> {
             gap_m: model.pairs.iter().map(|p| p.gap_m.max(0.0)).collect(),
             slid_force: vec![[0.0; 2]; n / 3],
             friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
-            scale: model.steady_force_n(),
+            scale: force_scale_n(model, eps),
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
@@ -239,17 +261,15 @@ impl<'a> StaticSystem<'a> {
             measure: 0.0,
             residuals: Vec::new(),
         };
-        if self.scale > 0.0 {
-            for step in 1..=load_steps {
-                self.set_load(step as f64 / load_steps as f64, &x);
-                let last = load_step(&mut self, &mut x, options);
-                end = NewtonEnd {
-                    iterations: end.iterations + last.iterations,
-                    ..last
-                };
-                if end.status != NewtonStatus::Converged {
-                    break;
-                }
+        for step in 1..=load_steps {
+            self.set_load(step as f64 / load_steps as f64, &x);
+            let last = load_step(&mut self, &mut x, options);
+            end = NewtonEnd {
+                iterations: end.iterations + last.iterations,
+                ..last
+            };
+            if end.status != NewtonStatus::Converged {
+                break;
             }
         }
         self.state(x, end)

@@ -13,7 +13,7 @@ use super::orbit::{linear_point, orbit};
 use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
-use super::retention::Mean;
+use super::retention::{Holding, Mean};
 use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
@@ -23,7 +23,6 @@ use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::newton::NewtonOptions;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::sync::OnceLock;
 
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
@@ -90,7 +89,7 @@ pub fn sweep(
             .of(&system, middle(&settings.frequencies_hz), harmonics)
     });
     let linear = static_state.linear.model(model);
-    let retention = OnceLock::new();
+    let holding = Holding::of(model);
     let largest_slip = static_state
         .x
         .chunks_exact(3)
@@ -125,7 +124,7 @@ pub fn sweep(
             settings.resolution,
             settings.newton,
             settings.solver,
-            &retention,
+            &holding,
         ),
         earlier: earlier
             .iter()
@@ -396,7 +395,8 @@ mod tests {
         assert!(one.0.outcome.is_converged());
         let mut converged = one.1.orbits.iter().map(|o| o.outcome.is_converged());
         assert!(converged.all(|c| c));
-        let slipping = |o: &Orbit| o.cycles.iter().filter(|c| c.slips).count();
+        let sliding = |c: &&crate::dlft::PairCycle| c.slid_m > one.1.slip_threshold_m;
+        let slipping = |o: &Orbit| o.cycles.iter().filter(sliding).count();
         assert!(one.1.orbits.iter().any(|o| slipping(o) == o.cycles.len()));
         // The texts of numbers that differ in a bit differ, those of zeros by their sign.
         assert!(format!("{one:?}") == format!("{three:?}"));

@@ -3,7 +3,7 @@
 use super::IntegrationError;
 use super::steady::{Settled, Until, integrate};
 use super::step::{State, Stepper};
-use crate::dlft::{Orbit, StaticState};
+use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
 
@@ -21,10 +21,8 @@ pub struct Figures {
     pub viscous_work_j: f64,
     /// Work of the excitation, J per period.
     pub input_work_j: f64,
-    /// Pairs that slide farther than the threshold.
-    pub slipping_pairs: usize,
-    /// Pairs that open.
-    pub opening_pairs: usize,
+    /// What the pairs do.
+    pub pairs: CycleCounts,
 }
 
 /// One frequency by both methods.
@@ -44,7 +42,7 @@ pub struct Comparison {
     pub steady: bool,
     /// What is left of the transient: see [`Settled::transient_left`].
     pub transient_left: f64,
-    /// Steady force that retained the mean along the slot in both, N: see [`Orbit::retention_n`].
+    /// Steady force that retained the mean of what friction does not hold in both, N: see [`Orbit::retention_n`].
     pub retention_n: f64,
 }
 
@@ -87,7 +85,7 @@ pub enum Start<'a> {
 }
 
 /// Integrates at the frequency of `orbit` and measures the first observed point. Where harmonic balance retained
-/// the mean along the slot, its steady force acts here, too.
+/// a mean, its steady force acts here, too.
 ///
 /// # Errors
 /// See [`IntegrationError`].
@@ -172,16 +170,20 @@ fn of_orbit(orbit: &Orbit) -> Figures {
         contact_work_j: orbit.friction_power_w / orbit.frequency_hz,
         viscous_work_j: orbit.viscous_power_w / orbit.frequency_hz,
         input_work_j: orbit.input_power_w / orbit.frequency_hz,
-        slipping_pairs: orbit.cycles.iter().filter(|c| c.slips).count(),
-        opening_pairs: orbit.cycles.iter().filter(|c| c.opens).count(),
+        pairs: orbit.counts(),
     }
 }
 
 /// Of the motion that the integration settled to from `orbit`, or to compare with it.
 fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Figures {
     let cycle = &settled.cycle;
-    let pairs = cycle.open_fraction.iter().zip(&orbit.cycles);
-    let opening = pairs.filter(|(open, of_orbit)| **open > 0.0 && !of_orbit.open_at_rest);
+    let motions = cycle.open_fraction.iter().zip(&cycle.slid_m);
+    let statuses = motions
+        .zip(&orbit.cycles)
+        .map(|((open, slid_m), of_orbit)| {
+            let slides = *slid_m > slip_threshold_m;
+            CycleStatus::of(of_orbit.status.is_open_at_rest(), *open, slides)
+        });
     let observed = cycle.observed.first();
     Figures {
         amplitude_m: observed.map(|o| o.amplitude_m),
@@ -189,12 +191,7 @@ fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Fi
         contact_work_j: cycle.work.friction_j + cycle.work.impact_j,
         viscous_work_j: cycle.work.viscous_j,
         input_work_j: cycle.work.input_j,
-        slipping_pairs: cycle
-            .slid_m
-            .iter()
-            .filter(|s| **s > slip_threshold_m)
-            .count(),
-        opening_pairs: opening.count(),
+        pairs: statuses.collect(),
     }
 }
 

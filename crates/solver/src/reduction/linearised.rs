@@ -21,6 +21,8 @@ use dovetail_numerics::sparse::product;
 pub struct LinearReference {
     /// Squared angular frequencies of its modes, rad2/s2, ascending.
     pub omega2: Vec<f64>,
+    /// Of these the first have mass; the others are motions that follow statically.
+    pub with_mass: usize,
     /// Why open pairs are held like the others; `None` where they are released.
     pub not_released: Option<String>,
     /// `None` where all pairs stick: its modes are the stuck ones.
@@ -45,8 +47,9 @@ impl LinearReference {
         let of_pair = |pair: &usize| 3 * pair..3 * pair + 3;
         let rows: Vec<usize> = open_pairs.iter().flat_map(of_pair).collect();
         match modes(relative, &rows) {
-            Ok(Modes { omega2, vectors }) => Self {
+            Ok((Modes { omega2, vectors }, with_mass)) => Self {
                 omega2,
+                with_mass,
                 not_released: None,
                 released: Some(Released { rows, vectors }),
             },
@@ -61,6 +64,7 @@ impl LinearReference {
     pub fn stuck(relative: &RelativeModel) -> Self {
         Self {
             omega2: relative.omega2.clone(),
+            with_mass: relative.omega2.len(),
             not_released: None,
             released: None,
         }
@@ -110,7 +114,7 @@ impl LinearReference {
 }
 
 /// With these rows of X free, all others held.
-fn modes(relative: &RelativeModel, rows: &[usize]) -> Result<Modes, EigenError> {
+fn modes(relative: &RelativeModel, rows: &[usize]) -> Result<(Modes, usize), EigenError> {
     let (n, m) = (rows.len(), relative.omega2.len());
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
         (true, true) => relative.stiffness[(rows[i], rows[j])],
@@ -123,5 +127,5 @@ fn modes(relative: &RelativeModel, rows: &[usize]) -> Result<Modes, EigenError> 
         (false, true) => relative.coupling[(rows[j], i - n)],
         (false, false) => f64::from(u8::from(i == j)),
     });
-    dense::modes(stiffness.as_ref(), mass.as_ref())
+    dense::modes_with_massless(stiffness.as_ref(), mass.as_ref())
 }

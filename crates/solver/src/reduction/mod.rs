@@ -24,6 +24,7 @@ use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{ContactPair, Excitation, Growth, Model};
+use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
@@ -37,6 +38,9 @@ pub use truncation::Truncation;
 
 /// Modes of a kind that lists show and errors are estimated of.
 pub const LISTED_MODES: usize = 6;
+
+/// A motion with less than this fraction of the stiffness beside it is free: it has the rounding of that alone.
+pub const FREE: f64 = 1e-10;
 
 /// How many stuck modes a reduction keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -201,6 +205,15 @@ impl RelativeModel {
             .map(|(pair, own)| own * pair.gap_m.min(0.0))
             .collect();
         norm(&self.static_load.on_x).hypot(norm(&interference))
+    }
+
+    /// Whether supports and springs alone hold the bodies: with all pairs open K is positive definite, each pivot of
+    /// its Cholesky factorisation more than rounding of its diagonal.
+    pub fn is_held_without_contact(&self) -> bool {
+        let Ok(factor) = dense::cholesky(self.stiffness.clone()) else {
+            return false;
+        };
+        (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
     /// Highest harmonic of the excitations; 0 without any.

@@ -4,4 +4,5 @@ pub mod far_slip;
 pub mod pairs;
 pub mod quantities;
 pub mod recovery;
+pub mod rigid_motion;
 pub mod small;

@@ -6,32 +6,8 @@
 
 use super::pairs::PairPlace;
 use crate::dlft::peaks::{Top, heights};
-use crate::dlft::{Orbit, PairCycle, PairStatus, Response, StaticState};
+use crate::dlft::{CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
-
-/// How many pairs do what in one period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PairCounts {
-    /// Slide farther than the threshold (some of them may open as well).
-    pub slipping: usize,
-    /// Are closed in the static state and separate at some sample (some of them may slip as well).
-    pub opening: usize,
-    /// Are open in the static state (some of them may close in the period, and slip).
-    pub open_at_rest: usize,
-    /// Neither slip nor open, nor are open in the static state.
-    pub stuck: usize,
-}
-
-/// Counts of one orbit.
-pub fn pair_counts(orbit: &Orbit) -> PairCounts {
-    let count = |p: fn(&PairCycle) -> bool| orbit.cycles.iter().filter(|c| p(c)).count();
-    PairCounts {
-        slipping: count(|c| c.slips),
-        opening: count(|c| c.opens),
-        open_at_rest: count(|c| c.open_at_rest),
-        stuck: count(|c| status(c) == CycleStatus::Stuck),
-    }
-}
 
 /// One harmonic of a real signal: `amplitude cos(k w t - phase_rad)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,31 +31,6 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
         .collect()
 }
 
-/// State of a pair over one period, with the code written to VTK files.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CycleStatus {
-    /// Neither slides nor opens.
-    Stuck = 0,
-    /// Slides farther than the threshold, and stays closed.
-    Slipping = 1,
-    /// Is closed in the static state and separates at some sample, whether it slips besides or not.
-    Opening = 2,
-    /// Is open in the static state, whether it closes at some sample or not.
-    OpenAtRest = 3,
-}
-
-impl CycleStatus {
-    /// The word written to files.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Stuck => "stuck",
-            Self::Slipping => "slipping",
-            Self::Opening => "opening",
-            Self::OpenAtRest => "open_at_rest",
-        }
-    }
-}
-
 /// Fields on the flanks over one period, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleFields {
@@ -99,17 +50,6 @@ pub struct CycleFields {
     pub friction_energy_j_m2: Vec<f64>,
 }
 
-fn status(cycle: &PairCycle) -> CycleStatus {
-    match cycle {
-        PairCycle {
-            open_at_rest: true, ..
-        } => CycleStatus::OpenAtRest,
-        PairCycle { opens: true, .. } => CycleStatus::Opening,
-        PairCycle { slips: true, .. } => CycleStatus::Slipping,
-        _ => CycleStatus::Stuck,
-    }
-}
-
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     let per_area = |value: &dyn Fn(&PairCycle) -> f64| {
@@ -121,7 +61,7 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
             .collect()
     };
     CycleFields {
-        status: orbit.cycles.iter().map(status).collect(),
+        status: orbit.cycles.iter().map(|c| c.status).collect(),
         pressure_mean_pa: per_area(&|c| c.compression_mean_n),
         pressure_min_pa: per_area(&|c| c.compression_min_n),
         pressure_max_pa: per_area(&|c| c.compression_max_n),
@@ -200,10 +140,11 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
         let added = response.is_added(orbit);
         points += usize::from(!added);
         for (i, cycle) in orbit.cycles.iter().enumerate() {
-            separates[i] |= cycle.opens;
+            let opens = cycle.status == CycleStatus::Opening;
+            separates[i] |= opens;
             if !added {
                 power_w[i] += cycle.friction_power_w;
-                opening[i] += f64::from(u8::from(cycle.opens));
+                opening[i] += f64::from(u8::from(opens));
             }
         }
     }
@@ -419,9 +360,7 @@ mod tests {
 
     fn cycle(slips: bool, opens: bool, friction_power_w: f64) -> PairCycle {
         PairCycle {
-            slips,
-            opens,
-            open_at_rest: false,
+            status: CycleStatus::of(false, f64::from(u8::from(opens)), slips),
             slid_m: 1e-6,
             open_fraction: if opens { 0.25 } else { 0.0 },
             compression_mean_n: 10.0,
@@ -481,50 +420,17 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_that_slips_and_opens_counts_as_both_and_never_as_stuck() {
-        let counts = pair_counts(&orbit(1.0, Outcome::Converged, 0.0));
-        assert_eq!(
-            counts,
-            PairCounts {
-                slipping: 2,
-                opening: 1,
-                open_at_rest: 0,
-                stuck: 1
-            }
-        );
-    }
-
-    #[test]
-    fn stuck_is_what_neither_slips_nor_opens() {
-        let mut orbit = orbit(1.0, Outcome::Converged, 0.0);
-        let [slips, opens, stuck] = [(true, false), (false, true), (false, false)];
-        let cycles = [slips, slips, slips, slips, opens, opens, stuck];
-        orbit.cycles = cycles.map(|(s, o)| cycle(s, o, 0.0)).to_vec();
-        let counts = pair_counts(&orbit);
-        assert_eq!((counts.slipping, counts.opening, counts.stuck), (4, 2, 1));
-    }
-
-    /// One stays open, one closes and slips: neither separates, and neither sticks.
-    #[test]
-    fn a_pair_that_is_open_at_rest_neither_opens_nor_sticks() {
-        let mut orbit = orbit(1.0, Outcome::Converged, 0.0);
-        orbit.cycles = [false, true].map(|slips| cycle(slips, false, 0.0)).to_vec();
-        orbit.cycles.iter_mut().for_each(|c| c.open_at_rest = true);
-        assert_eq!(
-            pair_counts(&orbit),
-            PairCounts {
-                slipping: 1,
-                opening: 0,
-                open_at_rest: 2,
-                stuck: 0
-            }
-        );
-        let fields = cycle_fields(&orbit, &[pair(1.0), pair(1.0)]);
-        assert_eq!(fields.status, [CycleStatus::OpenAtRest; 2]);
+    fn a_pair_that_is_open_at_rest_does_not_separate() {
+        let statuses = [CycleStatus::Open, CycleStatus::Closing];
         let mut response = response();
-        response.orbits[0].cycles.truncate(2);
         response.orbits.truncate(1);
-        response.orbits[0].cycles.clone_from(&orbit.cycles);
+        let of_status = |status| PairCycle {
+            status,
+            ..cycle(false, false, 0.0)
+        };
+        response.orbits[0].cycles = statuses.map(of_status).to_vec();
+        let fields = cycle_fields(&response.orbits[0], &[pair(1.0), pair(1.0)]);
+        assert_eq!(fields.status, statuses);
         let swept = sweep_fields(&response, 2);
         assert_eq!(swept.separates, [false; 2]);
         assert_eq!(swept.opening_share, [0.0; 2]);
@@ -627,7 +533,7 @@ mod tests {
         let mut response = response();
         let alone = sweep_fields(&response, 3);
         let mut added = orbit(25.0, Outcome::Converged, 9.0);
-        (added.point, added.cycles[1].opens) = (3, true);
+        (added.point, added.cycles[1].status) = (3, CycleStatus::Opening);
         response.orbits.insert(2, added);
         let found = sweep_fields(&response, 3);
         assert_eq!(found.friction_power_mean_w, alone.friction_power_mean_w);
@@ -651,7 +557,10 @@ mod tests {
                     let mut orbit = orbit(10.0 + at, Outcome::Converged, 1.0);
                     orbit.point = i;
                     orbit.cycles[0].friction_power_w = at * (1.0 - at);
-                    orbit.cycles[0].opens = (0.25..0.5).contains(&at);
+                    orbit.cycles[0].status = match (0.25..0.5).contains(&at) {
+                        true => CycleStatus::Opening,
+                        false => CycleStatus::Slipping,
+                    };
                     orbit
                 })
                 .collect();

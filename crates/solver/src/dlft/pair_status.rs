@@ -1,0 +1,187 @@
+//! What pairs do, in the static state and in a period of the vibration about it. In either each pair does exactly one
+//! thing, so that counts add up to the pairs.
+
+use serde::{Deserialize, Serialize};
+
+/// State of a pair in the static state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PairStatus {
+    /// Neither slides nor opens.
+    Stuck,
+    /// Friction is at its limit.
+    Slipping,
+    /// No force.
+    Open,
+}
+
+/// State of a pair over a period, with the code written to VTK files. The first three are of pairs that are closed in
+/// the static state, the others of pairs that are open there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CycleStatus {
+    /// Stays closed, and slides no farther than the threshold.
+    Stuck = 0,
+    /// Stays closed, and slides farther than the threshold.
+    Slipping = 1,
+    /// Separates at some sample, whether it slides besides or not.
+    Opening = 2,
+    /// Is open in the static state and touches at some sample.
+    Closing = 3,
+    /// Is open in the static state and stays so.
+    Open = 4,
+}
+
+impl CycleStatus {
+    /// Of a pair that is open for a fraction of the period; `slides` farther than the threshold or not.
+    pub fn of(is_open_at_rest: bool, open_fraction: f64, slides: bool) -> Self {
+        match (is_open_at_rest, slides) {
+            (true, _) if open_fraction < 1.0 => Self::Closing,
+            (true, _) => Self::Open,
+            (false, _) if open_fraction > 0.0 => Self::Opening,
+            (false, true) => Self::Slipping,
+            (false, false) => Self::Stuck,
+        }
+    }
+
+    /// The word written to files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Stuck => "stuck",
+            Self::Slipping => "slipping",
+            Self::Opening => "opening",
+            Self::Closing => "closing",
+            Self::Open => "open",
+        }
+    }
+
+    /// Whether the pair is open in the static state.
+    pub fn is_open_at_rest(self) -> bool {
+        matches!(self, Self::Closing | Self::Open)
+    }
+}
+
+/// How many pairs do what in the static state. Files have the names with `_pairs` behind them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StaticCounts {
+    /// [`PairStatus::Stuck`].
+    #[serde(rename = "stuck_pairs")]
+    pub stuck: usize,
+    /// [`PairStatus::Slipping`].
+    #[serde(rename = "slipping_pairs")]
+    pub slipping: usize,
+    /// [`PairStatus::Open`].
+    #[serde(rename = "open_pairs")]
+    pub open: usize,
+}
+
+impl StaticCounts {
+    /// All of them.
+    pub fn pairs(self) -> usize {
+        self.stuck + self.slipping + self.open
+    }
+}
+
+impl FromIterator<PairStatus> for StaticCounts {
+    fn from_iter<I: IntoIterator<Item = PairStatus>>(statuses: I) -> Self {
+        let mut counts = Self::default();
+        for status in statuses {
+            *match status {
+                PairStatus::Stuck => &mut counts.stuck,
+                PairStatus::Slipping => &mut counts.slipping,
+                PairStatus::Open => &mut counts.open,
+            } += 1;
+        }
+        counts
+    }
+}
+
+/// How many pairs do what in a period. Files have the names with `_pairs` behind them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CycleCounts {
+    /// [`CycleStatus::Stuck`].
+    #[serde(rename = "stuck_pairs")]
+    pub stuck: usize,
+    /// [`CycleStatus::Slipping`].
+    #[serde(rename = "slipping_pairs")]
+    pub slipping: usize,
+    /// [`CycleStatus::Opening`].
+    #[serde(rename = "opening_pairs")]
+    pub opening: usize,
+    /// [`CycleStatus::Closing`].
+    #[serde(rename = "closing_pairs")]
+    pub closing: usize,
+    /// [`CycleStatus::Open`].
+    #[serde(rename = "open_pairs")]
+    pub open: usize,
+}
+
+impl CycleCounts {
+    /// All of them.
+    pub fn pairs(self) -> usize {
+        self.stuck + self.slipping + self.opening + self.closing + self.open
+    }
+}
+
+impl FromIterator<CycleStatus> for CycleCounts {
+    fn from_iter<I: IntoIterator<Item = CycleStatus>>(statuses: I) -> Self {
+        let mut counts = Self::default();
+        for status in statuses {
+            *match status {
+                CycleStatus::Stuck => &mut counts.stuck,
+                CycleStatus::Slipping => &mut counts.slipping,
+                CycleStatus::Opening => &mut counts.opening,
+                CycleStatus::Closing => &mut counts.closing,
+                CycleStatus::Open => &mut counts.open,
+            } += 1;
+        }
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pair_does_one_thing_in_a_period() {
+        use CycleStatus::{Closing, Open, Opening, Slipping, Stuck};
+        for (is_open_at_rest, open_fraction, slides, expected) in [
+            (false, 0.0, false, Stuck),
+            (false, 0.0, true, Slipping),
+            (false, 0.1, false, Opening),
+            (false, 0.1, true, Opening),
+            (false, 1.0, false, Opening),
+            (true, 1.0, false, Open),
+            (true, 0.9, false, Closing),
+            (true, 0.9, true, Closing),
+            (true, 0.0, false, Closing),
+        ] {
+            let found = CycleStatus::of(is_open_at_rest, open_fraction, slides);
+            assert_eq!(
+                found, expected,
+                "{is_open_at_rest} {open_fraction} {slides}"
+            );
+            assert_eq!(found.is_open_at_rest(), is_open_at_rest);
+        }
+        let all = [Stuck, Slipping, Slipping, Opening, Closing, Open, Open];
+        let counts: CycleCounts = all.into_iter().collect();
+        assert_eq!(counts.pairs(), all.len());
+        let expected = CycleCounts {
+            stuck: 1,
+            slipping: 2,
+            opening: 1,
+            closing: 1,
+            open: 2,
+        };
+        assert_eq!(counts, expected);
+    }
+
+    #[test]
+    fn counts_of_the_static_state_add_up() {
+        use PairStatus::{Open, Slipping, Stuck};
+        let all = [Open, Stuck, Open, Slipping];
+        let counts: StaticCounts = all.into_iter().collect();
+        assert_eq!((counts.stuck, counts.slipping, counts.open), (1, 1, 2));
+        assert_eq!(counts.pairs(), all.len());
+    }
+}

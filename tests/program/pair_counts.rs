@@ -1,0 +1,109 @@
+//! What pairs do is counted by one definition: in the tables, the summary, the report and the terminal, in all and per
+//! contact, the counts are the same and add up to the pairs.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::ended;
+use crate::shared_runs::{Row, rows};
+
+const STATES: [&str; 5] = ["stuck", "slipping", "opening", "closing", "open"];
+const AT_REST: [&str; 3] = ["stuck", "slipping", "open"];
+
+fn counts<const N: usize>(of: &Value, prefix: &str, states: [&str; N]) -> [u64; N] {
+    states.map(|state| {
+        let key = format!("{prefix}{state}_pairs");
+        of[&key].as_u64().unwrap_or_else(|| panic!("{key} of {of}"))
+    })
+}
+
+/// Of rows, how many have each word in a column.
+fn words<const N: usize>(rows: &[&Row], column: &str, states: [&str; N]) -> [u64; N] {
+    states.map(|state| rows.iter().filter(|row| row[column] == state).count() as u64)
+}
+
+/// The joint of two decks: pairs stick, slip, open, and are open at rest, on two contacts.
+#[test]
+fn every_pair_is_counted_once_wherever_pairs_are_counted() {
+    let folder = Folder::new("counts");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.current_dir(env!("CARGO_MANIFEST_DIR"));
+    program.args(["run", "scenes/decks/joint.toml", "--no-cache"]);
+    program.args([
+        "--set",
+        "response.points=9",
+        "--set",
+        "response.harmonics=3",
+    ]);
+    program.arg("--out").arg(folder.join("out"));
+    let output = ended(program, 0);
+    let told = String::from_utf8_lossy(&output.stdout);
+    let out = folder.join("out");
+    let summary = std::fs::read_to_string(out.join("summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&summary).unwrap();
+    let (state, response) = (&summary["static"], &summary["response"]);
+    let pairs = summary["pairs"].as_u64().unwrap();
+
+    let at_rest = counts(state, "", AT_REST);
+    assert_eq!(at_rest.iter().sum::<u64>(), pairs);
+    assert!(at_rest[2] > 0, "{at_rest:?}");
+    let of_table = rows(&out.join("static.csv"));
+    let all: Vec<&Row> = of_table.iter().collect();
+    assert_eq!(words(&all, "status", AT_REST), at_rest);
+
+    let at_peak = counts(response, "peak_", STATES);
+    assert_eq!(at_peak.iter().sum::<u64>(), pairs);
+    assert!(
+        at_peak[1] > 0 && at_peak[4] + at_peak[3] == at_rest[2],
+        "{at_peak:?}"
+    );
+    let of_table = rows(&out.join("contact.csv"));
+    let all: Vec<&Row> = of_table.iter().collect();
+    assert_eq!(words(&all, "peak_status", STATES), at_peak);
+    for row in rows(&out.join("response.csv")) {
+        let counts = STATES.map(|state| row[&format!("{state}_pairs")].parse::<u64>().unwrap());
+        assert_eq!(counts.iter().sum::<u64>(), pairs);
+    }
+
+    let [stuck, slip, opening, closing, open] = at_peak;
+    let peak_words = format!(
+        "{stuck} pairs stick, {slip} slip, {opening} open at times, {closing} close at times, {open} stay open"
+    );
+    let rest_words = format!(
+        "{} pairs stick, {} slide, {} open",
+        at_rest[0], at_rest[1], at_rest[2]
+    );
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for words in [&peak_words, &rest_words] {
+        assert!(told.contains(words.as_str()), "{words}: {told}");
+        assert!(report.contains(words.as_str()), "{words}");
+    }
+    assert!(report.contains(&format!("{slip} of {pairs} pairs slip")));
+
+    let (contacts, peaks) = (&state["contacts"], &response["peak_contacts"]);
+    let (mut rest_sum, mut peak_sum) = ([0; 3], [0; 5]);
+    for (contact, peak) in contacts
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(peaks.as_array().unwrap())
+    {
+        assert_eq!(contact["name"], peak["name"]);
+        let name = contact["name"].as_str().unwrap();
+        let (rest, peak) = (counts(contact, "", AT_REST), counts(peak, "", STATES));
+        assert_eq!(Some(rest.iter().sum::<u64>()), contact["pairs"].as_u64());
+        assert_eq!(rest.iter().sum::<u64>(), peak.iter().sum::<u64>());
+        let own: Vec<&Row> = of_table
+            .iter()
+            .filter(|row| row["contact"] == name)
+            .collect();
+        assert_eq!(words(&own, "peak_status", STATES), peak);
+        (0..3).for_each(|i| rest_sum[i] += rest[i]);
+        (0..5).for_each(|i| peak_sum[i] += peak[i]);
+        let line = format!("{name}: {} pair", rest[0]);
+        assert!(told.contains(&line), "{line}: {told}");
+    }
+    assert_eq!((rest_sum, peak_sum), (at_rest, at_peak));
+}
