@@ -62,7 +62,7 @@ for harmonics in sys.argv[3:]:
         details.append((harmonics, what, apart))
         if not apart < AGREE or not all(x["converged"] for x in a + b):
             failures.append(f"{what}, H = {harmonics}: {apart:.1e} apart, or not converged")
-print("\n| H | Hz | pairs that slip, open | dovetail, m | numpy until periodic, m | pyHarm, m | numpy three periods, m |")
+print("\n| H | Hz | pairs that slip, open at times | dovetail, m | numpy until periodic, m | pyHarm, m | numpy three periods, m |")
 print("| --- | --- | --- | --- | --- | --- | --- |")
 print("\n".join(line for line in details if isinstance(line, str)))
 print()

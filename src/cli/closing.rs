@@ -152,9 +152,8 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
                 figure(loss.recip(), 3)
             )
         });
-        let more: Vec<String> = p.pairs.map(cycle_counts).into_iter().chain(loss).collect();
-        if !more.is_empty() {
-            text += &format!("{}{}\n", heading(""), more.join("; "));
+        for line in loss.into_iter().chain(p.pairs.map(cycle_counts)) {
+            text += &format!("{}{line}\n", heading(""));
         }
         let contacts = p.contacts.iter();
         text += &of_contacts(&mut contacts.map(|c| (c.name.as_str(), cycle_counts(c.counts))));

@@ -106,7 +106,7 @@ gap_m = 1e-4
 /// Beside the scene of the beam, `more` of it; the program ends with `code`.
 fn run(command: &str, folder: &Folder, name: &str, more: &str, code: i32) -> (PathBuf, Output) {
     std::fs::write(folder.join("beam.inp"), deck()).unwrap();
-    let scene = folder.join(&format!("{name}.toml"));
+    let scene = folder.join(format!("{name}.toml"));
     std::fs::write(&scene, format!("{SCENE}{more}")).unwrap();
     let out = folder.join(name);
     let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
@@ -196,7 +196,7 @@ fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused_and_named() {
         ),
     ] {
         let scene = SCENE.replace("fixed = [\"ROOT\"]", support);
-        let file = folder.join(&format!("{name}.toml"));
+        let file = folder.join(format!("{name}.toml"));
         std::fs::write(&file, format!("{scene}{PAD}")).unwrap();
         let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
         program.arg("run").arg(&file).args(["--no-cache", "--out"]);
