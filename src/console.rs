@@ -155,7 +155,7 @@ fn print(message: &str) {
 /// What a frequency came to, in a few words.
 fn news(orbit: &Orbit, failed: usize) -> String {
     let found = match (
-        orbit.outcome.is_converged(),
+        orbit.outcome.has_motion(),
         orbit.observed_amplitude_m.first(),
     ) {
         (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
@@ -244,6 +244,25 @@ impl Observer for Console {
             turn.last_line = Instant::now();
             let line = turn.line();
             self.note(&line);
+        }
+    }
+
+    fn loop_grows(&mut self) {
+        let Some(turn) = self.loops.last_mut() else {
+            return;
+        };
+        turn.steps += 1;
+        if let Some(bar) = &turn.bar {
+            bar.inc_length(1);
+        }
+    }
+
+    fn loop_detail(&mut self, detail: &str) {
+        if self.verbosity == Verbosity::Verbose {
+            self.line(&format!("    {detail}"));
+        }
+        if let Some(bar) = self.loops.last().and_then(|turn| turn.bar.as_ref()) {
+            bar.set_message(detail.to_owned());
         }
     }
 

@@ -100,6 +100,9 @@ pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Resul
     table.header(&["viscous_power_w", "input_power_w", "retention_n"]);
     table.header(&["newton_iterations", "krylov_iterations", "residual"]);
     table.header(&["harmonics", "estimated_error"]);
+    for name in names {
+        table.text(&format!("{name}_estimated_error"));
+    }
     table.end_row();
     for orbit in &response.orbits {
         response_row(&mut table, response, orbit, names, harmonics)?;
@@ -114,7 +117,7 @@ fn response_row(
     names: &[&str],
     harmonics: usize,
 ) -> Result<(), ExportError> {
-    let valid = orbit.outcome.is_converged();
+    let valid = orbit.outcome.has_motion();
     table.integer(Some(orbit.point));
     table.integer(Some(usize::from(response.is_added(orbit))));
     table.number("frequency_hz", Some(orbit.frequency_hz))?;
@@ -156,8 +159,11 @@ fn response_row(
     table.integer(Some(orbit.krylov_iterations));
     table.number("residual", Some(orbit.residual).filter(|r| r.is_finite()))?;
     table.integer(Some(orbit.harmonics));
-    let estimated = orbit.estimated_error.filter(|e| valid && e.is_finite());
-    table.number("estimated_error", estimated)?;
+    table.number("estimated_error", orbit.estimated_error.filter(|_| valid))?;
+    for (i, name) in names.iter().enumerate() {
+        let estimated = orbit.observed_error.get(i).copied().filter(|_| valid);
+        table.number(name, estimated)?;
+    }
     table.end_row();
     Ok(())
 }

@@ -88,13 +88,13 @@ impl FlankSeries {
         format!("flank/flank_{point:04}.vtu")
     }
 
-    /// Writes the file of a point, where it converged and is not written yet.
+    /// Writes the file of a point, where it has a motion and is not written yet.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&mut self, folder: &Path, orbit: &Orbit) -> Result<(), ExportError> {
         let point = orbit.point;
-        if !orbit.outcome.is_converged() || self.written.contains_key(&point) {
+        if !orbit.outcome.has_motion() || self.written.contains_key(&point) {
             return Ok(());
         }
         let file = Self::file(point);

@@ -236,6 +236,7 @@ mod tests {
             newton_residuals: Vec::new(),
             residual: f64::INFINITY,
             estimated_error: None,
+            observed_error: Vec::new(),
             retention_n: 0.0,
         };
         let linear = LinearPoint {

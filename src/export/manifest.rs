@@ -17,9 +17,9 @@ use dovetail_solver::integration::compare::{Comparison, Figures};
 use dovetail_solver::model::{BodyNode, FieldMap, FlankMatch, Model, StraightenedEdges};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    LocalPeak, converged, cycle_fields, energy_balance_error, friction_power_w,
-    largest_estimated_error, largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end,
-    peak_ratio, peak_rise, static_fields, sweep_fields,
+    LocalPeak, cycle_fields, energy_balance_error, friction_power_w, largest_estimated_error,
+    largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
+    static_fields, sweep_fields, with_motion,
 };
 
 /// The whole of summary.json.
@@ -302,7 +302,7 @@ pub struct ResponseSummary {
     pub points: usize,
     pub added_points: usize,
     pub converged_points: usize,
-    /// Those of them whose error is estimated above the accuracy asked for.
+    /// Frequencies that have a motion and did not converge: its error is estimated above the accuracy asked for.
     pub accuracy_not_reached_points: usize,
     /// Largest estimated error of an observed amplitude for the harmonics left out, relative; `None` where nothing is left
     /// out or nothing converged.
@@ -581,10 +581,14 @@ pub fn response_summary(
             .iter()
             .filter(|o| response.is_added(o))
             .count(),
-        converged_points: converged(response).count(),
+        converged_points: response
+            .orbits
+            .iter()
+            .filter(|o| o.outcome.is_converged())
+            .count(),
         accuracy_not_reached_points: inaccurate.count(),
-        largest_estimated_error: largest_estimated_error(response).and_then(finite),
-        peak_estimated_error: at_peak.and_then(|o| o.estimated_error).and_then(finite),
+        largest_estimated_error: largest_estimated_error(response),
+        peak_estimated_error: at_peak.and_then(|o| o.estimated_error),
         unconverged: unconverged.collect(),
         observation: observation.map(str::to_owned),
         peak_amplitude_m: top.map(|p| p.amplitude_m),
@@ -609,7 +613,7 @@ pub fn response_summary(
         peak_largest_slid_m: cycles.and_then(|c| largest_of_pairs(&c.slid_m)),
         pairs_that_open: separates.iter().filter(|separates| **separates).count(),
         area_share_that_opens: opening_share(pairs, &separates),
-        worst_energy_balance_error: converged(response)
+        worst_energy_balance_error: with_motion(response)
             .filter_map(energy_balance_error)
             .reduce(f64::max),
         slip_threshold_m: finite(response.slip_threshold_m),

@@ -183,7 +183,7 @@ pub(super) fn held(
     response: &Response,
     progress: &Progress,
 ) -> Result<Option<Warning>, RunError> {
-    let held = |o: &&Orbit| o.outcome.is_converged() && o.retention_n > 0.0;
+    let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
     let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
     let most = held
         .iter()
@@ -228,11 +228,18 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
             100.0 * TOO_FAR,
         )));
     }
+    let late = ended(Outcome::TimeLimit);
+    if late > 0 {
+        warnings.push(wrong(format!(
+            "{late} of {all} frequencies were given up after response.most_seconds_per_frequency: allow more, or leave the key out"
+        )));
+    }
     let inaccurate = ended(Outcome::AccuracyNotReached);
     if inaccurate > 0 {
         warnings.push(doubt(format!(
-            "at {inaccurate} of {all} frequencies the error is estimated above the accuracy asked for: with more harmonics, at most {}, no \
-             motion was found or the estimate did not fall (outcome accuracy_not_reached and column estimated_error of response.csv)",
+            "at {inaccurate} of {all} frequencies the error is estimated above the accuracy asked for, and they do not count as converged: \
+             with more harmonics, at most {}, no motion was found or the estimate did not fall (outcome accuracy_not_reached and column \
+             estimated_error of response.csv)",
             Resolution::MOST_ADAPTED,
         )));
     } else {
@@ -246,17 +253,16 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
 
 /// Harmonics that were asked for may be too few.
 fn truncation(response: &Response) -> Option<Warning> {
-    let converged = response.orbits.iter().filter(|o| o.outcome.is_converged());
+    let converged = response.orbits.iter().filter(|o| o.outcome.has_motion());
     let errors: Vec<f64> = converged.filter_map(|o| o.estimated_error).collect();
     let above = errors.iter().filter(|e| **e > TRUNCATED).count();
     (above > 0).then(|| {
-        let finite = errors.iter().filter(|e| e.is_finite());
         doubt(format!(
             "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
              (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
             response.orbits.len(),
             100.0 * TRUNCATED,
-            100.0 * finite.fold(0.0, |m, e| e.max(m)),
+            100.0 * errors.iter().copied().fold(0.0, f64::max),
         ))
     })
 }

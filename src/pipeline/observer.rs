@@ -22,6 +22,10 @@ pub trait Observer: Send {
     fn loop_begins(&mut self, _label: &str, _steps: usize) {}
     /// So many more steps of the loop that began last are done.
     fn loop_advances(&mut self, _steps: usize) {}
+    /// The loop that began last has one step more.
+    fn loop_grows(&mut self) {}
+    /// What goes on within a step of the loop that began last.
+    fn loop_detail(&mut self, _detail: &str) {}
     /// The loop that began last ends.
     fn loop_ends(&mut self) {}
     /// Something to know.

@@ -171,6 +171,16 @@ impl Steps<'_, '_> {
         self.advance(1);
     }
 
+    /// One more step is to be done.
+    pub fn grow(&self) {
+        self.progress.tell(|observer| observer.loop_grows());
+    }
+
+    /// What goes on within a step.
+    pub fn detail(&self, detail: &str) {
+        self.progress.tell(|observer| observer.loop_detail(detail));
+    }
+
     /// `steps` more steps are done.
     pub fn advance(&self, steps: usize) {
         self.progress.tell(|observer| observer.loop_advances(steps));

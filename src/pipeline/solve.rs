@@ -13,6 +13,7 @@ use super::statics::static_state;
 use crate::export::journal::Inputs;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use crate::words::counted;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
@@ -22,7 +23,7 @@ use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
+use dovetail_solver::dlft::{Outcome, Response, StaticState, Told};
 use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
@@ -217,6 +218,7 @@ impl Responses<'_, '_> {
             solver: spec.solver,
             slip_threshold_m: spec.slip_threshold_m,
             most_added: spec.most_added_points,
+            most_seconds: spec.most_seconds_per_frequency,
             ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
         };
         let begins = ResponseBegins {
@@ -235,7 +237,21 @@ impl Responses<'_, '_> {
         }
         let steps = progress.steps(self.frequencies_hz.len(), "frequencies");
         let not_kept = AtomicBool::new(false);
-        let step = |solved: &SolvedFrequency| {
+        let tell = |told: Told<'_>| {
+            let solved = match told {
+                Told::Solved(solved) => solved,
+                Told::Adds => return steps.grow(),
+                Told::Tries {
+                    frequency_hz,
+                    harmonics,
+                    strategy,
+                } => {
+                    return steps.detail(&format!(
+                        "{frequency_hz:.3} Hz: {}, {strategy}",
+                        counted(harmonics, "harmonic", "harmonics")
+                    ));
+                }
+            };
             let mut solved = solved.clone();
             sides.judge_orbit(&mut solved.orbit);
             if let Err(error) = progress.tell(|observer| observer.frequency(&solved))
@@ -249,7 +265,7 @@ impl Responses<'_, '_> {
             steps.step();
         };
         let (damping, state) = (self.damping, self.state);
-        Ok(sweep(relative, damping, state, &settings, &earlier, &step))
+        Ok(sweep(relative, damping, state, &settings, &earlier, &tell))
     }
 
     /// A hash of all that the response is computed from, the program included.

@@ -90,7 +90,7 @@ pub fn verify(
     let (response, chosen) = orbits(scene, &reduced, damping, &state, asked, progress)?;
     let failed = chosen
         .iter()
-        .filter(|i| !response.orbits[**i].outcome.is_converged());
+        .filter(|i| !response.orbits[**i].outcome.has_motion());
     if let (unconverged @ 1.., points) = (failed.count(), chosen.len()) {
         return Err(RunError::NotConverged {
             unconverged,
@@ -189,15 +189,15 @@ fn orbits(
     Ok((response, chosen))
 }
 
-/// Peak, and the first converged frequency on each side below [`FLANK`] of it; all where nothing is
-/// observed or converged.
+/// Peak, and the first frequency with a motion on each side below [`FLANK`] of it; all where nothing is
+/// observed or has a motion.
 fn peak_and_flanks(response: &Response) -> Vec<usize> {
     let Some(top) = peak(response, 0) else {
         return (0..response.orbits.len()).collect();
     };
     let below = |i: &usize| {
         let orbit: &Orbit = &response.orbits[*i];
-        orbit.outcome.is_converged() && orbit.observed_amplitude_m[0] < FLANK * top.amplitude_m
+        orbit.outcome.has_motion() && orbit.observed_amplitude_m[0] < FLANK * top.amplitude_m
     };
     let left = (0..top.index).rev().find(below);
     let right = (top.index + 1..response.orbits.len()).find(below);

@@ -7,6 +7,9 @@ use super::kinds::{Kind, Limits};
 use super::raw;
 use dovetail_solver::mesh::source::Units;
 
+/// Of the relative residual of a balance: a motion with more left of its load is none.
+pub const LARGEST_TOLERANCE: f64 = 1e-3;
+
 /// What a scene may say.
 pub const SCENE: Vocabulary = Vocabulary {
     former: &[
@@ -755,7 +758,7 @@ const STATIC: [Key; 1] = [key(
     "load_steps = 10",
 )];
 
-const RESPONSE: [Key; 15] = [
+const RESPONSE: [Key; 16] = [
     key(
         "frequency_hz",
         Kind::Numbers(2, "Hz"),
@@ -834,7 +837,7 @@ const RESPONSE: [Key; 15] = [
     ),
     key(
         "tolerance",
-        Kind::Number("", Limits::between(0.0, 1.0)),
+        Kind::Number("", Limits::between(0.0, LARGEST_TOLERANCE)),
         "1e-8",
         "of the relative residual ([method.md](method.md)). The static state takes 1e-10 or \
          this, whichever is smaller",
@@ -846,6 +849,14 @@ const RESPONSE: [Key; 15] = [
         "60",
         "of one attempt, see below",
         "max_newton_iterations = 60",
+    ),
+    key(
+        "most_seconds_per_frequency",
+        Kind::Number("s", Limits::POSITIVE),
+        "none",
+        "a frequency that takes longer is given up, with the outcome `time_limit`; the result \
+         then depends on the machine",
+        "most_seconds_per_frequency = 600",
     ),
     key(
         "solver",

@@ -185,6 +185,7 @@ pub struct RawResponse {
     pub eps_scale: Located<Number>,
     pub tolerance: Located<Number>,
     pub max_newton_iterations: Located<Count>,
+    pub most_seconds_per_frequency: Located<Number>,
     pub solver: Located<String>,
     pub stuck_modes: Located<Count>,
     pub slip_threshold_m: Located<Number>,

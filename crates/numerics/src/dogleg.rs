@@ -13,6 +13,10 @@ pub trait DoglegSystem {
     fn measure(&self, f: &[f64]) -> f64;
     /// The derivative of the residual at `x`.
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64>;
+    /// Whether the time is over.
+    fn is_late(&self) -> bool {
+        false
+    }
     /// The trust region is a ball in `scaling(i) x_i`.
     fn scaling(&self, i: usize) -> f64;
 }
@@ -45,6 +49,9 @@ pub fn dogleg(system: &mut impl DoglegSystem, x: &mut [f64], options: NewtonOpti
         }
         if iterations == options.max_iterations {
             return end(NewtonStatus::IterationLimit);
+        }
+        if system.is_late() {
+            return end(NewtonStatus::TimeLimit);
         }
         // In scaled unknowns y = scaling x: columns divided.
         let mut jacobian = system.jacobian(x);

@@ -37,6 +37,10 @@ pub trait NonlinearSystem {
     fn has_diverged(&self, _x: &[f64]) -> bool {
         false
     }
+    /// Whether the time is over.
+    fn is_late(&self) -> bool {
+        false
+    }
 }
 
 /// When an iteration ends.
@@ -59,6 +63,8 @@ pub enum NewtonStatus {
     IterationLimit,
     /// A number that is not finite came up.
     NotFinite,
+    /// The time was over.
+    TimeLimit,
 }
 
 /// How an iteration ended.
@@ -119,6 +125,9 @@ pub fn newton<S: NonlinearSystem>(
         }
         if iterations == options.max_iterations {
             break NewtonStatus::IterationLimit;
+        }
+        if system.is_late() {
+            break NewtonStatus::TimeLimit;
         }
         system.linearise(x);
         if !system.correction(&f, &mut dx) {

@@ -82,6 +82,8 @@ pub struct ResponseSpec {
     pub tolerance: f64,
     /// Most Newton iterations of one attempt at a frequency.
     pub max_newton_iterations: usize,
+    /// A frequency is given up after so many seconds; `None`: never.
+    pub most_seconds_per_frequency: Option<f64>,
     /// What solves the balance of a frequency.
     pub solver: Solver,
     /// Stuck modes kept; `None` keeps all of them (the paper's exact condensation).

@@ -36,7 +36,7 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
         let amplitude = o.observed_amplitude_m.get(observation).copied();
         (
             o.frequency_hz,
-            amplitude.filter(|a| o.outcome.is_converged() && a.is_finite()),
+            amplitude.filter(|a| o.outcome.has_motion() && a.is_finite()),
         )
     };
     let inaccurate = |o: &&dovetail_solver::dlft::Orbit| o.outcome == Outcome::AccuracyNotReached;
@@ -86,7 +86,7 @@ pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curv
             .map(|o| {
                 (
                     o.frequency_hz,
-                    point(o).filter(|p| o.outcome.is_converged() && p.is_finite()),
+                    point(o).filter(|p| o.outcome.has_motion() && p.is_finite()),
                 )
             })
             .collect(),

@@ -15,7 +15,9 @@ use crate::export::flank::check_pairs;
 use crate::export::unrolled::{Panel, panels};
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::Model;
-use dovetail_solver::results::quantities::{converged, cycle_fields, static_fields, sweep_fields};
+use dovetail_solver::results::quantities::{
+    cycle_fields, static_fields, sweep_fields, with_motion,
+};
 
 const WIDTH: i32 = at_px(1400);
 const LEFT: i32 = at_px(136);
@@ -111,7 +113,7 @@ pub fn write_separation_map(
     let separates = sweep_fields(response, model.pairs.len()).separates;
     let title = format!(
         "Pairs that separate at any of {} converged frequencies ({} computed)",
-        converged(response).count(),
+        with_motion(response).count(),
         response.orbits.len()
     );
     let heading = Heading {

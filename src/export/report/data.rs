@@ -140,7 +140,7 @@ fn short(v: f64) -> f64 {
 }
 
 fn valid<T>(orbit: &Orbit, value: T) -> Option<T> {
-    orbit.outcome.is_converged().then_some(value)
+    orbit.outcome.has_motion().then_some(value)
 }
 
 fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
@@ -166,9 +166,7 @@ fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
             name: (*name).to_owned(),
             frequency_hz: own.frequency_hz,
             amplitude_m: own.amplitude_m,
-            estimated_error: orbits()
-                .map(|o| o.estimated_error.filter(|e| e.is_finite()).map(short))
-                .collect(),
+            estimated_error: orbits().map(|o| o.estimated_error.map(short)).collect(),
             linear_m: orbits().map(linear).collect(),
             phase_deg: orbits().map(phase).collect(),
             linear: Line {
@@ -265,18 +263,18 @@ fn fields(contents: &Contents<'_>, model: &Model) -> Vec<Field> {
 }
 
 fn statuses(sweep: &Sweep<'_>, pairs: &PairTable) -> Statuses {
-    let converged = || {
+    let moving = || {
         let orbits = sweep.response.orbits.iter();
-        orbits.filter(|o| o.outcome.is_converged())
+        orbits.filter(|o| o.outcome.has_motion())
     };
-    let codes: Vec<u8> = converged()
+    let codes: Vec<u8> = moving()
         .flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status)
         .map(|status| status as u8)
         .collect();
     let peak_hz = sweep.at_peak().map(|orbit| orbit.frequency_hz);
     Statuses {
-        frequency_hz: converged().map(|o| o.frequency_hz).collect(),
-        peak: converged().position(|o| Some(o.frequency_hz) == peak_hz),
+        frequency_hz: moving().map(|o| o.frequency_hz).collect(),
+        peak: moving().position(|o| Some(o.frequency_hz) == peak_hz),
         codes: bytes(&codes),
     }
 }

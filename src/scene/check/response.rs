@@ -63,6 +63,15 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         1..=100_000,
         60,
     );
+    let most_seconds = raw.most_seconds_per_frequency.as_ref().map(|_| {
+        checker.number(
+            &at,
+            "most_seconds_per_frequency",
+            &raw.most_seconds_per_frequency,
+            Limits::POSITIVE,
+            None,
+        )
+    });
     let solver = checker.choice(
         &at,
         "solver",
@@ -96,6 +105,10 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         eps_scale: eps_scale?,
         tolerance: tolerance?,
         max_newton_iterations: iterations?,
+        most_seconds_per_frequency: match most_seconds {
+            None => None,
+            Some(seconds) => Some(seconds?),
+        },
         solver: solver?,
         stuck_modes: match stuck_modes {
             None => None,
@@ -125,7 +138,7 @@ fn resolution(
                 at,
                 "tolerance",
                 &raw.tolerance,
-                Limits::between(0.0, 1.0),
+                Limits::between(0.0, entries::LARGEST_TOLERANCE),
                 Some(1e-8),
             ),
         ),

@@ -396,6 +396,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             newton_iterations: 5 + i % 3,
             krylov_iterations: 40,
             estimated_error: Some(0.004),
+            observed_error: vec![0.004, 0.001],
             retention_n: 0.0,
             residual: 1e-9 * bad,
         }

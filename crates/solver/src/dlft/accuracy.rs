@@ -5,9 +5,12 @@
 //! a residual of the finer balance; its first Newton correction says how far the observed amplitudes would
 //! move. Where that is more than the accuracy asked for, the finer balance is solved, from the corrected motion.
 //!
+//! One harmonic is not accepted where a pair slips or opens.
+//!
 //! Of few unknowns a balance with four times the harmonics, or at least twice, is solved instead: rigid friction at a point has
 //! kinks over which a linear step tells little, and amplitudes that stay between two numbers of harmonics.
 
+use super::Told;
 use super::balance::Setting;
 use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Work};
 use super::retention::Holding;
@@ -43,8 +46,9 @@ pub struct Refinement<'a> {
 pub struct Resolved<'b> {
     /// The solution that was accepted.
     pub solved: Solution<'b>,
-    /// Of the observed amplitudes, relative; `None` where the balance was not solved.
-    pub estimated_error: Option<f64>,
+    /// Of each observed amplitude (of all the vibration where nothing is observed), relative, at most 1; none where the
+    /// balance was not solved.
+    pub estimated_errors: Vec<f64>,
     /// The estimate is within the accuracy, where one is asked for.
     pub is_accurate: bool,
     /// Where to begin at a frequency beside this.
@@ -116,6 +120,7 @@ impl<'a> Refinement<'a> {
         newton: NewtonOptions,
         solver: Solver,
         holding: &'a Holding<'a>,
+        tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
         let solver_at = |level: &'a Level| {
             let Level { fourier, eps, .. } = level;
@@ -124,7 +129,7 @@ impl<'a> Refinement<'a> {
                 eps,
                 ..setting
             };
-            FrequencySolver::new(setting, newton, solver, holding)
+            FrequencySolver::new(setting, newton, solver, holding, tell)
         };
         Self {
             levels: resolutions.iter().map(solver_at).collect(),
@@ -175,20 +180,26 @@ impl<'a> Refinement<'a> {
             if !solved.is_converged() {
                 return Resolved {
                     solved,
-                    estimated_error: None,
+                    estimated_errors: Vec::new(),
                     is_accurate: false,
                     next_level: level,
                 };
             }
             let estimate = work.of_estimate();
-            let (corrected, change) = match &self.checks[level] {
+            let finer = match &self.checks[level] {
                 Some(check) => check.truncation_by_finer_solution(&solved, frequency_hz, estimate),
                 None => self.levels[level + 1].estimate_truncation(&solved, frequency_hz, estimate),
             };
-            let estimated_error = SHORTFALL * change;
-            let fine = self.accuracy.is_none_or(|a| estimated_error <= a);
-            if !fine {
-                let start = Neighbour::after(None, frequency_hz, corrected, solved.balance.mean());
+            let estimated_errors: Vec<f64> = finer
+                .changes
+                .iter()
+                .map(|change| (SHORTFALL * change).min(1.0))
+                .collect();
+            let largest = estimated_errors.iter().copied().fold(0.0, f64::max);
+            let fine = self.accuracy.is_none_or(|a| largest <= a);
+            let suffices = fine && !(highest > level && self.is_rough(level, &solved));
+            if !suffices {
+                let start = Neighbour::after(None, frequency_hz, finer.u, solved.balance.mean());
                 // A level may have no solution that is found, and the one above it may.
                 let found = (level + 1..=highest).find_map(|above| {
                     let finer = self.levels[above].solve_from(frequency_hz, &start, work);
@@ -199,13 +210,22 @@ impl<'a> Refinement<'a> {
                     continue;
                 }
             }
-            let plenty = self.accuracy.is_some_and(|a| estimated_error <= PLENTY * a);
+            let plenty = self.accuracy.is_some_and(|a| largest <= PLENTY * a);
+            let fewer = plenty && level > 0 && !self.is_rough(level - 1, &solved);
             return Resolved {
                 solved,
-                estimated_error: Some(estimated_error),
-                is_accurate: fine,
-                next_level: level - usize::from(plenty && level > 0),
+                estimated_errors,
+                is_accurate: suffices,
+                next_level: level - usize::from(fewer),
             };
         }
+    }
+
+    /// Whether this level has one harmonic, and a pair slips or opens: how far further ones move that motion is beyond a
+    /// linear step.
+    fn is_rough(&self, level: usize, solved: &Solution<'_>) -> bool {
+        let ends = &solved.evaluation.ends;
+        let sticks = |pair: usize| solved.balance.sticks(pair, &ends[pair]);
+        self.levels[level].setting.fourier.harmonics() == 1 && !(0..ends.len()).all(sticks)
     }
 }

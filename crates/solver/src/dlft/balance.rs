@@ -15,6 +15,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::time::Instant;
 
 /// Everything that is the same at all frequencies of a sweep.
 #[derive(Clone, Copy)]
@@ -55,6 +56,8 @@ pub struct Balance<'a> {
     pub most_friction: f64,
     /// Friction cones are rounded with this sharpness; `None`: the law itself.
     pub sharpness: Option<f64>,
+    /// When its solution is given up.
+    pub deadline: Option<Instant>,
 }
 
 /// What the pairs did at one U.
@@ -144,7 +147,13 @@ impl<'a> Balance<'a> {
             retention: None,
             most_friction: f64::INFINITY,
             sharpness: None,
+            deadline: None,
         }
+    }
+
+    /// Whether its solution is to be given up.
+    pub fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// The same balance with the mean retained by `retention`, anchored at the static state, or at rest where

@@ -85,6 +85,9 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
         factor.solve_column_in_place(dx);
         dx.iter().all(|d| d.is_finite())
     }
+    fn is_late(&self) -> bool {
+        self.dense.evaluator.balance.is_late()
+    }
     fn length(&self, dx: &[f64]) -> f64 {
         step_length(self.dense.evaluator.balance, dx)
     }
@@ -111,6 +114,9 @@ impl DoglegSystem for DenseBalance<'_, '_> {
     }
     fn measure(&self, f: &[f64]) -> f64 {
         relative_residual(f, self.evaluator.balance.unknowns_per_block(), self.scale)
+    }
+    fn is_late(&self) -> bool {
+        self.evaluator.balance.is_late()
     }
     fn scaling(&self, i: usize) -> f64 {
         self.evaluator.balance.eps_at(i)

@@ -21,6 +21,8 @@ pub enum Outcome {
     NotPeriodic,
     /// A number that is not finite came up.
     NotFinite,
+    /// The time allowed to a frequency was over.
+    TimeLimit,
     /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
     /// them together: the bodies would come apart.
     LeavesSlot,
@@ -42,20 +44,25 @@ impl Outcome {
             Self::IterationLimit => "iteration_limit",
             Self::NotPeriodic => "not_periodic",
             Self::NotFinite => "not_finite",
+            Self::TimeLimit => "time_limit",
             Self::LeavesSlot => "leaves_slot",
             Self::SlidesTooFar => "slides_too_far",
             Self::NothingHolds => "nothing_holds",
             Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }
-    /// Whether the balance holds, to the accuracy asked for or not: there are numbers to write, draw and sum.
+    /// Whether the balance holds, to the accuracy asked for.
     pub fn is_converged(self) -> bool {
+        self == Self::Converged
+    }
+    /// Whether the balance holds, to the accuracy asked for or not: there are numbers to write, draw and sum.
+    pub fn has_motion(self) -> bool {
         matches!(self, Self::Converged | Self::AccuracyNotReached)
     }
     /// Whether the balance holds, also where the solution is outside of what the method covers: the next frequency of a
     /// sweep may start from it.
     pub fn holds(self) -> bool {
-        self.is_converged() || self == Self::SlidesTooFar
+        self.has_motion() || self == Self::SlidesTooFar
     }
 }
 
@@ -138,9 +145,12 @@ pub struct Orbit {
     pub newton_residuals: Vec<Vec<f64>>,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
-    /// Estimated relative error of the observed amplitudes for the harmonics left out ([`accuracy`]); `None` where
-    /// nothing is left out, or the balance was not solved.
+    /// The largest of `observed_error`, or the error of all the vibration where nothing is observed; `None` where nothing
+    /// is left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
+    /// Of each observed amplitude the estimated relative error for the harmonics left out ([`accuracy`]), 0 to 1. None where
+    /// `estimated_error` is none.
+    pub observed_error: Vec<f64>,
     /// Mean force along the motions that friction does not hold, N, where all pairs slip; the mean is
     /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
     /// is itself retained.
@@ -182,6 +192,24 @@ pub struct LinearPoint {
     pub frequency_hz: f64,
     /// Largest departure from the mean of each observed displacement, m.
     pub observed_amplitude_m: Vec<f64>,
+}
+
+/// News of a sweep that goes on.
+#[derive(Debug, Clone, Copy)]
+pub enum Told<'a> {
+    /// A frequency is solved, or was solved before; one that is solved again is not told again.
+    Solved(&'a SolvedFrequency),
+    /// A frequency is added to those that are to be solved.
+    Adds,
+    /// A way to the solution of a frequency is tried, with so many harmonics.
+    Tries {
+        /// Of the first harmonic.
+        frequency_hz: f64,
+        /// Harmonics of the balance; those of a balance that only an error is estimated with may be more.
+        harmonics: usize,
+        /// In words.
+        strategy: &'a str,
+    },
 }
 
 /// A frequency that a sweep has solved, with what it hands on to the next one.
@@ -252,6 +280,7 @@ impl From<NewtonStatus> for Outcome {
             NewtonStatus::Stagnated => Self::Stagnated,
             NewtonStatus::IterationLimit => Self::IterationLimit,
             NewtonStatus::NotFinite => Self::NotFinite,
+            NewtonStatus::TimeLimit => Self::TimeLimit,
         }
     }
 }

@@ -141,6 +141,10 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         (self.walked_off)(x)
     }
 
+    fn is_late(&self) -> bool {
+        self.evaluator.balance.is_late()
+    }
+
     fn length(&self, dx: &[f64]) -> f64 {
         step_length(self.evaluator.balance, dx)
     }

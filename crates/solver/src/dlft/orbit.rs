@@ -60,6 +60,7 @@ pub fn orbit(
         newton_residuals: Vec::new(),
         residual: 0.0,
         estimated_error: None,
+        observed_error: Vec::new(),
         retention_n: balance.retention_n(u),
     }
 }
@@ -124,6 +125,7 @@ pub fn linear_orbit(
         newton_residuals: Vec::new(),
         residual: 0.0,
         estimated_error: None,
+        observed_error: Vec::new(),
         retention_n: 0.0,
     }
 }

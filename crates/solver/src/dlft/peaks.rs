@@ -13,13 +13,13 @@ const UNEVEN: f64 = 2.0;
 /// Frequencies that differ by less, relative, are one.
 const ONE_FREQUENCY: f64 = 1e-7;
 
-/// Amplitude of an observation, where the frequency converged.
+/// Amplitude of an observation, where the frequency has a motion.
 fn height(orbit: &Orbit, observation: usize) -> Option<f64> {
     let amplitude = orbit.observed_amplitude_m.get(observation).copied();
-    amplitude.filter(|a| orbit.outcome.is_converged() && a.is_finite())
+    amplitude.filter(|a| orbit.outcome.has_motion() && a.is_finite())
 }
 
-/// The amplitudes of an observation, each with its position among the orbits; those that converged.
+/// The amplitudes of an observation, each with its position among the orbits; of those that have a motion.
 pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (usize, f64)> {
     let numbered = orbits.iter().enumerate();
     numbered.filter_map(move |(i, orbit)| Some((i, height(orbit, observation)?)))
@@ -37,11 +37,14 @@ pub struct Top {
 }
 
 impl Top {
-    /// Around the largest converged amplitude of an observation. `None` at an end of the range, and beside a frequency
-    /// without a result.
+    /// Around the largest amplitude of an observation. `None` where that one did not converge, at an end of the range, and
+    /// beside a frequency without a result.
     pub fn of(orbits: &[Orbit], observation: usize) -> Option<Self> {
         // Of equal ones the first.
         let (top, _) = heights(orbits, observation).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        if !orbits[top].outcome.is_converged() {
+            return None;
+        }
         let around = orbits.get(top.checked_sub(1)?..=top + 1)?;
         let mut points = [(0.0, 0.0); 3];
         for (point, orbit) in points.iter_mut().zip(around) {

@@ -7,6 +7,7 @@
 //! the two is the answer depends on the solution alone: the free one where the pairs that stick hold every motion that
 //! nothing else holds, else the retained one.
 
+use super::Told;
 use super::aft::Periods;
 use super::balance::{Balance, Evaluation, Setting};
 use super::dense::{exact_correction, exact_newton, powell};
@@ -21,6 +22,7 @@ use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correcti
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::time::{Duration, Instant};
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
@@ -51,6 +53,7 @@ pub struct FrequencySolver<'a> {
     pub newton: NewtonOptions,
     pub solver: Solver,
     pub holding: &'a Holding<'a>,
+    tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
 
 /// A converged frequency, to start the next from.
@@ -99,21 +102,31 @@ pub struct Work {
     /// Of each attempt, at its start and after each iteration.
     pub residuals: Vec<Vec<f64>>,
     preconditioner: Preconditioner,
+    /// When the frequency is given up.
+    deadline: Option<Instant>,
     /// On the finer balances that errors are estimated with.
     estimates: Option<Box<Work>>,
 }
 
 impl Work {
-    /// Sets the counts to zero.
-    pub fn start_counting(&mut self) {
+    /// Sets the counts to zero, for a frequency that is given up after `most_seconds`.
+    pub fn start_counting(&mut self, most_seconds: Option<f64>) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
+        self.deadline = most_seconds
+            .and_then(|s| Duration::try_from_secs_f64(s).ok())
+            .and_then(|most| Instant::now().checked_add(most));
+    }
+
+    fn is_late(&self) -> bool {
+        self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// That of the next estimate, which no count of a frequency has.
     pub fn of_estimate(&mut self) -> &mut Work {
         let work = self.estimates.get_or_insert_default();
-        work.start_counting();
+        work.start_counting(None);
+        work.deadline = self.deadline;
         work
     }
 }
@@ -132,24 +145,55 @@ impl Solution<'_> {
     }
 }
 
-/// Largest relative change of an observed amplitude from `u` to `v` (of all the vibration, in forces, where nothing is
-/// observed).
-fn relative_change(balance: &Balance<'_>, u: &[f64], v: &[f64], frequency_hz: f64) -> f64 {
-    let [before, after] = [u, v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
-    let changes = before.iter().zip(&after).map(|(a, b)| {
-        let change = (b - a).abs();
-        if change == 0.0 { 0.0 } else { change / a }
-    });
-    changes.reduce(f64::max).unwrap_or_else(|| {
-        let n = balance.unknowns_per_block();
-        let vibration = |v: &[f64]| {
-            let mut v = v.to_vec();
-            v[..n].fill(0.0);
-            step_length(balance, &v)
-        };
-        let moved: Vec<f64> = u.iter().zip(v).map(|(u, v)| v - u).collect();
-        vibration(&moved) / vibration(u)
-    })
+/// How far the motion of a finer balance is from that of a coarser one.
+pub struct Truncation {
+    /// The motion of the finer balance.
+    pub u: Vec<f64>,
+    /// The change of each observed amplitude, relative to the larger of both; of all the vibration, in forces, where nothing
+    /// is observed. 1 where no motion of the finer balance is found.
+    pub changes: Vec<f64>,
+}
+
+impl Truncation {
+    /// From `u` to `v`, both of `balance`.
+    fn between(balance: &Balance<'_>, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
+        let [before, after] = [u, &v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
+        let mut changes: Vec<f64> = before
+            .iter()
+            .zip(&after)
+            .map(|(a, b)| relative(b - a, a.max(*b)))
+            .collect();
+        if changes.is_empty() {
+            let n = balance.unknowns_per_block();
+            let vibration = |v: &[f64]| {
+                let mut v = v.to_vec();
+                v[..n].fill(0.0);
+                step_length(balance, &v)
+            };
+            let moved: Vec<f64> = u.iter().zip(&v).map(|(u, v)| v - u).collect();
+            let larger = vibration(u).max(vibration(&v));
+            changes = vec![relative(vibration(&moved), larger)];
+        }
+        Self { u: v, changes }
+    }
+
+    /// Nothing is known of the finer balance.
+    fn unknown(u: Vec<f64>, balance: &Balance<'_>) -> Self {
+        let observed = balance.setting.system.model.observations.len();
+        Self {
+            u,
+            changes: vec![1.0; observed.max(1)],
+        }
+    }
+}
+
+/// Size of a change as a share of `of`, at most 1; also where a number is not finite.
+fn relative(change: f64, of: f64) -> f64 {
+    match change.abs() {
+        0.0 => 0.0,
+        change if change < of => change / of,
+        _ => 1.0,
+    }
 }
 
 /// U with so many entries: harmonics beyond the last are none, those beyond `entries` are left out.
@@ -187,19 +231,49 @@ enum Method {
     Dogleg,
 }
 
+impl std::fmt::Display for Strategy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::FromNeighbour(method) => write!(f, "from the neighbour{method}"),
+            Self::FromRest(method) => write!(f, "from the static state{method}"),
+            Self::InFrequency(steps) => {
+                write!(f, "from the neighbour in {steps} steps of frequency")
+            }
+            Self::InForce(steps) => write!(f, "from the static state in {steps} steps of force"),
+            Self::InSharpness => f.write_str("with rounded friction cones"),
+            Self::InFriction { from, .. } => {
+                write!(f, "along friction that grows from a coefficient of {from}")
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Krylov(tolerance) if *tolerance < LOOSE_KRYLOV_TOLERANCE => "",
+            Self::Krylov(_) => " with loose linear solves",
+            Self::Exact => "",
+            Self::Dogleg => " by the dogleg",
+        })
+    }
+}
+
 impl<'a> FrequencySolver<'a> {
-    /// `holding` is that of the model of the setting.
+    /// `holding` is that of the model of the setting; `tell` hears what is tried.
     pub fn new(
         setting: Setting<'a>,
         newton: NewtonOptions,
         solver: Solver,
         holding: &'a Holding<'a>,
+        tell: &'a (dyn Fn(Told<'_>) + Sync),
     ) -> Self {
         Self {
             setting,
             newton,
             solver,
             holding,
+            tell,
         }
     }
 
@@ -235,17 +309,16 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
-    /// A solution with fewer harmonics after one Newton correction in which those of this balance take part, and the largest
-    /// relative change of an observed amplitude in it (of all the vibration, in forces, where nothing is observed).
+    /// A solution with fewer harmonics after one Newton correction in which those of this balance take part.
     pub fn estimate_truncation(
         &self,
         coarse: &Solution<'_>,
         frequency_hz: f64,
         work: &mut Work,
-    ) -> (Vec<f64>, f64) {
+    ) -> Truncation {
         let u = resized(&coarse.u, self.unknowns());
         let Some(balance) = self.balance(frequency_hz, coarse.balance.mean()) else {
-            return (u, 0.0);
+            return Truncation::unknown(u, &coarse.balance);
         };
         let dx = match self.stepping() {
             Method::Exact => exact_correction(&balance, &u, self.newton),
@@ -253,11 +326,10 @@ impl<'a> FrequencySolver<'a> {
         };
         work.newton_iterations += 1;
         let Some(dx) = dx else {
-            return (u, f64::INFINITY);
+            return Truncation::unknown(u, &balance);
         };
         let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
-        let change = relative_change(&balance, &u, &corrected, frequency_hz);
-        (corrected, change)
+        Truncation::between(&balance, &u, corrected, frequency_hz)
     }
 
     /// Newton's correction at U, loosely solved for; `None` where it is not found.
@@ -286,7 +358,7 @@ impl<'a> FrequencySolver<'a> {
         coarse: &Solution<'_>,
         frequency_hz: f64,
         work: &mut Work,
-    ) -> (Vec<f64>, f64) {
+    ) -> Truncation {
         let u = resized(&coarse.u, self.unknowns());
         let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.mean());
         let strategies = [
@@ -297,8 +369,7 @@ impl<'a> FrequencySolver<'a> {
         if !solved.is_converged() {
             return self.estimate_truncation(coarse, frequency_hz, work);
         }
-        let change = relative_change(&solved.balance, &u, &solved.u, frequency_hz);
-        (solved.u, change)
+        Truncation::between(&solved.balance, &u, solved.u, frequency_hz)
     }
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
@@ -332,6 +403,14 @@ impl<'a> FrequencySolver<'a> {
             (false, Some(Mean::Free) | None) => &[Mean::Free, Mean::Retained],
         };
         for &strategy in strategies {
+            if best.is_some() && self.budget_exhausted(work) {
+                break;
+            }
+            (self.tell)(Told::Tries {
+                frequency_hz,
+                harmonics: self.setting.fourier.harmonics(),
+                strategy: &strategy.to_string(),
+            });
             for &mean in means {
                 if best.is_some() && self.budget_exhausted(work) {
                     break;
@@ -366,12 +445,17 @@ impl<'a> FrequencySolver<'a> {
                 }
             }
         }
-        best.expect("the static state is always a start")
+        let mut best = best.expect("the static state is always a start");
+        if work.is_late() {
+            best.end.status = NewtonStatus::TimeLimit;
+        }
+        best
     }
 
     fn budget_exhausted(&self, work: &Work) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
+            || work.is_late()
     }
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
@@ -664,12 +748,13 @@ impl<'a> FrequencySolver<'a> {
 
     fn iterate<'b>(
         &self,
-        balance: Balance<'b>,
+        mut balance: Balance<'b>,
         mut u: Vec<f64>,
         method: Method,
         options: NewtonOptions,
         work: &mut Work,
     ) -> Solution<'b> {
+        balance.deadline = work.deadline;
         let (end, evaluation) = match method {
             Method::Krylov(tolerance) => {
                 let walked_off = |u: &[f64]| balance.mean() == Mean::Free && self.walked_off(u);
@@ -762,7 +847,8 @@ mod tests {
                     let setting = *balance.setting;
                     let holding = Holding::of(setting.system.model);
                     let solver = Solver::NewtonKrylov;
-                    let frequencies = FrequencySolver::new(setting, newton, solver, &holding);
+                    let frequencies =
+                        FrequencySolver::new(setting, newton, solver, &holding, &|_| ());
                     let mut work = Work::default();
                     // Pressed together, and shaken little: there is a motion to be found.
                     let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);

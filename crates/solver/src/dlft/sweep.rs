@@ -14,7 +14,7 @@ use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
-use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState};
+use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
@@ -49,6 +49,8 @@ pub struct SweepSettings {
     pub slip_threshold_m: Option<f64>,
     /// Frequencies that may be added where an observed amplitude has its peak ([`Top::next_hz`]).
     pub most_added: usize,
+    /// A frequency is given up after so many seconds; the result then depends on the machine. `None`: never.
+    pub most_seconds: Option<f64>,
 }
 
 impl SweepSettings {
@@ -67,20 +69,21 @@ impl SweepSettings {
             solver: Solver::NewtonKrylov,
             slip_threshold_m: None,
             most_added: 0,
+            most_seconds: None,
         }
     }
 }
 
 /// Response at every frequency, and at those added at peaks. `earlier` are frequencies that a sweep of the same model with the same settings solved
-/// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `progress`
-/// is called once per frequency, those of earlier included, from any thread.
+/// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `tell`
+/// is called from any thread; it hears of each frequency that is solved once, those of earlier included.
 pub fn sweep(
     model: &RelativeModel,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
     earlier: &[SolvedFrequency],
-    progress: &(dyn Fn(&SolvedFrequency) + Sync),
+    tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
     let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
@@ -125,12 +128,14 @@ pub fn sweep(
             settings.newton,
             settings.solver,
             &holding,
+            tell,
         ),
         earlier: earlier
             .iter()
             .map(|solved| (solved.orbit.frequency_hz.to_bits(), solved))
             .collect(),
-        progress,
+        most_seconds: settings.most_seconds,
+        tell,
     };
     let frequencies_hz = &settings.frequencies_hz;
     let middle = frequencies_hz.len().div_ceil(2);
@@ -189,12 +194,22 @@ fn neighbour_of(orbit: &Orbit, before: Option<&Neighbour>) -> Neighbour {
     Neighbour::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
 }
 
+/// Whether a motion is nearer to an answer than another at the same frequency.
+fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
+    match (orbit.outcome.has_motion(), than.outcome.has_motion()) {
+        (true, true) => orbit.estimated_error < than.estimated_error,
+        (has_motion, _) => has_motion,
+    }
+}
+
 struct Run<'a> {
     linear: ContactSystem<'a>,
     refinement: Refinement<'a>,
     /// By the bits of their frequency.
     earlier: HashMap<u64, &'a SolvedFrequency>,
-    progress: &'a (dyn Fn(&SolvedFrequency) + Sync),
+    /// As in [`SweepSettings`].
+    most_seconds: Option<f64>,
+    tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
 
 impl Run<'_> {
@@ -217,7 +232,7 @@ impl Run<'_> {
                     None => self.point(*point, &last, &mut work),
                 };
                 last.follow(&solved);
-                (self.progress)(&solved);
+                (self.tell)(Told::Solved(&solved));
                 half.push(solved);
             }
         }
@@ -230,7 +245,7 @@ impl Run<'_> {
         last: &Last,
         work: &mut Work,
     ) -> SolvedFrequency {
-        work.start_counting();
+        work.start_counting(self.most_seconds);
         let resolved = self
             .refinement
             .resolve(frequency_hz, last.level, work, |level, work| {
@@ -251,34 +266,49 @@ impl Run<'_> {
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
         let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
         for (i, beside) in downwards.chain(upwards) {
-            let Some(neighbour) = orbits.get(beside) else {
-                continue;
-            };
-            let failed = !orbits[i].outcome.holds() && orbits[i].outcome != Outcome::LeavesSlot;
-            if !failed || !neighbour.outcome.holds() {
-                continue;
-            }
-            let neighbour = neighbour_of(neighbour, None);
-            let frequency_hz = orbits[i].frequency_hz;
-            work.start_counting();
-            let resolved = self
-                .refinement
-                .resolve(frequency_hz, 0, &mut work, |level, work| {
-                    level.solve_from(frequency_hz, &neighbour, work)
-                });
-            let mut again = self.orbit_of(resolved, (orbits[i].point, frequency_hz), &work);
-            let before = std::mem::take(&mut orbits[i].newton_residuals);
-            again.newton_residuals.splice(..0, before);
-            again.newton_iterations += orbits[i].newton_iterations;
-            again.krylov_iterations += orbits[i].krylov_iterations;
-            if again.outcome.is_converged() {
-                orbits[i] = again;
-            } else {
-                orbits[i].newton_iterations = again.newton_iterations;
-                orbits[i].krylov_iterations = again.krylov_iterations;
-                orbits[i].newton_residuals = again.newton_residuals;
+            if let Some(neighbour) = orbits.get(beside).cloned() {
+                self.solve_again(&mut orbits[i], &neighbour, &mut work);
             }
         }
+    }
+
+    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with at least as many harmonics
+    /// as that. The better of both motions stays.
+    fn solve_again(&self, orbit: &mut Orbit, neighbour: &Orbit, work: &mut Work) {
+        let may_converge = match orbit.outcome {
+            Outcome::Converged
+            | Outcome::LeavesSlot
+            | Outcome::SlidesTooFar
+            | Outcome::NothingHolds => false,
+            Outcome::Stagnated
+            | Outcome::IterationLimit
+            | Outcome::NotPeriodic
+            | Outcome::NotFinite
+            | Outcome::TimeLimit
+            | Outcome::AccuracyNotReached => true,
+        };
+        if !may_converge || !neighbour.outcome.holds() {
+            return;
+        }
+        let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
+        let from = match orbit.outcome.has_motion() {
+            true => self.refinement.level_of(neighbour.harmonics),
+            false => 0,
+        };
+        let neighbour = neighbour_of(neighbour, None);
+        work.start_counting(self.most_seconds);
+        let resolved = self
+            .refinement
+            .resolve(frequency_hz, from, work, |level, work| {
+                level.solve_from(frequency_hz, &neighbour, work)
+            });
+        let mut again = self.orbit_of(resolved, (point, frequency_hz), work);
+        if !is_better(&again, orbit) {
+            std::mem::swap(orbit, &mut again);
+        }
+        orbit.newton_iterations += again.newton_iterations;
+        orbit.krylov_iterations += again.krylov_iterations;
+        orbit.newton_residuals.splice(..0, again.newton_residuals);
     }
 
     /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
@@ -298,6 +328,7 @@ impl Run<'_> {
             let Some(frequency_hz) = (0..observed).find_map(next) else {
                 return;
             };
+            (self.tell)(Told::Adds);
             let at = orbits.partition_point(|o| o.frequency_hz < frequency_hz);
             let earlier = self.earlier.get(&frequency_hz.to_bits()).copied().cloned();
             let solved = earlier.unwrap_or_else(|| {
@@ -308,13 +339,18 @@ impl Run<'_> {
                         .refinement
                         .level_of(below.harmonics.max(above.harmonics)),
                 };
-                self.point((orbits.len(), frequency_hz), &last, &mut Work::default())
+                let mut work = Work::default();
+                let mut solved = self.point((orbits.len(), frequency_hz), &last, &mut work);
+                for neighbour in [below, above] {
+                    self.solve_again(&mut solved.orbit, neighbour, &mut work);
+                }
+                solved
             });
-            (self.progress)(&solved);
-            let holds = solved.orbit.outcome.holds();
+            (self.tell)(Told::Solved(&solved));
+            let converged = solved.orbit.outcome.is_converged();
             orbits.insert(at, solved.orbit);
             linear.insert(at, solved.linear);
-            if !holds {
+            if !converged {
                 return;
             }
         }
@@ -348,7 +384,11 @@ impl Run<'_> {
         let mut orbit = orbit(&balance, &u, &evaluation, frequency_hz, outcome);
         orbit.point = point;
         orbit.residual = end.measure;
-        orbit.estimated_error = resolved.estimated_error;
+        orbit.estimated_error = resolved.estimated_errors.iter().copied().reduce(f64::max);
+        orbit.observed_error = resolved.estimated_errors;
+        orbit
+            .observed_error
+            .truncate(orbit.observed_amplitude_m.len());
         orbit.newton_iterations = work.newton_iterations;
         orbit.newton_residuals = work.residuals.clone();
         orbit.krylov_iterations = work.krylov_iterations;
@@ -421,7 +461,11 @@ mod tests {
         let state = static_state(&model, 10, settings.newton);
         let run = |earlier: &[SolvedFrequency]| {
             let told = Mutex::new(Vec::new());
-            let tell = |s: &SolvedFrequency| told.lock().unwrap().push(s.clone());
+            let tell = |told_now: Told<'_>| {
+                if let Told::Solved(solved) = told_now {
+                    told.lock().unwrap().push(solved.clone());
+                }
+            };
             let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
             (response, told.into_inner().unwrap())
         };
@@ -472,7 +516,11 @@ mod tests {
                     ..SweepSettings::new(frequencies_hz.collect(), resolution)
                 };
                 let told = Mutex::new(Vec::new());
-                let tell = |s: &SolvedFrequency| told.lock().unwrap().push(s.clone());
+                let tell = |told_now: Told<'_>| {
+                    if let Told::Solved(solved) = told_now {
+                        told.lock().unwrap().push(solved.clone());
+                    }
+                };
                 let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
                 (response, told.into_inner().unwrap())
             };

@@ -75,7 +75,7 @@ impl ShorterSides {
         let orbits = response.orbits.iter_mut();
         let farthest = orbits.map(|orbit| {
             let farthest = self.judge_orbit(orbit);
-            match orbit.outcome.is_converged() {
+            match orbit.outcome.has_motion() {
                 true => farthest,
                 false => 0.0,
             }
@@ -92,7 +92,7 @@ impl ShorterSides {
 }
 
 fn judge(outcome: &mut Outcome, farthest: f64) {
-    if outcome.is_converged() && farthest > TOO_FAR {
+    if outcome.has_motion() && farthest > TOO_FAR {
         *outcome = Outcome::SlidesTooFar;
     }
 }

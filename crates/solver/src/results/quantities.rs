@@ -136,7 +136,7 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
     let mut opening = vec![0.0; pairs];
     let mut separates = vec![false; pairs];
     let mut points = 0;
-    for orbit in converged(response) {
+    for orbit in with_motion(response) {
         let added = response.is_added(orbit);
         points += usize::from(!added);
         for (i, cycle) in orbit.cycles.iter().enumerate() {
@@ -184,9 +184,10 @@ pub fn largest_of_pairs(field: &[f64]) -> Option<f64> {
         .map(|largest| largest.max(0.0))
 }
 
-/// The converged orbits, in the order of the response.
-pub fn converged(response: &Response) -> impl Iterator<Item = &Orbit> {
-    response.orbits.iter().filter(|o| o.outcome.is_converged())
+/// The orbits that have a motion, in the order of the response: those that converged, and those that did so but for the
+/// accuracy asked for.
+pub fn with_motion(response: &Response) -> impl Iterator<Item = &Orbit> {
+    response.orbits.iter().filter(|o| o.outcome.has_motion())
 }
 
 /// The largest amplitude of a curve.
@@ -200,8 +201,8 @@ pub struct Peak {
     pub amplitude_m: f64,
 }
 
-/// Largest converged amplitude of an observation; `None` where nothing converged or there is no
-/// such observation.
+/// Largest amplitude of an observation; `None` where no frequency has a motion or there is no such
+/// observation.
 pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
     let heights = heights(&response.orbits, observation);
     largest(heights.map(|(index, amplitude_m)| Peak {
@@ -303,7 +304,7 @@ pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usi
 
 /// Largest estimated error of the converged frequencies; `None` where nothing is estimated.
 pub fn largest_estimated_error(response: &Response) -> Option<f64> {
-    let estimated = converged(response).filter_map(|orbit| orbit.estimated_error);
+    let estimated = with_motion(response).filter_map(|orbit| orbit.estimated_error);
     estimated.reduce(f64::max)
 }
 
@@ -394,6 +395,7 @@ mod tests {
             krylov_iterations: 9,
             newton_residuals: Vec::new(),
             estimated_error: None,
+            observed_error: Vec::new(),
             retention_n: 0.0,
             residual: 1e-10,
         }

@@ -6,7 +6,7 @@ use super::far_slip::ShorterSides;
 use super::pairs::PairTable;
 use crate::dlft::{Response, StaticState};
 use crate::model::Model;
-use crate::results::quantities::{converged, cycle_fields, static_fields};
+use crate::results::quantities::{cycle_fields, static_fields, with_motion};
 
 /// Of the longest side of a body, a displacement that is worth a warning.
 pub const LARGE_DISPLACEMENT: f64 = 0.1;
@@ -113,7 +113,7 @@ impl<'m> Sizes<'m> {
         let of_point = |i: usize| {
             let observation = &self.model.observations[i];
             let body = observation.terms.first()?.0.body;
-            let largest = converged(response).filter_map(|orbit| {
+            let largest = with_motion(response).filter_map(|orbit| {
                 let mean = orbit.observed.get(i)?.first()?.abs();
                 Some(mean + orbit.observed_amplitude_m.get(i)?)
             });
@@ -132,7 +132,7 @@ impl<'m> Sizes<'m> {
 
     /// The same of the response.
     pub fn hardest_in_motion(&self, response: &Response) -> Option<AtContact> {
-        let of_orbits = converged(response).filter_map(|orbit| {
+        let of_orbits = with_motion(response).filter_map(|orbit| {
             self.hardest(&cycle_fields(orbit, &self.model.pairs).pressure_max_pa)
         });
         of_orbits.reduce(larger)
