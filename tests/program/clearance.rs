@@ -362,7 +362,8 @@ fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
         let structure = assemble(&model).unwrap();
         let wanted = StuckModes {
             count: Some(4),
-            highest: Highest::OfFirstStuckMode(1.0),
+            excited: Highest::OfFirstStuckMode(1.0),
+            kept: Highest::OfFirstStuckMode(1.0),
         };
         let reduced = reduce(&model, &structure, wanted).unwrap();
         let state = statics(&reduced.relative);

@@ -39,7 +39,8 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> ReducedModel {
     let model = bind(assembly, mesh).unwrap();
     let wanted = StuckModes {
         count: Some(30),
-        highest: Highest::RadS(0.0),
+        excited: Highest::RadS(0.0),
+        kept: Highest::RadS(0.0),
     };
     reduce(&model, &assemble(&model).unwrap(), wanted).unwrap()
 }

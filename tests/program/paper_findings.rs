@@ -63,7 +63,8 @@ fn joint() -> &'static Joint {
         }
         let wanted = StuckModes {
             count: None,
-            highest: Highest::OfFirstStuckMode(1.05),
+            excited: Highest::OfFirstStuckMode(1.05),
+            kept: Highest::OfFirstStuckMode(1.05),
         };
         let reduced = reduce(&model, &structure, wanted).unwrap();
         let damping = rayleigh(&scene.damping, &reduced.relative.omega2).unwrap();
