@@ -33,6 +33,7 @@ mod mortar;
 mod only_what_is_asked;
 mod output_folder;
 mod paper_findings;
+mod prestress;
 mod reduced_scenes;
 mod reduction;
 mod reference;
