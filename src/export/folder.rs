@@ -207,6 +207,19 @@ impl OutputFolder {
     }
 }
 
+/// Marks summary.json as that of a run that failed, whoever has the folder: for the end of a process whose threads no longer
+/// work. What cannot be written stays.
+pub fn mark_failed(path: &Path, why: String) {
+    let file = path.join(SUMMARY);
+    let Some(mut summary) = manifest::read_summary(&file) else {
+        return;
+    };
+    if summary.state == RunState::Running {
+        (summary.state, summary.why) = (RunState::Failed, Some(why));
+        let _ = manifest::write_summary(&file, &summary);
+    }
+}
+
 /// Removes the files of the run that a folder holds, by the list of its summary.json, that file,
 /// and the folder itself where nothing else stands in it.
 ///
