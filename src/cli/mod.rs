@@ -150,7 +150,8 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
             let files = files(command, &scene, &context, other, console)?;
-            with_files(command, &scene, &context, &files, console)
+            let ended = with_files(command, &scene, &context, &files, console);
+            ended.inspect_err(|error| files.locked().failed(error))
         }
     }
 }
@@ -223,7 +224,7 @@ fn with_files(
                 Command::Static(_) => pipeline::static_state(scene, context, observers),
                 _ => pipeline::solve(scene, context, observers),
             };
-            let run = noted(run, files)?;
+            let run = run?;
             let verdict = run.verdict();
             files.locked().report(scene, &run, &verdict)?;
             finish(files, &run.summary, &verdict, console)?;
@@ -237,12 +238,12 @@ fn with_files(
         }
         Command::Mesh(_) => {
             let progress = Progress::new(observers);
-            let summary = noted(pipeline::mesh(scene, context, &progress), files)?;
+            let summary = pipeline::mesh(scene, context, &progress)?;
             finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(observers);
-            let modes = noted(pipeline::modes(scene, context, &progress), files)?;
+            let modes = pipeline::modes(scene, context, &progress)?;
             let listed = modes.rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
             files.locked().modal_analysis(&modes)?;
@@ -254,16 +255,14 @@ fn with_files(
             ..
         }) => {
             let progress = Progress::new(observers);
-            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress);
-            let campbell = noted(campbell, files)?;
+            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress)?;
             files.locked().campbell(&campbell)?;
             print(&campbell.table())?;
             finish(files, &campbell.summary, &Ok(()), console)
         }
         Command::Verify(arguments) => {
             let progress = Progress::new(observers);
-            let verified = verify(scene, context, &arguments.asked(), &progress);
-            let verified = noted(verified, files)?;
+            let verified = verify(scene, context, &arguments.asked(), &progress)?;
             files.locked().verification(&verified.comparisons)?;
             finish(files, &verified.summary, &Ok(()), console)?;
             print(&verified.table())?;
@@ -271,9 +270,10 @@ fn with_files(
         }
         Command::Reduce(_) => {
             let progress = Progress::new(observers);
-            let condensed = noted(pipeline::reduce(scene, context, &progress), files)?;
-            let law = files.locked().reduced_model(&condensed.reduced, &progress);
-            let law = noted(law, files)?;
+            let condensed = pipeline::reduce(scene, context, &progress)?;
+            let law = files
+                .locked()
+                .reduced_model(&condensed.reduced, &progress)?;
             match condensed.lines_of_scene(law, &context.out) {
                 Some(lines) => progress.note(&lines),
                 None => progress.warning(
@@ -292,11 +292,6 @@ fn with_files(
         | Command::Completions(_)
         | Command::Man(_) => Ok(()),
     }
-}
-
-/// The result of a run; where it failed, its folder says so.
-fn noted<T>(result: Result<T, RunError>, files: &SharedFiles) -> Result<T, RunError> {
-    result.inspect_err(|error| files.locked().failed(error))
 }
 
 /// The last file of a run, and where all of them are.

@@ -132,6 +132,11 @@ impl OutputFolder {
         self.write_summary(said, state, why)
     }
 
+    /// Whether summary.json says that the run is going on.
+    pub fn is_running(&self) -> bool {
+        self.said.borrow().state == RunState::Running
+    }
+
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.path

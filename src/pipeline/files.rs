@@ -1,6 +1,7 @@
 //! Writes the files of a run, and the figures that it tells at its end.
 
 use std::collections::BTreeMap;
+use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -375,8 +376,12 @@ impl Files {
         Ok(())
     }
 
-    /// summary.json of a run that failed. Where it cannot be written, the error of the run is the one to report.
-    pub fn failed(&self, error: &RunError) {
+    /// summary.json of a run that failed before its last file. Where it cannot be written, the error of the run is the one
+    /// to report.
+    pub fn failed(&self, error: &dyn Error) {
+        if !self.out.is_running() {
+            return;
+        }
         let _ = self.remove_empty_journal();
         let _ = self.write_summary(RunState::Failed, Some(told(error)));
     }
@@ -496,9 +501,9 @@ fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
 }
 
 /// An error with its causes.
-fn told(error: &RunError) -> String {
+fn told(error: &dyn Error) -> String {
     let mut text = error.to_string();
-    let mut cause = std::error::Error::source(error);
+    let mut cause = error.source();
     while let Some(error) = cause {
         text += &format!(": {error}");
         cause = error.source();

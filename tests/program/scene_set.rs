@@ -228,8 +228,8 @@ fn an_unknown_path_names_the_valid_ones() {
         &["unknown key `static.x`", "load_steps"],
     );
     refused(
-        &["response.stuck_modes="],
-        &["no `response.stuck_modes` to remove"],
+        &["response.accuracy="],
+        &["no `response.accuracy` to remove"],
     );
     refused(&["no.such.thing="], &["no `no` to remove"]);
 }
