@@ -50,7 +50,10 @@ pub enum Error {
 
     /// The threads of `--threads` could not be started.
     #[error("{threads} threads could not be started")]
-    #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
+    #[diagnostic(help(
+        "give a smaller number with --threads, or raise the limits of memory and of processes (`ulimit -v`, `ulimit -u`, the container, \
+         the batch system)"
+    ))]
     Threads {
         threads: usize,
         source: rayon::ThreadPoolBuildError,

@@ -158,7 +158,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "body.blade.fixed",
         "rotation.point_m",
         "rotation.bodies",
-        "rotation.prestress",
         "contact.*.gap_m",
         "damping.linear_mode",
         "excitation.0.harmonic",
