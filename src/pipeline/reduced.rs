@@ -173,12 +173,15 @@ pub(super) fn stuck_modes(scene: &Scene) -> StuckModes {
         FrequencyRange::Hz { to_hz, .. } => Highest::RadS(std::f64::consts::TAU * to_hz),
         FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(to),
     };
-    let kept = match scene.response.resolution {
-        Resolution::Fixed { harmonics, .. } => harmonics,
-        Resolution::Accuracy(_) => USUALLY_ADAPTED,
+    let count = scene.response.stuck_modes;
+    let kept = match (count, scene.response.resolution) {
+        // Harmonics then ask for nothing, and scenes that differ in them share a reduction.
+        (Some(_), _) => 0,
+        (None, Resolution::Fixed { harmonics, .. }) => harmonics,
+        (None, Resolution::Accuracy(_)) => USUALLY_ADAPTED,
     };
     StuckModes {
-        count: scene.response.stuck_modes,
+        count,
         excited: highest.times(harmonic).rounded_up(),
         kept: highest.times(harmonic.max(kept as f64)).rounded_up(),
     }
