@@ -104,7 +104,8 @@ fn structure(c: &mut Criterion) {
 
 const WANTED: StuckModes = StuckModes {
     count: None,
-    highest: Highest::OfFirstStuckMode(1.05),
+    excited: Highest::OfFirstStuckMode(1.05),
+    kept: Highest::OfFirstStuckMode(1.05),
 };
 
 fn reduced_dovetail() -> RelativeModel {

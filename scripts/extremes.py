@@ -1,7 +1,7 @@
 """Runs the program at the extremes of its input and writes the table of docs/extremes.md.
 
     make extremes                                     # or, after cargo build --release:
-    python3 scripts/extremes.py [--only ROW] [--out output/extremes]
+    python3 scripts/extremes.py [--only ROW] [--out output/extremes] [--program FILE]
 
 Every cell ends converged or with a message that says why not and what to do, and says which of the two it must be.
 Exit code 1 when a cell ends otherwise, or panics, takes too long, or writes a number that is not finite. gmsh is needed
@@ -13,6 +13,7 @@ import csv
 import json
 import os
 import re
+import resource
 import shutil
 import struct
 import subprocess
@@ -88,15 +89,17 @@ harmonics = 3
 class Run:
     """One run of the program: what it said, wrote, and how it ended."""
 
-    def __init__(self, out, command, scene, sets, more=()):
+    def __init__(self, out, command, scene, sets, more=(), threads=1, memory_bytes=None):
         shutil.rmtree(out, ignore_errors=True)
-        line = [PROGRAM, command, scene, "--out", out, "--quiet", "--threads", "1", *more]
+        line = [PROGRAM, command, scene, "--out", out, "--quiet", "--threads", str(threads), *more]
         for key in sets:
             line += ["--set", key]
+        limit = memory_bytes and (lambda: resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes)))
         began = time.monotonic()
         try:
             done = subprocess.run(
-                line, cwd=ROOT, capture_output=True, text=True, timeout=TIME_LIMIT_S, env=dict(os.environ, NO_COLOR="1")
+                line, cwd=ROOT, capture_output=True, text=True, timeout=TIME_LIMIT_S, env=dict(os.environ, NO_COLOR="1"),
+                preexec_fn=limit,
             )
             self.code, self.said = done.returncode, done.stderr
         except subprocess.TimeoutExpired:
@@ -198,6 +201,25 @@ class Table:
         self.add(row, value, fault, ended, run.seconds)
         return run
 
+    def memory(self, row, scene, sets, threads, levels_mb):
+        """Runs one scene with each of these limits of memory: each gives its results, or a message and `failed` in its folder."""
+        if self.only and self.only not in row:
+            return
+        began, faults, refused = time.monotonic(), [], 0
+        for level in levels_mb:
+            out = os.path.join(self.out, f"memory_{threads}_{level}")
+            run = Run(out, "run", scene, sets, ["--no-cache"], threads, level * 10**6)
+            state = run.summary.get("state", "failed")
+            refused += run.code == 1
+            told = run.code == 0 or (run.code == 1 and "memory" in run.words() and "panicked" not in run.said and state == "failed")
+            if not told:
+                faults.append(f"{level} MB: exit code {run.code}, {state}: {run.words()[-200:]}")
+        if not 0 < refused < len(levels_mb):
+            faults.append(f"{refused} of {len(levels_mb)} levels were too little")
+        print(f"{refused} of {len(levels_mb)} levels were too little", flush=True)
+        value = f"{levels_mb[0]} to {levels_mb[-1]} MB in {len(levels_mb)} steps, {threads} threads"
+        self.add(row, value, "; ".join(faults), "each gives its results, or says that memory does not suffice", time.monotonic() - began)
+
     def add(self, row, value, fault, ended, seconds):
         if fault:
             self.failures.append(f"{row}, {value}: {fault}")
@@ -285,14 +307,17 @@ def write(path, text):
 
 
 def main():
+    global PROGRAM
     parser = argparse.ArgumentParser()
     parser.add_argument("--only", help="rows whose name contains this")
     parser.add_argument("--out", default=os.path.join(ROOT, "output/extremes"))
+    parser.add_argument("--program", default=PROGRAM, help="the program that is run")
     arguments = parser.parse_args()
+    PROGRAM = os.path.abspath(arguments.program)
     out = os.path.abspath(arguments.out)
     os.makedirs(out, exist_ok=True)
     if not os.path.exists(PROGRAM):
-        raise SystemExit("target/release/dovetail is missing: run cargo build --release")
+        raise SystemExit(f"{PROGRAM} is missing: run cargo build --release")
     table = Table(out, arguments.only)
 
     base = os.path.join(out, "paper")
@@ -410,6 +435,12 @@ def main():
         meshed("unit of the mesh", "m", f"mesh.file={metres}", "mesh.metres_per_unit=1", mesh=SMALL),
     ]
     table.same("unit of the mesh", "mm and m", runs, 1e-6)
+
+    # 100 MB to 6 GB, each level 7 % above the one before.
+    levels_mb = [round(100 * 60 ** (step / 59)) for step in range(60)]
+    for threads in [1, 2, 16]:
+        sets = [*READY[:1], "response.points=3", *READY[2:]]
+        table.memory("limit of memory", PAPER, sets, threads, levels_mb)
 
     lines = ["| what | value | how it ended |", "| --- | --- | --- |", *table.lines]
     write(os.path.join(out, "extremes.md"), "\n".join(lines) + "\n")

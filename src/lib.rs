@@ -9,6 +9,7 @@
 
 pub mod cli;
 pub mod console;
+pub mod exhaustion;
 pub mod exit;
 pub mod export;
 pub mod metrics;

@@ -112,8 +112,13 @@ fn stages(mesh: &str, count: Option<usize>) {
     let model = timed("mesh, pairs", || bound(mesh));
     let structure = timed("finite elements, rotation", || assemble(&model).unwrap());
     let reduced = timed("reduction", || {
-        let highest = Highest::OfFirstStuckMode(1.05);
-        reduce(&model, &structure, StuckModes { count, highest }).unwrap()
+        let [excited, kept] = [Highest::OfFirstStuckMode(1.05); 2];
+        let wanted = StuckModes {
+            count,
+            excited,
+            kept,
+        };
+        reduce(&model, &structure, wanted).unwrap()
     });
     let dofs: usize = structure.bodies.iter().map(|b| b.stiffness.ncols()).sum();
     let omega2 = &reduced.relative.omega2[..reduced.stuck_modes];

@@ -10,6 +10,7 @@ use crate::exit::ExitStatus;
 use crate::pipeline::RunError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
+use dovetail_numerics::memory::TooLittle;
 
 /// Why a command ended without its full result.
 #[derive(Debug, Error, Diagnostic)]
@@ -49,11 +50,26 @@ pub enum Error {
 
     /// The threads of `--threads` could not be started.
     #[error("{threads} threads could not be started")]
-    #[diagnostic(help("give a smaller number with --threads, or leave it out to use all cores"))]
+    #[diagnostic(help(
+        "give a smaller number with --threads, or raise the limits of memory and of processes (`ulimit -v`, `ulimit -u`, the container, \
+         the batch system)"
+    ))]
     Threads {
         threads: usize,
         source: rayon::ThreadPoolBuildError,
     },
+
+    /// Told before they are started.
+    #[error("{threads} threads do not fit in memory")]
+    #[diagnostic(help("give a smaller number with --threads"))]
+    MemoryOfThreads { threads: usize, source: TooLittle },
+
+    /// The threads that wait for signals and for the end of memory.
+    #[error("the system does not let the program start its threads")]
+    #[diagnostic(help(
+        "raise the limits of memory and of processes (`ulimit -v`, `ulimit -u`, the container, the batch system)"
+    ))]
+    Start(#[source] std::io::Error),
 
     /// The system does not tell of Ctrl-C.
     #[error("the handling of Ctrl-C and SIGTERM could not be set up")]
@@ -78,7 +94,11 @@ impl Error {
             | Self::NewExists { .. } => ExitStatus::BadInput,
             Self::Run(error) => error.exit_status(),
             Self::Study(error) => error.exit_status(),
-            Self::Threads { .. } | Self::Signals(_) | Self::Print(_) => ExitStatus::Failed,
+            Self::Threads { .. }
+            | Self::MemoryOfThreads { .. }
+            | Self::Start(_)
+            | Self::Signals(_)
+            | Self::Print(_) => ExitStatus::Failed,
         }
     }
 }

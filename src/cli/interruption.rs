@@ -4,6 +4,7 @@ use std::io;
 use std::process::exit;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::Builder;
 
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -22,8 +23,11 @@ pub(super) fn signals() -> io::Result<Signals> {
 }
 
 /// Has `last_word` done when Ctrl-C or SIGTERM comes, and ends the process. A second one ends it at once.
-pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) {
-    std::thread::spawn(move || {
+///
+/// # Errors
+/// The system starts no thread.
+pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) -> io::Result<()> {
+    let waiting = Builder::new().spawn(move || {
         let again = AtomicBool::new(false);
         for signal in signals.forever() {
             if again.swap(true, Ordering::Relaxed) {
@@ -34,19 +38,26 @@ pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) {
             } else {
                 "SIGTERM"
             };
-            let last_word = Arc::clone(&last_word);
+            let own = Arc::clone(&last_word);
             // The last word may have to wait for a file that is being written.
-            std::thread::spawn(move || end(&last_word, name));
+            if Builder::new().spawn(move || end(&own, name)).is_err() {
+                end(&last_word, name);
+            }
         }
     });
+    waiting.map(drop)
 }
 
 /// The same when standard input ends, which the death of whoever holds its other end brings about.
-pub(super) fn on_end_of_stdin(last_word: LastWord) {
-    std::thread::spawn(move || {
+///
+/// # Errors
+/// The system starts no thread.
+pub(super) fn on_end_of_stdin(last_word: LastWord) -> io::Result<()> {
+    let waiting = Builder::new().spawn(move || {
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         end(&last_word, "the end of standard input");
     });
+    waiting.map(drop)
 }
 
 /// The process ends even where the last word panics.

@@ -17,6 +17,7 @@ pub use self::error::Error;
 
 use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
 use crate::console::Console;
+use crate::exhaustion;
 use crate::exit::ExitStatus;
 use crate::export::csv;
 use crate::export::folder::OtherScene;
@@ -30,11 +31,19 @@ use crate::schema;
 use crate::study;
 use crate::terminal;
 use crate::warning::Weight;
+use dovetail_numerics::memory;
 use dovetail_solver::description::Scene;
 use dovetail_solver::reduction::LISTED_MODES;
+use signal_hook::consts::SIGXFSZ;
 
 /// Runs the program on the process's arguments. Exit codes: see [`ExitStatus`].
 pub fn main() -> ExitCode {
+    // A file that may not grow is then an error of the file, with its name, and not the end without a word.
+    let told = signal_hook::flag::register(SIGXFSZ, Arc::default());
+    if let Err(source) = told.and_then(|_| exhaustion::prepare()) {
+        terminal::report(&Error::Start(source));
+        return ExitCode::from(ExitStatus::Failed.code());
+    }
     let cli = match help::parsed(std::env::args_os()) {
         Ok(cli) => cli,
         Err(error) => {
@@ -101,12 +110,7 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
     faer::set_global_parallelism(faer::Par::Seq);
     let shared = &cli.shared;
     let scene = scene::load(file, &shared.overrides)?;
-    if let Some(threads) = shared.threads.map(usize::from) {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .map_err(|source| Error::Threads { threads, source })?;
-    }
+    start_threads(shared.threads.map(usize::from))?;
     let of_scene = || Path::new("output").join(&scene.name);
     let out = shared.out.clone().unwrap_or_else(|| match &cli.command {
         // Another scene reads it, and the runs of this one leave it alone.
@@ -146,9 +150,25 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
             let files = files(command, &scene, &context, other, console)?;
-            with_files(command, &scene, &context, &files, console)
+            let ended = with_files(command, &scene, &context, &files, console);
+            ended.inspect_err(|error| files.locked().failed(error))
         }
     }
+}
+
+/// Of memory that a thread takes, its stack and the buffers of its products of matrices.
+const THREAD_BYTES: u64 = 4 << 20;
+
+/// As many as were asked for, else one for each core.
+fn start_threads(asked: Option<usize>) -> Result<(), Error> {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = asked.unwrap_or_else(cores);
+    memory::ask_for(threads as u64 * THREAD_BYTES)
+        .map_err(|source| Error::MemoryOfThreads { threads, source })?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|source| Error::Threads { threads, source })
 }
 
 /// The files of a command in their folder. A command that is broken off leaves them readable.
@@ -176,10 +196,14 @@ fn files(
         };
         lines.last(&message);
     });
-    interruption::on_signals(signals, last_word.clone());
+    interruption::on_signals(signals, last_word.clone()).map_err(Error::Start)?;
     if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
-        interruption::on_end_of_stdin(last_word);
+        interruption::on_end_of_stdin(last_word).map_err(Error::Start)?;
     }
+    let out_of_memory = Arc::clone(&files);
+    exhaustion::on_exhaustion(move |error| {
+        out_of_memory.failed_to_end(&RunError::OutOfMemory(error));
+    });
     Ok(files)
 }
 
@@ -200,7 +224,7 @@ fn with_files(
                 Command::Static(_) => pipeline::static_state(scene, context, observers),
                 _ => pipeline::solve(scene, context, observers),
             };
-            let run = noted(run, files)?;
+            let run = run?;
             let verdict = run.verdict();
             files.locked().report(scene, &run, &verdict)?;
             finish(files, &run.summary, &verdict, console)?;
@@ -214,12 +238,12 @@ fn with_files(
         }
         Command::Mesh(_) => {
             let progress = Progress::new(observers);
-            let summary = noted(pipeline::mesh(scene, context, &progress), files)?;
+            let summary = pipeline::mesh(scene, context, &progress)?;
             finish(files, &summary, &Ok(()), console)
         }
         Command::Modes(Modes { rpm: None, .. }) => {
             let progress = Progress::new(observers);
-            let modes = noted(pipeline::modes(scene, context, &progress), files)?;
+            let modes = pipeline::modes(scene, context, &progress)?;
             let listed = modes.rows.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
             files.locked().modal_analysis(&modes)?;
@@ -231,16 +255,14 @@ fn with_files(
             ..
         }) => {
             let progress = Progress::new(observers);
-            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress);
-            let campbell = noted(campbell, files)?;
+            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress)?;
             files.locked().campbell(&campbell)?;
             print(&campbell.table())?;
             finish(files, &campbell.summary, &Ok(()), console)
         }
         Command::Verify(arguments) => {
             let progress = Progress::new(observers);
-            let verified = verify(scene, context, &arguments.asked(), &progress);
-            let verified = noted(verified, files)?;
+            let verified = verify(scene, context, &arguments.asked(), &progress)?;
             files.locked().verification(&verified.comparisons)?;
             finish(files, &verified.summary, &Ok(()), console)?;
             print(&verified.table())?;
@@ -248,9 +270,10 @@ fn with_files(
         }
         Command::Reduce(_) => {
             let progress = Progress::new(observers);
-            let condensed = noted(pipeline::reduce(scene, context, &progress), files)?;
-            let law = files.locked().reduced_model(&condensed.reduced, &progress);
-            let law = noted(law, files)?;
+            let condensed = pipeline::reduce(scene, context, &progress)?;
+            let law = files
+                .locked()
+                .reduced_model(&condensed.reduced, &progress)?;
             match condensed.lines_of_scene(law, &context.out) {
                 Some(lines) => progress.note(&lines),
                 None => progress.warning(
@@ -269,11 +292,6 @@ fn with_files(
         | Command::Completions(_)
         | Command::Man(_) => Ok(()),
     }
-}
-
-/// The result of a run; where it failed, its folder says so.
-fn noted<T>(result: Result<T, RunError>, files: &SharedFiles) -> Result<T, RunError> {
-    result.inspect_err(|error| files.locked().failed(error))
 }
 
 /// The last file of a run, and where all of them are.

@@ -132,6 +132,11 @@ impl OutputFolder {
         self.write_summary(said, state, why)
     }
 
+    /// Whether summary.json says that the run is going on.
+    pub fn is_running(&self) -> bool {
+        self.said.borrow().state == RunState::Running
+    }
+
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.path
@@ -204,6 +209,19 @@ impl OutputFolder {
         manifest::write_summary(&self.path.join(SUMMARY), &summary)?;
         *self.said.borrow_mut() = summary;
         Ok(())
+    }
+}
+
+/// Marks summary.json as that of a run that failed, whoever has the folder: for the end of a process whose threads no longer
+/// work. What cannot be written stays.
+pub fn mark_failed(path: &Path, why: String) {
+    let file = path.join(SUMMARY);
+    let Some(mut summary) = manifest::read_summary(&file) else {
+        return;
+    };
+    if summary.state == RunState::Running {
+        (summary.state, summary.why) = (RunState::Failed, Some(why));
+        let _ = manifest::write_summary(&file, &summary);
     }
 }
 

@@ -58,6 +58,10 @@ pub struct Summary {
     /// Where the prestress is that of the static state with contact.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prestress_passes: Vec<PrestressPass>,
+    /// Where the prestress is that of the held flanks: the estimated relative change of the first stuck frequencies
+    /// with the stress of the static state in its place.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_flanks_error: Option<f64>,
     /// First frequency of the fully stuck assembly.
     pub stuck_frequency_hz: Option<f64>,
     /// First frequency of the linear reference: pairs that are open in the static state are released. `None` where there
@@ -152,18 +156,22 @@ impl WarningSummary {
 /// What the modes that a reduction leaves out may cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TruncationSummary {
-    /// Estimated relative error of the amplitudes of observed points; none where the stuck modes end below the
-    /// highest frequency.
+    /// Estimated relative error of the amplitudes of observed points on the linear curve; none where the stuck modes end
+    /// below its highest frequency.
     pub amplitude: Option<f64>,
     /// Estimated relative errors of the first stuck frequencies by bodies with `fixed_interface_modes`.
     pub frequencies: Vec<f64>,
+    /// Frequency of the last stuck mode over that of the highest harmonic of the response; `None` before there is one, and
+    /// where no mode was left out.
+    #[serde(default)]
+    pub modes_reach: Option<f64>,
 }
 
 /// One pass of the prestress of the static state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PrestressPass {
     /// Largest change of a normal force since the pass before, over the largest one; without pairs that of the first
-    /// stuck frequency squared. `None` for the first pass, with the flanks held.
+    /// stuck frequency squared. `None` for the first pass, whose stress is that with all pairs stuck.
     pub change: Option<f64>,
     /// First frequency of the fully stuck assembly.
     pub stuck_frequency_hz: Option<f64>,

@@ -116,10 +116,9 @@ pub fn campbell(
     let rotation = fastest.rotation.as_mut().ok_or(RunError::NoRotation)?;
     rotation.speed_rad_s = speeds.to_rpm * std::f64::consts::PI / 30.0;
     if rotation.prestress == Prestress::Contact {
-        progress.warning(
-            Weight::Doubt,
-            "modes over the speed take the flanks as held, as prestress = \"held_flanks\" does: with contact the \
-             stress is no multiple of the square of the speed; `dovetail modes` at one speed has it",
+        progress.note(
+            "modes over the speed: the stress is that with all pairs stuck, a multiple of the square of the speed; that of \
+             the static state with contact is in `dovetail modes` at one speed",
         );
     }
     let bound = Bound::of(&fastest, context, progress)?;

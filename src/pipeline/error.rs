@@ -3,8 +3,10 @@
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::exhaustion::OutOfMemory;
 use crate::exit::ExitStatus;
 use crate::export::ExportError;
+use dovetail_numerics::memory::TooLittle;
 use dovetail_solver::dlft::Outcome;
 use dovetail_solver::fem::FemError;
 use dovetail_solver::integration::IntegrationError;
@@ -213,6 +215,18 @@ pub enum RunError {
         tolerance_percent: f64,
     },
 
+    /// Told before the first frequency.
+    #[error("a frequency of the response, in {blocks} blocks of harmonics, does not fit in memory")]
+    #[diagnostic(help(
+        "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
+    ))]
+    TooLittleMemory { blocks: usize, source: TooLittle },
+
+    /// Told when it was met.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    OutOfMemory(#[from] OutOfMemory),
+
     /// The run is complete, its files are written, but not every frequency has a solution.
     #[error("{unconverged} of {points} frequencies did not converge")]
     #[diagnostic(
@@ -268,6 +282,8 @@ impl RunError {
             | Self::SlidesTooFar
             | Self::MovesTooFar { .. }
             | Self::Prestress { .. }
+            | Self::TooLittleMemory { .. }
+            | Self::OutOfMemory(_)
             | Self::NothingHolds { .. } => ExitStatus::Failed,
             Self::NotConverged { .. } => ExitStatus::NotConverged,
         }

@@ -1,7 +1,8 @@
 //! Writes the files of a run, and the figures that it tells at its end.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::error::Error;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -18,7 +19,7 @@ use super::reduced::Reduced;
 use super::{Context, FurtherPlot, ModalAnalysis, Run, hertz, solve, summary};
 use crate::exit::ExitStatus;
 use crate::export::flank::FlankSeries;
-use crate::export::folder::{Beginning, OtherScene, OutputFolder};
+use crate::export::folder::{self, Beginning, OtherScene, OutputFolder};
 use crate::export::journal::{Inputs, JOURNAL, Journal};
 use crate::export::manifest::{self, RunState, Summary, WarningSummary};
 use crate::export::plots::{
@@ -375,8 +376,12 @@ impl Files {
         Ok(())
     }
 
-    /// summary.json of a run that failed. Where it cannot be written, the error of the run is the one to report.
-    pub fn failed(&self, error: &RunError) {
+    /// summary.json of a run that failed before its last file. Where it cannot be written, the error of the run is the one
+    /// to report.
+    pub fn failed(&self, error: &dyn Error) {
+        if !self.out.is_running() {
+            return;
+        }
         let _ = self.remove_empty_journal();
         let _ = self.write_summary(RunState::Failed, Some(told(error)));
     }
@@ -496,9 +501,9 @@ fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
 }
 
 /// An error with its causes.
-fn told(error: &RunError) -> String {
+fn told(error: &dyn Error) -> String {
     let mut text = error.to_string();
-    let mut cause = std::error::Error::source(error);
+    let mut cause = error.source();
     while let Some(error) = cause {
         text += &format!(": {error}");
         cause = error.source();
@@ -643,9 +648,14 @@ fn table_of(compared_harmonics: Option<usize>) -> String {
     }
 }
 
+/// How long who ends a run for want of memory waits for its files.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+
 /// Files that more than the run reaches: what ends the run early, too.
 #[derive(Debug)]
 pub struct SharedFiles {
+    /// Of the run.
+    folder: PathBuf,
     files: Mutex<Files>,
     /// The run is being ended: whoever is not writing yet waits for the end of the process.
     ending: AtomicBool,
@@ -655,6 +665,7 @@ impl SharedFiles {
     /// Those of one run.
     pub fn new(files: Files) -> Arc<Self> {
         Arc::new(Self {
+            folder: files.folder().to_path_buf(),
             files: Mutex::new(files),
             ending: AtomicBool::new(false),
         })
@@ -672,6 +683,20 @@ impl SharedFiles {
     pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
         self.ending.store(true, Ordering::Release);
         self.whole()
+    }
+
+    /// Says in the folder that the run failed, and lets nothing more be written. Whoever has the files may wait for the
+    /// end of the process itself: what summary.json said last is then marked.
+    pub fn failed_to_end(&self, error: &RunError) {
+        self.ending.store(true, Ordering::Release);
+        let begun = Instant::now();
+        while begun.elapsed() < LONGEST_WAIT {
+            if let Ok(files) = self.files.try_lock() {
+                return files.failed(error);
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        folder::mark_failed(&self.folder, told(error));
     }
 
     /// A panic of another thread leaves what is written whole.

@@ -267,6 +267,15 @@ fn truncation(response: &Response) -> Option<Warning> {
     })
 }
 
+/// Harmonics of a solution may lie above the modes that are kept.
+pub(super) fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
+    let reach = modes_reach.filter(|reach| *reach < 1.0)?;
+    Some(doubt(format!(
+        "the last stuck mode kept lies at {reach:.2} times the frequency of the highest harmonic: above it the bodies answer without their \
+         own modes (truncation.modes_reach of summary.json); take more response.stuck_modes and see whether the amplitude stays"
+    )))
+}
+
 /// What may lie outside of the range, or between two frequencies.
 fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
     let mut warnings = Vec::new();

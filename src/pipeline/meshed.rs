@@ -43,6 +43,8 @@ pub(super) struct ReductionModes {
     pub fixed_interface_omega2: Vec<Vec<f64>>,
     /// None where the prestress is not that of the static state with contact.
     pub prestress_passes: Vec<PrestressPass>,
+    /// `None` where the prestress is not that of the held flanks.
+    pub held_flanks_error: Option<f64>,
 }
 
 /// A mesh with its flanks paired, before anything is assembled.
@@ -61,7 +63,7 @@ pub(super) struct Meshed {
     pub modes: ReductionModes,
     wanted: StuckModes,
     structure: OnceCell<Structure>,
-    /// That the prestress comes from, where it is not that of the held flanks.
+    /// Of the static state that the prestress comes from, where it was repeated.
     displacement: Option<Displacement>,
     recovery: OnceCell<Recovery>,
     cache: Cache,
@@ -123,6 +125,7 @@ impl Meshed {
                     truncation: reduced.truncation,
                     fixed_interface_omega2: reduced.fixed_interface_omega2,
                     prestress_passes: settled.passes,
+                    held_flanks_error: settled.held_flanks_error,
                 };
                 if key.is_some() {
                     let _stage = progress.stage(Stage::Keeping);

@@ -166,6 +166,16 @@ pub fn solve(
     for warning in small.iter().chain(&held).chain(&of_response) {
         progress.tell(|o| o.warning(warning));
     }
+    let all: Vec<&Response> = std::iter::once(&response)
+        .chain(compared.iter().map(|c| &c.response))
+        .collect();
+    let modes_reach = reduced.modes_reach(&all);
+    if let Some(warning) = findings::few_modes(modes_reach) {
+        progress.tell(|o| o.warning(&warning));
+    }
+    if let Some(truncation) = &mut summary.truncation {
+        truncation.modes_reach = modes_reach;
+    }
     let observed = reduced.meshed();
     let observed = observed.and_then(|m| Sizes::of(&m.model).farthest_observed(&response));
     let farthest = observed.or(farthest);

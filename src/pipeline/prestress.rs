@@ -1,18 +1,21 @@
 //! Takes a model to its reduced model with the prestress that it asks for. That of the static state with contact
-//! depends on the reduced model itself: both are repeated until the normal forces no longer move.
+//! depends on the reduced model itself: both are repeated until the normal forces no longer move. The first pass takes
+//! the stress of the static state with all pairs stuck, which one linear system gives.
 
 use super::error::RunError;
 use super::hertz;
-use super::progress::Progress;
+use super::progress::{Progress, StageGuard};
 use super::statics::static_state;
 use crate::export::manifest::PrestressPass;
 use crate::stage::Stage;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::StaticState;
-use dovetail_solver::fem::statics::solve_by_cholesky;
+use dovetail_solver::fem::statics::{prestressing, solve_by_cholesky};
 use dovetail_solver::fem::{self, FemError, Structure, assemble_stressed, expand_to_nodes};
 use dovetail_solver::model::{Model, Prestress};
-use dovetail_solver::reduction::{self, ReducedModel, StuckModes};
+use dovetail_solver::reduction::{
+    self, ReducedModel, StuckModes, frequency_change, stuck_displacement,
+};
 use nalgebra_sparse::CscMatrix;
 
 /// Passes after which the normal forces still move.
@@ -27,16 +30,21 @@ pub(super) type Displacement = Vec<Vec<[f64; 3]>>;
 pub(super) struct Settled {
     pub structure: Structure,
     pub reduced: ReducedModel,
-    /// `None`: the prestress is that of the held flanks, or there is none.
+    /// Of the static state that the prestress comes from; `None`: [`assemble`] finds the stress, or there is none.
     pub displacement: Option<Displacement>,
+    /// Where the prestress is that of the held flanks: see [`held_flanks_error`].
+    pub held_flanks_error: Option<f64>,
     /// None where nothing is repeated.
     pub passes: Vec<PrestressPass>,
 }
 
 /// Whether the prestress of a model is that of its static state.
 pub(super) fn is_of_contact(model: &Model) -> bool {
-    let rotation = model.rotation.as_ref();
-    rotation.is_some_and(|rotation| rotation.prestress == Prestress::Contact)
+    prestress(model) == Some(Prestress::Contact)
+}
+
+fn prestress(model: &Model) -> Option<Prestress> {
+    Some(model.rotation.as_ref()?.prestress)
 }
 
 /// # Errors
@@ -49,11 +57,18 @@ pub(super) fn settle(
     progress: &Progress,
 ) -> Result<Settled, RunError> {
     let structure = assemble(model, progress)?;
-    let reduced = reduce(model, &structure, wanted, progress)?;
+    let (reduced, held_flanks_error) = {
+        let stage = reduction_stage(model, progress);
+        let reduced = reduction::reduce(model, &structure, wanted)?;
+        let error = held_flanks_error(model, &structure, &reduced)?;
+        drop(stage);
+        (reduced, error)
+    };
     let mut settled = Settled {
         structure,
         reduced,
         displacement: None,
+        held_flanks_error,
         passes: Vec::new(),
     };
     if !is_of_contact(model) {
@@ -98,10 +113,7 @@ impl Settled {
         progress: &Progress,
     ) -> Result<(), RunError> {
         let free = self.reduced.recovery.full_static(&state.x);
-        let bodies = model.bodies.iter().zip(&free);
-        let displacement: Displacement = bodies
-            .map(|(body, free)| expand_to_nodes(&body.dofs, free))
-            .collect();
+        let displacement = on_nodes(model, &free);
         self.structure = stressed(model, &displacement, progress)?;
         self.reduced = reduce(model, &self.structure, wanted, progress)?;
         self.displacement = Some(displacement);
@@ -111,7 +123,7 @@ impl Settled {
     fn take_down(&mut self, change: Option<f64>, progress: &Progress) {
         let stuck_frequency_hz = self.reduced.relative.omega2.first().copied().map(hertz);
         let moved = match change {
-            None => "flanks held".to_string(),
+            None => "pairs stuck".to_string(),
             Some(change) => format!("normal forces moved by {change:.1e}"),
         };
         let stuck =
@@ -155,13 +167,57 @@ fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
         .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
 }
 
-pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, FemError> {
+/// The matrices of the bodies. Where their prestress is that of the static state with contact, it is taken with all
+/// pairs stuck.
+pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, RunError> {
     let stage = progress.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
         stage.solves(k.ncols());
         solve_by_cholesky(k, f)
     };
-    fem::assemble_with(model, &solve)
+    let structure = fem::assemble_with(model, &solve)?;
+    if !is_of_contact(model) {
+        return Ok(structure);
+    }
+    stage.solves(unknowns(model));
+    let free = stuck_displacement(model, &structure)?;
+    let bodies = model.bodies.iter().zip(&free);
+    let displacement: Displacement = bodies
+        .map(|(body, free)| prestressing(body, free))
+        .collect::<Result<_, FemError>>()?;
+    Ok(assemble_stressed(model, &displacement)?)
+}
+
+/// What the prestress of the held flanks makes of the first stuck frequencies: their largest relative change where the
+/// stress is that of the static state with all pairs stuck. `None` where the prestress is another one, or the bodies
+/// do not touch.
+fn held_flanks_error(
+    model: &Model,
+    structure: &Structure,
+    reduced: &ReducedModel,
+) -> Result<Option<f64>, FemError> {
+    let joined = !model.pairs.is_empty() || !model.bonded.is_empty();
+    if prestress(model) != Some(Prestress::HeldFlanks) || !joined {
+        return Ok(None);
+    }
+    let stuck = vec![0.0; 3 * model.pairs.len()];
+    let displacement = on_nodes(model, &reduced.recovery.full_static(&stuck));
+    let other = assemble_stressed(model, &displacement)?;
+    Ok(frequency_change(reduced, structure, &other))
+}
+
+/// Displacements of all nodes of each body, of those of its free dofs.
+fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Displacement {
+    let bodies = model.bodies.iter().zip(free);
+    bodies
+        .map(|(body, free)| expand_to_nodes(&body.dofs, free))
+        .collect()
+}
+
+/// Unknowns of the stuck assembly, no body of which is reduced by itself.
+fn unknowns(model: &Model) -> usize {
+    let free: usize = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
+    free - 3 * (model.pairs.len() + model.bonded.len())
 }
 
 pub(super) fn reduce(
@@ -170,6 +226,12 @@ pub(super) fn reduce(
     wanted: StuckModes,
     progress: &Progress,
 ) -> Result<ReducedModel, RunError> {
+    let _stage = reduction_stage(model, progress);
+    Ok(reduction::reduce(model, structure, wanted)?)
+}
+
+/// Told of the systems that a reduction solves.
+fn reduction_stage<'p, 'o>(model: &Model, progress: &'p Progress<'o>) -> StageGuard<'p, 'o> {
     let stage = progress.stage(Stage::Reduction);
     // A body that is reduced by itself, and then the assembly of what is left.
     let mut assembly = 0;
@@ -183,5 +245,5 @@ pub(super) fn reduce(
         }
     }
     stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
-    Ok(reduction::reduce(model, structure, wanted)?)
+    stage
 }

@@ -8,11 +8,16 @@ use super::{Context, hertz};
 use crate::export::manifest::TruncationSummary;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use crate::words::percent;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
-use dovetail_solver::dlft::StaticState;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::reduction::superelement;
 use dovetail_solver::reduction::{Highest, LISTED_MODES, PairLaw, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
+
+/// Above this a prestress of held flanks is warned of.
+const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
 
 /// The reduced model of a scene, and what tables say of its pairs.
 #[derive(Debug)]
@@ -64,6 +69,7 @@ impl Reduced {
         if let Some(truncation) = reduced.truncation() {
             progress.note(&truncation_note(reduced.stuck_omega2().len(), &truncation));
         }
+        reduced.warn_of_held_flanks(progress);
         Ok(reduced)
     }
 
@@ -76,6 +82,25 @@ impl Reduced {
                 PairLaw::MOST_FRICTION
             ));
         }
+    }
+
+    fn warn_of_held_flanks(&self, progress: &Progress) {
+        let Some(error) = self
+            .held_flanks_error()
+            .filter(|e| *e > LARGE_HELD_FLANKS_ERROR)
+        else {
+            return;
+        };
+        progress.warning(Weight::Doubt, format!(
+            "the prestress of held flanks is not that of the assembly: its first frequencies change by an estimated {} with the stress \
+             that the contacts hand on (held_flanks_error of summary.json); take prestress = \"contact\" of [rotation], the default",
+            percent(error, 2)
+        ));
+    }
+
+    /// Where the prestress is that of the held flanks.
+    pub(super) fn held_flanks_error(&self) -> Option<f64> {
+        self.meshed()?.modes.held_flanks_error
     }
 
     /// What the contact solver sees.
@@ -110,7 +135,23 @@ impl Reduced {
         Some(TruncationSummary {
             amplitude: truncation.amplitude,
             frequencies: truncation.frequencies.clone(),
+            modes_reach: None,
         })
+    }
+
+    /// Frequency of the last stuck mode over that of the highest harmonic of any solution. `None` where no mode was left
+    /// out, or where it is not known.
+    pub(super) fn modes_reach(&self, responses: &[&Response]) -> Option<f64> {
+        let kept = self.meshed()?;
+        if kept.modes.truncation.amplitude == Some(0.0) || self.relative().pairs.is_empty() {
+            return None;
+        }
+        let last_hz = hertz(*self.stuck_omega2().last()?);
+        let orbits = responses.iter().flat_map(|r| &r.orbits);
+        let solved = orbits.filter(|o| o.outcome.is_converged());
+        let highest_hz = solved.map(|o| o.harmonics as f64 * o.frequency_hz);
+        let highest_hz = highest_hz.reduce(f64::max).filter(|hz| *hz > 0.0)?;
+        Some(last_hz / highest_hz)
     }
 
     /// The bodies, where there is a mesh.
@@ -133,19 +174,30 @@ pub(super) fn stuck_modes(scene: &Scene) -> StuckModes {
     let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
     let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
     let highest = match scene.response.range {
-        FrequencyRange::Hz { to_hz, .. } => Highest::RadS(harmonic * std::f64::consts::TAU * to_hz),
-        FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(harmonic * to),
+        FrequencyRange::Hz { to_hz, .. } => Highest::RadS(std::f64::consts::TAU * to_hz),
+        FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(to),
+    };
+    let count = scene.response.stuck_modes;
+    let kept = match (count, scene.response.resolution) {
+        // Harmonics then ask for nothing, and scenes that differ in them share a reduction.
+        (Some(_), _) => 0,
+        (None, Resolution::Fixed { harmonics, .. }) => harmonics,
+        (None, Resolution::Accuracy(_)) => USUALLY_ADAPTED,
     };
     StuckModes {
-        count: scene.response.stuck_modes,
-        highest: highest.rounded_up(),
+        count,
+        excited: highest.times(harmonic).rounded_up(),
+        kept: highest.times(harmonic.max(kept as f64)).rounded_up(),
     }
 }
 
+/// Where the number of harmonics is adapted, the modes are chosen as for so many.
+const USUALLY_ADAPTED: usize = 7;
+
 fn truncation_note(modes: usize, truncation: &TruncationSummary) -> String {
     let amplitude = match truncation.amplitude {
-        Some(error) => format!("amplitudes err by about {error:.0e}"),
-        None => "they do not reach the highest frequency".to_string(),
+        Some(error) => format!("amplitudes of the linear curve err by about {error:.0e}"),
+        None => "they do not reach the highest frequency of the linear curve".to_string(),
     };
     let worst = truncation.frequencies.iter().copied().fold(0.0, f64::max);
     let frequencies = match truncation.frequencies.len() {

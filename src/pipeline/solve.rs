@@ -14,10 +14,12 @@ use crate::export::journal::Inputs;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use crate::words::counted;
+use dovetail_numerics::memory;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
 use dovetail_solver::dlft::accuracy::samples_for;
+use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
 use dovetail_solver::dlft::penalty::Penalty;
@@ -221,6 +223,8 @@ impl Responses<'_, '_> {
             most_seconds: spec.most_seconds_per_frequency,
             ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
         };
+        memory::ask_for(demand::bytes(relative, &settings))
+            .map_err(|source| RunError::TooLittleMemory { blocks, source })?;
         let begins = ResponseBegins {
             reduced: self.reduced,
             frequencies_hz: self.frequencies_hz,

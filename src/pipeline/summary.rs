@@ -53,6 +53,7 @@ pub(super) fn of_reduced(scene: &Scene, context: &Context, reduced: &Reduced) ->
         prestress_passes: reduced
             .meshed()
             .map_or_else(Vec::new, |m| m.modes.prestress_passes.clone()),
+        held_flanks_error: reduced.held_flanks_error(),
         stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
         bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded_pairs()),
         excitation_fields: reduced

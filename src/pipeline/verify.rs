@@ -6,10 +6,11 @@ use super::reduced::Reduced;
 use super::{Context, findings, solve, summary};
 use crate::export::manifest::{self, Summary};
 use crate::stage::Stage;
-use dovetail_solver::description::{ResponseSpec, Scene};
+use dovetail_solver::description::{ResponseSpec, Scene, Subject};
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{MOST_STEPS_IN_ALL, Until};
+use dovetail_solver::reduction::StuckModes;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::results::quantities::peak;
 
@@ -78,6 +79,7 @@ pub fn verify(
             most: MOST_STEPS_IN_ALL,
         });
     }
+    let scene = &with_modes_of_harmonics(scene);
     let reduced = Reduced::of(scene, context, progress)?;
     let relative = reduced.relative();
     if relative.pairs.is_empty() {
@@ -144,6 +146,18 @@ pub fn verify(
         comparisons,
         summary,
     })
+}
+
+/// A motion in time has all harmonics: the scene with no fewer modes than they ask for. A folder has the modes that it has.
+fn with_modes_of_harmonics(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let asked = &mut scene.response.stuck_modes;
+    let least = StuckModes::OF_HARMONICS;
+    *asked = match (*asked, &scene.subject) {
+        (None, Subject::ReducedModel(_)) => None,
+        (asked, _) => Some(asked.map_or(least, |modes| modes.max(least))),
+    };
+    scene
 }
 
 /// A response, and the positions in it of the orbits to compare.

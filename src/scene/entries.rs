@@ -432,12 +432,13 @@ const ROTATION: [Key; 5] = [
     ),
     key(
         "prestress",
-        Kind::Choice(&["held_flanks", "contact", "none"]),
-        "`\"held_flanks\"`",
-        "`\"held_flanks\"`: geometric stiffness of the state with the contact nodes held, and \
-         spin softening; `\"contact\"`: that of the static state with contact and friction, in all \
-         bodies, repeated until the normal forces stay; `\"none\"`: the load only",
-        "prestress = \"held_flanks\"",
+        Kind::Choice(&["contact", "held_flanks", "none"]),
+        "`\"contact\"`",
+        "`\"contact\"`: geometric stiffness of the static state with contact and friction, in all \
+         bodies, repeated until the normal forces stay, and spin softening; `\"held_flanks\"`: that of \
+         each body with its contact nodes held, which lacks the stress that a contact hands on; \
+         `\"none\"`: the load only",
+        "prestress = \"contact\"",
     ),
 ];
 
@@ -870,9 +871,10 @@ const RESPONSE: [Key; 16] = [
         "stuck_modes",
         Kind::Whole(Some(1), Some(10_000)),
         "as many as are needed",
-        "stuck modes kept; without the key those below four times the highest frequency, at \
-         least 12, and more where the estimated error of amplitudes exceeds 1e-4 \
-         ([method.md](method.md))",
+        "stuck modes kept; without the key those below four times the highest frequency of a \
+         kept harmonic, at least 12 and at most 48, and more where the estimated error of the \
+         linear curve exceeds 1e-4 ([method.md](method.md#how-many-stuck-modes)); `dovetail verify` \
+         takes at least 48",
         "stuck_modes = 20",
     ),
     key(

@@ -412,7 +412,8 @@ fn of_quarters(
     let structure = assemble(&model).unwrap();
     let wanted = StuckModes {
         count: Some(4),
-        highest: Highest::OfFirstStuckMode(1.0),
+        excited: Highest::OfFirstStuckMode(1.0),
+        kept: Highest::OfFirstStuckMode(1.0),
     };
     let reduced = reduce(&model, &structure, wanted).unwrap();
     let state = statics(&reduced.relative);

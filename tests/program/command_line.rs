@@ -239,7 +239,7 @@ fn modes_lists_flanks_held_fixed_interface_and_stuck_modes() {
     let output = ended(dovetail("modes", &folder, &[SMALL, reduced]), 0);
     let told = said(&output);
     assert!(
-        told.contains("12 stuck modes: amplitudes err by about"),
+        told.contains("12 stuck modes: amplitudes of the linear curve err by about"),
         "{told}"
     );
     assert!(

@@ -39,7 +39,8 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> ReducedModel {
     let model = bind(assembly, mesh).unwrap();
     let wanted = StuckModes {
         count: Some(30),
-        highest: Highest::RadS(0.0),
+        excited: Highest::RadS(0.0),
+        kept: Highest::RadS(0.0),
     };
     reduce(&model, &assemble(&model).unwrap(), wanted).unwrap()
 }
@@ -421,8 +422,9 @@ fn few_points_of_a_pressure_that_changes_fast_are_warned_of() {
     assert!(error_n > 0.3 * size(&field["applied_n"][0]), "{field}");
 }
 
-/// A later start of the clock turns phases and leaves amplitudes, with slip too. They are not the same to
-/// rounding: friction begins at the static state, in another phase of the vibration.
+/// A later start of the clock turns phases and leaves amplitudes: without friction to the tolerance of the solution. With
+/// friction the vibration leaves the mean of the pairs anywhere where friction can hold it, and where it comes to lie depends
+/// on the phase in which it began at the static state. On this scene that moves amplitudes by up to 1.3e-3.
 #[test]
 fn a_lag_of_the_pressure_is_a_lag_of_the_answer() {
     let columns = |folder: &Folder, column: &str| -> Vec<f64> {
@@ -432,21 +434,28 @@ fn a_lag_of_the_pressure_is_a_lag_of_the_answer() {
         let value = |line: &str| line.split(',').nth(at.unwrap()).unwrap().parse().unwrap();
         lines.map(value).collect()
     };
-    let set = ["response.harmonics=1", "response.tolerance=1e-10"];
-    let (now, _) = run("now", &set);
-    let (later, _) = run(
-        "later",
-        &[&set[..], &["excitation.*.phase_deg=90"]].concat(),
-    );
-    let [a, b] = [&now, &later].map(|run| columns(run, "tip_amplitude_m"));
-    let [p, q] = [&now, &later].map(|run| columns(run, "tip_h1_phase_rad"));
-    let [slips, _] = [&now, &later].map(|run| columns(run, "friction_power_w"));
-    assert!(slips.iter().any(|power| *power > 0.0));
-    for i in 0..a.len() {
-        assert!((a[i] / b[i] - 1.0).abs() < 1e-3, "{a:?} {b:?}");
-        assert!(
-            ((q[i] - p[i]).rem_euclid(TAU) - FRAC_PI_2).abs() < 5e-3,
-            "{p:?} {q:?}"
+    let lagging = |further: &[&str], limit: f64| {
+        let set = [
+            &["response.harmonics=1", "response.tolerance=1e-10"],
+            further,
+        ]
+        .concat();
+        let (now, _) = run("now", &set);
+        let (later, _) = run(
+            "later",
+            &[&set[..], &["excitation.*.phase_deg=90"]].concat(),
         );
-    }
+        let [a, b] = [&now, &later].map(|run| columns(run, "tip_amplitude_m"));
+        let [p, q] = [&now, &later].map(|run| columns(run, "tip_h1_phase_rad"));
+        for i in 0..a.len() {
+            let moved = (a[i] / b[i] - 1.0).abs();
+            assert!(moved < limit, "{moved:e}: {a:?} {b:?}");
+            let turned = ((q[i] - p[i]).rem_euclid(TAU) - FRAC_PI_2).abs();
+            assert!(turned < limit, "{turned:e}: {p:?} {q:?}");
+        }
+        columns(&now, "friction_power_w")
+    };
+    lagging(&["contact.*.friction=0"], 1e-6);
+    let slips = lagging(&[], 5e-3);
+    assert!(slips.iter().any(|power| *power > 0.0));
 }

@@ -35,6 +35,7 @@ mod open_at_rest;
 mod output_folder;
 mod pair_counts;
 mod paper_findings;
+mod prestress;
 mod reduced_scenes;
 mod reduction;
 mod reference;

@@ -1,4 +1,4 @@
-//! Too little memory is told before a factorisation begins, with what it needs.
+//! Too little memory is told, where it can be before anything takes it, and no run ends by a signal.
 
 use std::process::Command;
 
@@ -62,4 +62,124 @@ fn too_little_memory_is_told_before_factoring() {
         (0.95 * needed_mib..4.0 * needed_mib).contains(&grown_mib),
         "{needed_mib} of {grown_mib}"
     );
+}
+
+/// `dovetail run` of the paper's scene on the small mesh, with an address space of so many MiB.
+fn run(out: &Folder, limit_mib: u64, words: &[&str]) -> Command {
+    let mut shell = Command::new("sh");
+    shell
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["-c", "ulimit -v $1; shift; exec \"$@\"", "sh"])
+        .arg((limit_mib << 10).to_string())
+        .arg(env!("CARGO_BIN_EXE_dovetail"))
+        .args(["run", "scenes/paper.toml", "--no-cache", "--quiet"])
+        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
+        .args(["--set", "response.points=3"])
+        .args(["--set", "response.compare_harmonics=", "--out"])
+        .arg(out)
+        .args(words);
+    shell
+}
+
+/// What a process maps is not known to a test, so that a level may be enough for one thread and too little for many: each
+/// ends with its results or with a message, and says so in its folder.
+#[test]
+fn no_limit_of_memory_ends_a_run_by_a_signal() {
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let mut refused = 0;
+    for limit_mib in [60, 120, 200, 280, 400, 700] {
+        for threads in ["1", "16"] {
+            let out = Folder::new("memory-ladder");
+            let output = run(&out, limit_mib, &["--threads", threads])
+                .output()
+                .unwrap();
+            let words = in_one_line(&said(&output));
+            let at = format!("{limit_mib} MiB, {threads} threads: {words}");
+            println!("{:?} {at}", output.status);
+            let code = output
+                .status
+                .code()
+                .unwrap_or_else(|| panic!("a signal at {at}"));
+            if code == 0 {
+                continue;
+            }
+            refused += 1;
+            assert_eq!(code, 1, "{at}");
+            assert!(
+                words.contains("memory") && !words.contains("panicked"),
+                "{at}"
+            );
+            if out.join("summary.json").exists() {
+                let failed = summary(&out);
+                assert_eq!(failed.state, RunState::Failed, "{at}");
+                assert!(failed.why.unwrap().contains("memory"), "{at}");
+            }
+        }
+    }
+    assert!(refused > 2, "all levels are enough");
+}
+
+/// The derivative of a pair has 6003 x 6003 entries.
+#[test]
+fn a_jacobian_that_does_not_fit_is_refused_before_the_first_frequency() {
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let out = Folder::new("memory-jacobian");
+    let many = [
+        "--set",
+        "response.harmonics=1000",
+        "--set",
+        "response.samples=4096",
+    ];
+    let refused = ended(run(&out, 2500, &many), 1);
+    let words = in_one_line(&said(&refused));
+    assert!(words.contains("does not fit in memory"), "{words}");
+    assert!(words.contains("take fewer response.harmonics"), "{words}");
+    let failed = summary(&out);
+    assert_eq!(failed.state, RunState::Failed);
+    assert!(failed.why.unwrap().contains("GiB are available"));
+}
+
+#[test]
+fn threads_that_do_not_fit_are_refused() {
+    if !cfg!(target_os = "linux") {
+        return;
+    }
+    let out = Folder::new("memory-threads");
+    let refused = ended(run(&out, 2000, &["--threads", "1000"]), 1);
+    let words = in_one_line(&said(&refused));
+    assert!(
+        words.contains("1000 threads do not fit in memory"),
+        "{words}"
+    );
+    assert!(words.contains("smaller number with --threads"), "{words}");
+}
+
+/// The limit counts blocks of 1024 bytes; the report of a run is larger.
+#[test]
+fn a_file_that_may_not_grow_is_an_error_with_its_name() {
+    if !cfg!(unix) {
+        return;
+    }
+    let out = Folder::new("memory-file");
+    let mut shell = Command::new("bash");
+    shell
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["-c", "ulimit -f 64; exec \"$@\"", "bash"])
+        .arg(env!("CARGO_BIN_EXE_dovetail"))
+        .args(["run", "scenes/paper.toml", "--no-cache", "--quiet"])
+        .args(["--set", "mesh.file=../meshes/dovetail_small.msh"])
+        .args(["--set", "response.points=3"])
+        .args(["--set", "response.compare_harmonics=", "--out"])
+        .arg(&out);
+    let words = in_one_line(&said(&ended(shell, 1)));
+    assert!(words.contains("File too large"), "{words}");
+    assert!(
+        words.contains(".vtu") || words.contains("report.html"),
+        "{words}"
+    );
+    assert_eq!(summary(&out).state, RunState::Failed);
 }

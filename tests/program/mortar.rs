@@ -66,7 +66,8 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, ReducedModel) {
     let structure = assemble(&model).unwrap();
     let wanted = StuckModes {
         count: Some(4),
-        highest: Highest::OfFirstStuckMode(1.0),
+        excited: Highest::OfFirstStuckMode(1.0),
+        kept: Highest::OfFirstStuckMode(1.0),
     };
     let reduced = reduce(&model, &structure, wanted).unwrap();
     (model, reduced)

@@ -62,7 +62,8 @@ fn joint() -> &'static Joint {
         }
         let wanted = StuckModes {
             count: None,
-            highest: Highest::OfFirstStuckMode(1.05),
+            excited: Highest::OfFirstStuckMode(1.05),
+            kept: Highest::OfFirstStuckMode(1.05),
         };
         let reduced = reduce(&model, &structure, wanted).unwrap();
         let damping = rayleigh(&scene.damping, &reduced.relative.omega2).unwrap();
@@ -358,13 +359,19 @@ fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
     }
 }
 
-/// 450.0977 Hz, 2 N: 6.2753 mm by integration in time (docs/verification.md). The truncation error at the peak is not
-/// monotone in the number of harmonics.
+/// 450.0977 Hz, 2 N: 6.27805 mm by integration in time (docs/verification.md), on as many modes as harmonics may ask for. The
+/// truncation error at the peak is not monotone in the number of harmonics.
 #[test]
 #[ignore = "slow: make verify"]
 fn truncation_explains_what_is_left_at_the_peak() {
-    const INTEGRATED_MM: f64 = 6.2753;
-    let model = &joint().reduced.relative;
+    const INTEGRATED_MM: f64 = 6.27805;
+    let structure = assemble(&joint().model).unwrap();
+    let wanted = StuckModes {
+        count: Some(StuckModes::OF_HARMONICS),
+        excited: Highest::OfFirstStuckMode(1.05),
+        kept: Highest::OfFirstStuckMode(1.05),
+    };
+    let model = &reduce(&joint().model, &structure, wanted).unwrap().relative;
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);
         1e3 * response.orbits[0].observed_amplitude_m[0]
@@ -374,5 +381,5 @@ fn truncation_explains_what_is_left_at_the_peak() {
     assert!((off[0] - 0.035).abs() < 0.002, "{off:?}");
     assert!(off[1] < off[2], "7 harmonics look better than 15: {off:?}");
     assert!(off[2] > off[3] && off[3] > off[4], "{off:?}");
-    assert!(off[4] > 0.0 && off[4] < 1e-3, "{off:?}");
+    assert!(off[4].abs() < 1e-4, "{off:?}");
 }

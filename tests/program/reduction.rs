@@ -40,7 +40,8 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
 fn reduced(model: &Model, structure: &Structure) -> ReducedModel {
     let wanted = StuckModes {
         count: Some(ALL),
-        highest: Highest::RadS(0.0),
+        excited: Highest::RadS(0.0),
+        kept: Highest::RadS(0.0),
     };
     reduce(model, structure, wanted).unwrap()
 }

@@ -559,7 +559,7 @@ fn a_choice_that_does_not_exist_names_those_that_do() {
     refused(
         "prestress = \"held_flanks\"",
         "prestress = \"yes\"",
-        &["\"held_flanks\", \"contact\", \"none\""],
+        &["\"contact\", \"held_flanks\", \"none\""],
     );
 }
 

@@ -158,7 +158,6 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
         "body.blade.fixed",
         "rotation.point_m",
         "rotation.bodies",
-        "rotation.prestress",
         "contact.*.gap_m",
         "damping.linear_mode",
         "excitation.0.harmonic",
@@ -228,8 +227,8 @@ fn an_unknown_path_names_the_valid_ones() {
         &["unknown key `static.x`", "load_steps"],
     );
     refused(
-        &["response.stuck_modes="],
-        &["no `response.stuck_modes` to remove"],
+        &["response.accuracy="],
+        &["no `response.accuracy` to remove"],
     );
     refused(&["no.such.thing="], &["no `no` to remove"]);
 }

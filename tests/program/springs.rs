@@ -434,7 +434,12 @@ fn a_column_that_a_block_presses_on_is_softened_by_the_contact_force() {
     let passes = contact["prestress_passes"].as_array().unwrap();
     assert!(passes.len() >= 2 && passes[0]["change"].is_null());
     assert!(passes[passes.len() - 1]["change"].as_f64().unwrap() < 1e-3);
-    assert_eq!(passes[0]["stuck_frequency_hz"], held["stuck_frequency_hz"]);
+    // The first pass takes the pairs as stuck, which they nearly are.
+    let first = passes[0]["stuck_frequency_hz"].as_f64().unwrap();
+    assert!((first / hz(&contact) - 1.0).abs() < 1e-2, "{first}");
+    let error = held["held_flanks_error"].as_f64().unwrap();
+    let there_is = 1.0 - hz(&contact) / hz(&held);
+    assert!((error / there_is - 1.0).abs() < 0.05, "{error} {there_is}");
     let again = summary("contact");
     for key in [
         "stuck_frequency_hz",

@@ -19,12 +19,13 @@ const SOLVER: [&str; 11] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 17] = [
+const PROGRAM: [(&str, &[&str]); 19] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
     ("version", &[]),
     ("terminal", &[]),
+    ("exhaustion", &["exit", "terminal"]),
     ("warning", &[]),
     ("words", &[]),
     ("scene", &[]),
@@ -32,7 +33,14 @@ const PROGRAM: [(&str, &[&str]); 17] = [
     (
         "pipeline",
         &[
-            "stage", "exit", "metrics", "version", "warning", "words", "export",
+            "stage",
+            "exit",
+            "metrics",
+            "version",
+            "exhaustion",
+            "warning",
+            "words",
+            "export",
         ],
     ),
     ("console", &["stage", "warning", "words", "pipeline"]),
@@ -47,11 +55,23 @@ const PROGRAM: [(&str, &[&str]); 17] = [
     (
         "cli",
         &[
-            "stage", "exit", "version", "terminal", "warning", "words", "scene", "export",
-            "pipeline", "console", "study", "schema",
+            "stage",
+            "exit",
+            "version",
+            "terminal",
+            "exhaustion",
+            "warning",
+            "words",
+            "scene",
+            "export",
+            "pipeline",
+            "console",
+            "study",
+            "schema",
         ],
     ),
     ("lib", &[]),
+    ("allocator", &["exhaustion"]),
     ("main", &[]),
 ];
 

@@ -63,7 +63,8 @@ pub fn solve() -> Result<Answer, Box<dyn Error>> {
     let structure = assemble(&model)?;
     let wanted = StuckModes {
         count: None,
-        highest: Highest::OfFirstStuckMode(1.02),
+        excited: Highest::OfFirstStuckMode(1.02),
+        kept: Highest::OfFirstStuckMode(1.02),
     };
     let relative = reduce(&model, &structure, wanted)?.relative;
     let ratio = DampingSpec::Ratio {

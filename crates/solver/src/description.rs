@@ -86,7 +86,8 @@ pub struct ResponseSpec {
     pub most_seconds_per_frequency: Option<f64>,
     /// What solves the balance of a frequency.
     pub solver: Solver,
-    /// Stuck modes kept; `None` keeps all of them (the paper's exact condensation).
+    /// Stuck modes kept; `None` keeps as many as [`StuckModes`](crate::reduction::StuckModes) says, and all of those of a
+    /// reduced model that is read.
     pub stuck_modes: Option<usize>,
     /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
     /// static slip.

@@ -246,7 +246,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
             @if let Some(error) = contents.summary.truncation.as_ref().and_then(|t| t.amplitude) {
                 (line(error <= 1e-3, &html! {
-                    "The modes left out change amplitudes by an estimated " (percent(error, 2)) "."
+                    "The modes left out change amplitudes of the linear curve by an estimated " (percent(error, 2)) "."
                 }))
             }
             @match doubtful(contents) {
@@ -567,7 +567,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
                 "It turns at " (figure(rotation.speed_rpm(), 5)) " rpm about ("
                 (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
                 @match rotation.prestress {
-                    Prestress::HeldFlanks => "The centrifugal load stiffens it, found with the flanks held, and softens it by the spin.",
+                    Prestress::HeldFlanks => "The stress of its centrifugal load, found with the flanks held, stiffens it, and the spin softens it.",
                     Prestress::Contact => "The stress of the static state with contact stiffens all bodies, and the spin softens it.",
                     Prestress::None => "The centrifugal load is steady; it does not change the stiffness.",
                 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::sync::OnceLock;
 
@@ -15,8 +15,9 @@ pub fn executable_hash() -> io::Result<[u8; 32]> {
     if let Some(hash) = HASH.get() {
         return Ok(*hash);
     }
-    let hash = *blake3::hash(&executable()?).as_bytes();
-    Ok(*HASH.get_or_init(|| hash))
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(executable()?)?;
+    Ok(*HASH.get_or_init(|| *hasher.finalize().as_bytes()))
 }
 
 /// To the last bit of its results: a hash of the executable, the libraries that it has loaded, and
@@ -38,9 +39,9 @@ pub fn fingerprint() -> Option<[u8; 32]> {
     })
 }
 
-fn executable() -> io::Result<Vec<u8>> {
+fn executable() -> io::Result<File> {
     // What runs, even if its file has been replaced since it was started.
-    fs::read("/proc/self/exe").or_else(|_| fs::read(std::env::current_exe()?))
+    File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?))
 }
 
 /// Path, size and time of each shared library, in the order of their paths; nothing where the system does not tell.

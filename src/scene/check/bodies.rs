@@ -336,8 +336,8 @@ pub fn rotation(
         &at,
         "prestress",
         &raw.prestress,
-        &["held_flanks", "contact", "none"],
-        &[Prestress::HeldFlanks, Prestress::Contact, Prestress::None],
+        &["contact", "held_flanks", "none"],
+        &[Prestress::Contact, Prestress::HeldFlanks, Prestress::None],
     );
     let carried = match &raw.bodies {
         None => bodies.to_vec(),

@@ -115,7 +115,8 @@ fn lanczos(
             project_out(basis.spanned(), &mut next);
             weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;
         }
-        if end + next.ncols() > room {
+        // Where nothing is left that has a length, as with masses whose products are no numbers, nothing comes any more.
+        if next.ncols() == 0 || end + next.ncols() > room {
             return Err(EigenError::Basis {
                 converged,
                 wanted,
@@ -413,6 +414,27 @@ mod tests {
             matches!(missed, Err(EigenError::Missing { expected, found, .. }) if found < expected),
             "{missed:?}"
         );
+    }
+
+    /// Products of these masses are no numbers: no direction has a length.
+    #[test]
+    fn masses_that_are_next_to_nothing_end_in_an_error() {
+        let lattice = Lattice {
+            shape: [9, 4, 4],
+            stiffness: 4e7,
+            mass: 1e-200,
+            irregularity: 0.6,
+        };
+        let (k, m) = lattice.cantilever();
+        let (send, receive) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let factor = Cholesky::factor(&k).unwrap();
+            let none = Modes::none(k.nrows());
+            send.send(lowest_modes(&k, &m, 4, &factor, &none)).unwrap();
+        });
+        let ended = receive.recv_timeout(std::time::Duration::from_secs(60));
+        let found = ended.expect("it ends");
+        assert!(matches!(found, Err(EigenError::Basis { .. })), "{found:?}");
     }
 
     #[test]

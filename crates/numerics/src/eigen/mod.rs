@@ -70,7 +70,7 @@ pub enum EigenError {
     #[error("ARPACK's {routine} stopped with code {info}")]
     Arpack { routine: &'static str, info: i32 },
     #[error(
-        "{converged} of {wanted} modes converged in a basis of {columns} vectors; ask for fewer"
+        "{converged} of {wanted} modes converged in a basis of {columns} vectors; ask for fewer, and check the densities and the units"
     )]
     Basis {
         converged: usize,

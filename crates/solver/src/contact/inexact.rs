@@ -21,7 +21,7 @@ const FEWEST_MOTIONS: usize = 12;
 /// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
 const DEPENDENT: f64 = 1e-4;
 /// From this share on all pairs take part.
-const ALL_FROM: f64 = 0.25;
+pub const ALL_FROM: f64 = 0.25;
 /// Pairs more than needed that may take part, beside one in four.
 const SPARE: usize = 16;
 
@@ -48,15 +48,20 @@ pub struct Inexact {
     coupling: Mat<f32>,
 }
 
+/// Motions of the coarse space of so many unknowns.
+pub fn motions(unknowns: usize) -> usize {
+    let count = (MOTIONS_PER_ROOT * (unknowns as f64).sqrt()).ceil() as usize;
+    count.max(FEWEST_MOTIONS)
+}
+
 impl<'a> InexactModel<'a> {
     /// Finds the coarse space: a Cholesky factor of K, n x n.
     pub fn new(model: &'a RelativeModel) -> Self {
         let n = model.stiffness.nrows();
-        let count = (MOTIONS_PER_ROOT * (n as f64).sqrt()).ceil() as usize;
         let space = coarse_space(
             model.stiffness.as_ref(),
             &model.diagonal_stiffness(),
-            count.max(FEWEST_MOTIONS),
+            motions(n),
         );
         let moved = product(model.mass.as_ref(), space.as_ref());
         let mut this = Self {

@@ -10,7 +10,7 @@ use crate::contact::inexact::Inexact;
 use dovetail_numerics::dense::Lu;
 
 /// Motions of all harmonics together, at most: their factor should cost no more than some linear iterations.
-const MOST_UNKNOWNS: usize = 2000;
+pub const MOST_UNKNOWNS: usize = 2000;
 /// Pairs whose rows are multiplied together.
 const PAIRS: usize = 32;
 

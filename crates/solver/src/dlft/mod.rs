@@ -251,6 +251,7 @@ pub mod accuracy;
 pub mod aft;
 pub mod balance;
 mod coarse;
+pub mod demand;
 pub mod dense;
 #[cfg(test)]
 pub(crate) mod jacobians;

@@ -49,7 +49,10 @@ pub struct BodyMatrices {
     pub load_n: Vec<f64>,
 }
 
-/// All bodies, side by side.
+/// All bodies, side by side. Where the prestress is that of the static state with contact, which the bodies by
+/// themselves do not tell, the stiffness is that without stress: it gives a displacement
+/// ([`stuck_displacement`](crate::reduction::stuck_displacement), or that of a static state) for
+/// [`assemble_stressed`].
 ///
 /// # Errors
 /// Bad elements or nodes, or a body held too loosely for its prestress: see [`FemError`].
@@ -58,7 +61,7 @@ pub fn assemble(model: &Model) -> Result<Structure, FemError> {
 }
 
 /// As [`assemble`], with a linear solver of the caller's. `solve` is used for the static displacement
-/// behind the prestress, and never called when the model asks for none.
+/// with the flanks held, and never called where the prestress is another one.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -93,7 +96,7 @@ pub fn assemble_stressed(
 }
 
 /// One body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is the one of
-/// [`assemble`]); `rotation` counts only if the body rotates. The stress is that of the held flanks.
+/// [`assemble`]); `rotation` counts only if the body rotates.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -105,8 +108,8 @@ pub fn assemble_body(
     let rotation = rotation.filter(|_| body.rotates);
     body_matrices(body, rotation, |stiffness, load_n| {
         match rotation.map(|r| r.prestress) {
-            None | Some(Prestress::None) => Ok(None),
-            Some(Prestress::HeldFlanks | Prestress::Contact) => {
+            None | Some(Prestress::None | Prestress::Contact) => Ok(None),
+            Some(Prestress::HeldFlanks) => {
                 statics::held_displacement(body, stiffness, load_n, solve).map(Some)
             }
         }

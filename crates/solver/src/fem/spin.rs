@@ -5,8 +5,8 @@
 //!   f = Omega^2 M P (x - point)            consistent mass, x interpolated as the element does
 //!   K := K + G(stress of u0) - Omega^2 P M
 //!
-//! where u0 is the linear static displacement under f with the contact nodes held, or that of the static
-//! state with contact. The Coriolis
+//! where u0 is the linear static displacement under f with the contact nodes held, with all pairs stuck, or
+//! that of the static state with contact. The Coriolis
 //! (gyroscopic) force is left out, as in the source paper. (Geradin and Kapania, and Bathe 6.2, for
 //! the initial stress stiffness; Charleux et al. 2004, section 2, for the procedure.)
 

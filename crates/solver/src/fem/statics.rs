@@ -65,6 +65,14 @@ pub fn held_displacement(
         })?
     };
     free.resize(3 * body.dofs.free_nodes(), 0.0);
+    prestressing(body, &free)
+}
+
+/// The displacement (m) of every node of a body, of its free dofs, where it is one that a prestress may come from.
+///
+/// # Errors
+/// As [`held_displacement`].
+pub fn prestressing(body: &Body, free: &[f64]) -> Result<Vec<[f64; 3]>, FemError> {
     let size = extent_m(body);
     let largest = free.iter().map(|u| u.abs()).enumerate();
     match largest.max_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -73,7 +81,7 @@ pub fn held_displacement(
             Err(FemError::loosely_held(body, dof / 3))
         }
         Some((dof, u)) if u > size => Err(FemError::too_far(body, dof / 3, u)),
-        _ => Ok(expand_to_nodes(&body.dofs, &free)),
+        _ => Ok(expand_to_nodes(&body.dofs, free)),
     }
 }
 

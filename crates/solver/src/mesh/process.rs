@@ -138,6 +138,14 @@ pub(super) fn run(
         child.stdout.take().map(|pipe| drain(pipe, &printed)),
         child.stderr.take().map(|pipe| drain(pipe, &printed)),
     ];
+    let pipes = pipes
+        .into_iter()
+        .flatten()
+        .collect::<std::io::Result<Vec<_>>>();
+    let pipes = pipes.map_err(|source| {
+        kill(&mut child);
+        RunError::Start(source)
+    })?;
     let limit = Duration::try_from_secs_f64(time_limit_s).unwrap_or(Duration::MAX);
     let mut pause = Duration::from_millis(1);
     let status = loop {
@@ -155,7 +163,7 @@ pub(super) fn run(
     if status.is_none() {
         kill(&mut child);
     }
-    for end in pipes.into_iter().flatten() {
+    for end in pipes {
         // A grandchild that outlives the kill may hold the pipe: do not wait for it for ever.
         let _ = end.recv_timeout(Duration::from_secs(2));
     }
@@ -215,18 +223,21 @@ fn ending_with_parent() -> Option<&'static Path> {
 
 /// Reads the lines of a pipe, in a thread of its own, so that the pipe never fills up. The receiver
 /// hears of its end.
-fn drain(pipe: impl Read + Send + 'static, printed: &Arc<Mutex<Printed>>) -> Receiver<()> {
+fn drain(
+    pipe: impl Read + Send + 'static,
+    printed: &Arc<Mutex<Printed>>,
+) -> std::io::Result<Receiver<()>> {
     let (send, receive) = channel();
     let printed = Arc::clone(printed);
-    std::thread::spawn(move || {
+    std::thread::Builder::new().spawn(move || {
         let mut pipe = BufReader::new(pipe);
         while let Some(line) = next_line(&mut pipe) {
             let mut printed = printed.lock().unwrap_or_else(PoisonError::into_inner);
             printed.add(line);
         }
         let _ = send.send(()); // nobody waits where the program was left alone
-    });
-    receive
+    })?;
+    Ok(receive)
 }
 
 /// The first part of the next line, without characters that steer a terminal; `None` at the end.

@@ -127,8 +127,8 @@ impl RotationSpec {
 pub enum Prestress {
     /// The centrifugal load only.
     None,
-    /// Geometric stiffness of the static state with the contact nodes held, and spin softening
-    /// (the paper's choice).
+    /// Geometric stiffness of each body's static state with its contact nodes held, and spin softening
+    /// (the paper's choice). The stress that a body hands on to another one by a contact is not in it.
     HeldFlanks,
     /// Geometric stiffness of the static state of all bodies with contact and friction, and spin softening: stiffness
     /// and state are repeated until the normal forces no longer move.

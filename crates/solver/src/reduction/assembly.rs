@@ -18,7 +18,7 @@
 //! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`,
 //! `d_m = (1 + i w a) w_m^2 - (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`, `q_m = (fm_m - c_m . X) / d_m`.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -27,7 +27,9 @@ use super::recovery::Recovery;
 use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
-use super::{Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeModel, StuckModes};
+use super::{
+    Highest, Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeModel, StuckModes,
+};
 use crate::fem::loads::add_load;
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{AppliedLoad, BodyNode, Excitation, Model, Observation};
@@ -36,9 +38,7 @@ use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
 use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
 
-/// Where the scene does not say how many: no fewer stuck modes, no more, and how far above the highest
-/// frequency they reach.
-const LEAST_MODES: usize = 12;
+/// Where the scene does not say how many: no more stuck modes, and how far above the highest frequency they reach.
 const MOST_MODES: usize = 192;
 const REACH: f64 = 4.0;
 /// Estimated error of amplitudes that is small enough.
@@ -56,14 +56,18 @@ pub fn reduce(
     let loads = Loads::of(model, structure);
     let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
-    let mut count = stuck_modes.count.unwrap_or(LEAST_MODES);
+    let mut count = stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
     loop {
         let last_try = stuck_modes.count.is_some() || count >= MOST_MODES.min(joined.inner());
         let modes = more_modes(&joined.k_gg, &joined.m_gg, count, &joined.factor, &known)
             .map_err(|source| ReductionError::Stuck { source })?;
-        let reach = REACH * stuck_modes.highest.rad_s(&modes.omega2);
-        let reached = modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach);
+        let reaches = |highest: Highest| {
+            let reach = REACH * highest.rad_s(&modes.omega2);
+            modes.omega2.last().is_none_or(|w2| *w2 >= reach * reach)
+        };
+        let of_harmonics = count >= StuckModes::OF_HARMONICS || reaches(stuck_modes.kept);
+        let reached = reaches(stuck_modes.excited) && of_harmonics;
         if reached || last_try {
             let (on_modes, amplitude) =
                 joined.on_modes(model, condensed, &condensed_loads, modes, stuck_modes)?;
@@ -92,19 +96,77 @@ pub fn stuck_modes(
     count: usize,
 ) -> Result<Vec<f64>, ReductionError> {
     let bodies = coordinates(model, structure, &Loads::of(model, structure))?;
-    let transformation = transformation(model, &bodies)?;
-    let inner: Vec<usize> = (0..transformation.inner()).collect();
-    let part = |matrices: &[&CscMatrix<f64>], zeros| {
-        submatrix(&transformation.congruent(matrices, zeros), &inner, &inner)
-    };
-    let k_gg = part(&matrices_of(&bodies, BodyMatrix::Stiffness), Zeros::Kept);
-    let m_gg = part(&matrices_of(&bodies, BodyMatrix::Mass), Zeros::LeftOut);
-    let factor =
-        Cholesky::factor(&k_gg).map_err(|e| not_held(model, &bodies, &transformation, e))?;
-    let modes = lowest_modes(&k_gg, &m_gg, count, &factor);
+    let stuck = Stuck::of(model, &bodies)?;
+    let m_gg = stuck.matrix(&bodies, BodyMatrix::Mass);
+    let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
     Ok(modes
         .map_err(|source| ReductionError::Stuck { source })?
         .omega2)
+}
+
+/// Linear static displacement (m) of all free dofs of each body under the steady load, with all pairs stuck. No body is
+/// reduced by itself.
+///
+/// # Errors
+/// See [`ReductionError`].
+pub fn stuck_displacement(
+    model: &Model,
+    structure: &Structure,
+) -> Result<Vec<Vec<f64>>, ReductionError> {
+    let full = model.bodies.iter().zip(&structure.bodies);
+    let full = full.map(|(body, matrices)| {
+        check_size(body, matrices)?;
+        Ok(Coordinates::Full(matrices))
+    });
+    let bodies = full.collect::<Result<Vec<_>, ReductionError>>()?;
+    let stuck = Stuck::of(model, &bodies)?;
+    let loads: Vec<Vec<f64>> = structure.bodies.iter().map(|b| b.load_n.clone()).collect();
+    let (mut g, on_x) = stuck.transformation.gather(&loads);
+    stuck.factor.solve_vector(&mut g);
+    let g = MatRef::from_column_major_slice(&g, g.len(), 1);
+    let still = Mat::zeros(on_x.len(), 1);
+    let displacements = stuck.transformation.scatter(g, still.as_ref()).into_iter();
+    Ok(displacements.map(|u| u.col_as_slice(0).to_vec()).collect())
+}
+
+/// The assembly with all pairs stuck, without X.
+struct Stuck {
+    transformation: Transformation,
+    k_gg: CscMatrix<f64>,
+    factor: Cholesky,
+}
+
+impl Stuck {
+    fn of(model: &Model, bodies: &[Coordinates<'_>]) -> Result<Self, ReductionError> {
+        let transformation = transformation(model, bodies)?;
+        let k_gg = on_g(&transformation, bodies, BodyMatrix::Stiffness);
+        let factor =
+            Cholesky::factor(&k_gg).map_err(|e| not_held(model, bodies, &transformation, e))?;
+        Ok(Self {
+            transformation,
+            k_gg,
+            factor,
+        })
+    }
+
+    fn matrix(&self, bodies: &[Coordinates<'_>], which: BodyMatrix) -> CscMatrix<f64> {
+        on_g(&self.transformation, bodies, which)
+    }
+}
+
+/// K_gg or M_gg.
+fn on_g(
+    transformation: &Transformation,
+    bodies: &[Coordinates<'_>],
+    which: BodyMatrix,
+) -> CscMatrix<f64> {
+    let inner: Vec<usize> = (0..transformation.inner()).collect();
+    let zeros = match which {
+        BodyMatrix::Stiffness => Zeros::Kept,
+        BodyMatrix::Mass => Zeros::LeftOut,
+    };
+    let whole = transformation.congruent(&matrices_of(bodies, which), zeros);
+    submatrix(&whole, &inner, &inner)
 }
 
 /// Loads on the free dofs of each body: the steady one, one unit of each excitation, and for each
@@ -418,7 +480,7 @@ impl<'a> Joined<'a> {
             loads: largest(&energy_shares[1..first_observed]),
             observed: largest(&energy_shares[first_observed..]),
         };
-        let highest_rad_s = wanted.highest.rad_s(&relative.omega2);
+        let highest_rad_s = wanted.excited.rad_s(&relative.omega2);
         let amplitude = self.amplitude_error(&relative, stuck_modes, left, highest_rad_s);
         let on_modes = OnModes {
             relative,

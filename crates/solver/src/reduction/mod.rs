@@ -8,6 +8,7 @@ mod linearised;
 mod matrix_market;
 pub mod recovery;
 mod residual;
+mod restiffened;
 pub mod superelement;
 pub mod transformation;
 mod truncation;
@@ -30,10 +31,11 @@ use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
 use dovetail_numerics::vector::norm;
 
-pub use assembly::{reduce, stuck_modes};
+pub use assembly::{reduce, stuck_displacement, stuck_modes};
 pub use linearised::LinearReference;
 pub use recovery::Recovery;
 pub use residual::ResidualError;
+pub use restiffened::frequency_change;
 pub use truncation::Truncation;
 
 /// Modes of a kind that lists show and errors are estimated of.
@@ -45,11 +47,20 @@ pub const FREE: f64 = 1e-10;
 /// How many stuck modes a reduction keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StuckModes {
-    /// `None`: those below four times the highest frequency, at least 12, and more where the estimated error of
-    /// amplitudes asks for them.
+    /// `None`: those below four times the highest frequencies, at least [`StuckModes::LEAST`], and more where the
+    /// estimated error of amplitudes of the linear curve asks for them.
     pub count: Option<usize>,
     /// Highest frequency that is excited.
-    pub highest: Highest,
+    pub excited: Highest,
+    /// Highest frequency of a harmonic that is kept. It asks for no more than [`StuckModes::OF_HARMONICS`].
+    pub kept: Highest,
+}
+
+impl StuckModes {
+    /// Where nobody says how many, no fewer are kept.
+    pub const LEAST: usize = 12;
+    /// The most that harmonics above the excited ones ask for.
+    pub const OF_HARMONICS: usize = 48;
 }
 
 /// The highest frequency of a response.
@@ -72,6 +83,14 @@ impl Highest {
         match self {
             Self::RadS(x) => Self::RadS(up(x)),
             Self::OfFirstStuckMode(x) => Self::OfFirstStuckMode(up(x)),
+        }
+    }
+
+    /// That of a multiple.
+    pub fn times(self, factor: f64) -> Self {
+        match self {
+            Self::RadS(x) => Self::RadS(factor * x),
+            Self::OfFirstStuckMode(x) => Self::OfFirstStuckMode(factor * x),
         }
     }
 

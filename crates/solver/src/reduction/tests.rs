@@ -14,7 +14,8 @@ const ALL: usize = 1000;
 fn wanted(count: usize) -> StuckModes {
     StuckModes {
         count: Some(count),
-        highest: Highest::RadS(1e3),
+        excited: Highest::RadS(1e3),
+        kept: Highest::RadS(1e3),
     }
 }
 
@@ -344,7 +345,8 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     for count in [4, 8, 16, 32] {
         let wanted = StuckModes {
             count: Some(count),
-            highest: Highest::RadS(exact.sqrt()),
+            excited: Highest::RadS(exact.sqrt()),
+            kept: Highest::RadS(exact.sqrt()),
         };
         let few = reduce(&model, &structure, wanted).unwrap();
         let estimate = few.truncation.amplitude.unwrap();
@@ -412,7 +414,8 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
     let reached = |highest_rad_s: f64| {
         let wanted = StuckModes {
             count: None,
-            highest: Highest::RadS(highest_rad_s),
+            excited: Highest::RadS(highest_rad_s),
+            kept: Highest::RadS(highest_rad_s),
         };
         reduce(&model, &structure, wanted).unwrap()
     };
@@ -430,7 +433,8 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
     let few = reached(0.2 * all.relative.omega2[0].sqrt());
     let same = StuckModes {
         count: None,
-        highest: Highest::OfFirstStuckMode(0.2),
+        excited: Highest::OfFirstStuckMode(0.2),
+        kept: Highest::OfFirstStuckMode(0.2),
     };
     let same = reduce(&model, &structure, same).unwrap();
     assert_eq!(same.stuck_modes, few.stuck_modes);

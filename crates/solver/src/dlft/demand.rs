@@ -1,0 +1,108 @@
+//! What the solution of a frequency takes of memory, known before it begins.
+
+use super::point::MOST_EXACT_UNKNOWNS;
+use super::settings::{Resolution, Solver};
+use super::sweep::SweepSettings;
+use crate::contact::inexact::{ALL_FROM, motions};
+use crate::dlft::coarse;
+use crate::reduction::RelativeModel;
+
+const F64: u64 = 8;
+const F32: u64 = 4;
+/// Vectors of a balance: the load, the point, its forces and residual, those before, and what an iteration works with.
+const VECTORS: u64 = 16;
+
+/// Bytes that a sweep takes at least where pairs slip: what both halves share, and the frequency that each of them works
+/// on. An accuracy begins with the harmonics that are excited, and what it goes on to is not counted.
+pub fn bytes(model: &RelativeModel, settings: &SweepSettings) -> u64 {
+    let (harmonics, samples) = match settings.resolution {
+        Resolution::Fixed { harmonics, samples } => (harmonics, samples),
+        Resolution::Accuracy(_) => {
+            let harmonics = model.highest_excited().max(1);
+            (harmonics, Resolution::least_samples(harmonics))
+        }
+    };
+    let size = Size {
+        pairs: model.pairs.len() as u64,
+        width: 2 * harmonics as u64 + 1,
+    };
+    let halves = settings.frequencies_hz.len().clamp(1, 2) as u64;
+    let transforms = F64 * samples as u64 * size.width;
+    let [shared, each] = match settings.solver {
+        Solver::Powell => [0, size.dense()],
+        Solver::NewtonKrylov if size.unknowns() <= MOST_EXACT_UNKNOWNS as u64 => [0, size.dense()],
+        Solver::NewtonKrylov => [size.inexact(), size.krylov()],
+    };
+    transforms + shared + halves * (each + VECTORS * F64 * size.unknowns())
+}
+
+/// Pairs, and blocks of a vector.
+#[derive(Clone, Copy)]
+struct Size {
+    pairs: u64,
+    width: u64,
+}
+
+impl Size {
+    /// Of a block.
+    fn block(self) -> u64 {
+        3 * self.pairs
+    }
+
+    fn unknowns(self) -> u64 {
+        self.width * self.block()
+    }
+
+    /// The Jacobian, and its factor in place; the dynamic stiffness of a harmonic.
+    fn dense(self) -> u64 {
+        F64 * (self.unknowns().pow(2) + 2 * self.block().pow(2))
+    }
+
+    /// Stiffness, mass and motions of the inner linear solves, and the factor that finds the motions.
+    fn inexact(self) -> u64 {
+        let motions = motions(self.block() as usize) as u64;
+        F64 * self.block().pow(2) + F32 * (self.block().pow(2) / 2 + 4 * motions * self.block())
+    }
+
+    /// The derivatives of the pairs, in both precisions, of as many pairs as are taken for all; the coarse problem, its
+    /// rows and its factor.
+    fn krylov(self) -> u64 {
+        let active = (ALL_FROM * self.pairs as f64).ceil() as u64;
+        let motions =
+            motions(self.block() as usize).min(coarse::MOST_UNKNOWNS / self.width as usize);
+        let coarse = self.width * motions as u64;
+        (F64 + F32) * (active * (3 * self.width).pow(2) + coarse.pow(2))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reduction::dovetail72::dovetail72;
+
+    fn of(harmonics: usize, solver: Solver) -> u64 {
+        let resolution = Resolution::Fixed {
+            harmonics,
+            samples: 4096,
+        };
+        let settings = SweepSettings {
+            solver,
+            ..SweepSettings::new(vec![450.0, 451.0], resolution)
+        };
+        bytes(&dovetail72(1.0), &settings)
+    }
+
+    #[test]
+    fn the_jacobian_of_a_frequency_is_asked_for_by_each_half() {
+        // 72 pairs, 2001 blocks: the derivative of a pair is 6003 x 6003.
+        let pair = 12 * 6003_u64.pow(2);
+        let found = of(1000, Solver::NewtonKrylov);
+        assert!(found > 2 * 18 * pair && found < 2 * 19 * pair, "{found}");
+        let unknowns = 216 * 2001_u64;
+        let dense = of(1000, Solver::Powell);
+        assert!(dense > 2 * 8 * unknowns.pow(2), "{dense}");
+        // What the paper asks for is little.
+        let few = of(3, Solver::NewtonKrylov);
+        assert!(few < 64 << 20, "{few}");
+    }
+}

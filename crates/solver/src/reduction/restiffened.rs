@@ -1,0 +1,37 @@
+//! What another stiffness of the bodies, such as that of another prestress, makes of the stuck frequencies.
+//!
+//! With the stuck modes Phi of K (unit modal mass), the frequencies for K + D are those of `w^2 + Phi^T D Phi`
+//! (Rayleigh-Ritz). What the modes kept leave out is of second order in D.
+
+use faer::Mat;
+
+use super::{LISTED_MODES, ReducedModel};
+use crate::fem::Structure;
+use dovetail_numerics::dense::self_adjoint_eigenvalues;
+use dovetail_numerics::sparse::{product, sum, symmetric_product, symmetrised};
+
+/// Largest relative change of the first stuck frequencies where the bodies have the stiffness of `other` in place of
+/// that of `structure`, of which `reduced` was made. A motion that `other` does not resist has frequency 0, which is a
+/// change of 1. `None` without modes.
+pub fn frequency_change(
+    reduced: &ReducedModel,
+    structure: &Structure,
+    other: &Structure,
+) -> Option<f64> {
+    let (all, count) = (reduced.relative.omega2.len(), reduced.stuck_modes);
+    let still = Mat::zeros(reduced.relative.stiffness.nrows(), count);
+    let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
+    let motion = reduced.recovery.full_motion(still.as_ref(), each.as_ref());
+    let omega2 = &reduced.relative.omega2[..count];
+    let mut projected = Mat::from_fn(count, count, |i, j| if i == j { omega2[i] } else { 0.0 });
+    let bodies = structure.bodies.iter().zip(&other.bodies);
+    for ((before, after), shapes) in bodies.zip(&motion) {
+        let difference = sum(&after.stiffness, -1.0, &before.stiffness);
+        let forces = symmetric_product(&difference, shapes.as_ref());
+        projected += product(shapes.transpose(), forces.as_ref());
+    }
+    let changed = self_adjoint_eigenvalues(symmetrised(projected.as_ref()).as_ref())?;
+    let changes = omega2.iter().zip(&changed).take(LISTED_MODES);
+    let changes = changes.map(|(w2, changed)| ((changed.max(0.0) / w2).sqrt() - 1.0).abs());
+    changes.reduce(f64::max)
+}
