@@ -250,6 +250,7 @@ pub struct Response {
 pub mod accuracy;
 pub mod aft;
 pub mod balance;
+mod between_samples;
 mod coarse;
 pub mod demand;
 pub mod dense;

@@ -590,12 +590,13 @@ mod tests {
                     cycle.open_fraction,
                     end.open_samples as f64 / samples as f64,
                 );
-                let mean = compression.iter().sum::<f64>() / samples as f64;
-                assert_near(cycle.compression_mean_n, mean);
                 let least = compression.iter().fold(f64::INFINITY, |m, c| m.min(*c));
                 assert_near(cycle.compression_min_n, least);
                 let most = compression.iter().fold(f64::NEG_INFINITY, |m, c| m.max(*c));
                 assert_near(cycle.compression_max_n, most);
+                // The samples do not tell when the pair opens and closes between them.
+                let mean = compression.iter().sum::<f64>() / samples as f64;
+                assert!((cycle.compression_mean_n - mean).abs() < 1e-3 * most);
                 assert!(cycle.compression_min_n >= 0.0);
                 if end.open_samples > 0 {
                     assert_eq!(cycle.compression_min_n, 0.0);
