@@ -149,8 +149,11 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         }
         Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
         command => {
-            let files = files(command, &scene, &context, other, console)?;
-            let ended = with_files(command, &scene, &context, &files, console);
+            // A signal that comes while the folder is opened is heard once it is.
+            let signals = interruption::signals().map_err(Error::Signals)?;
+            let files = files(command, &scene, &context, other)?;
+            let ended = hear_of_ends(command, &files, signals, console)
+                .and_then(|()| with_files(command, &scene, &context, &files, console));
             ended.inspect_err(|error| files.locked().failed(error))
         }
     }
@@ -177,18 +180,24 @@ fn files(
     scene: &Scene,
     context: &Context,
     other: OtherScene,
-    console: &Console,
 ) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
         Command::Run(Run { resume: true, .. }) => Beginning::Resumed,
         Command::Run(_) | Command::Static(_) => Beginning::Anew,
         _ => Beginning::Beside,
     };
-    // A signal that comes while the folder is opened is heard once it is.
-    let signals = interruption::signals().map_err(Error::Signals)?;
     let files = Files::open(scene, context, other, beginning)?;
-    let files = SharedFiles::new(files);
-    let (of_signal, lines) = (Arc::clone(&files), console.lines());
+    Ok(SharedFiles::new(files))
+}
+
+/// Lets the folder be marked where a signal, the end of the input or that of memory ends the process.
+fn hear_of_ends(
+    command: &Command,
+    files: &Arc<SharedFiles>,
+    signals: signal_hook::iterator::Signals,
+    console: &Console,
+) -> Result<(), Error> {
+    let (of_signal, lines) = (Arc::clone(files), console.lines());
     let last_word = Arc::new(move |signal: &str| {
         let message = match of_signal.locked_to_end().interrupted(signal) {
             Ok(message) => message,
@@ -200,11 +209,11 @@ fn files(
     if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
         interruption::on_end_of_stdin(last_word).map_err(Error::Start)?;
     }
-    let out_of_memory = Arc::clone(&files);
+    let out_of_memory = Arc::clone(files);
     exhaustion::on_exhaustion(move |error| {
         out_of_memory.failed_to_end(&RunError::OutOfMemory(error));
     });
-    Ok(files)
+    Ok(())
 }
 
 /// What a command does about a scene: computes, writes, prints.

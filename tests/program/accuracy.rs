@@ -118,10 +118,12 @@ fn one_harmonic_alone_misses_what_an_accuracy_of_two_percent_keeps() {
 #[test]
 fn the_estimate_is_of_the_size_of_the_error() {
     // Of motions of one harmonic, whose errors are far above those of the fine response.
-    let response = respond(Resolution::Accuracy(0.1));
+    let response = respond(Resolution::Fixed {
+        harmonics: 1,
+        samples: 128,
+    });
     let estimates = response.orbits.iter().zip(errors(&response));
     let ratios: Vec<f64> = estimates
-        .filter(|(orbit, _)| orbit.harmonics == 1)
         .map(|(orbit, error)| orbit.estimated_error.unwrap() / error)
         .collect();
     let near = ratios.iter().filter(|r| (0.4..4.0).contains(*r)).count();

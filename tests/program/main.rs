@@ -23,6 +23,7 @@ mod elements;
 mod excitation;
 mod export_files;
 mod extremes;
+mod gross_slip;
 mod interruption;
 mod memory;
 mod mesh_files;

@@ -3,7 +3,7 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::aft::Periods;
+use dovetail_solver::dlft::pair_signals::Periods;
 use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;

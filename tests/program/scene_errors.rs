@@ -404,7 +404,7 @@ fn impossible_numbers_are_refused() {
     refused(
         "tolerance = 1e-8",
         "tolerance = 1.0",
-        &["greater than 0 and less than 1"],
+        &["greater than 0 and less than 0.001"],
     );
     refused(
         "max_newton_iterations = 60",

@@ -5,7 +5,7 @@
 //! a residual of the finer balance; its first Newton correction says how far the observed amplitudes would
 //! move. Where that is more than the accuracy asked for, the finer balance is solved, from the corrected motion.
 //!
-//! One harmonic is not accepted where a pair slips or opens.
+//! One harmonic is not accepted where most pairs slip or open.
 //!
 //! Of few unknowns a balance with four times the harmonics, or at least twice, is solved instead: rigid friction at a point has
 //! kinks over which a linear step tells little, and amplitudes that stay between two numbers of harmonics.
@@ -221,11 +221,12 @@ impl<'a> Refinement<'a> {
         }
     }
 
-    /// Whether this level has one harmonic, and a pair slips or opens: how far further ones move that motion is beyond a
-    /// linear step.
+    /// Whether this level has one harmonic, and most pairs slip or open: how far further ones move that motion is beyond
+    /// a linear step.
     fn is_rough(&self, level: usize, solved: &Solution<'_>) -> bool {
         let ends = &solved.evaluation.ends;
-        let sticks = |pair: usize| solved.balance.sticks(pair, &ends[pair]);
-        self.levels[level].setting.fourier.harmonics() == 1 && !(0..ends.len()).all(sticks)
+        let sticks = |pair: &usize| solved.balance.sticks(*pair, &ends[*pair]);
+        let stuck = (0..ends.len()).filter(sticks).count();
+        self.levels[level].setting.fourier.harmonics() == 1 && 2 * stuck < ends.len()
     }
 }

@@ -3,7 +3,8 @@
 //! analysed into harmonics; with the exact derivative including the history of slip. Changes of state between two samples
 //! count at their instants ([`super::between_samples`]).
 
-use super::between_samples::{self, IntervalLaw, Passed, Visit, Window};
+use super::between_samples::{self, Passed, Visit};
+use super::pair_signals::{PairInput, Periods, Signals};
 use super::rounded;
 use crate::contact::law::{Contact, length, slip_tangent, unilateral_coulomb};
 use dovetail_numerics::fourier::Fourier;
@@ -20,33 +21,6 @@ const PERIODICITY: f64 = 1e-12;
 /// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
 const TOUCH: f64 = 1e-8;
-
-/// How many periods of a pair are evaluated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Periods {
-    /// Until the end of a period equals its start.
-    UntilPeriodic,
-    /// A fixed number (at most [`PLAIN_PERIODS`]), periodic or not, and pairs change their state at
-    /// whole samples only, as older programs do.
-    Exactly(usize),
-}
-
-/// What the time evaluation of one pair starts from.
-#[derive(Debug, Clone, Copy)]
-pub struct PairInput<'a> {
-    /// How long the pair is marched.
-    pub periods: Periods,
-    /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
-    pub force: &'a [f64],
-    /// eps_N times the initial clearance, N.
-    pub shift_n: f64,
-    /// Coulomb coefficient.
-    pub friction: f64,
-    /// lambda_x (tangential) at the start of the first period, N.
-    pub start: [f64; 2],
-    /// The cone is rounded with this sharpness ([`super::rounded`]); `None`: the law itself.
-    pub sharpness: Option<f64>,
-}
 
 /// How the time evaluation of one pair ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,100 +48,6 @@ enum History {
         last: [f64; 2],
         touch_n: f64,
     },
-}
-
-/// Signals of the last period, component-major, 3 x N; reused from pair to pair.
-pub struct Signals {
-    /// The predicted forces, N.
-    pub lambda_u: Vec<f64>,
-    /// The contact forces, N.
-    pub lambda: Vec<f64>,
-    /// What the pair does at each sample.
-    contact: Vec<Contact>,
-    /// Whether the tangential prediction reverses between the sample before and this one.
-    reverses: Vec<bool>,
-}
-
-impl Signals {
-    /// Memory for a period of so many samples.
-    pub fn new(samples: usize) -> Self {
-        Self {
-            lambda_u: vec![0.0; 3 * samples],
-            lambda: vec![0.0; 3 * samples],
-            contact: vec![Contact::Stick; samples],
-            reverses: vec![false; samples],
-        }
-    }
-
-    fn samples(&self) -> usize {
-        self.contact.len()
-    }
-
-    /// Writes the coefficients of the contact forces.
-    #[inline(always)]
-    fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
-        let components = lambda.chunks_exact_mut(fourier.width());
-        for (signal, lambda) in self.lambda.chunks_exact(self.samples()).zip(components) {
-            fourier.to_frequency(signal, lambda);
-        }
-    }
-
-    /// Finds where the tangential prediction reverses.
-    #[inline(always)]
-    fn find_reversals(&mut self, input: &PairInput<'_>) {
-        let samples = self.samples();
-        if input.friction == 0.0 || input.periods != Periods::UntilPeriodic {
-            self.reverses.fill(false);
-            return;
-        }
-        let (_, tangential) = self.lambda_u.split_at(samples);
-        let (t1, t2) = tangential.split_at(samples);
-        let at = |n: usize| [t1[n % samples], t2[n % samples]];
-        let mut window = [samples - 2, samples - 1, 0, 1].map(at);
-        for (n, reverses) in self.reverses.iter_mut().enumerate() {
-            *reverses = between_samples::reverses(window);
-            window = [window[1], window[2], window[3], at(n + 2)];
-        }
-    }
-
-    /// The predictions around the interval that ends at sample `n`.
-    fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
-        let samples = self.samples();
-        [2, 1, 0, samples - 1].map(|back| {
-            let n = (n + samples - back) % samples;
-            let at = |c: usize| self.lambda_u[c * samples + n];
-            [at(0) + shift_n, at(1), at(2)]
-        })
-    }
-
-    /// Whether a pair may turn between the sample before and sample `n`, where it is in these states.
-    #[inline(always)]
-    fn turns(&self, n: usize, before: Contact, now: Contact, input: &PairInput<'_>) -> bool {
-        if self.reverses[n] || (before == Contact::Open) != (now == Contact::Open) {
-            return true;
-        }
-        input.friction > 0.0
-            && (before != now || now == Contact::Slip && self.turns_inward(n, input))
-    }
-
-    /// Whether a pair that slips at the sample before leaves its cone inwards on the way to sample `n`.
-    #[inline(always)]
-    fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
-        let samples = self.samples();
-        let before = if n == 0 { samples } else { n } - 1;
-        let [normal, t1, t2] = [0, 1, 2].map(|c| {
-            let at = |n: usize| self.lambda_u[c * samples + n];
-            self.lambda[c * samples + before] * (at(n) - at(before))
-        });
-        t1 + t2 < input.friction * input.friction * normal
-    }
-
-    /// Whether the pair closes between the sample before and sample `n`.
-    #[inline(always)]
-    fn lands(&self, n: usize, shift_n: f64) -> bool {
-        let before = if n == 0 { self.samples() } else { n } - 1;
-        self.lambda_u[before] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
-    }
 }
 
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force into
@@ -290,15 +170,6 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
                     between_samples::add_to_coefficients(fourier, sample, change, lambda);
                 }
             }
-        }
-    }
-}
-
-impl PairInput<'_> {
-    fn law(&self, touch_n: f64) -> IntervalLaw {
-        IntervalLaw {
-            friction: self.friction,
-            touch_n,
         }
     }
 }

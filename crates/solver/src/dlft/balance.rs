@@ -5,7 +5,8 @@
 //! once, and only the other ("active") pairs enter the linear solve.
 
 use super::PairStatus;
-use super::aft::{PairEnd, PairInput, Periods, Signals, contact_force_derivative, contact_forces};
+use super::aft::{PairEnd, contact_force_derivative, contact_forces};
+use super::pair_signals::{PairInput, Periods, Signals};
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;

@@ -3,9 +3,9 @@
 //! other solvers have their tests beside them.
 
 use super::PairStatus;
-use super::aft::Periods;
 use super::balance::{Balance, Setting};
 use super::newton_krylov::{KrylovSystem, Preconditioner};
+use super::pair_signals::Periods;
 use super::penalty::Penalty;
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::ContactSystem;

@@ -260,6 +260,7 @@ pub mod linear_curve;
 mod linear_system;
 pub mod newton_krylov;
 pub mod orbit;
+pub mod pair_signals;
 pub mod pair_status;
 pub mod peaks;
 pub mod penalty;

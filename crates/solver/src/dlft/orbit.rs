@@ -1,7 +1,7 @@
 //! From a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion, pair cycles, powers.
 
-use super::aft::Signals;
 use super::balance::{Balance, Evaluation};
+use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
@@ -596,7 +596,7 @@ mod tests {
                 assert_near(cycle.compression_max_n, most);
                 // The samples do not tell when the pair opens and closes between them.
                 let mean = compression.iter().sum::<f64>() / samples as f64;
-                assert!((cycle.compression_mean_n - mean).abs() < 1e-3 * most);
+                assert!((cycle.compression_mean_n - mean).abs() < 5e-3 * most);
                 assert!(cycle.compression_min_n >= 0.0);
                 if end.open_samples > 0 {
                     assert_eq!(cycle.compression_min_n, 0.0);

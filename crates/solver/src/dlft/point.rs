@@ -8,7 +8,6 @@
 //! nothing else holds, else the retained one.
 
 use super::Told;
-use super::aft::Periods;
 use super::balance::{Balance, Evaluation, Setting};
 use super::dense::{exact_correction, exact_newton, powell};
 use super::newton_krylov::{
@@ -16,6 +15,7 @@ use super::newton_krylov::{
     relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
+use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};

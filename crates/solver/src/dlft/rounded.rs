@@ -5,7 +5,7 @@
 //! corners where friction sets in, and a pair forgets where it began: it creeps under any force. Newton's
 //! method finds the motion at a small q from far away, and follows it as q grows.
 
-use super::aft::{PairInput, Signals};
+use super::pair_signals::{PairInput, Signals};
 use crate::contact::law::length;
 use dovetail_numerics::fourier::Fourier;
 

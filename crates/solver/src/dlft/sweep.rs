@@ -6,10 +6,10 @@
 //! on there with nothing but the frequencies that it has solved, to the same bits.
 
 use super::accuracy::{Refinement, Resolved, levels};
-use super::aft::Periods;
 use super::balance::Setting;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
+use super::pair_signals::Periods;
 use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};

@@ -1,0 +1,137 @@
+//! What the time evaluation of a pair begins with, and its signals over a period.
+
+use super::between_samples::{self, IntervalLaw, Window};
+use crate::contact::law::Contact;
+use dovetail_numerics::fourier::Fourier;
+
+/// How many periods of a pair are evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Periods {
+    /// Until the end of a period equals its start.
+    UntilPeriodic,
+    /// A fixed number (at most [`super::aft::PLAIN_PERIODS`]), periodic or not, and pairs change their state at
+    /// whole samples only, as older programs do.
+    Exactly(usize),
+}
+
+/// What the time evaluation of one pair starts from.
+#[derive(Debug, Clone, Copy)]
+pub struct PairInput<'a> {
+    /// How long the pair is marched.
+    pub periods: Periods,
+    /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
+    pub force: &'a [f64],
+    /// eps_N times the initial clearance, N.
+    pub shift_n: f64,
+    /// Coulomb coefficient.
+    pub friction: f64,
+    /// lambda_x (tangential) at the start of the first period, N.
+    pub start: [f64; 2],
+    /// The cone is rounded with this sharpness ([`super::rounded`]); `None`: the law itself.
+    pub sharpness: Option<f64>,
+}
+
+impl PairInput<'_> {
+    /// Its law in an interval between two samples.
+    pub fn law(&self, touch_n: f64) -> IntervalLaw {
+        IntervalLaw {
+            friction: self.friction,
+            touch_n,
+        }
+    }
+}
+
+/// Signals of the last period, component-major, 3 x N; reused from pair to pair.
+pub struct Signals {
+    /// The predicted forces, N.
+    pub lambda_u: Vec<f64>,
+    /// The contact forces, N.
+    pub lambda: Vec<f64>,
+    /// What the pair does at each sample.
+    pub contact: Vec<Contact>,
+    /// Whether the tangential prediction reverses between the sample before and this one.
+    pub reverses: Vec<bool>,
+}
+
+impl Signals {
+    /// Memory for a period of so many samples.
+    pub fn new(samples: usize) -> Self {
+        Self {
+            lambda_u: vec![0.0; 3 * samples],
+            lambda: vec![0.0; 3 * samples],
+            contact: vec![Contact::Stick; samples],
+            reverses: vec![false; samples],
+        }
+    }
+
+    /// Samples of the period.
+    pub fn samples(&self) -> usize {
+        self.contact.len()
+    }
+
+    /// Writes the coefficients of the contact forces.
+    #[inline(always)]
+    pub fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
+        let components = lambda.chunks_exact_mut(fourier.width());
+        for (signal, lambda) in self.lambda.chunks_exact(self.samples()).zip(components) {
+            fourier.to_frequency(signal, lambda);
+        }
+    }
+
+    /// Finds where the tangential prediction reverses.
+    #[inline(always)]
+    pub fn find_reversals(&mut self, input: &PairInput<'_>) {
+        let samples = self.samples();
+        if input.friction == 0.0 || input.periods != Periods::UntilPeriodic {
+            self.reverses.fill(false);
+            return;
+        }
+        let (_, tangential) = self.lambda_u.split_at(samples);
+        let (t1, t2) = tangential.split_at(samples);
+        let at = |n: usize| [t1[n % samples], t2[n % samples]];
+        let mut window = [samples - 2, samples - 1, 0, 1].map(at);
+        for (n, reverses) in self.reverses.iter_mut().enumerate() {
+            *reverses = between_samples::reverses(window);
+            window = [window[1], window[2], window[3], at(n + 2)];
+        }
+    }
+
+    /// The predictions around the interval that ends at sample `n`.
+    pub fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
+        let samples = self.samples();
+        [2, 1, 0, samples - 1].map(|back| {
+            let n = (n + samples - back) % samples;
+            let at = |c: usize| self.lambda_u[c * samples + n];
+            [at(0) + shift_n, at(1), at(2)]
+        })
+    }
+
+    /// Whether a pair may turn between the sample before and sample `n`, where it is in these states.
+    #[inline(always)]
+    pub fn turns(&self, n: usize, before: Contact, now: Contact, input: &PairInput<'_>) -> bool {
+        if self.reverses[n] || (before == Contact::Open) != (now == Contact::Open) {
+            return true;
+        }
+        input.friction > 0.0
+            && (before != now || now == Contact::Slip && self.turns_inward(n, input))
+    }
+
+    /// Whether a pair that slips at the sample before leaves its cone inwards on the way to sample `n`.
+    #[inline(always)]
+    pub fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
+        let samples = self.samples();
+        let before = if n == 0 { samples } else { n } - 1;
+        let [normal, t1, t2] = [0, 1, 2].map(|c| {
+            let at = |n: usize| self.lambda_u[c * samples + n];
+            self.lambda[c * samples + before] * (at(n) - at(before))
+        });
+        t1 + t2 < input.friction * input.friction * normal
+    }
+
+    /// Whether the pair closes between the sample before and sample `n`.
+    #[inline(always)]
+    pub fn lands(&self, n: usize, shift_n: f64) -> bool {
+        let before = if n == 0 { self.samples() } else { n } - 1;
+        self.lambda_u[before] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
+    }
+}
