@@ -309,6 +309,24 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
+    /// The motion of a neighbour at another frequency; `None` where it is not found from there.
+    pub fn follow(
+        &self,
+        frequency_hz: f64,
+        neighbour: &Neighbour,
+        work: &mut Work,
+    ) -> Option<Solution<'_>> {
+        let strategy = Strategy::FromNeighbour(self.stepping());
+        self.attempt(
+            strategy,
+            frequency_hz,
+            neighbour.mean,
+            Some(neighbour),
+            work,
+        )
+        .filter(Solution::is_converged)
+    }
+
     /// A solution with fewer harmonics after one Newton correction in which those of this balance take part.
     pub fn estimate_truncation(
         &self,
