@@ -468,6 +468,7 @@ impl Solving {
             linear,
             linear_curve: Vec::new(),
             asked: self.frequencies_hz.len(),
+            second_motions: Vec::new(),
             slip_threshold_m: 0.0,
         }
     }

@@ -245,7 +245,21 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     } else {
         warnings.extend(truncation(response));
     }
-    for (i, name) in reduced.observations().into_iter().enumerate() {
+    let names = reduced.observations();
+    for two in &response.second_motions {
+        warnings.push(doubt(format!(
+            "from {:.4} to {:.4} Hz two motions were found: at {:.4} Hz the amplitude of {} is {} on the curve and {} in the other \
+             motion (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached, and \
+             the peak may be that of the other",
+            two.from_hz,
+            two.to_hz,
+            two.frequency_hz,
+            names.get(two.observation).copied().unwrap_or_default(),
+            quantity(two.amplitude_m, "m", 4),
+            quantity(two.other_amplitude_m, "m", 4),
+        )));
+    }
+    for (i, name) in names.into_iter().enumerate() {
         warnings.extend(hidden_peak(name, i, response));
     }
     warnings

@@ -310,6 +310,7 @@ impl Responses<'_, '_> {
                 .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
                 .collect(),
             asked: self.frequencies_hz.len(),
+            second_motions: Vec::new(),
             slip_threshold_m: 0.0,
         }
     }

@@ -56,5 +56,6 @@ mod tidy;
 mod time_integration;
 mod transitions;
 mod tutorial;
+mod two_motions;
 mod way_in;
 mod words_of_a_run;

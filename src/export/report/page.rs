@@ -230,6 +230,14 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                     "Between the frequencies the peak may be " (percent(rise.max(0.0), 2)) " higher."
                 }))
             }
+            @for two in &response.second_motion {
+                (line(false, &html! {
+                    "From " (quantity(two.from_hz, "Hz", 5)) " to " (quantity(two.to_hz, "Hz", 5))
+                    " there are two motions: the curve has " (quantity(two.amplitude_m, "m", 4)) " at "
+                    (quantity(two.frequency_hz, "Hz", 5)) ", the other one "
+                    (quantity(two.other_amplitude_m, "m", 4)) "."
+                }))
+            }
             @match response.peak_estimated_error {
                 Some(error) => (line(error <= DOUBTFUL, &html! {
                     "The harmonics left out change the peak by an estimated " (percent(error, 2)) "."

@@ -414,6 +414,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
         linear_curve: linear,
         orbits: orbits.collect(),
         asked: points,
+        second_motions: Vec::new(),
         slip_threshold_m: 1e-7,
     }
 }

@@ -150,6 +150,11 @@ impl<'a> Refinement<'a> {
         self.levels.iter().position(enough).unwrap_or(0)
     }
 
+    /// The first level with at least so many harmonics.
+    pub fn with(&self, harmonics: usize) -> &FrequencySolver<'a> {
+        &self.levels[self.level_of(harmonics)]
+    }
+
     /// What is the same on all levels.
     pub fn lowest(&self) -> &FrequencySolver<'a> {
         &self.levels[0]

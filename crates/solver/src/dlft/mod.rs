@@ -243,8 +243,27 @@ pub struct Response {
     pub orbits: Vec<Orbit>,
     /// How many frequencies were asked for; the others were added at peaks.
     pub asked: usize,
+    /// Where another motion was found beside that of `orbits`, rising.
+    pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
+}
+
+/// A range of frequencies at which two motions were found, and the frequency in it at which they differ most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SecondMotion {
+    /// First frequency of the range.
+    pub from_hz: f64,
+    /// Last frequency of the range.
+    pub to_hz: f64,
+    /// Where an amplitude differs most.
+    pub frequency_hz: f64,
+    /// Number of the observed displacement that does.
+    pub observation: usize,
+    /// Its amplitude there on the curve.
+    pub amplitude_m: f64,
+    /// That of the other motion.
+    pub other_amplitude_m: f64,
 }
 
 pub mod accuracy;
@@ -267,6 +286,7 @@ pub mod penalty;
 mod point;
 pub mod retention;
 mod rounded;
+mod second_motion;
 pub mod settings;
 pub mod static_state;
 pub mod sweep;

@@ -7,7 +7,6 @@
 //! the two is the answer depends on the solution alone: the free one where the pairs that stick hold every motion that
 //! nothing else holds, else the retained one.
 
-use super::Told;
 use super::balance::{Balance, Evaluation, Setting};
 use super::dense::{exact_correction, exact_newton, powell};
 use super::newton_krylov::{
@@ -17,6 +16,7 @@ use super::newton_krylov::{
 use super::orbit::observed_amplitudes_m;
 use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
+use super::{Orbit, Told};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
@@ -67,6 +67,15 @@ pub struct Neighbour {
 }
 
 impl Neighbour {
+    /// A frequency with a motion, after the one before it.
+    pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
+        let mean = match orbit.retention_n > 0.0 {
+            true => Mean::Retained,
+            false => Mean::Free,
+        };
+        Self::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
+    }
+
     /// A converged frequency, with the one before it.
     pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
         let slope = last.filter(|l| l.mean == mean).map(|l| {
@@ -307,6 +316,24 @@ impl<'a> FrequencySolver<'a> {
             strategies = self.strategies(frequency_hz);
         }
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
+    }
+
+    /// The motion of a neighbour at another frequency; `None` where it is not found from there.
+    pub fn follow(
+        &self,
+        frequency_hz: f64,
+        neighbour: &Neighbour,
+        work: &mut Work,
+    ) -> Option<Solution<'_>> {
+        let strategy = Strategy::FromNeighbour(self.stepping());
+        self.attempt(
+            strategy,
+            frequency_hz,
+            neighbour.mean,
+            Some(neighbour),
+            work,
+        )
+        .filter(Solution::is_converged)
     }
 
     /// A solution with fewer harmonics after one Newton correction in which those of this balance take part.

@@ -14,6 +14,7 @@ use super::peaks::Top;
 use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
+use super::second_motion::second_motions;
 use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
@@ -147,12 +148,14 @@ pub fn sweep(
     let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
         solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
     run.retry_from_other_side(&mut orbits, middle);
-    run.add_at_peaks(&mut orbits, &mut linear, settings.most_added);
+    let two = second_motions(&orbits, middle, |harmonics| run.refinement.with(harmonics));
+    run.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
     Response {
         linear,
         linear_curve: linear_curve(&run.linear, run.harmonics(), frequencies_hz),
         orbits,
         asked: frequencies_hz.len(),
+        second_motions: two.ranges,
         slip_threshold_m,
     }
 }
@@ -183,15 +186,6 @@ impl Last {
             };
         }
     }
-}
-
-/// A solved frequency to start another from, after the one before it.
-fn neighbour_of(orbit: &Orbit, before: Option<&Neighbour>) -> Neighbour {
-    let mean = match orbit.retention_n > 0.0 {
-        true => Mean::Retained,
-        false => Mean::Free,
-    };
-    Neighbour::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
 }
 
 /// Whether a motion is nearer to an answer than another at the same frequency.
@@ -295,7 +289,7 @@ impl Run<'_> {
             true => self.refinement.level_of(neighbour.harmonics),
             false => 0,
         };
-        let neighbour = neighbour_of(neighbour, None);
+        let neighbour = Neighbour::of(neighbour, None);
         work.start_counting(self.most_seconds);
         let resolved = self
             .refinement
@@ -312,8 +306,14 @@ impl Run<'_> {
     }
 
     /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
-    /// little above it; at most so many, and none after one that fails.
-    fn add_at_peaks(&self, orbits: &mut Vec<Orbit>, linear: &mut Vec<LinearPoint>, most: usize) {
+    /// little above it; at most so many, none after one that fails, and none where the curve steps to another motion.
+    fn add_at_peaks(
+        &self,
+        orbits: &mut Vec<Orbit>,
+        linear: &mut Vec<LinearPoint>,
+        steps_hz: &[[f64; 2]],
+        most: usize,
+    ) {
         let asked = orbits.len();
         let observed = self
             .refinement
@@ -324,7 +324,8 @@ impl Run<'_> {
             .observations
             .len();
         while orbits.len() < asked + most {
-            let next = |i| Top::of(orbits, i)?.next_hz();
+            let steps = |hz: &f64| steps_hz.iter().any(|[from, to]| from < hz && hz < to);
+            let next = |i| Top::of(orbits, i)?.next_hz().filter(|hz| !steps(hz));
             let Some(frequency_hz) = (0..observed).find_map(next) else {
                 return;
             };
@@ -334,7 +335,7 @@ impl Run<'_> {
             let solved = earlier.unwrap_or_else(|| {
                 let (below, above) = (&orbits[at - 1], &orbits[at]);
                 let last = Last {
-                    neighbour: Some(neighbour_of(above, Some(&neighbour_of(below, None)))),
+                    neighbour: Some(Neighbour::of(above, Some(&Neighbour::of(below, None)))),
                     level: self
                         .refinement
                         .level_of(below.harmonics.max(above.harmonics)),

@@ -417,6 +417,7 @@ mod tests {
                 orbit(30.0, Outcome::Converged, 2.0),
             ],
             asked: 3,
+            second_motions: Vec::new(),
             slip_threshold_m: 1e-9,
         }
     }

@@ -1,0 +1,153 @@
+//! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both are named.
+
+use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::dlft::Response;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::static_state::static_state;
+use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::model::Growth;
+use dovetail_solver::reduction::damping::Rayleigh;
+use dovetail_solver::reduction::{
+    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
+};
+use faer::Mat;
+use std::f64::consts::TAU;
+
+const DAMPING: Rayleigh = Rayleigh {
+    stiffness_s: 0.0,
+    mass_per_s: 0.03,
+};
+const FORCE_N: f64 = 0.1;
+const GAP_M: f64 = 1.0;
+const STOP_N_M: f64 = 5.0;
+
+/// 1 kg on a spring of 1 N/m, before a stop on a spring of 5 N/m that it meets after 1 m. X opens the pair of both; with X
+/// = 0 both springs carry the mass.
+fn oscillator() -> RelativeModel {
+    let both = 1.0 + STOP_N_M;
+    // The mass moves so far for X = 1, and the stop by 1 more.
+    let of_x = -STOP_N_M / both;
+    let along = |v: f64| vec![v, 0.0, 0.0];
+    let stiffness = STOP_N_M / both;
+    let load = |force_n: f64| Load {
+        on_x: along(of_x * force_n),
+        on_modes: vec![force_n],
+    };
+    let diagonal = |normal: f64, tangential: f64| {
+        let values = [normal, tangential, tangential];
+        Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
+    };
+    RelativeModel {
+        stiffness: diagonal(stiffness, 1.0),
+        mass: diagonal(of_x * of_x, 1.0),
+        coupling: Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
+        omega2: vec![both],
+        static_load: load(0.0),
+        excitations: vec![HarmonicLoad {
+            harmonic: 1,
+            cosine: load(FORCE_N),
+            sine: load(0.0),
+            growth: Growth::Constant,
+        }],
+        observations: vec![ObservedDisplacement {
+            name: "mass".to_owned(),
+            on_x: along(of_x),
+            on_modes: vec![1.0],
+        }],
+        pairs: vec![PairLaw {
+            friction: 0.0,
+            gap_m: GAP_M,
+        }],
+    }
+}
+
+fn respond(from_hz: f64, to_hz: f64) -> Response {
+    let model = oscillator();
+    let newton = NewtonOptions {
+        tolerance: 1e-8,
+        max_iterations: 60,
+    };
+    let frequencies_hz = (0..121).map(|i| from_hz + (to_hz - from_hz) * f64::from(i) / 120.0);
+    let resolution = Resolution::Fixed {
+        harmonics: 7,
+        samples: 256,
+    };
+    let settings = SweepSettings {
+        newton,
+        slip_threshold_m: Some(1e-9),
+        most_added: 12,
+        ..SweepSettings::new(frequencies_hz.collect(), resolution)
+    };
+    let state = static_state(&model, 10, newton);
+    sweep(&model, DAMPING, &state, &settings, &[], &|_| ())
+}
+
+/// A step of the mass in time, by the rule of Runge and Kutta of order 4: no part of the program.
+fn step(state: [f64; 2], time: f64, dt: f64, omega: f64) -> [f64; 2] {
+    let rate = |[u, v]: [f64; 2], t: f64| {
+        let stop = STOP_N_M * (u - GAP_M).max(0.0);
+        [v, FORCE_N * (omega * t).cos() - 0.03 * v - u - stop]
+    };
+    let moved = |k: [f64; 2], by: f64| [state[0] + by * k[0], state[1] + by * k[1]];
+    let a = rate(state, time);
+    let b = rate(moved(a, 0.5 * dt), time + 0.5 * dt);
+    let c = rate(moved(b, 0.5 * dt), time + 0.5 * dt);
+    let d = rate(moved(c, dt), time + dt);
+    [0, 1].map(|i| state[i] + dt / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]))
+}
+
+/// Amplitudes of the steady motion at a frequency that is reached from another one in small steps.
+fn reached(from_hz: f64, to_hz: f64) -> f64 {
+    let (mut state, mut amplitude) = ([0.0; 2], 0.0);
+    let steps = 400;
+    for i in 0..=80 {
+        let hz = from_hz + (to_hz - from_hz) * f64::from(i) / 80.0;
+        let dt = 1.0 / (hz * f64::from(steps));
+        let periods = if i == 80 { 300 } else { 60 };
+        for period in 0..periods {
+            let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+            for n in 0..steps {
+                state = step(state, f64::from(n) * dt, dt, TAU * hz);
+                (low, high) = (low.min(state[0]), high.max(state[0]));
+            }
+            if period + 1 == periods {
+                amplitude = 0.5 * (high - low);
+            }
+        }
+    }
+    amplitude
+}
+
+#[test]
+fn whatever_the_range_both_motions_of_a_fold_are_named() {
+    let by_time = [(0.14, 0.185), (0.28, 0.185)].map(|(from, to)| reached(from, to));
+    println!("by steps in time at 0.185 Hz: {by_time:.3?} m");
+    assert!(by_time[0] > 1.5 * by_time[1], "{by_time:?}");
+    for (from_hz, to_hz) in [(0.12, 0.26), (0.12, 0.32), (0.15, 0.45)] {
+        let response = respond(from_hz, to_hz);
+        let spacing_hz = (to_hz - from_hz) / 120.0;
+        println!("{from_hz} to {to_hz} Hz: {:?}", response.second_motions);
+        assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
+        let [two] = &response.second_motions[..] else {
+            panic!("{:?}", response.second_motions);
+        };
+        // By steps in time both exist from 0.170 to 0.200 Hz.
+        assert!(
+            (two.from_hz - 0.170).abs() < 2.0 * spacing_hz + 1e-3,
+            "{two:?}"
+        );
+        assert!(
+            (two.to_hz - 0.200).abs() < 2.0 * spacing_hz + 1e-3,
+            "{two:?}"
+        );
+        assert!(two.from_hz <= two.frequency_hz && two.frequency_hz <= two.to_hz);
+        // No frequency is added to the step of the curve.
+        let added: Vec<f64> = response
+            .orbits
+            .iter()
+            .filter(|o| response.is_added(o))
+            .map(|o| o.frequency_hz)
+            .collect();
+        assert!(added.len() <= 1, "{added:?}");
+    }
+}
