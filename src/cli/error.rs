@@ -65,7 +65,9 @@ pub enum Error {
     MemoryOfThreads { threads: usize, source: TooLittle },
 
     /// The threads that wait for signals and for the end of memory.
-    #[error("the system does not let the program start its threads")]
+    #[error(
+        "the system does not let the program start its threads, for want of memory or of processes"
+    )]
     #[diagnostic(help(
         "raise the limits of memory and of processes (`ulimit -v`, `ulimit -u`, the container, the batch system)"
     ))]

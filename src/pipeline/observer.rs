@@ -141,6 +141,14 @@ impl Observer for Both<'_> {
         self.0.loop_advances(steps);
         self.1.loop_advances(steps);
     }
+    fn loop_grows(&mut self) {
+        self.0.loop_grows();
+        self.1.loop_grows();
+    }
+    fn loop_detail(&mut self, detail: &str) {
+        self.0.loop_detail(detail);
+        self.1.loop_detail(detail);
+    }
     fn loop_ends(&mut self) {
         self.0.loop_ends();
         self.1.loop_ends();

@@ -97,6 +97,61 @@ fn the_program_runs_the_jenkins_scene() {
     assert!(!folder.path("static.vtu").exists() && !folder.path("flank.pvd").exists());
 }
 
+#[test]
+fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
+    let folder = Folder::new("late");
+    let scene = Path::new("scenes/verification/jenkins.toml");
+    let set = [
+        "response.most_seconds_per_frequency=1e-9",
+        "response.frequency_hz=[1.0, 1.1]",
+        "response.points=5",
+    ];
+    let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
+    assert_eq!(code, 3, "{stderr}");
+    let warning = "5 of 5 frequencies were given up after response.most_seconds_per_frequency";
+    assert!(stderr.contains(warning), "{stderr}");
+    let response = &json(&folder)["response"];
+    assert_eq!(response["converged_points"], 0);
+    for missed in response["unconverged"].as_array().unwrap() {
+        assert_eq!(missed["outcome"], "time_limit");
+    }
+    assert_eq!(folder.text("response.csv").matches("time_limit").count(), 5);
+}
+
+/// Frequencies that are added count among those to be solved, and each way that is tried has a line.
+#[test]
+fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
+    let folder = Folder::new("verbose");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.current_dir(env!("CARGO_MANIFEST_DIR"));
+    program.args(["run", "scenes/verification/den_hartog.toml", "--verbose"]);
+    program.args(["--set", "response.frequency_hz=[0.6, 1.35]"]);
+    program.args([
+        "--set",
+        "response.points=9",
+        "--set",
+        "response.harmonics=3",
+    ]);
+    program.args(["--set", "damping.mass_per_s=0.2"]);
+    program.arg("--out").arg(&*folder.0);
+    let output = program.output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("Hz: 3 harmonics, from the static state"),
+        "{said}"
+    );
+    assert!(
+        said.contains("Hz: 3 harmonics, from the neighbour"),
+        "{said}"
+    );
+    let response = &json(&folder)["response"];
+    assert!(response["added_points"].as_u64().unwrap() > 0, "{response}");
+    for line in said.lines().filter(|line| line.contains("frequencies: ")) {
+        let share = line.split(" (").nth(1).and_then(|s| s.split(' ').next());
+        assert!(share.unwrap().parse::<u32>().unwrap() <= 100, "{line}");
+    }
+}
+
 /// Numbers of the attribute `name` of each element `tag` of an SVG, in order.
 fn attributes(svg: &str, tag: &str, name: &str) -> Vec<Vec<f64>> {
     let lines = svg.lines().filter(|l| l.starts_with(&format!("<{tag} ")));

@@ -455,6 +455,19 @@ mod tests {
     }
 
     #[test]
+    fn a_frequency_that_missed_its_accuracy_draws_no_frequency_to_it() {
+        let mut response = response();
+        response.orbits[1] = orbit(20.0, Outcome::Converged, 3.0);
+        let next = |response: &Response| Top::of(&response.orbits, 0).and_then(|top| top.next_hz());
+        assert!(next(&response).is_some() && peak_rise(&response, 0).is_some());
+        response.orbits[1].outcome = Outcome::AccuracyNotReached;
+        assert_eq!((next(&response), peak_rise(&response, 0)), (None, None));
+        // It is written all the same, and is the peak where it is highest.
+        assert_eq!(peak(&response, 0).map(|p| p.index), Some(1));
+        assert_eq!(with_motion(&response).count(), 3);
+    }
+
+    #[test]
     fn phasors_rebuild_the_signal() {
         let coefficients = [0.7, -1.0, 2.0, 0.5, -0.25, 0.0, -3.0];
         let phasors = phasors(&coefficients);
