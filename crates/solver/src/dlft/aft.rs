@@ -1,7 +1,7 @@
 //! Alternating frequency-time evaluation (AFT) of the contact law of one pair: the predicted force lambda_u is
 //! synthesised at the samples of a period, the law is evaluated there sample after sample, and the contact force is
 //! analysed into harmonics; with the exact derivative including the history of slip. Changes of state between two samples
-//! count at their instants ([`super::between_samples`]).
+//! count at their instants (`between_samples`).
 
 use super::between_samples::{self, Passed, Visit};
 use super::pair_signals::{PairInput, Periods, Signals};

@@ -27,7 +27,7 @@ pub struct PairInput<'a> {
     pub friction: f64,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
-    /// The cone is rounded with this sharpness ([`super::rounded`]); `None`: the law itself.
+    /// The cone is rounded with this sharpness (`rounded`); `None`: the law itself.
     pub sharpness: Option<f64>,
 }
 
