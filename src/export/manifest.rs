@@ -332,7 +332,7 @@ pub struct ResponseSummary {
     /// range or beside a frequency without a result.
     pub peak_rise: Option<f64>,
     /// Ranges in which another motion was found beside that of response.csv, rising.
-    pub second_motion: Vec<SecondMotionSummary>,
+    pub second_motion: Vec<SecondMotion>,
     /// Every local maximum inside of the range, rising in frequency.
     pub peaks: Vec<PeakSummary>,
     /// Of the linear reference, exact.
@@ -370,20 +370,6 @@ pub struct ResponseSummary {
     pub slip_threshold_m: Option<f64>,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SecondMotionSummary {
-    /// First and last frequency at which both motions were found.
-    pub from_hz: f64,
-    pub to_hz: f64,
-    /// Where an amplitude differs most.
-    pub frequency_hz: f64,
-    /// Number of the observed displacement that does, 0 = first.
-    pub observation: usize,
-    /// Its amplitude in response.csv, and that of the other motion.
-    pub amplitude_m: f64,
-    pub other_amplitude_m: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -571,18 +557,6 @@ fn peak_summary(peak: &LocalPeak) -> PeakSummary {
     }
 }
 
-fn second_motions(response: &Response) -> Vec<SecondMotionSummary> {
-    let summary = |two: &SecondMotion| SecondMotionSummary {
-        from_hz: two.from_hz,
-        to_hz: two.to_hz,
-        frequency_hz: two.frequency_hz,
-        observation: two.observation,
-        amplitude_m: two.amplitude_m,
-        other_amplitude_m: two.other_amplitude_m,
-    };
-    response.second_motions.iter().map(summary).collect()
-}
-
 /// The figures of a response that a reader asks for first.
 /// `observation` is the name of the first.
 pub fn response_summary(
@@ -634,7 +608,7 @@ pub fn response_summary(
         peak_row: top.map(|p| p.index),
         peak_at_end_of_range: peak_is_at_an_end(response, 0),
         peak_rise: peak_rise(response, 0),
-        second_motion: second_motions(response),
+        second_motion: response.second_motions.clone(),
         peaks: local_peaks(response, 0).iter().map(peak_summary).collect(),
         linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
         linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),

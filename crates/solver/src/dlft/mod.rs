@@ -250,7 +250,7 @@ pub struct Response {
 }
 
 /// A range of frequencies at which two motions were found, and the frequency in it at which they differ most.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SecondMotion {
     /// First frequency of the range.
     pub from_hz: f64,
@@ -258,7 +258,7 @@ pub struct SecondMotion {
     pub to_hz: f64,
     /// Where an amplitude differs most.
     pub frequency_hz: f64,
-    /// Number of the observed displacement that does.
+    /// Number of the observed displacement that does, 0 = first.
     pub observation: usize,
     /// Its amplitude there on the curve.
     pub amplitude_m: f64,
