@@ -24,7 +24,7 @@ const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
 const BEYOND: usize = 43;
 
 /// The error is estimated at this multiple of the first correction, which lets in the next harmonics only, in one linear step: of
-/// 65 motions at five accuracies 16 were further off than so estimated, none by more than its accuracy (docs/method.md).
+/// 65 motions at five accuracies 10 were further off than so estimated, none by more than its accuracy (docs/method.md).
 const SHORTFALL: f64 = 2.5;
 
 /// Levels above the first that are tried where it has no solution that is found.
