@@ -232,8 +232,7 @@ fn with_files(
             let run = match command {
                 Command::Static(_) => pipeline::static_state(scene, context, observers),
                 _ => pipeline::solve(scene, context, observers),
-            };
-            let run = run?;
+            }?;
             let verdict = run.verdict();
             files.locked().report(scene, &run, &verdict)?;
             finish(files, &run.summary, &verdict, console)?;

@@ -156,14 +156,13 @@ fn evaluate_pair(
 fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: &mut [f64]) {
     let (samples, width) = (fourier.samples(), fourier.width());
     for n in 0..samples {
-        let before = if n == 0 { samples } else { n } - 1;
-        let [earlier, now] = [before, n].map(|n| signals.contact[n]);
-        if !signals.turns(n, earlier, now, input) {
+        let Some(at_ends) = signals.turning(n, input) else {
             continue;
-        }
+        };
+        let before = signals.before(n);
         let window = signals.window(n, input.shift_n);
         let state = [1, 2].map(|c| window[1][c] - signals.lambda[c * samples + before]);
-        let passed = between_samples::pass(&window, state, Some([earlier, now]), input.law(0.0));
+        let passed = between_samples::pass(&window, state, Some(at_ends), input.law(0.0));
         for (sample, change) in [before, n].into_iter().zip(passed.corrections) {
             for (lambda, change) in lambda.chunks_exact_mut(width).zip(change) {
                 if change != 0.0 {
@@ -497,23 +496,14 @@ impl Pass<'_> {
                 for visit in passed.visits.iter().flatten() {
                     memory = memory.after(visit, self.input.friction);
                 }
-                if let Some((normal, tangential)) =
-                    row.filter(|_| passed.contact() != Contact::Open)
-                {
-                    normal.copy_from_slice(s);
-                    let ends = tangential.iter_mut().zip(&self.history);
-                    ends.for_each(|(t, g)| *t = -g);
-                    add_own(s, tangential);
+                if let Some(row) = row.filter(|_| passed.contact() != Contact::Open) {
+                    prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
             if contact == Contact::Stick {
-                if let Some((normal, tangential)) = row {
-                    // The prediction itself: S_N, and S_T - history.
-                    normal.copy_from_slice(s);
-                    let ends = tangential.iter_mut().zip(&self.history);
-                    ends.for_each(|(t, g)| *t = -g);
-                    add_own(s, tangential);
+                if let Some(row) = row {
+                    prediction_rows(s, &self.history, row);
                 }
                 continue;
             }
@@ -559,14 +549,11 @@ impl Pass<'_> {
     /// Adds the derivative of the corrections of the interval that ends at sample `n`. A pair that touches its cone there
     /// without sliding sticks: what it is corrected by is that of a pair that sticks.
     fn add_changes(&mut self, n: usize) {
-        let samples = self.fourier.samples();
-        let before = (n + samples - 1) % samples;
-        let [earlier, now] = [before, n].map(|n| self.signals.contact[n]);
-        if !self.signals.turns(n, earlier, now, self.input) {
+        let Some(at_ends) = self.signals.turning(n, self.input) else {
             return;
-        }
-        let rows = self.interval_rows(n, Some([earlier, now]), 0.0, [0, 1, 2, 3, 4, 5]);
-        let ends = [before, n]
+        };
+        let rows = self.interval_rows(n, Some(at_ends), 0.0, [0, 1, 2, 3, 4, 5]);
+        let ends = [self.signals.before(n), n]
             .into_iter()
             .flat_map(|n| [0, 1, 2].map(|c| (n, c)));
         let changes = ends.zip(rows).map(|((sample, component), row)| Change {
@@ -585,11 +572,11 @@ impl Pass<'_> {
         touch_n: f64,
         outputs: [usize; N],
     ) -> [Vec<f64>; N] {
-        let (samples, width) = (self.fourier.samples(), self.fourier.width());
+        let width = self.fourier.width();
         let window = self.signals.window(n, self.input.shift_n);
         let law = self.input.law(touch_n);
         let derivative = between_samples::derivative(&window, self.state, at_ends, law);
-        let around = [2, 1, 0, samples - 1].map(|back| (n + samples - back) % samples);
+        let around = self.signals.around(n);
         outputs.map(|output| {
             let mut row = vec![0.0; 3 * width];
             for (at, sample) in around.iter().enumerate() {
@@ -613,6 +600,15 @@ struct Change {
     sample: usize,
     component: usize,
     row: Vec<f64>,
+}
+
+/// Where the force is the prediction: S_N, and S_T - history.
+#[inline(always)]
+fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64], &mut [f64])) {
+    normal.copy_from_slice(s);
+    let ends = tangential.iter_mut().zip(history);
+    ends.for_each(|(t, g)| *t = -g);
+    add_own(s, tangential);
 }
 
 /// Adds S_T to two rows of 3(2H+1).

@@ -16,7 +16,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
 use std::borrow::Cow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Everything that is the same at all frequencies of a sweep.
 #[derive(Clone, Copy)]
@@ -58,7 +58,24 @@ pub struct Balance<'a> {
     /// Friction cones are rounded with this sharpness; `None`: the law itself.
     pub sharpness: Option<f64>,
     /// When its solution is given up.
-    pub deadline: Option<Instant>,
+    pub deadline: Deadline,
+}
+
+/// When something is given up, if ever.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Deadline(Option<Instant>);
+
+impl Deadline {
+    /// So many seconds from now; `None`, or more than a clock can count: never.
+    pub fn after(seconds: Option<f64>) -> Self {
+        let time = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
+        Self(time.and_then(|time| Instant::now().checked_add(time)))
+    }
+
+    /// Whether it is over.
+    pub fn is_over(self) -> bool {
+        self.0.is_some_and(|end| Instant::now() >= end)
+    }
 }
 
 /// What the pairs did at one U.
@@ -148,13 +165,8 @@ impl<'a> Balance<'a> {
             retention: None,
             most_friction: f64::INFINITY,
             sharpness: None,
-            deadline: None,
+            deadline: Deadline::default(),
         }
-    }
-
-    /// Whether its solution is to be given up.
-    pub fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// The same balance with the mean retained by `retention`, anchored at the static state, or at rest where

@@ -86,7 +86,7 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
         dx.iter().all(|d| d.is_finite())
     }
     fn is_late(&self) -> bool {
-        self.dense.evaluator.balance.is_late()
+        self.dense.is_late()
     }
     fn length(&self, dx: &[f64]) -> f64 {
         step_length(self.dense.evaluator.balance, dx)
@@ -116,7 +116,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         relative_residual(f, self.evaluator.balance.unknowns_per_block(), self.scale)
     }
     fn is_late(&self) -> bool {
-        self.evaluator.balance.is_late()
+        self.evaluator.balance.deadline.is_over()
     }
     fn scaling(&self, i: usize) -> f64 {
         self.evaluator.balance.eps_at(i)

@@ -142,7 +142,7 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 
     fn is_late(&self) -> bool {
-        self.evaluator.balance.is_late()
+        self.evaluator.balance.deadline.is_over()
     }
 
     fn length(&self, dx: &[f64]) -> f64 {

@@ -96,31 +96,42 @@ impl Signals {
         }
     }
 
-    /// The predictions around the interval that ends at sample `n`.
+    /// The sample before sample `n`; before the first of a period comes its last.
+    #[inline(always)]
+    pub fn before(&self, n: usize) -> usize {
+        if n == 0 { self.samples() - 1 } else { n - 1 }
+    }
+
+    /// The samples around the interval that ends at sample `n`, which is the third of them.
+    #[inline(always)]
+    pub fn around(&self, n: usize) -> [usize; 4] {
+        let before = self.before(n);
+        [self.before(before), before, n, (n + 1) % self.samples()]
+    }
+
+    /// The predictions there.
     pub fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
-        let samples = self.samples();
-        [2, 1, 0, samples - 1].map(|back| {
-            let n = (n + samples - back) % samples;
-            let at = |c: usize| self.lambda_u[c * samples + n];
+        self.around(n).map(|n| {
+            let at = |c: usize| self.lambda_u[c * self.samples() + n];
             [at(0) + shift_n, at(1), at(2)]
         })
     }
 
-    /// Whether a pair may turn between the sample before and sample `n`, where it is in these states.
+    /// What the pair does at the sample before and at sample `n`, where it may turn between them.
     #[inline(always)]
-    pub fn turns(&self, n: usize, before: Contact, now: Contact, input: &PairInput<'_>) -> bool {
-        if self.reverses[n] || (before == Contact::Open) != (now == Contact::Open) {
-            return true;
-        }
-        input.friction > 0.0
-            && (before != now || now == Contact::Slip && self.turns_inward(n, input))
+    pub fn turning(&self, n: usize, input: &PairInput<'_>) -> Option<[Contact; 2]> {
+        let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
+        let turns = self.reverses[n]
+            || (before == Contact::Open) != (now == Contact::Open)
+            || input.friction > 0.0
+                && (before != now || now == Contact::Slip && self.turns_inward(n, input));
+        turns.then_some([before, now])
     }
 
     /// Whether a pair that slips at the sample before leaves its cone inwards on the way to sample `n`.
     #[inline(always)]
-    pub fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
-        let samples = self.samples();
-        let before = if n == 0 { samples } else { n } - 1;
+    fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
+        let (samples, before) = (self.samples(), self.before(n));
         let [normal, t1, t2] = [0, 1, 2].map(|c| {
             let at = |n: usize| self.lambda_u[c * samples + n];
             self.lambda[c * samples + before] * (at(n) - at(before))
@@ -131,7 +142,6 @@ impl Signals {
     /// Whether the pair closes between the sample before and sample `n`.
     #[inline(always)]
     pub fn lands(&self, n: usize, shift_n: f64) -> bool {
-        let before = if n == 0 { self.samples() } else { n } - 1;
-        self.lambda_u[before] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
+        self.lambda_u[self.before(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
     }
 }

@@ -7,7 +7,7 @@
 //! the two is the answer depends on the solution alone: the free one where the pairs that stick hold every motion that
 //! nothing else holds, else the retained one.
 
-use super::balance::{Balance, Evaluation, Setting};
+use super::balance::{Balance, Deadline, Evaluation, Setting};
 use super::dense::{exact_correction, exact_newton, powell};
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
@@ -22,7 +22,6 @@ use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correcti
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
-use std::time::{Duration, Instant};
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
@@ -112,7 +111,7 @@ pub struct Work {
     pub residuals: Vec<Vec<f64>>,
     preconditioner: Preconditioner,
     /// When the frequency is given up.
-    deadline: Option<Instant>,
+    deadline: Deadline,
     /// On the finer balances that errors are estimated with.
     estimates: Option<Box<Work>>,
 }
@@ -122,13 +121,7 @@ impl Work {
     pub fn start_counting(&mut self, most_seconds: Option<f64>) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
-        self.deadline = most_seconds
-            .and_then(|s| Duration::try_from_secs_f64(s).ok())
-            .and_then(|most| Instant::now().checked_add(most));
-    }
-
-    fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|end| Instant::now() >= end)
+        self.deadline = Deadline::after(most_seconds);
     }
 
     /// That of the next estimate, which no count of a frequency has.
@@ -473,7 +466,7 @@ impl<'a> FrequencySolver<'a> {
             }
         }
         let mut best = best.expect("the static state is always a start");
-        if work.is_late() {
+        if work.deadline.is_over() {
             best.end.status = NewtonStatus::TimeLimit;
         }
         best
@@ -482,7 +475,7 @@ impl<'a> FrequencySolver<'a> {
     fn budget_exhausted(&self, work: &Work) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
-            || work.is_late()
+            || work.deadline.is_over()
     }
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
@@ -606,16 +599,17 @@ impl<'a> FrequencySolver<'a> {
             tolerance: ROUNDED_TOLERANCE.max(self.newton.tolerance),
             ..self.newton
         };
+        let mut balance = self.balance(frequency_hz, mean)?;
         let mut u = self.static_start();
         for sharpness in SHARPNESS {
-            let mut balance = self.balance(frequency_hz, mean)?;
             balance.sharpness = Some(sharpness);
             let rounded = self.iterate(balance, u.clone(), self.stepping(), on_the_way, work);
             if rounded.is_converged() {
                 u = rounded.u;
             }
+            balance = rounded.balance;
         }
-        let balance = self.balance(frequency_hz, mean)?;
+        balance.sharpness = None;
         Some(self.iterate(balance, u, self.stepping(), self.newton, work))
     }
 
