@@ -12,7 +12,7 @@
 
 use super::Told;
 use super::balance::Setting;
-use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Work};
+use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Truncation, Work};
 use super::retention::Holding;
 use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
@@ -20,12 +20,15 @@ use dovetail_numerics::newton::NewtonOptions;
 
 /// Harmonics that are tried one after the other.
 const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
-/// Harmonics that serve the estimate of the last of them.
-const BEYOND: usize = 43;
+/// The error is estimated at least at this multiple of the first correction, which lets in the next harmonics only, in one linear
+/// step.
+const LEAST_SHORTFALL: f64 = 2.5;
 
-/// The error is estimated at this multiple of the first correction, which lets in the next harmonics only, in one linear step: of
-/// 65 motions at five accuracies 10 were further off than so estimated, none by more than its accuracy (docs/method.md).
-const SHORTFALL: f64 = 2.5;
+/// The estimated error over a change of the amplitude by the harmonics from `harmonics` up to `finer`. In gross slip an
+/// amplitude comes to its limit as 1 / H: the error is 1 / H then, and the change 1 / H - 1 / H'.
+fn shortfall(harmonics: usize, finer: usize) -> f64 {
+    LEAST_SHORTFALL.max(finer as f64 / (finer - harmonics) as f64)
+}
 
 /// Levels above the first that are tried where it has no solution that is found.
 const MOST_LEVELS_UP: usize = 3;
@@ -88,19 +91,31 @@ pub fn levels(
     match resolution {
         Resolution::Fixed { harmonics, samples } => {
             let carrying = |h| samples.max(Resolution::least_samples(h));
-            let above = |h: &usize| *h > harmonics;
-            let next = STEPS.into_iter().chain([BEYOND]).find(above);
-            let next = next.unwrap_or(2 * harmonics + 1);
-            vec![checked(harmonics, &carrying), level(next, carrying(next))]
+            // A fifth more: of fewer the change would be too small a part of the error.
+            let above = |h: &usize| 5 * h >= 6 * harmonics;
+            let next = STEPS.into_iter().find(above);
+            let mut judges = Vec::from_iter(next);
+            judges.push(twice(harmonics));
+            judges.dedup();
+            let judges = judges.into_iter().map(|h| level(h, carrying(h)));
+            [checked(harmonics, &carrying)]
+                .into_iter()
+                .chain(judges)
+                .collect()
         }
         Resolution::Accuracy(accuracy) => {
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
             steps
-                .chain([BEYOND.max(2 * highest_excited + 1)])
+                .chain([twice(Resolution::MOST_ADAPTED.max(highest_excited))])
                 .map(|h| checked(h, &|h| samples_for(accuracy, h)))
                 .collect()
         }
     }
+}
+
+/// Harmonics of the finer of the balances that one of so many is judged by.
+fn twice(harmonics: usize) -> usize {
+    2 * harmonics + 1
 }
 
 /// Samples of a period that keep their error, which was found to be at most `2 / samples^2` of the amplitude
@@ -112,7 +127,8 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 }
 
 impl<'a> Refinement<'a> {
-    /// One level for each of `resolutions`, of which the last serves estimates alone.
+    /// One level for each of `resolutions`, of which the last serves estimates alone; of a fixed number of harmonics all
+    /// but the first do.
     pub fn new(
         setting: Setting<'a>,
         resolutions: &'a [Level],
@@ -190,21 +206,12 @@ impl<'a> Refinement<'a> {
                     next_level: level,
                 };
             }
-            let estimate = work.of_estimate();
-            let finer = match &self.checks[level] {
-                Some(check) => check.truncation_by_finer_solution(&solved, frequency_hz, estimate),
-                None => self.levels[level + 1].estimate_truncation(&solved, frequency_hz, estimate),
-            };
-            let estimated_errors: Vec<f64> = finer
-                .changes
-                .iter()
-                .map(|change| (SHORTFALL * change).min(1.0))
-                .collect();
+            let (estimated_errors, finer) = self.estimate(level, &solved, frequency_hz, work);
             let largest = estimated_errors.iter().copied().fold(0.0, f64::max);
             let fine = self.accuracy.is_none_or(|a| largest <= a);
             let suffices = fine && !(highest > level && self.is_rough(level, &solved));
             if !suffices {
-                let start = Neighbour::after(None, frequency_hz, finer.u, solved.balance.mean());
+                let start = Neighbour::after(None, frequency_hz, finer, solved.balance.mean());
                 // A level may have no solution that is found, and the one above it may.
                 let found = (level + 1..=highest).find_map(|above| {
                     let finer = self.levels[above].solve_from(frequency_hz, &start, work);
@@ -226,12 +233,55 @@ impl<'a> Refinement<'a> {
         }
     }
 
+    /// The estimated error of each observed amplitude of a motion of this level, and the motion with further harmonics:
+    /// the largest of what the next harmonics and up to twice as many change.
+    fn estimate(
+        &self,
+        level: usize,
+        solved: &Solution<'_>,
+        frequency_hz: f64,
+        work: &mut Work,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let harmonics = self.harmonics(level);
+        let finer: Vec<(usize, Truncation)> = match &self.checks[level] {
+            Some(check) => {
+                let work = work.of_estimate();
+                let finer = check.truncation_by_finer_solution(solved, frequency_hz, work);
+                vec![(check.setting.fourier.harmonics(), finer)]
+            }
+            None => {
+                let mut judges = vec![level + 1, self.level_of(twice(harmonics))];
+                judges.dedup();
+                let estimated = judges.into_iter().map(|judge| {
+                    let work = work.of_estimate();
+                    let finer = &self.levels[judge];
+                    let finer = finer.estimate_truncation(solved, frequency_hz, work);
+                    (self.harmonics(judge), finer)
+                });
+                estimated.collect()
+            }
+        };
+        let mut errors = vec![0.0_f64; finer[0].1.changes.len()];
+        for (of, truncation) in &finer {
+            let shortfall = shortfall(harmonics, *of);
+            for (error, change) in errors.iter_mut().zip(&truncation.changes) {
+                *error = error.max(shortfall * change).min(1.0);
+            }
+        }
+        let (_, first) = finer.into_iter().next().expect("one at least");
+        (errors, first.u)
+    }
+
     /// Whether this level has one harmonic, and most pairs slip or open: how far further ones move that motion is beyond
     /// a linear step.
     fn is_rough(&self, level: usize, solved: &Solution<'_>) -> bool {
         let ends = &solved.evaluation.ends;
         let sticks = |pair: &usize| solved.balance.sticks(*pair, &ends[*pair]);
         let stuck = (0..ends.len()).filter(sticks).count();
-        self.levels[level].setting.fourier.harmonics() == 1 && 2 * stuck < ends.len()
+        self.harmonics(level) == 1 && 2 * stuck < ends.len()
+    }
+
+    fn harmonics(&self, level: usize) -> usize {
+        self.levels[level].setting.fourier.harmonics()
     }
 }
