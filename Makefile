@@ -9,11 +9,12 @@ PYTHON := target/venv/bin/python
 run: setup
 	cargo run --release --locked -- run scenes/paper.toml
 
-# The pictures of the guide to ParaView, by the views of the folder views, of the paper's scene. One X
-# server for all of them.
-views: setup
+# The pictures of the paper's scene in docs/images: the moving one of the README, and those of the guide
+# to ParaView, by the views of the folder views with one X server for all of them.
+views: setup checks
 	@tools/setup.sh views
 	[ -e output/paper/peak.vtu ] || $(MAKE) run
+	$(PYTHON) scripts/draw_motion.py output/paper docs/images/motion.gif
 	xvfb-run -a views/pictures.sh output/paper docs/images
 
 # Every test, then a run whose files VTK's own reader, meshio and pyvista read back.

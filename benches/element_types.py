@@ -17,6 +17,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/dovetail"
 # Sizes of the two scripts by the flank, as docs/geometry.md has them.
@@ -119,4 +122,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

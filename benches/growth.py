@@ -18,6 +18,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = Path(__file__).resolve().parent.parent
 READY = "mesh.file=../meshes/dovetail.msh"
 PROGRAM = ROOT / "target/release/dovetail"
@@ -129,4 +132,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

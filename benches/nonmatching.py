@@ -16,6 +16,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[1] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/dovetail"
 SCRIPTS = {"tet": "dovetail.geo", "hex": "dovetail_hex.geo"}
@@ -106,4 +109,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

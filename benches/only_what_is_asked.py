@@ -12,8 +12,11 @@ import os
 import re
 import resource
 import subprocess
+import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+sys.path.append(os.path.join(ROOT, "scripts"))
+import origin  # noqa: E402
 PROGRAM = os.path.join(ROOT, "target/release/dovetail")
 PULL = "load=[{ on = 'blade_tip', force_n = 7000, direction = [0, 0, 1] }]"
 LIGHT = "excitation.0.force_n=0.2"
@@ -87,4 +90,5 @@ def processor_s():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

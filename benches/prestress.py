@@ -11,7 +11,11 @@ table. Needs gmsh, or the ready mesh of the scene; else the standard library onl
 import argparse
 import json
 import subprocess
+import sys
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "scripts"))
+import origin  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "target/release/dovetail"
@@ -62,4 +66,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

@@ -326,7 +326,7 @@ def node_numbers(grid):
 
 
 def check_pairs_in_bodies(grid, rows, relative_m):
-    """u of the first body - u of the second at each pair is its slip and opening, as vectors."""
+    """u of the first flank - u of the second at each pair is its slip and opening, as vectors."""
     numbers = node_numbers(grid)
     names = [k for k in rows[0] if k.endswith("_node")]
     nodes = [[numbers.get((b, int(r[name])), -1) for r in rows] for b, name in enumerate(names)]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draws the blade, its root and the jaw from a run's VTK files: the picture of the README.
+"""Draws the blade, its root and the jaw from a run's VTK files: the picture of docs/geometry.md.
 
     python3 scripts/draw_blade.py output/paper docs/images/blade.png
 

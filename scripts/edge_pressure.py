@@ -16,6 +16,7 @@ import math
 import os
 
 import numpy
+import origin
 
 FLANK_ANGLE = math.radians(45)
 CORNER = math.radians(135)
@@ -110,4 +111,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

@@ -20,6 +20,8 @@ import subprocess
 import sys
 import time
 
+import origin
+
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 PROGRAM = os.path.join(ROOT, "target/release/dovetail")
 TIME_LIMIT_S = 120
@@ -442,7 +444,7 @@ def main():
         sets = [*READY[:1], "response.points=3", *READY[2:]]
         table.memory("limit of memory", PAPER, sets, threads, levels_mb)
 
-    lines = ["| what | value | how it ended |", "| --- | --- | --- |", *table.lines]
+    lines = [origin.line(), "", "| what | value | how it ended |", "| --- | --- | --- |", *table.lines]
     write(os.path.join(out, "extremes.md"), "\n".join(lines) + "\n")
     print(f"{len(table.lines)} cells, {len(table.failures)} failed; table in {os.path.join(out, 'extremes.md')}")
     for failure in table.failures:

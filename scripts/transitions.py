@@ -17,6 +17,8 @@ import sys
 import time
 from pathlib import Path
 
+import origin
+
 LEVELS_N = [0.01, 0.05, 0.1, 0.3, 0.6, 1, 2, 5, 10, 20]
 MESHES = {
     "4 x 9": ["mesh.file=../meshes/dovetail.msh"],
@@ -93,4 +95,5 @@ def main():
     sys.exit(failed > 0)
 
 
+print(origin.line() + "\n")
 main()

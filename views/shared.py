@@ -173,7 +173,7 @@ def bar(table, view, title, where):
 
 
 class Flanks:
-    """Views of each flank, seen from the second body with the first one behind it: a row for each
+    """Views of each flank, seen from the second flank with the body of the first one behind it: a row for each
     contact, a column for each of `fields`, which are functions of a source, a display and a view."""
 
     def __init__(self, name, folder, columns):
@@ -235,7 +235,7 @@ class Frame:
     def __init__(self, flank):
         points = vtk_to_numpy(flank.GetPoints().GetData())
         normal = vtk_to_numpy(flank.GetPointData().GetArray("normal")).mean(axis=0)
-        # `normal` leads from the second body into the first.
+        # `normal` leads from the second flank into the body of the first.
         self.towards = -normal / np.linalg.norm(normal)
         self.centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
         up = np.array([0, 0, 1.0]) if abs(self.towards[2]) < 0.95 else np.array([0, 1.0, 0])

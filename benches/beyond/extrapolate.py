@@ -16,6 +16,9 @@ import math
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
 GIB = 2.0**30
 BOUND = {"elements, GiB": 4 / 3, "peak, GiB": 4 / 3, "elements, s": 2, "reduction, s": 2}
@@ -124,4 +127,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

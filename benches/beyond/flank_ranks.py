@@ -24,6 +24,9 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 PROGRAM = Path(__file__).resolve().parents[2] / "target/release/dovetail"
 SCENE = """name = "reduced"
 [reduced_model]
@@ -277,4 +280,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

@@ -25,6 +25,9 @@ if not (SITE / "pyamg").exists():
 sys.path.append(str(SITE))
 import pyamg  # noqa: E402
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 
 def read(path):
     """Stiffness, and the places of the nodes, of a file of blade_matrix.py."""
@@ -81,4 +84,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

@@ -23,6 +23,8 @@ mpicc -O2 benches/beyond/mumps.c -o $work/mumps -ldmumps -lm
 if grep -q avx512f /proc/cpuinfo; then export OPENBLAS_CORETYPE=SkylakeX; fi
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MUMPS_OOC_TMPDIR=$PWD/$work
 mpirun=${MPIRUN:-mpirun --allow-run-as-root --oversubscribe --bind-to none --mca btl_base_warn_component_unused 0}
+python3 scripts/origin.py
+echo
 echo "| unknowns | ranks | settings | analysis, s | factor, s | by the clock | operations | entries | stored | MB, a rank | MB, all | MiB, a rank | error |"
 echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 for mesh in "$@"; do

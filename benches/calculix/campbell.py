@@ -22,6 +22,9 @@ import compare_blade_modes
 import deck
 import msh
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = compare_blade_modes.ROOT
 SIZES = compare_blade_modes.SIZES
 # Relative, by the order of the tetrahedra.
@@ -82,4 +85,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

@@ -28,6 +28,9 @@ import compare_blade_modes
 import deck
 import msh
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 ROOT = compare_blade_modes.ROOT
 GEOMETRY = ROOT / "geometry/verification/element_bar.geo"
 # Shape and order of the script, by the name of CalculiX.
@@ -177,4 +180,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     sys.exit(main())

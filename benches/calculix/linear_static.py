@@ -15,11 +15,15 @@ import pathlib
 import resource
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 
 import blade_modes
 import deck
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
 
 
 def processor_s():
@@ -69,4 +73,5 @@ def main():
 
 
 if __name__ == "__main__":
+    print(origin.line() + "\n")
     main()

@@ -5,6 +5,9 @@ import statistics
 import sys
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
+
 # Largest relative difference of amplitudes that counts as agreement, all stopping at 1e-8 of |F|.
 AGREE = 1e-7
 
@@ -29,6 +32,7 @@ def farthest(a, b):
 
 
 failures = []
+print(origin.line() + "\n")
 print("| H | program | processor s a frequency | wall s a frequency | ratio | converged | largest residual |")
 print("| --- | --- | --- | --- | --- | --- | --- |")
 details = []

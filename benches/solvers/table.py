@@ -4,6 +4,10 @@ import re
 import statistics
 import sys
 from collections import defaultdict
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
+import origin  # noqa: E402
 
 # Parts of a task, and those whose sum is compared.
 TASKS = {
@@ -31,6 +35,7 @@ def median(key, part):
     return statistics.median(times) if times else None
 
 
+print(origin.line() + "\n")
 for task, (parts, counted) in TASKS.items():
     print(f"| mesh | threads | program | {' | '.join(parts)} | MiB | {' + '.join(counted)} over dovetail |")
     print("| --- " * (len(parts) + 5) + "|")

@@ -19,7 +19,7 @@ const EXIT_CODES: &str = "\
 Exit codes:
   0  done
   1  a computation failed, or a file could not be read or written
-  2  the command line or the scene is wrong
+  2  the command line, the scene or its mesh is wrong
   3  done, but some frequencies or cases of a study did not converge
   130  ended by Ctrl-C or SIGTERM; `dovetail run` goes on with --resume";
 
@@ -34,7 +34,7 @@ Keys of the scene are set with --set KEY=VALUE, as if the file said so:
 Example:
   dovetail run scene.toml --set 'contact.*.friction=0.1' --out output/smooth";
 
-/// Vibration of blades held by dovetail joints: friction, lift-off, dissipation
+/// Vibration of parts in contact, such as blades in their roots: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
 #[command(name = "dovetail", version = crate::version::WITH_COMMIT, after_help = EXIT_CODES)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
@@ -109,7 +109,7 @@ pub(super) enum Command {
     /// List the groups and materials of a mesh file, for a scene to name
     #[command(after_help = "Example:\n  dovetail groups my_part.inp")]
     Groups(MeshFile),
-    /// Only mesh the geometry and pair the flanks
+    /// Only read or make the mesh, and pair the flanks
     #[command(after_help = "Example:\n  dovetail mesh scene.toml --set mesh.parameters.nu=8")]
     Mesh(SceneFile),
     /// Up to the modes of the stuck assembly; over the speed (Campbell)
@@ -118,7 +118,7 @@ pub(super) enum Command {
     /// Up to the reduced model, which [reduced_model] of a scene reads
     #[command(after_help = "Example:\n  dovetail reduce scene.toml --out my_model")]
     Reduce(Reduce),
-    /// Up to the static state under rotation
+    /// Up to the static state under rotation, loads and press fits
     #[command(after_help = "Example:\n  dovetail static scene.toml --set rotation.speed_rpm=8000")]
     Static(SceneFile),
     /// Compare the response with a time integration at a few frequencies

@@ -169,7 +169,7 @@ fn response_row(
 }
 
 /// static.csv: one row per pair. Where the static state did not converge, `status` is the outcome
-/// and the numbers are empty. `friction_t*_n` is the force by which the first body pushes the second.
+/// and the numbers are empty. `friction_t*_n` is the force by which the body of the first flank pushes that of the second.
 pub fn write_static(
     path: &Path,
     pairs: &PairTable,

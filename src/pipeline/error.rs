@@ -136,8 +136,8 @@ pub enum RunError {
         100.0 * TOO_FAR
     )]
     #[diagnostic(help(
-        "contact is between pairs of nodes, which take it that they face each other: static.csv says which pairs slide. Check the units of \
-         the loads and of young_pa, hold the first body against the slide (friction, supports, a [[contact]]), or load it less"
+        "the two sides of a pair are assumed to stay opposite each other. Look in static.csv for the pairs that slide. Check the units of \
+         the loads and of young_pa, hold the body that slides (friction, supports, a [[contact]]), or load it less"
     ))]
     SlidesTooFar,
 

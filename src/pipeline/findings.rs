@@ -37,8 +37,8 @@ pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(gap) = clearance.filter(|gap| gap.share > LARGE_CLEARANCE) {
         warnings.push(doubt(format!(
-            "contact `{}` has a clearance of {}, {} of the size of its flank: nodes that face each other across so wide a gap need \
-             not meet; check gap_m, gap = \"mesh\", and the units of the mesh",
+            "contact `{}` has a clearance of {}, {} of the size of its flank: places that face each other across so wide a gap \
+             need not meet; check gap_m, gap = \"mesh\", and the units of the mesh",
             gap.contact,
             quantity(gap.value, "m", 3),
             percent(gap.share, 2),
@@ -135,12 +135,12 @@ pub(super) fn moves_too_far(moved: Option<Moved>) -> Result<(), RunError> {
     }
 }
 
-/// Pairs of nodes are taken to face each other.
+/// The two sides of a pair are taken to stay opposite each other.
 fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
     (FAR..=TOO_FAR).contains(&farthest).then(|| {
         doubt(format!(
-            "{place} a pair slides by {} of the shorter side of its flank: contact is between pairs of nodes that face each \
-             other, and above {} % a solution is refused",
+            "{place} a pair slides by {} of the shorter side of its flank: the two sides of a pair are \
+             assumed to stay opposite each other, and a solution that slides by more than {} % is refused",
             percent(farthest, 2),
             100.0 * TOO_FAR
         ))
@@ -223,8 +223,8 @@ pub(super) fn warnings(reduced: &Reduced, response: &Response) -> Vec<Warning> {
     let sliding = ended(Outcome::SlidesTooFar);
     if sliding > 0 {
         warnings.push(wrong(format!(
-            "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, which contact between \
-             pairs of nodes does not cover (outcome slides_too_far of response.csv)",
+            "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, and the two sides of a \
+             pair are assumed to stay opposite each other (outcome slides_too_far of response.csv)",
             100.0 * TOO_FAR,
         )));
     }

@@ -265,7 +265,7 @@ const BODY: [Key; 19] = [
         "name",
         Kind::Name,
         "-",
-        "a name, not that of the other body",
+        "a name, each different",
         "name = \"blade\"",
     ),
     key(
@@ -329,7 +329,7 @@ const BODY: [Key; 19] = [
         "volume",
         Kind::Text("group"),
         "- or that of `copy_of`",
-        "volume group, not that of the other body in the same mesh",
+        "volume group; each body of a mesh has its own",
         "volume = \"blade\"  # a physical volume of the mesh",
     ),
     key(
@@ -372,7 +372,7 @@ const BODY: [Key; 19] = [
         Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
-         along the flank, and in both bodies alike",
+         along the flank, and on both sides of the contact alike",
         "fixed_x = [\"plane_x\"]  # a plane of symmetry",
     ),
     key(
@@ -380,7 +380,7 @@ const BODY: [Key; 19] = [
         Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
-         along the flank, and in both bodies alike",
+         along the flank, and on both sides of the contact alike",
         "fixed_y = [\"plane_y\"]  # a plane of symmetry",
     ),
     key(
@@ -388,7 +388,7 @@ const BODY: [Key; 19] = [
         Kind::Texts("list of groups"),
         "`[]`",
         "nodes that do not move along that axis: planes of symmetry, rollers. On a flank only \
-         along the flank, and in both bodies alike",
+         along the flank, and on both sides of the contact alike",
         "fixed_z = [\"plane_z\"]  # a plane of symmetry",
     ),
     key(
@@ -427,7 +427,8 @@ const ROTATION: [Key; 5] = [
         "bodies",
         Kind::Texts("list of body names"),
         "all bodies",
-        "which carry the load and the prestress",
+        "the bodies that turn: they have the centrifugal load and the spin softening, and with \
+         `\"held_flanks\"` they alone are stiffened",
         "bodies = [\"blade\", \"jaw\"]",
     ),
     key(
@@ -469,8 +470,8 @@ const CONTACT: [Key; 12] = [
         "slave",
         Kind::Choice(&["first", "second"]),
         "the side of the smaller facets; `\"first\"` where they are alike",
-        "the side whose nodes have the contact forces and follow the other side, which need not have \
-         nodes opposite: `\"first\"` or `\"second\"`",
+        "the slave side, `\"first\"` or `\"second\"`: contact is enforced at its nodes, against the facets \
+         of the other side",
         "slave = \"second\"",
     ),
     key(

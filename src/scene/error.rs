@@ -339,8 +339,8 @@ impl Fault {
             Self::LinearModeNotKept { linear_mode, .. } => format!(
                 "set response.stuck_modes to {linear_mode} or more, or leave it out to keep as many as are needed"
             ),
-            Self::NoBody => "write a [[body]] table for each body: the one that vibrates (blade), and what holds \
-                 it (jaw)"
+            Self::NoBody => "write a [[body]] table for each body, for example one for a blade and one for the disc \
+                 that holds it"
                 .to_owned(),
             Self::SameFlank { .. } => "name the surface that lies opposite, or leave it out: the flank `first` then \
                  touches rigid ground"

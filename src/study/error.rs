@@ -70,8 +70,8 @@ pub enum StudyError {
     #[diagnostic(
         severity(Warning),
         help(
-            "report.html says which; the log.txt in the folder of a case says why. Cases without a result are run again \
-             when the study is"
+            "report.html says which; the log.txt in the folder of a case says why. Run the study again to retry the cases \
+             that have no result"
         )
     )]
     CasesFailed {

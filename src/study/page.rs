@@ -2,6 +2,7 @@
 //! pictures, in one page.
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -19,6 +20,8 @@ use super::report::{all_cases, at_words, least_values, one_knob, recommended, re
 use super::results::{CaseResult, Ended};
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::{csv, write_file};
+use crate::metrics;
+use crate::version;
 use crate::words::{counted, figure};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
@@ -74,7 +77,7 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
     let page = frame(&Frame {
         title: &format!("Study {}", study.name),
         subtitle: html! {
-            "dovetail " (env!("CARGO_PKG_VERSION")) ", scene " code { (study.scene.display()) } ", "
+            "dovetail " (version::WITH_COMMIT) ", " time { (today()) } ", scene " code { (study.scene.display()) } ", "
             (counted(contents.results.len(), "case", "cases")) ", " (mode)
         },
         links: &links(contents, &data),
@@ -90,6 +93,12 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
         scripts: &SCRIPTS,
     });
     Ok(write_file(path, page.into_string().as_bytes())?)
+}
+
+/// `2004-02-29`, in universal time.
+fn today() -> String {
+    let now = metrics::universal_time(SystemTime::now());
+    now.split('T').next().unwrap_or(&now).to_owned()
 }
 
 fn values(knob: &Knob) -> Values<'_> {

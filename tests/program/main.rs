@@ -25,6 +25,7 @@ mod export_files;
 mod extremes;
 mod gross_slip;
 mod interruption;
+mod limits;
 mod memory;
 mod mesh_files;
 mod meshed_contact;

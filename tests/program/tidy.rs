@@ -47,7 +47,8 @@ const PROGRAM: [(&str, &[&str]); 19] = [
     (
         "study",
         &[
-            "stage", "exit", "warning", "words", "scene", "export", "pipeline",
+            "stage", "exit", "metrics", "version", "warning", "words", "scene", "export",
+            "pipeline",
         ],
     ),
     ("reference", &["scene", "study"]),

@@ -209,7 +209,13 @@ fn what_the_tutorial_says_is_what_happens() {
             let slippery = figure("slippery", "/response/peak_amplitude_m") * 1e6;
             let ratio = figure("blocks", "/response/peak_ratio");
             vec![
-                format!("peak falls from {rough} to {slippery} um"),
+                format!("peak falls from {rough} to {slippery} µm"),
+                format!(
+                    "At this peak {} of the 49 pairs stick all the period, {} slip and stay closed, and {} open at times.",
+                    figure("blocks", "/response/peak_stuck_pairs"),
+                    figure("blocks", "/response/peak_slipping_pairs"),
+                    figure("blocks", "/response/peak_opening_pairs")
+                ),
                 format!("With friction the peak is {ratio} of the linear one."),
             ]
         },

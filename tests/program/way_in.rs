@@ -398,6 +398,31 @@ fn each_command_has_a_man_page() {
 
 // ---------------------------------------------------------------------------------------- the commit
 
+/// The quick start of the README with a deck of this repository: its scene runs, and gives what the page says.
+#[test]
+fn the_scene_of_the_readme_runs() {
+    let page = fs::read_to_string(root().join("README.md")).unwrap();
+    let block = |kind: &str| {
+        let (_, rest) = page.split_once(&format!("```{kind}\n")).unwrap();
+        rest.split_once("```").unwrap().0
+    };
+    let folder = Folder::new("readme");
+    fs::copy(
+        root().join("meshes/decks/joint.inp"),
+        folder.join("my_part.inp"),
+    )
+    .unwrap();
+    fs::write(folder.join("my_part.toml"), block("toml")).unwrap();
+    ended(program(&folder, &["check", "my_part.toml"]), 0);
+    let run = program(&folder, &["run", "my_part.toml", "--no-cache"]);
+    let told = printed(ended(run, 0));
+    let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let told: Vec<String> = told.lines().map(words).collect();
+    for line in block("text").lines().map(words) {
+        assert!(told.contains(&line), "{line}: {told:#?}");
+    }
+}
+
 fn git(folder: &Path, words: &[&str]) {
     let mut git = Command::new("git");
     git.current_dir(folder);

@@ -273,7 +273,7 @@ impl Layout {
             LEFT + (WIDTH - LEFT - RIGHT) / 2,
             self.bottom() + AXIS + at_px(12),
         );
-        canvas.draw(&Text::new("along the slot (mm)", below, &name))?;
+        canvas.draw(&Text::new("along the flank (mm)", below, &name))?;
         let middle = (self.top(0).min(self.bottom()) + self.bottom()) / 2;
         let turned = name.transform(FontTransform::Rotate270);
         canvas.draw(&Text::new("across (mm)", (at_px(26), middle), &turned))?;

@@ -324,7 +324,7 @@ fn hysteresis(orbit: &Orbit, pairs: &PairTable, pair: usize) -> Loop {
     Loop {
         title: format!("{}, pair {pair}", pairs.contacts[row.contact]),
         displacement_m: along(&x1, &x2),
-        // By which the first body pushes the second: it spends what the loop encloses.
+        // By which the body of the first flank pushes that of the second: it spends what the loop encloses.
         force_n: along(&f1, &f2),
         friction_energy_j: short(orbit.cycles[pair].friction_power_w / orbit.frequency_hz),
     }

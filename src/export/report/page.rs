@@ -367,7 +367,7 @@ fn flanks(contents: &Contents<'_>) -> Markup {
         section #flanks {
             h2 { "Flanks" }
             p {
-                "Each flank is unrolled: the slot runs to the right, outwards is up. "
+                "Each flank is unrolled: its length runs to the right, outwards is up. "
                 "A patch is the share of flank that belongs to one pair; point at it to read its value."
             }
             div.tools {
@@ -547,7 +547,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
     let mesh = contents.summary.mesh.as_ref();
     html! {
         div.wide { table {
-            tr { th { "body" } th { "Young's modulus" } th { "Poisson's ratio" } th { "density" } th { "mass" } th { "nodes" } th { "elements" } th { "held" } }
+            tr { th { "body" } th { "Young's modulus" } th { "Poisson's ratio" } th { "density" } th { "mass" } th { "nodes" } th { "elements" } th { "held by" } }
             @for body in &assembly.bodies {
                 @let sizes = mesh.and_then(|mesh| mesh.bodies.iter().find(|b| b.name == body.name));
                 tr {
@@ -572,12 +572,15 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
         }
         @if let Some(rotation) = &assembly.rotation {
             p {
-                "It turns at " (figure(rotation.speed_rpm(), 5)) " rpm about ("
+                "Rotor speed " (figure(rotation.speed_rpm(), 5)) " rpm about the axis ("
                 (rotation.axis.map(|v| figure(v, 3)).join(", ")) "). "
+                @if rotation.bodies.len() < assembly.bodies.len() {
+                    "Only " (rotation.bodies.join(", ")) " of the bodies rotate. "
+                }
                 @match rotation.prestress {
-                    Prestress::HeldFlanks => "The stress of its centrifugal load, found with the flanks held, stiffens it, and the spin softens it.",
-                    Prestress::Contact => "The stress of the static state with contact stiffens all bodies, and the spin softens it.",
-                    Prestress::None => "The centrifugal load is steady; it does not change the stiffness.",
+                    Prestress::HeldFlanks => "The stiffness includes stress stiffening, computed with the contact nodes of each body held, and spin softening.",
+                    Prestress::Contact => "The stiffness includes stress stiffening, computed from the static state with contact and friction, and spin softening.",
+                    Prestress::None => "The stiffness includes neither stress stiffening nor spin softening.",
                 }
             }
         }
@@ -596,7 +599,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             }
             @for cause in &assembly.excitations {
                 li {
-                    (excitation_words(cause)) " shakes it"
+                    "Excitation: " (excitation_words(cause))
                     @if cause.harmonic > 1 { " with " (cause.harmonic) " times the frequency" }
                     @if cause.phase_rad != 0.0 { ", " (figure(cause.phase_rad.to_degrees(), 3)) "° behind" }
                     "."
@@ -636,7 +639,7 @@ fn held(body: &BodySpec, model: Option<&Model>) -> String {
         .chain(springs)
         .collect();
     match all.is_empty() {
-        true => "by its contacts".to_owned(),
+        true => "contacts".to_owned(),
         false => all.join(", "),
     }
 }
@@ -739,8 +742,8 @@ fn solution_words(contents: &Contents<'_>) -> Markup {
             }
         }
         p.quiet {
-            "Taken for granted: small displacements, linear elasticity, one sector without its neighbours, contact between pairs of "
-            "nodes that face each other, the same coefficient of friction at rest and in motion, no wear, no Coriolis force, and motion "
+            "Assumptions: small displacements, linear elasticity, no other bodies than those of the table, pairs that stay "
+            "opposite each other, the same coefficient of friction at rest and in motion, no wear, no Coriolis force, and motion "
             "with the period of the excitation."
         }
     }

@@ -204,7 +204,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "body `{body}`, {key}: {count} nodes (first tags {}) are on the flank of contact `{contact}`: its nodes may be held only along the flank (a curved one may turn away from a plane of symmetry by 30 degrees), and in both bodies alike, as on a plane of symmetry that cuts the contact; or let the other flank be the `slave`",
+        "body `{body}`, {key}: {count} nodes (first tags {}) are on the flank of contact `{contact}`: its nodes may be held only along the flank (a curved one may turn away from a plane of symmetry by 30 degrees), and on both sides of the contact alike, as on a plane of symmetry that cuts the contact; or let the other flank be the `slave`",
         list(tags)
     )]
     FlankHeld {

@@ -80,9 +80,9 @@ pub struct StaticFields {
     pub normal_force_n: Vec<f64>,
     /// Compression over tributary area, Pa.
     pub pressure_pa: Vec<f64>,
-    /// Friction force along t1 and t2 by which the first body pushes the second (lambda_T), N.
+    /// Friction force along t1 and t2 by which the body of the first flank pushes that of the second (lambda_T), N.
     pub friction_n: Vec<[f64; 2]>,
-    /// Displacement of the first body against the second along t1 and t2, m.
+    /// Displacement of the first flank against the second along t1 and t2, m.
     pub slip_m: Vec<[f64; 2]>,
     /// Width of the opening, m: X_N + initial clearance, 0 in contact.
     pub gap_m: Vec<f64>,

@@ -1,0 +1,172 @@
+//! The limits of the README are true: what it denies fails with a message that says so, and what it grants runs.
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::shared_folder::Folder;
+use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_runs::Run;
+
+/// A sentence of the section "Limits" of the README; the page breaks its lines elsewhere.
+#[track_caller]
+fn readme_says(sentence: &str) {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, limits) = page.split_once("\n## Limits\n").unwrap();
+    let limits = limits.split("\n## ").next().unwrap();
+    let limits = limits.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(limits.contains(sentence), "README, Limits: {sentence}");
+}
+
+fn dovetail(words: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.current_dir(env!("CARGO_MANIFEST_DIR")).args(words);
+    program
+}
+
+/// A setting of the paper's scene that is refused.
+#[track_caller]
+fn is_refused(sentence: &str, setting: &str, message: &str) {
+    readme_says(sentence);
+    let said = ended(
+        dovetail(&["check", "scenes/paper.toml", "--set", setting]),
+        2,
+    );
+    let said = said_in_one_line(&said);
+    assert!(said.contains(message), "{setting}: {said}");
+}
+
+#[test]
+fn what_a_scene_cannot_ask_for_is_refused() {
+    for (sentence, setting, message) in [
+        (
+            "**No cyclic symmetry.**",
+            "cyclic_symmetry.sectors=36",
+            "unknown section or key `cyclic_symmetry`",
+        ),
+        (
+            "no Coriolis force",
+            "rotation.coriolis=true",
+            "unknown key `rotation.coriolis`",
+        ),
+        (
+            "Each body has one Young's modulus",
+            "body.0.young_pa=[1e11,2e11,3e11]",
+            "expected a finite number",
+        ),
+        (
+            "Each contact has one coefficient of friction",
+            "contact.left.friction=[0.3,0.2]",
+            "expected a finite number",
+        ),
+        (
+            "There is no contact stiffness",
+            "contact.left.stiffness_n_m3=1e12",
+            "unknown key `contact.left.stiffness_n_m3`",
+        ),
+        (
+            "There are no subharmonics",
+            "excitation.0.harmonic=0.5",
+            "expected a whole number",
+        ),
+        (
+            "**No arc-length continuation.**",
+            "response.continuation=true",
+            "unknown key `response.continuation`",
+        ),
+    ] {
+        is_refused(sentence, setting, message);
+    }
+}
+
+#[test]
+fn a_slide_that_is_too_far_is_an_error() {
+    readme_says(
+        "a pair that slides farther than 20 % of the shorter side of its flank is an error",
+    );
+    let out = Folder::new("limits-slide");
+    let mut program = dovetail(&["static", "scenes/paper.toml", "--no-cache", "--out"]);
+    program.arg(&*out);
+    for setting in [
+        "mesh.file=../meshes/dovetail_small.msh",
+        "rotation.speed_rpm=50000",
+    ] {
+        program.args(["--set", setting]);
+    }
+    let said = said_in_one_line(&ended(program, 1));
+    let message = "a pair slides farther than 20 % of the shorter side of its flank";
+    assert!(said.contains(message), "{said}");
+}
+
+#[test]
+fn elements_with_nodes_inside_faces_are_refused() {
+    readme_says("Elements with nodes inside their faces are not read");
+    let folder = Folder::new("limits-elements");
+    let deck = folder.join("deck.inp");
+    std::fs::write(
+        &deck,
+        "*NODE\n1,0,0,0\n*ELEMENT, TYPE=C3D27, ELSET=a\n1,1\n",
+    )
+    .unwrap();
+    let mut program = dovetail(&["groups"]);
+    program.arg(&deck);
+    let said = said_in_one_line(&ended(program, 2));
+    assert!(said.contains("have nodes inside faces"), "{said}");
+}
+
+/// Two blocks, the lower face of the upper one being the flank of two contacts.
+#[test]
+fn a_node_is_the_slave_of_one_contact() {
+    readme_says("a node can be the slave of one contact only");
+    let folder = Folder::new("limits-slave");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let patch =
+        std::fs::read_to_string(root.join("scenes/verification/spring_blocks.toml")).unwrap();
+    let mesh = root.join("meshes/blocks_order1.msh");
+    let patch = patch.replace("../../meshes/blocks_order1.msh", mesh.to_str().unwrap());
+    let contacts = |second: &str| {
+        format!(
+            "{patch}\n[[contact]]\nname = \"one\"\nfirst = \"upper_bottom\"\nsecond = \"lower_top\"\nfriction = 0.3\n\
+             [[contact]]\nname = \"other\"\nfirst = \"{second}\"\nfriction = 0.3\n"
+        )
+    };
+    for (second, code) in [("upper_bottom", 2), ("base", 0)] {
+        let scene = folder.join("scene.toml");
+        std::fs::write(&scene, contacts(second)).unwrap();
+        let mut program = dovetail(&["mesh", "--no-cache", "--force"]);
+        program.arg(&scene).arg("--out").arg(folder.join("out"));
+        let said = said_in_one_line(&ended(program, code));
+        let message = "would follow the opposite flanks of contacts `one` and `other`";
+        assert_eq!(said.contains(message), code == 2, "{said}");
+    }
+}
+
+/// Bodies on springs alone, on rigid ground, and several with flanks that do not match.
+#[test]
+fn any_number_of_bodies_and_contacts_is_taken() {
+    readme_says("any number of them, on each other, on springs or on rigid ground");
+    readme_says("The meshes of two flanks need not match");
+    let counts = |command, scene, set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|s| s.to_string()).collect();
+        let summary = Run::new(command, scene, "limits-granted", &set).summary();
+        let matches = summary["mesh"]["contacts"].as_array().unwrap();
+        let differ = matches.iter().any(|c| c["nodes_match"] == false);
+        (
+            summary["mesh"]["bodies"].as_array().unwrap().len(),
+            summary["mesh"]["contacts"].as_array().unwrap().len(),
+            differ,
+        )
+    };
+    assert_eq!(
+        counts("run", "verification/spring_blocks", &[]),
+        (2, 0, false)
+    );
+    let ready = ["mesh.file=../../meshes/verification/hertz.msh"];
+    assert_eq!(
+        counts("static", "verification/hertz_rigid", &ready),
+        (1, 0, false)
+    );
+    assert_eq!(counts("mesh", "platform_damper", &[]), (3, 2, true));
+    let (bodies, contacts, _) = counts("mesh", "shroud", &[]);
+    assert_eq!((bodies, contacts), (4, 5));
+}
