@@ -34,7 +34,7 @@ Keys of the scene are set with --set KEY=VALUE, as if the file said so:
 Example:
   dovetail run scene.toml --set 'contact.*.friction=0.1' --out output/smooth";
 
-/// Vibration of parts in contact, such as blades in their roots: friction, lift-off, dissipation
+/// Vibration of parts in contact: friction, lift-off, dissipation
 #[derive(Debug, Parser)]
 #[command(name = "dovetail", version = crate::version::WITH_COMMIT, after_help = EXIT_CODES)]
 #[command(subcommand_required = true, arg_required_else_help = true)]
