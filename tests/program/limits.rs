@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_program::{ended, program, said_in_one_line};
 use crate::shared_runs::Run;
 
 /// A sentence of the section "Limits" of the README; the page breaks its lines elsewhere.
@@ -19,9 +19,7 @@ fn readme_says(sentence: &str) {
 }
 
 fn dovetail(words: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(env!("CARGO_MANIFEST_DIR")).args(words);
-    program
+    program(Path::new(env!("CARGO_MANIFEST_DIR")), words)
 }
 
 /// A setting of the paper's scene that is refused.

@@ -12,10 +12,10 @@ use dovetail_solver::model::bind;
 #[test]
 fn the_ready_meshes_hold_what_their_readme_says() {
     let readme = std::fs::read_to_string(root().join("meshes/README.md")).unwrap();
-    for (name, order, pairs) in [
-        ("dovetail.msh", ElementOrder::Quadratic, 72),
-        ("dovetail_order1.msh", ElementOrder::Linear, 72),
-        ("dovetail_small.msh", ElementOrder::Quadratic, 24),
+    for (name, order, pairs, least_shape) in [
+        ("dovetail.msh", ElementOrder::Quadratic, 72, 0.05),
+        ("dovetail_order1.msh", ElementOrder::Linear, 72, 0.05),
+        ("dovetail_small.msh", ElementOrder::Quadratic, 24, 0.03),
     ] {
         let mesh = ready(name);
         let element = ElementType::new(Shape::Tetrahedron, order);
@@ -36,7 +36,7 @@ fn the_ready_meshes_hold_what_their_readme_says() {
         assert_eq!(mesh.groups["blade_leading_edge"].dimension, 1);
         let found = quality::check(&mesh).unwrap();
         println!("{name}: {found:?}");
-        assert!(found.worst_shape > 0.03 && found.worst_jacobian_ratio > 0.1);
+        assert!(found.worst_shape > least_shape && found.worst_jacobian_ratio > 0.1);
     }
 }
 

@@ -1,6 +1,14 @@
 //! The program run to its end, for the tests of its exit codes and files.
 
+use std::path::Path;
 use std::process::{Command, Output};
+
+/// The program with these words, in a folder.
+pub fn program(folder: &Path, words: &[&str]) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
+    program.current_dir(folder).args(words);
+    program
+}
 
 /// Runs it; it has to end with `code`.
 pub fn ended(mut command: Command, code: i32) -> Output {

@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_program::{ended, program, said_in_one_line};
 
 /// The script that tells the program its commit; its `main` is cargo's.
 #[allow(dead_code)]
@@ -18,12 +18,6 @@ mod build;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn program(folder: &Path, words: &[&str]) -> Command {
-    let mut program = Command::new(env!("CARGO_BIN_EXE_dovetail"));
-    program.current_dir(folder).args(words);
-    program
 }
 
 fn printed(output: Output) -> String {
@@ -396,7 +390,7 @@ fn each_command_has_a_man_page() {
     assert!(page("dovetail-run.1").contains("--resume"));
 }
 
-// ---------------------------------------------------------------------------------------- the commit
+// ---------------------------------------------------------------------------------------- the README
 
 /// The quick start of the README with a deck of this repository: its scene runs, and gives what the page says.
 #[test]
@@ -422,6 +416,8 @@ fn the_scene_of_the_readme_runs() {
         assert!(told.contains(&line), "{line}: {told:#?}");
     }
 }
+
+// ---------------------------------------------------------------------------------------- the commit
 
 fn git(folder: &Path, words: &[&str]) {
     let mut git = Command::new("git");

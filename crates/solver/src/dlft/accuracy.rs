@@ -2,8 +2,9 @@
 //! left out.
 //!
 //! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves out. Let in, they are
-//! a residual of the finer balance; its first Newton correction says how far the observed amplitudes would
-//! move. Where that is more than the accuracy asked for, the finer balance is solved, from the corrected motion.
+//! a residual of a finer balance; its first Newton correction says how far the observed amplitudes would
+//! move. A motion is judged by two such balances, with the next step of harmonics and with about twice as many. Where the
+//! larger estimate is above the accuracy asked for, the balance of the next step is solved, from its corrected motion.
 //!
 //! One harmonic is not accepted where most pairs slip or open.
 //!
@@ -17,11 +18,12 @@ use super::retention::Holding;
 use crate::dlft::settings::{Resolution, Solver};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
+use std::iter;
 
 /// Harmonics that are tried one after the other.
 const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
-/// The error is estimated at least at this multiple of the first correction, which lets in the next harmonics only, in one linear
-/// step.
+/// An error is estimated at least at this multiple of the change of the amplitude by further harmonics, which falls short of it:
+/// those above them are still left out, and the change is found in one linear step.
 const LEAST_SHORTFALL: f64 = 2.5;
 
 /// The estimated error over a change of the amplitude by the harmonics from `harmonics` up to `finer`. In gross slip an
@@ -92,15 +94,12 @@ pub fn levels(
         Resolution::Fixed { harmonics, samples } => {
             let carrying = |h| samples.max(Resolution::least_samples(h));
             // A fifth more: of fewer the change would be too small a part of the error.
-            let above = |h: &usize| 5 * h >= 6 * harmonics;
-            let next = STEPS.into_iter().find(above);
-            let mut judges = Vec::from_iter(next);
-            judges.push(twice(harmonics));
-            judges.dedup();
-            let judges = judges.into_iter().map(|h| level(h, carrying(h)));
-            [checked(harmonics, &carrying)]
+            let next = STEPS
                 .into_iter()
-                .chain(judges)
+                .find(|h| 5 * h >= 6 * harmonics && *h < twice(harmonics));
+            let judges = next.into_iter().chain([twice(harmonics)]);
+            iter::once(checked(harmonics, &carrying))
+                .chain(judges.map(|h| level(h, carrying(h))))
                 .collect()
         }
         Resolution::Accuracy(accuracy) => {
@@ -245,15 +244,15 @@ impl<'a> Refinement<'a> {
         let harmonics = self.harmonics(level);
         let finer: Vec<(usize, Truncation)> = match &self.checks[level] {
             Some(check) => {
-                let work = work.of_estimate();
+                let work = work.of_estimate(0);
                 let finer = check.truncation_by_finer_solution(solved, frequency_hz, work);
                 vec![(check.setting.fourier.harmonics(), finer)]
             }
             None => {
                 let mut judges = vec![level + 1, self.level_of(twice(harmonics))];
                 judges.dedup();
-                let estimated = judges.into_iter().map(|judge| {
-                    let work = work.of_estimate();
+                let estimated = judges.into_iter().enumerate().map(|(i, judge)| {
+                    let work = work.of_estimate(i);
                     let finer = &self.levels[judge];
                     let finer = finer.estimate_truncation(solved, frequency_hz, work);
                     (self.harmonics(judge), finer)

@@ -112,8 +112,8 @@ pub struct Work {
     preconditioner: Preconditioner,
     /// When the frequency is given up.
     deadline: Deadline,
-    /// On the finer balances that errors are estimated with.
-    estimates: Option<Box<Work>>,
+    /// On the finer balances that errors are estimated with; each keeps its preconditioner.
+    estimates: [Option<Box<Work>>; 2],
 }
 
 impl Work {
@@ -124,9 +124,9 @@ impl Work {
         self.deadline = Deadline::after(most_seconds);
     }
 
-    /// That of the next estimate, which no count of a frequency has.
-    pub fn of_estimate(&mut self) -> &mut Work {
-        let work = self.estimates.get_or_insert_default();
+    /// That of the next estimate by the first or the second finer balance, which no count of a frequency has.
+    pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
+        let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);
         work.deadline = self.deadline;
         work
