@@ -27,21 +27,22 @@ const NEWTON: NewtonOptions = NewtonOptions {
 };
 /// A cube of steel with sides of 10 mm.
 const MASS_KG: f64 = 7.8e-3;
-const SPRING_HZ: f64 = 100.0;
-const BASE_M_S2: f64 = 76.9;
+pub const SPRING_HZ: f64 = 100.0;
+pub const BASE_M_S2: f64 = 76.9;
 /// The limit of friction, mu N.
 const FRICTION_N: f64 = 0.3;
 const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
 
-fn cube() -> RelativeModel {
+/// A rigid body on a spring, pressed onto rigid ground with 1 N and shaken at its base.
+fn body(mass_kg: f64, friction: f64) -> RelativeModel {
     let diagonal = |value: f64| Mat::from_fn(3, 3, |i, j| if i == j { value } else { 0.0 });
     let load = |force_n: f64| Load {
         on_x: vec![0.0, force_n, 0.0],
         on_modes: vec![],
     };
     RelativeModel {
-        stiffness: diagonal(MASS_KG * (TAU * SPRING_HZ).powi(2)),
-        mass: diagonal(MASS_KG),
+        stiffness: diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
+        mass: diagonal(mass_kg),
         coupling: Mat::zeros(3, 0),
         omega2: vec![],
         static_load: Load {
@@ -50,7 +51,7 @@ fn cube() -> RelativeModel {
         },
         excitations: vec![HarmonicLoad {
             harmonic: 1,
-            cosine: load(MASS_KG * BASE_M_S2),
+            cosine: load(mass_kg * BASE_M_S2),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
@@ -60,14 +61,14 @@ fn cube() -> RelativeModel {
             on_modes: vec![],
         }],
         pairs: vec![PairLaw {
-            friction: FRICTION_N,
+            friction,
             gap_m: 0.0,
         }],
     }
 }
 
 fn solve(frequency_hz: f64, resolution: Resolution, eps_scale: f64) -> Orbit {
-    let model = cube();
+    let model = body(MASS_KG, FRICTION_N);
     let settings = SweepSettings {
         eps: Penalty {
             choice: EpsChoice::Dynamic,
@@ -83,9 +84,14 @@ fn solve(frequency_hz: f64, resolution: Resolution, eps_scale: f64) -> Orbit {
         .remove(0)
 }
 
-/// Amplitude by steps in time, from the static state.
 fn integrated_m(frequency_hz: f64) -> f64 {
-    let model = cube();
+    amplitude_in_time_m(MASS_KG, FRICTION_N, frequency_hz)
+}
+
+/// Amplitude of a rigid body on a spring of 100 Hz, of so much mass and limit of friction, by steps in time from the
+/// static state.
+pub fn amplitude_in_time_m(mass_kg: f64, friction_n: f64, frequency_hz: f64) -> f64 {
+    let model = body(mass_kg, friction_n);
     let mut stepper = Stepper::new(&model, DAMPING, frequency_hz, 8000).unwrap();
     let rest = static_state(&model, 10, NEWTON);
     let mut state = State::at_rest(&model, &rest.x, &rest.lambda);

@@ -52,6 +52,7 @@ mod scene_set;
 mod several_bodies;
 mod small_displacements;
 mod springs;
+mod stacked_blocks;
 mod study;
 mod tidy;
 mod time_integration;

@@ -88,8 +88,8 @@ fn evaluate_pair(
             &mut signals.lambda_u[c * samples..(c + 1) * samples],
         );
     }
-    if let Some(sharpness) = input.sharpness {
-        let periodic = rounded::contact_forces(&input, sharpness, signals);
+    if let Some(rounding) = input.rounding {
+        let periodic = rounded::contact_forces(&input, rounding, signals);
         signals.to_frequency(fourier, lambda);
         let normal = signals.lambda[..samples].iter();
         return PairEnd {
@@ -357,9 +357,9 @@ fn differentiate_pair(
 ) {
     let (samples, width) = (fourier.samples(), fourier.width());
     let full = 3 * width;
-    let (rows, changes) = match input.sharpness {
-        Some(sharpness) => (
-            rounded::derivative_rows(fourier, &input, sharpness, signals),
+    let (rows, changes) = match input.rounding {
+        Some(rounding) => (
+            rounded::derivative_rows(fourier, &input, rounding, signals),
             Vec::new(),
         ),
         None => derivative_signals(fourier, &input, signals, end),
@@ -652,6 +652,7 @@ fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], row
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::pair_signals::Rounding;
 
     fn force(width: usize, seed: f64) -> Vec<f64> {
         (0..3 * width)
@@ -706,7 +707,7 @@ mod tests {
                 shift_n: 0.05,
                 friction: 0.4,
                 start: [0.03, -0.02],
-                sharpness: None,
+                rounding: None,
             };
             let end = check_derivative(&fourier, input, 1e-7, &format!("trial {trial}"));
             sliding += usize::from(!end.always_stuck);
@@ -743,7 +744,7 @@ mod tests {
                 shift_n: 0.0,
                 friction: 0.3,
                 start: [0.0; 2],
-                sharpness: None,
+                rounding: None,
             };
             let force = |fourier: &Fourier, periods| {
                 let mut lambda = vec![0.0; 21];
@@ -777,10 +778,10 @@ mod tests {
     }
 
     #[test]
-    fn derivative_of_a_rounded_cone_matches_differences() {
+    fn derivative_of_a_rounded_law_matches_differences() {
         let fourier = Fourier::new(3, 64);
         for trial in 0..10 {
-            for sharpness in [2.0, 8.0] {
+            for (sharpness, width_n) in [(2.0, 0.0), (8.0, 0.0), (2.0, 1.0), (8.0, 0.1)] {
                 let f = force(fourier.width(), trial as f64);
                 let input = PairInput {
                     periods: Periods::UntilPeriodic,
@@ -788,13 +789,13 @@ mod tests {
                     shift_n: 0.05,
                     friction: 0.4,
                     start: [0.03, -0.02],
-                    sharpness: Some(sharpness),
+                    rounding: Some(Rounding { sharpness, width_n }),
                 };
                 check_derivative(
                     &fourier,
                     input,
                     1e-6,
-                    &format!("trial {trial}, {sharpness}"),
+                    &format!("trial {trial}, {sharpness}, {width_n}"),
                 );
             }
         }
@@ -814,7 +815,7 @@ mod tests {
                 shift_n: 0.0,
                 friction: 0.25,
                 start: [0.3 * angle.cos(), 0.3 * angle.sin()],
-                sharpness: None,
+                rounding: None,
             };
             let end = check_derivative(&fourier, input, 1e-6, &format!("trial {trial}"));
             let fixed = matches!(end.history, History::FixedPoint { .. });
@@ -836,7 +837,7 @@ mod tests {
             shift_n: 0.0,
             friction: 0.3,
             start: [0.0; 2],
-            sharpness: None,
+            rounding: None,
         };
         let mut signals = Signals::new(32);
         let mut lambda = vec![0.0; full];

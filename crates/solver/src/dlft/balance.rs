@@ -6,7 +6,7 @@
 
 use super::PairStatus;
 use super::aft::{PairEnd, contact_force_derivative, contact_forces};
-use super::pair_signals::{PairInput, Periods, Signals};
+use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;
@@ -55,8 +55,10 @@ pub struct Balance<'a> {
     retention: Option<Cow<'a, Retention>>,
     /// Coefficients of friction above this count as this.
     pub most_friction: f64,
-    /// Friction cones are rounded with this sharpness; `None`: the law itself.
-    pub sharpness: Option<f64>,
+    /// The law is rounded; `None`: the law itself.
+    pub rounding: Option<Rounding>,
+    /// eps is that of the setting times this.
+    pub eps_scale: f64,
     /// When its solution is given up.
     pub deadline: Deadline,
 }
@@ -164,7 +166,8 @@ impl<'a> Balance<'a> {
             force,
             retention: None,
             most_friction: f64::INFINITY,
-            sharpness: None,
+            rounding: None,
+            eps_scale: 1.0,
             deadline: Deadline::default(),
         }
     }
@@ -220,7 +223,7 @@ impl<'a> Balance<'a> {
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
-        let (eps_n, eps_t) = (self.setting.eps[3 * pair], self.setting.eps[3 * pair + 1]);
+        let (eps_n, eps_t) = (self.eps_at(3 * pair), self.eps_at(3 * pair + 1));
         let law = self.law(pair);
         let x = &self.setting.x_static[3 * pair..3 * pair + 3];
         PairInput {
@@ -229,7 +232,7 @@ impl<'a> Balance<'a> {
             shift_n: eps_n * law.gap_m,
             friction: law.friction,
             start: [eps_t * x[1], eps_t * x[2]],
-            sharpness: self.sharpness,
+            rounding: self.rounding,
         }
     }
 
@@ -244,11 +247,10 @@ impl<'a> Balance<'a> {
 
     /// lambda_u = F - Lambda U + eps U.
     pub fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
-        let n = self.unknowns_per_block();
         let mut out = vec![0.0; u.len()];
         self.apply_stiffness(u, &mut out);
         for (i, o) in out.iter_mut().enumerate() {
-            *o = self.force[i] - *o + self.setting.eps[i % n] * u[i];
+            *o = self.force[i] - *o + self.eps_at(i) * u[i];
         }
         out
     }
@@ -279,7 +281,7 @@ impl<'a> Balance<'a> {
         let residual = (0..u.len())
             .map(|i| {
                 // Lambda U - F = eps U - lambda_u.
-                self.setting.eps[i % n] * u[i] - lambda_u[i] + lambda[i]
+                self.eps_at(i) * u[i] - lambda_u[i] + lambda[i]
             })
             .collect();
         let ends = evaluated.into_iter().map(|(end, _)| end).collect();
@@ -339,7 +341,7 @@ impl<'a> Balance<'a> {
 
     /// Distance that a pair slides in a period, m.
     pub fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
-        end.slid_n / self.setting.eps[3 * pair + 1]
+        end.slid_n / self.eps_at(3 * pair + 1)
     }
 
     /// Whether a pair slides farther than the threshold in a period.
@@ -354,7 +356,7 @@ impl<'a> Balance<'a> {
 
     /// eps of entry `i` of a full vector.
     pub fn eps_at(&self, i: usize) -> f64 {
-        self.setting.eps[i % self.unknowns_per_block()]
+        self.eps_scale * self.setting.eps[i % self.unknowns_per_block()]
     }
 }
 

@@ -14,6 +14,15 @@ pub enum Periods {
     Exactly(usize),
 }
 
+/// How far a law without corners is from the law itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Sharpness q of the friction cone; the law has an infinite one.
+    pub sharpness: f64,
+    /// Width w of the normal predictions between contact and lift-off, N; the law has 0.
+    pub width_n: f64,
+}
+
 /// What the time evaluation of one pair starts from.
 #[derive(Debug, Clone, Copy)]
 pub struct PairInput<'a> {
@@ -27,8 +36,8 @@ pub struct PairInput<'a> {
     pub friction: f64,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
-    /// The cone is rounded with this sharpness (`rounded`); `None`: the law itself.
-    pub sharpness: Option<f64>,
+    /// The law is rounded; `None`: the law itself.
+    pub rounding: Option<Rounding>,
 }
 
 impl PairInput<'_> {

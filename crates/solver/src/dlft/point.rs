@@ -14,10 +14,11 @@ use super::newton_krylov::{
     relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
-use super::pair_signals::Periods;
+use super::pair_signals::{Periods, Rounding};
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use super::{Orbit, Told};
 use crate::dlft::settings::Solver;
+use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
@@ -35,10 +36,22 @@ const MOST_DENSE_UNKNOWNS: usize = 2000;
 /// Up to this many unknowns Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
 
-/// The sharpness of rounded friction cones, from one that Newton's method finds from far away to one close to the law.
-const SHARPNESS: [f64; 8] = [2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0];
-/// The balances on the way are solved to this.
-const ROUNDED_TOLERANCE: f64 = 1e-4;
+/// Rounded laws, from one that Newton's method finds from far away to one close to the law: the sharpness of the friction
+/// cones, and the width of lift-off as a fraction of the mean compression of the pairs.
+const ROUNDINGS: [(f64, f64); 5] = [
+    (2.0, 1.0),
+    (4.0, 0.5),
+    (8.0, 0.2),
+    (16.0, 0.1),
+    (32.0, 0.05),
+];
+/// The balances on the way are solved to this, ...
+const ROUNDED_TOLERANCE: f64 = 1e-2;
+/// ... and the last of them, and the law with the softer eps, to this.
+const LAST_ROUNDED_TOLERANCE: f64 = 1e-3;
+/// Fraction of eps on the way. Where bodies slide as a whole, eps, which is their elasticity, makes of every reversal of
+/// friction a step that Newton's method does not find; the motion hardly depends on eps, and follows it in a few steps.
+const SOFTER: f64 = 1e-2;
 
 /// Fractions of the retention's stiffness from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
@@ -216,11 +229,21 @@ enum Strategy {
     InFrequency(u32),
     /// From the static state in this many steps of the vibrating part of the load.
     InForce(u32),
-    /// From the static state with rounded friction cones ([`super::rounded`]), each solution the start of the next sharper one.
+    /// From the static state with rounded laws ([`super::rounded`]), each solution the start of the next sharper one.
     InSharpness,
     /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
     /// start on the straight line in 1 / mu through the last two.
     InFriction { from: f64, growth: f64 },
+}
+
+/// A balance on the way to the one that is asked for.
+struct Step {
+    harmonics: usize,
+    rounding: Option<Rounding>,
+    /// As in [`Balance`].
+    eps_scale: f64,
+    method: Method,
+    tolerance: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -242,7 +265,7 @@ impl std::fmt::Display for Strategy {
                 write!(f, "from the neighbour in {steps} steps of frequency")
             }
             Self::InForce(steps) => write!(f, "from the static state in {steps} steps of force"),
-            Self::InSharpness => f.write_str("with rounded friction cones"),
+            Self::InSharpness => f.write_str("with rounded contact laws"),
             Self::InFriction { from, .. } => {
                 write!(f, "along friction that grows from a coefficient of {from}")
             }
@@ -431,6 +454,13 @@ impl<'a> FrequencySolver<'a> {
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
             });
+            // Rounded pairs creep under any force, so that they find the mean only where it is retained.
+            let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
+            let means = if creeps && means.len() > 1 {
+                &[Mean::Retained, Mean::Free]
+            } else {
+                means
+            };
             for &mean in means {
                 if best.is_some() && self.budget_exhausted(work) {
                     break;
@@ -577,40 +607,102 @@ impl<'a> FrequencySolver<'a> {
                 };
                 self.continue_in_steps(self.static_start(), steps, &at, work)
             }
-            Strategy::InSharpness => self.with_rounded_cones(frequency_hz, mean, work),
+            Strategy::InSharpness => self.with_rounded_laws(frequency_hz, mean, work),
             Strategy::InFriction { from, growth } => {
                 self.with_growing_friction((from, growth), frequency_hz, mean, work)
             }
         }
     }
 
-    /// `None` where nothing can slip.
-    fn with_rounded_cones(
+    /// From the static state by rounded laws; `None` where there is nothing to retain and the mean is to be retained.
+    fn with_rounded_laws(
         &self,
         frequency_hz: f64,
         mean: Mean,
         work: &mut Work,
     ) -> Option<Solution<'_>> {
-        let pairs = &self.setting.system.model.pairs;
-        if pairs.iter().all(|p| p.computed_friction() == 0.0) {
-            return None;
+        let mut u = self.static_start();
+        for step in self.rounded_steps() {
+            u = self.take_step(&step, frequency_hz, mean, u, work)?;
         }
-        let on_the_way = NewtonOptions {
-            tolerance: ROUNDED_TOLERANCE.max(self.newton.tolerance),
+        let balance = self.balance(frequency_hz, mean)?;
+        Some(self.iterate(balance, u, self.stepping(), self.newton, work))
+    }
+
+    /// The rounded laws have as many harmonics as exact corrections are cheap for, the law itself more and more.
+    fn rounded_steps(&self) -> Vec<Step> {
+        let setting = &self.setting;
+        let n = setting.system.unknowns();
+        let all = setting.fourier.harmonics();
+        let cheap = (MOST_EXACT_UNKNOWNS / n).saturating_sub(1) / 2;
+        let mut harmonics = cheap.max(1).min(all);
+        let is_affordable = (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
+        let (method, softer) = if is_affordable && self.solver == Solver::NewtonKrylov {
+            (Method::Exact, SOFTER)
+        } else {
+            (self.stepping(), 1.0)
+        };
+        let compression_n = setting.pressing_n / (n / 3) as f64;
+        let roundings = ROUNDINGS.map(|(sharpness, width)| {
+            let width_n = width * compression_n;
+            Some(Rounding { sharpness, width_n })
+        });
+        let mut steps: Vec<Step> = roundings
+            .into_iter()
+            .chain([None])
+            .map(|rounding| Step {
+                harmonics,
+                rounding,
+                eps_scale: softer,
+                method,
+                tolerance: ROUNDED_TOLERANCE,
+            })
+            .collect();
+        // The sharpest of them, and the law, are what is followed from here.
+        let last = steps.len() - 2;
+        steps[last..]
+            .iter_mut()
+            .for_each(|step| step.tolerance = LAST_ROUNDED_TOLERANCE);
+        while harmonics < all {
+            steps.push(Step {
+                harmonics,
+                rounding: None,
+                eps_scale: 1.0,
+                method: self.stepping(),
+                tolerance: LAST_ROUNDED_TOLERANCE,
+            });
+            harmonics = 2 * harmonics + 1;
+        }
+        steps
+    }
+
+    /// Goes on from `u` to the solution of a balance on the way, or stays at `u` where it is not found.
+    fn take_step(
+        &self,
+        step: &Step,
+        frequency_hz: f64,
+        mean: Mean,
+        u: Vec<f64>,
+        work: &mut Work,
+    ) -> Option<Vec<f64>> {
+        let fourier = Fourier::new(step.harmonics, self.setting.fourier.samples());
+        let fewer = FrequencySolver {
+            setting: Setting {
+                fourier: &fourier,
+                ..self.setting
+            },
+            ..*self
+        };
+        let mut balance = fewer.balance(frequency_hz, mean)?;
+        (balance.rounding, balance.eps_scale) = (step.rounding, step.eps_scale);
+        let options = NewtonOptions {
+            tolerance: step.tolerance.max(self.newton.tolerance),
             ..self.newton
         };
-        let mut balance = self.balance(frequency_hz, mean)?;
-        let mut u = self.static_start();
-        for sharpness in SHARPNESS {
-            balance.sharpness = Some(sharpness);
-            let rounded = self.iterate(balance, u.clone(), self.stepping(), on_the_way, work);
-            if rounded.is_converged() {
-                u = rounded.u;
-            }
-            balance = rounded.balance;
-        }
-        balance.sharpness = None;
-        Some(self.iterate(balance, u, self.stepping(), self.newton, work))
+        let start = resized(&u, fewer.unknowns());
+        let solved = fewer.iterate(balance, start, step.method, options, work);
+        let next = if solved.is_converged() { solved.u } else { u };
+        Some(resized(&next, self.unknowns()))
     }
 
     /// `None` where a coefficient on the way has no solution, or none is above the first.

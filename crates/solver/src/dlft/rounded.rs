@@ -1,11 +1,12 @@
-//! The time evaluation of a pair whose friction cone is rounded: a way to solutions of the law itself.
+//! The time evaluation of a pair under a law without corners: a way to solutions of the law itself.
 //!
-//! The tangential force is L h(|p| / L) along the prediction p, with the limit L = mu |N| and
-//! h(r) = r / (1 + r^q)^(1/q), which tends to the law, min(r, 1), as the sharpness q grows. It has no
-//! corners where friction sets in, and a pair forgets where it began: it creeps under any force. Newton's
+//! The normal force is N = (p_N - sqrt(p_N^2 + w^2)) / 2 of the prediction p_N, which tends to the law, min(p_N, 0),
+//! as the width w shrinks. The tangential force is L h(|p| / L) along the prediction p, with the limit L = mu |N| and
+//! h(r) = r / (1 + r^q)^(1/q), which tends to the law, min(r, 1), as the sharpness q grows. There are no corners where
+//! friction sets in or a pair lifts off, and a pair forgets where it began: it creeps under any force. Newton's
 //! method finds the motion at a small q from far away, and follows it as q grows.
 
-use super::pair_signals::{PairInput, Signals};
+use super::pair_signals::{PairInput, Rounding, Signals};
 use crate::contact::law::length;
 use dovetail_numerics::fourier::Fourier;
 
@@ -23,21 +24,26 @@ struct Rounded {
     force: [f64; 3],
     /// The derivative of the tangential force by the tangential prediction.
     by_tangential: Square,
+    /// The derivative of the normal force by the normal prediction.
+    normal_by_normal: f64,
     /// The derivative of the tangential force by the normal prediction.
     by_normal: [f64; 2],
 }
 
 #[inline(always)]
-fn rounded(predicted: [f64; 3], friction: f64, sharpness: f64) -> Rounded {
-    let [normal, t1, t2] = predicted;
-    let zero = [[0.0; 2]; 2];
-    if normal >= 0.0 {
-        return Rounded {
-            force: [0.0; 3],
-            by_tangential: zero,
-            by_normal: [0.0; 2],
-        };
-    }
+fn rounded(predicted: [f64; 3], friction: f64, rounding: Rounding) -> Rounded {
+    let Rounding { sharpness, width_n } = rounding;
+    let [prediction, t1, t2] = predicted;
+    let root = (prediction * prediction + width_n * width_n).sqrt();
+    // The same number by sums of one sign.
+    let (normal, normal_by_normal) = if prediction > 0.0 {
+        let by_width = 0.5 * width_n / (prediction + root);
+        (-by_width * width_n, by_width * width_n / root)
+    } else if root > 0.0 {
+        (0.5 * (prediction - root), 0.5 * (1.0 - prediction / root))
+    } else {
+        (0.0, 0.0)
+    };
     let limit = -friction * normal;
     let size = length(t1, t2);
     if limit == 0.0 || size == 0.0 {
@@ -45,6 +51,7 @@ fn rounded(predicted: [f64; 3], friction: f64, sharpness: f64) -> Rounded {
         return Rounded {
             force: [normal, 0.0, 0.0],
             by_tangential: [[same, 0.0], [0.0, same]],
+            normal_by_normal,
             by_normal: [0.0; 2],
         };
     }
@@ -68,7 +75,8 @@ fn rounded(predicted: [f64; 3], friction: f64, sharpness: f64) -> Rounded {
     Rounded {
         force: [normal, share * t1, share * t2],
         by_tangential: [[along(0, 0), along(0, 1)], [along(1, 0), along(1, 1)]],
-        by_normal: e.map(|e| -friction * by_limit * e),
+        normal_by_normal,
+        by_normal: e.map(|e| -friction * by_limit * normal_by_normal * e),
     }
 }
 
@@ -82,12 +90,16 @@ struct March {
     memory: Square,
 }
 
-fn one_period(input: &PairInput<'_>, lambda_u: &[f64], q: f64) -> March {
+fn one_period(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> March {
     let samples = lambda_u.len() / 3;
     let start = input.start;
     let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
     for n in 0..samples {
-        let law = rounded(prediction(lambda_u, n, input, state), input.friction, q);
+        let law = rounded(
+            prediction(lambda_u, n, input, state),
+            input.friction,
+            rounding,
+        );
         state = [1, 2].map(|c| lambda_u[c * samples + n] - law.force[c]);
         memory = product(law.by_tangential, memory);
     }
@@ -106,12 +118,12 @@ fn prediction(lambda_u: &[f64], n: usize, input: &PairInput<'_>, state: [f64; 2]
 }
 
 /// The period of the periodic motion, and whether it was found.
-fn periodic(input: &PairInput<'_>, lambda_u: &[f64], q: f64) -> (March, bool) {
+fn periodic(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> (March, bool) {
     let scale = lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut input = *input;
     let mut periods = 0;
     loop {
-        let march = one_period(&input, lambda_u, q);
+        let march = one_period(&input, lambda_u, rounding);
         let moved = [0, 1].map(|c| march.state[c] - march.start[c]);
         periods += 1;
         let is_periodic = moved[0].hypot(moved[1]) <= PERIODICITY * scale;
@@ -125,13 +137,13 @@ fn periodic(input: &PairInput<'_>, lambda_u: &[f64], q: f64) -> (March, bool) {
 
 /// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns whether they are
 /// periodic.
-pub fn contact_forces(input: &PairInput<'_>, sharpness: f64, signals: &mut Signals) -> bool {
-    let (march, is_periodic) = periodic(input, &signals.lambda_u, sharpness);
+pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut Signals) -> bool {
+    let (march, is_periodic) = periodic(input, &signals.lambda_u, rounding);
     let samples = signals.lambda_u.len() / 3;
     let mut state = march.start;
     for n in 0..samples {
         let predicted = prediction(&signals.lambda_u, n, input, state);
-        let law = rounded(predicted, input.friction, sharpness);
+        let law = rounded(predicted, input.friction, rounding);
         for (c, force) in law.force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
         }
@@ -145,13 +157,13 @@ pub fn contact_forces(input: &PairInput<'_>, sharpness: f64, signals: &mut Signa
 pub fn derivative_rows(
     fourier: &Fourier,
     input: &PairInput<'_>,
-    sharpness: f64,
+    rounding: Rounding,
     signals: &Signals,
 ) -> Vec<f64> {
     let (samples, width) = (fourier.samples(), fourier.width());
     let full = 3 * width;
     let lambda_u = &signals.lambda_u;
-    let (march, _) = periodic(input, lambda_u, sharpness);
+    let (march, _) = periodic(input, lambda_u, rounding);
     // d lambda_x / d lambda_u, two rows: through a period from none, then from that of the periodic state.
     let mut history = vec![0.0; 2 * full];
     let mut rows = vec![0.0; (width + 2 * full) * samples];
@@ -160,11 +172,11 @@ pub fn derivative_rows(
         for (n, row) in rows.chunks_exact_mut(width + 2 * full).enumerate() {
             let s = fourier.synthesis_row(n);
             let predicted = prediction(lambda_u, n, input, state);
-            let law = rounded(predicted, input.friction, sharpness);
-            let is_closed = predicted[0] < 0.0;
+            let law = rounded(predicted, input.friction, rounding);
             let (normal, force) = row.split_at_mut(width);
-            if is_last && is_closed {
-                normal.copy_from_slice(s);
+            if is_last {
+                let slope = law.normal_by_normal;
+                normal.iter_mut().zip(s).for_each(|(n, s)| *n = slope * s);
             }
             // d force = B (S - history) + b S_N.
             let (h1, h2) = history.split_at(full);

@@ -1,0 +1,149 @@
+//! Three steel blocks on each other and on rigid ground, each on a spring of its own, shaken at their base. They slide on
+//! the ground as one body, a million times as far as their contact gives way elastically.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use crate::gross_slip::{BASE_M_S2, SPRING_HZ, amplitude_in_time_m};
+use crate::shared_folder::Folder;
+use crate::shared_runs::{Run, number};
+
+/// Sides of a block, mm, and its elements along each.
+const BLOCK_MM: [f64; 3] = [10.0, 10.0, 3.0];
+const CELLS: usize = 2;
+const BLOCKS: usize = 3;
+const DENSITY_KG_M3: f64 = 7800.0;
+/// What presses the blocks, N, and the coefficient of friction.
+const PRESSING_N: f64 = 0.3;
+const FRICTION: f64 = 0.3;
+const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
+
+fn block_mass_kg() -> f64 {
+    DENSITY_KG_M3 * BLOCK_MM.iter().product::<f64>() * 1e-9
+}
+
+fn deck() -> String {
+    let side = CELLS + 1;
+    let node =
+        |block: usize, at: [usize; 3]| 1 + at[0] + side * (at[1] + side * (at[2] + side * block));
+    let mut text = String::from("*NODE\n");
+    let mut element = 0;
+    for block in 0..BLOCKS {
+        for (k, j, i) in cells(side) {
+            let at = [i, j, k];
+            let mm: [f64; 3] = std::array::from_fn(|c| BLOCK_MM[c] * at[c] as f64 / CELLS as f64);
+            let z = mm[2] + BLOCK_MM[2] * block as f64;
+            writeln!(text, "{}, {:?}, {:?}, {z:?}", node(block, at), mm[0], mm[1]).unwrap();
+        }
+    }
+    for block in 0..BLOCKS {
+        writeln!(text, "*ELEMENT, TYPE=C3D8, ELSET=B{block}").unwrap();
+        let (mut lower, mut upper) = (String::new(), String::new());
+        for (k, j, i) in cells(CELLS) {
+            element += 1;
+            write!(text, "{element}").unwrap();
+            for level in [k, k + 1] {
+                for (x, y) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
+                    write!(text, ", {}", node(block, [x, y, level])).unwrap();
+                }
+            }
+            text.push('\n');
+            if k == 0 {
+                writeln!(lower, "{element}, S1").unwrap();
+            }
+            if k + 1 == CELLS {
+                writeln!(upper, "{element}, S2").unwrap();
+            }
+        }
+        let (first, last) = (node(block, [0; 3]), node(block, [CELLS; 3]));
+        writeln!(text, "*NSET, NSET=ALL{block}, GENERATE\n{first}, {last}").unwrap();
+        writeln!(text, "*NSET, NSET=CORNER{block}\n{last}").unwrap();
+        write!(text, "*SURFACE, NAME=LOWER{block}\n{lower}").unwrap();
+        write!(text, "*SURFACE, NAME=UPPER{block}\n{upper}").unwrap();
+    }
+    text
+}
+
+/// Places along three axes, the last one fastest.
+fn cells(along: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..along.pow(3)).map(move |n| (n / along / along, n / along % along, n % along))
+}
+
+fn scene() -> String {
+    let stiffness_n_m = block_mass_kg() * (TAU * SPRING_HZ).powi(2);
+    let mut text =
+        String::from("name = \"blocks\"\n[mesh]\nfile = \"blocks.inp\"\nmetres_per_unit = 1e-3\n");
+    for block in 0..BLOCKS {
+        write!(
+            text,
+            "[[body]]\nname = \"b{block}\"\nvolume = \"B{block}\"\nyoung_pa = 2.1e11\npoisson = 0.3\n\
+             density_kg_m3 = {DENSITY_KG_M3}\n\
+             [[spring]]\nname = \"s{block}\"\nfirst = \"ALL{block}\"\ndirection = [1, 0, 0]\n\
+             stiffness_n_m = {stiffness_n_m:?}\n\
+             [[observe]]\nname = \"b{block}\"\npoints = \"CORNER{block}\"\ndirection = [1, 0, 0]\n\
+             [[contact]]\nname = \"c{block}\"\nfirst = \"LOWER{block}\"\nfriction = {FRICTION}\n"
+        )
+        .unwrap();
+        if block > 0 {
+            writeln!(text, "second = \"UPPER{}\"", block - 1).unwrap();
+        }
+    }
+    let [first, .., last] = FREQUENCIES_HZ;
+    write!(
+        text,
+        "[[load]]\non = \"UPPER{}\"\ndirection = [0, 0, -1]\nforce_n = {PRESSING_N}\n\
+         [damping]\nmass_per_s = 20\nstiffness_s = 0\n\
+         [[excitation]]\nbase_acceleration_m_s2 = {BASE_M_S2}\ndirection = [1, 0, 0]\n\
+         [response]\nfrequency_hz = [{first}, {last}]\npoints = {}\nmost_added_points = 0\n",
+        BLOCKS - 1,
+        FREQUENCIES_HZ.len()
+    )
+    .unwrap();
+    text
+}
+
+/// Runs the blocks; each frequency has to converge, and to be as far from the motion of one rigid body in time as is
+/// estimated, or less.
+fn assert_slides_as_one_body(resolution: &str) {
+    let folder = Folder::new("stacked-blocks");
+    std::fs::write(folder.join("blocks.inp"), deck()).unwrap();
+    let file = folder.join("scene.toml");
+    std::fs::write(&file, scene() + resolution).unwrap();
+    let run = Run::of_file("run", &file, "stacked-blocks", &[]);
+    let mass_kg = BLOCKS as f64 * block_mass_kg();
+    let response = run.table("response.csv");
+    assert_eq!(response.len(), FREQUENCIES_HZ.len());
+    for (row, hz) in response.iter().zip(FREQUENCIES_HZ) {
+        assert_eq!(row["outcome"], "converged", "{hz} Hz");
+        let exact_m = amplitude_in_time_m(mass_kg, FRICTION * PRESSING_N, hz);
+        for block in 0..BLOCKS {
+            let found_m = number(row, &format!("b{block}_amplitude_m"));
+            let error = (found_m / exact_m - 1.0).abs();
+            let estimated = number(row, &format!("b{block}_estimated_error"));
+            println!(
+                "{resolution}, {hz} Hz, block {block}: {:.3} um, off by {error:.1e}, estimated {estimated:.1e}, {} iterations",
+                1e6 * exact_m,
+                row["newton_iterations"]
+            );
+            assert!(error < estimated + OF_INTEGRATION, "{hz} Hz: {error}");
+        }
+    }
+}
+
+/// The integration is of first order in its step.
+const OF_INTEGRATION: f64 = 1e-3;
+
+#[test]
+fn stacked_blocks_in_gross_slip_move_as_one_rigid_body() {
+    for resolution in ["harmonics = 1", "harmonics = 3", "accuracy = 0.01"] {
+        assert_slides_as_one_body(resolution);
+    }
+}
+
+#[test]
+#[ignore = "slow: make verify"]
+fn stacked_blocks_converge_with_many_harmonics_too() {
+    for resolution in ["harmonics = 9", "harmonics = 15", "harmonics = 31"] {
+        assert_slides_as_one_body(resolution);
+    }
+}
