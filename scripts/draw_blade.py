@@ -14,9 +14,11 @@ from pathlib import Path
 
 import vtk
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "views"))
+import colours
+
 WIDTH, HEIGHT = 1280, 800
-INK = (0.13, 0.13, 0.13)
-STEEL = (0.82, 0.84, 0.87)
+INK, STEEL = colours.unit(colours.INK), colours.unit(colours.STEEL)
 
 
 def read(path):
@@ -38,18 +40,18 @@ def surface_of_body(grid, body):
     return surface
 
 
-def colours(top, stops):
-    """A table from 0 to `top` through colours, each with its place in [0, 1]."""
+def table_to(most, ramp):
+    """A table from 0 to the first round number from `most` on, and its round numbers."""
+    numbers = colours.ticks(most)
     scale = vtk.vtkColorTransferFunction()
-    scale.SetColorSpaceToLab()
-    for place, colour in stops:
-        scale.AddRGBPoint(top * place, *colour)
+    for i, stop in enumerate(ramp):
+        scale.AddRGBPoint(i / (len(ramp) - 1), *colours.unit(stop))
     table = vtk.vtkLookupTable()
     table.SetNumberOfTableValues(256)
-    table.SetRange(0, top)
+    table.SetRange(0, numbers[-1])
     for i in range(256):
-        table.SetTableValue(i, *scale.GetColor(top * i / 255), 1)
-    return table
+        table.SetTableValue(i, *scale.GetColor(i / 255), 1)
+    return table, numbers
 
 
 def actor(surface, colour=None, table=None):
@@ -108,12 +110,13 @@ def words(text, place):
     return drawn
 
 
-def scale_bar(table, place, width, height):
+def scale_bar(shown, place, width, height):
+    table, numbers = shown
     bar = vtk.vtkScalarBarActor()
     bar.SetLookupTable(table)
-    bar.SetNumberOfLabels(5)
-    bar.SetLabelFormat("{:.1f}" if vtk.vtkVersion().GetVTKMajorVersion() * 100
-                       + vtk.vtkVersion().GetVTKMinorVersion() >= 906 else "%.1f")
+    bar.SetNumberOfLabels(len(numbers))
+    bar.SetLabelFormat("{:.3g}" if vtk.vtkVersion().GetVTKMajorVersion() * 100
+                       + vtk.vtkVersion().GetVTKMinorVersion() >= 906 else "%.3g")
     bar.SetPosition(*place)
     bar.SetWidth(width)
     bar.SetHeight(height)
@@ -176,11 +179,9 @@ def main():
 
     assembly = panel(0, 0, 0.46, 1)
     stresses = [scaled(body, "von_mises_pa", 1e-6) for body in (blade, jaw)]
-    heat = colours(max(largest(s) for s in stresses),
-                   [(0, (0.93, 0.94, 0.96)), (0.2, (0.45, 0.66, 0.83)), (0.45, (0.98, 0.80, 0.40)),
-                    (1, (0.70, 0.10, 0.10))])
+    heat = table_to(max(largest(s) for s in stresses), colours.BODIES)
     for surface in stresses:
-        assembly.AddActor(actor(surface, table=heat))
+        assembly.AddActor(actor(surface, table=heat[0]))
         assembly.AddActor(edges(surface))
     assembly.AddViewProp(scale_bar(heat, (0.03, 0.38), 0.13, 0.5))
     assembly.AddViewProp(words("static von Mises stress, MPa", (0.03, 0.93)))
@@ -190,25 +191,24 @@ def main():
     flanks = vtk.vtkGeometryFilter()
     flanks.SetInputConnection(lost.GetOutputPort())
     spent = scaled(flanks, "friction_energy_j_m2", 1)
-    fire = colours(largest(spent),
-                   [(0, (1.0, 0.97, 0.88)), (0.33, (0.99, 0.75, 0.35)), (0.67, (0.85, 0.25, 0.15)),
-                    (1, (0.30, 0.02, 0.15))])
+    energy = table_to(largest(spent), colours.VIRIDIS)
     # From the left side of the slot, and from its right side.
-    for row, (name, side) in enumerate((("right flank", -1), ("left flank", 1))):
+    for row, (name, side) in enumerate((("right flank, its rear end at the right", -1),
+                                        ("left flank, its front end at the right", 1))):
         root = panel(0.46, 0.46 * row, 0.92, 0.46 * (row + 1))
         root.AddActor(actor(blade, colour=STEEL))
         root.AddActor(edges(blade))
-        shown = actor(spent, table=fire)
+        shown = actor(spent, table=energy[0])
         shown.GetMapper().SetRelativeCoincidentTopologyPolygonOffsetParameters(-1, -8)
         root.AddActor(shown)
         root.AddViewProp(words(name, (0.03, 0.03)))
         view(root, (-0.42 * side * 0.01, 0.91 * side * 0.01, 0.4405),
-             (-0.42 * side - 0.25, 0.91 * side, 0.25), 0.0275)
+             (-0.42 * side - 0.25, 0.91 * side, 0.25), 0.031)
 
     legend = panel(0.46, 0.92, 1, 1)
     legend.AddViewProp(words("energy taken by friction in a period of the peak, J/m2", (0.03, 0.2)))
     legend = panel(0.92, 0, 1, 0.92)
-    legend.AddViewProp(scale_bar(fire, (0.05, 0.1), 0.8, 0.8))
+    legend.AddViewProp(scale_bar(energy, (0.05, 0.1), 0.8, 0.8))
     window.Render()
 
     grab = vtk.vtkWindowToImageFilter()

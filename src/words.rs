@@ -59,9 +59,51 @@ pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String 
     )
 }
 
+/// Most digits of a figure that a reader takes in at a glance, and those of one whose error is not known.
+const MOST_DIGITS: usize = 4;
+const DIGITS_OF_UNKNOWN: usize = 3;
+/// Below this an estimated error changes no digit.
+const NO_ERROR: f64 = 1e-4;
+
+/// How many digits of a number its estimated relative error supports: the last one is of the power of ten of the error.
+/// `None` is an error that is not known.
+pub fn supported_digits(v: f64, error: Option<f64>) -> usize {
+    let Some(error) = error else {
+        return DIGITS_OF_UNKNOWN;
+    };
+    if v == 0.0 || !v.is_finite() || error.abs() < NO_ERROR {
+        return MOST_DIGITS;
+    }
+    let power = |v: f64| v.abs().log10().floor();
+    let digits = power(v) - power(error * v) + 1.0;
+    // A cast saturates, and takes a NaN to 0.
+    (digits as usize).clamp(1, MOST_DIGITS)
+}
+
+/// `estimated error 4 %`, of one digit, and of two where the first is 1: `estimated error 15 %`.
+pub fn error_words(error: f64) -> String {
+    let error = error.abs();
+    if error < NO_ERROR {
+        return format!("estimated error below {}", percent(NO_ERROR, 1));
+    }
+    let digits = match format!("{error:.1e}").starts_with('1') {
+        true => 2,
+        false => 1,
+    };
+    format!("estimated error {}", percent(error, digits))
+}
+
 /// `3.4 %`.
 pub fn percent(share: f64, digits: usize) -> String {
     format!("{} %", figure(100.0 * share, digits))
+}
+
+/// A relative error: `at most 0.21 %` with these words before it, or `less than 0.01 %` where it changes no digit.
+pub fn bounded(error: f64, words: &str) -> String {
+    match error.abs() < NO_ERROR {
+        true => format!("less than {}", percent(NO_ERROR, 1)),
+        false => format!("{words} {}", percent(error.abs(), 2)),
+    }
 }
 
 /// `1 pair`, `12 pairs`.
@@ -134,6 +176,35 @@ mod tests {
     }
 
     #[test]
+    fn a_headline_has_the_digits_that_its_error_supports() {
+        for (v, error, text) in [
+            (6.4913e-3, Some(0.041), "6.5 mm, estimated error 4 %"),
+            (6.4913e-3, Some(0.0033), "6.49 mm, estimated error 0.3 %"),
+            (
+                6.4913e-3,
+                Some(1e-9),
+                "6.491 mm, estimated error below 0.01 %",
+            ),
+            (
+                6.4913e-3,
+                Some(0.0),
+                "6.491 mm, estimated error below 0.01 %",
+            ),
+            (1.0367e-6, Some(0.00118), "1.037 µm, estimated error 0.12 %"),
+            (193.0e-3, Some(0.041), "193 mm, estimated error 4 %"),
+            (193.0e-3, Some(0.12), "190 mm, estimated error 12 %"),
+            (6.4913e-3, Some(1.02), "6 mm, estimated error 100 %"),
+            (6.4913e-3, None, "6.49 mm"),
+        ] {
+            let number = quantity(v, "m", supported_digits(v, error));
+            let words = error.map_or(String::new(), |error| format!(", {}", error_words(error)));
+            assert_eq!(number + &words, text);
+        }
+        assert_eq!(supported_digits(0.0, Some(0.1)), MOST_DIGITS);
+        assert_eq!(supported_digits(f64::NAN, Some(f64::NAN)), MOST_DIGITS);
+    }
+
+    #[test]
     fn numbers_have_their_digits_and_prefixes() {
         for (v, text) in [
             (6.4913e-3, "6.491 mm"),
@@ -153,6 +224,8 @@ mod tests {
         assert_eq!(figure(5.19e-3, 3), "0.00519");
         assert_eq!(figure(f64::NAN, 3), "–");
         assert_eq!(percent(0.0413, 2), "4.1 %");
+        assert_eq!(bounded(0.0021, "at most"), "at most 0.21 %");
+        assert_eq!(bounded(1.9e-9, "at most"), "less than 0.01 %");
         assert_eq!(counted(1, "pair", "pairs"), "1 pair");
     }
 }

@@ -1,4 +1,5 @@
-"""ParaView: pressure and status on the flanks over the frequencies of a run.
+"""ParaView: pressure and status on the flanks over the frequencies of a run, each flank as the maps
+show it.
 
     DOVETAIL_OUT=output/paper paraview --script=views/flanks.py
 
@@ -21,7 +22,7 @@ most = max(shared.at_each(pressure, PRESSURE, times))
 
 def of_pressure(flanks, contact, frame, view):
     display = flanks.show(pressure, contact, frame, view)
-    shared.colour(display, view, PRESSURE, shared.HEAT, most,
+    shared.colour(display, view, PRESSURE, most,
                   "mean pressure of the period, MPa")
     shared.times(view, series, "{time:.2f} Hz")
 
@@ -34,4 +35,4 @@ def of_status(flanks, contact, frame, view):
 
 flanks = shared.Flanks("flanks", folder, [of_pressure, of_status])
 shared.animate(times, folder.peak_hz)
-shared.finish(flanks.layout, 1400, 350 * len(flanks.contacts))
+shared.finish(flanks.layout, 1400, 350 * len(flanks.flanks))

@@ -11,6 +11,7 @@ import os
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(globals().get("__file__", "views/flanks.py"))))
+import colours
 import numpy as np
 import shared
 from paraview import simple as pv
@@ -69,13 +70,16 @@ moved.ScaleFactor = factor
 display = pv.Show(moved, view)
 display.Ambient, display.Diffuse = 0.35, 0.65
 shared.edges(moved, view)
-shared.colour(display, view, DISTANCE, shared.HEAT, most, DISTANCE,
-              ("Vertical", "Lower Right Corner"))
+shared.colour(display, view, DISTANCE, most, DISTANCE, colours.BODIES)
 size = "in its own size" if factor == 1 else (
     f"drawn {factor:,.0f} times as large" if factor > 1 else f"drawn {factor:g} times as large")
-shared.words(view, f"motion at {folder.peak_hz:.2f} Hz, {size}")
+response = folder.summary["response"]
+shared.words(view, f"motion at {folder.peak_hz:.2f} Hz, {size}\n"
+             f"at most {most:.2g} mm in any direction; {response['observation']}: "
+             f"{1e3 * response['peak_amplitude_m']:.2g} mm along its direction")
 shared.times(view, motion, "{time:.0f} degrees of the period")
-view.Update()
+# What is shown first moves a camera.
+pv.RenderAllViews()
 shared.look_at(view, ends, 1.25)
 shared.animate(times, times[int(np.argmax(distances))])
 shared.finish(layout, 1000, 800)

@@ -4,22 +4,13 @@ import json
 import os
 from pathlib import Path
 
+import colours
 import numpy as np
 from paraview import simple as pv
 from paraview.servermanager import Fetch
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-INK = [0.13, 0.13, 0.13]
-STEEL = [0.82, 0.84, 0.87]
-# Places from 0 to 1 and their colours.
-HEAT = [(0, 0.93, 0.94, 0.96), (0.25, 0.45, 0.66, 0.83), (0.55, 0.98, 0.80, 0.40),
-        (1, 0.70, 0.10, 0.10)]
-POWER = [(0, 1.0, 0.97, 0.88), (0.33, 0.99, 0.75, 0.35), (0.67, 0.85, 0.25, 0.15),
-         (1, 0.30, 0.02, 0.15)]
-# What a pair does: number, word, colour.
-STATUS = [(0, "stuck", (0.12, 0.48, 0.27)), (1, "slipping", (0.04, 0.39, 0.71)),
-          (2, "opening", (0.90, 0.55, 0.13)), (3, "closing", (0.60, 0.35, 0.62)),
-          (4, "open", (0.60, 0.63, 0.66))]
+INK, STEEL = colours.unit(colours.INK), colours.unit(colours.STEEL)
 # Flanks that fit below each other.
 MOST_ROWS = 4
 
@@ -48,10 +39,12 @@ class Folder:
         opened.UpdatePipeline()
         return opened
 
-    def contact(self, number):
-        static = self.summary.get("static") or {}
-        contacts = static.get("contacts") or []
-        return contacts[number]["name"] if number < len(contacts) else f"contact {number}"
+    def flanks(self):
+        """Each flank as the maps show it: `mesh.flanks` of summary.json."""
+        found = (self.summary.get("mesh") or {}).get("flanks")
+        if not found:
+            raise RuntimeError(f"{self.path}/summary.json names no flanks: run the scene again")
+        return found
 
 
 def empty_layout(name):
@@ -73,22 +66,23 @@ def render_view():
     return view
 
 
-def words(view, text):
+def words(view, text, where="Upper Left Corner"):
     source = pv.Text(registrationName=f"text {text}", Text=text)
-    style(pv.Show(source, view), "Upper Left Corner")
+    style(pv.Show(source, view), where)
 
 
-def times(view, source, text):
+def times(view, source, text, where="Upper Right Corner"):
     """The time of the animation as a text, such as `frequency: {time:.2f} Hz`."""
     annotation = pv.AnnotateTimeFilter(registrationName=text.split(":")[0], Input=source)
     annotation.Format = text
-    style(pv.Show(annotation, view), "Upper Right Corner")
+    style(pv.Show(annotation, view), where)
 
 
 def style(display, where):
     display.WindowLocation = where
     display.Color = INK
     display.FontSize = 15
+    display.Justification = "Left"
 
 
 def scaled(source, array, factor, name):
@@ -99,14 +93,31 @@ def scaled(source, array, factor, name):
     return made
 
 
-def plain(source, view, before):
-    """As steel with its sharp edges, which are moved by `before`, so that they are not hidden."""
-    surface = pv.ExtractSurface(registrationName="surface", Input=source)
+def plain(source, view, frame):
+    """As steel with its sharp edges, which stand a little before it, so that they are not hidden. What hides
+    the flank, or lies far beside it, is cut off."""
+    half = cut(source, frame, frame.before_flank())
+    surface = pv.ExtractSurface(registrationName="surface", Input=half)
+    # The other planes lie along the line of sight: what they cut off leaves no hole that is seen.
+    for plane in frame.beside_flank():
+        surface = cut(surface, frame, plane)
+    surface = pv.ExtractSurface(registrationName="surface", Input=surface)
     display = pv.Show(surface, view)
     display.ColorArrayName = ["POINTS", ""]
     display.AmbientColor = display.DiffuseColor = STEEL
     display.Ambient, display.Diffuse = 0.35, 0.65
-    edges(surface, view).Position = before
+    edges(surface, view).Position = frame.before
+
+
+def cut(source, frame, plane):
+    """Without what lies beyond a plane: its distance from the centre of the flank, and its normal."""
+    distance, normal = plane
+    made = pv.Clip(registrationName="cut", Input=source)
+    made.ClipType = "Plane"
+    made.ClipType.Origin = [float(x) for x in frame.centre + distance * normal]
+    made.ClipType.Normal = [float(x) for x in normal]
+    made.Invert = 1
+    return made
 
 
 def outline(surface, view):
@@ -134,15 +145,19 @@ def at_each(source, array, times_):
     return found
 
 
-def colour(display, view, array, stops, most, title, where=None):
-    """Colours by an array of the points, from 0 to `most`, with a bar; `where` is its place."""
+def colour(display, view, array, most, title, ramp=colours.VIRIDIS):
+    """Colours by an array of the points, from 0 to the first round number from `most` on, with a bar."""
     pv.ColorBy(display, ("POINTS", array))
     table = pv.GetColorTransferFunction(array)
     table.AutomaticRescaleRangeMode = "Never"
-    table.ColorSpace = "Lab"
-    most = most if most > 0 else 1
-    table.RGBPoints = [number for place, *colours in stops for number in (most * place, *colours)]
-    bar(table, view, title, where)
+    table.ColorSpace = "RGB"
+    numbers = colours.ticks(most)
+    stops = zip(np.linspace(0, numbers[-1], len(ramp)), ramp)
+    table.RGBPoints = [number for at, stop in stops for number in (at, *colours.unit(stop))]
+    shown = bar(table, view, title)
+    shown.UseCustomLabels = 1
+    shown.CustomLabels = numbers
+    shown.AddRangeLabels = 0
 
 
 def colour_by_status(display, view, title):
@@ -150,12 +165,13 @@ def colour_by_status(display, view, title):
     table = pv.GetColorTransferFunction("status")
     table.InterpretValuesAsCategories = 1
     table.AnnotationsInitialized = 1
-    table.Annotations = [text for number, word, _ in STATUS for text in (str(number), word)]
-    table.IndexedColors = [part for _, _, colours in STATUS for part in colours]
-    bar(table, view, title, None)
+    words_of = [words for words, _ in colours.STATES]
+    table.Annotations = [text for code, many in enumerate(words_of) for text in (str(code), many)]
+    table.IndexedColors = [part for _, shown in colours.STATES for part in colours.unit(shown)]
+    bar(table, view, title)
 
 
-def bar(table, view, title, where):
+def bar(table, view, title):
     shown = pv.GetScalarBar(table, view)
     shown.Title = title
     shown.ComponentTitle = ""
@@ -167,35 +183,35 @@ def bar(table, view, title, where):
     shown.LabelFormat = shown.RangeLabelFormat = "%.3g"
     shown.Orientation = "Horizontal"
     shown.WindowLocation = "Lower Center"
-    if where:
-        shown.Orientation, shown.WindowLocation = where
     shown.Visibility = 1
+    return shown
 
 
 class Flanks:
-    """Views of each flank, seen from the second flank with the body of the first one behind it: a row for each
-    contact, a column for each of `fields`, which are functions of a source, a display and a view."""
+    """Views of each flank as the maps show it, with the body that lies behind it: a row for each
+    contact, a column for each of `columns`, which are functions of a source, a display and a view."""
 
     def __init__(self, name, folder, columns):
-        self.folder = folder
         rest = folder.open("flank_static.vtu")
-        body = folder.open("static.vtu")
-        first = threshold(body, "body", 0)
-        data = Fetch(rest)
-        last = int(data.GetCellData().GetArray("contact").GetRange()[1])
-        self.contacts = list(range(min(last + 1, MOST_ROWS)))
+        bodies = folder.open("static.vtu")
+        self.flanks = folder.flanks()[:MOST_ROWS]
         self.layout = layout = empty_layout(name)
         frames = []
-        hints = split(0, len(self.contacts), layout.SplitVertical)
-        for contact, hint in zip(self.contacts, hints):
-            frame = Frame(Fetch(threshold(rest, "contact", contact)))
+        hints = split(0, len(self.flanks), layout.SplitVertical)
+        for flank, hint in zip(self.flanks, hints):
+            frame = Frame(Fetch(threshold(rest, "contact", flank["contact"])), flank)
             places = split(hint, len(columns), layout.SplitHorizontal)
             for column, place in zip(columns, places):
                 view = render_view()
                 layout.AssignView(place, view)
-                plain(first, view, frame.before)
-                column(self, contact, frame, view)
-                words(view, folder.contact(contact))
+                if frame.behind is not None:
+                    plain(threshold(bodies, "body", frame.behind), view, frame)
+                column(self, flank["contact"], frame, view)
+                left, right, below, above = flank["edges"]
+                words(view, flank["name"])
+                words(view, above, "Upper Center")
+                words(view, left, "Lower Left Corner")
+                words(view, right, "Lower Right Corner")
                 frames.append((frame, view))
         # What is shown first moves a camera.
         pv.RenderAllViews()
@@ -230,30 +246,38 @@ def threshold(source, array, value):
 
 
 class Frame:
-    """Where a flank is, and from where it is looked at."""
+    """Where a flank is, and from where it is looked at: with the directions to the right and up that it
+    has in the maps. That is from the side of the second body, or from that of the first."""
 
-    def __init__(self, flank):
-        points = vtk_to_numpy(flank.GetPoints().GetData())
-        normal = vtk_to_numpy(flank.GetPointData().GetArray("normal")).mean(axis=0)
+    def __init__(self, points, flank):
+        points, normals = (vtk_to_numpy(array) for array in (
+            points.GetPoints().GetData(), points.GetPointData().GetArray("normal")))
+        self.right, self.up = np.array(flank["right"]), np.array(flank["up"])
+        self.towards = np.cross(self.right, self.up)
         # `normal` leads from the second flank into the body of the first.
-        self.towards = -normal / np.linalg.norm(normal)
+        first_is_behind = self.towards @ normals.mean(axis=0) < 0
+        self.behind = flank["bodies"][0 if first_is_behind else 1]
         self.centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        up = np.array([0, 0, 1.0]) if abs(self.towards[2]) < 0.95 else np.array([0, 1.0, 0])
-        self.right = np.cross(up, self.towards)
-        self.right /= np.linalg.norm(self.right)
-        self.up = np.cross(self.towards, self.right)
         off = points - self.centre
         self.width, self.height = (np.ptp(off @ axis) for axis in (self.right, self.up))
         self.before = [float(x) for x in 2e-3 * max(self.width, self.height) * self.towards]
 
+    def before_flank(self):
+        """A plane that nothing is shown before: its distance from the centre, and its normal."""
+        return self.height, self.towards
+
+    def beside_flank(self):
+        """Planes that nothing is shown beyond."""
+        above, beside = 1.3 * self.height, 0.5 * self.width + self.height
+        return [(above, self.up), (above, -self.up), (beside, self.right), (beside, -self.right)]
+
     def look(self, view):
         away = max(self.width, self.height)
-        at = self.towards + 0.25 * self.right
         view.CameraFocalPoint = [float(x) for x in self.centre]
-        view.CameraPosition = [float(x) for x in self.centre + 10 * away * at]
+        view.CameraPosition = [float(x) for x in self.centre + 10 * away * self.towards]
         view.CameraViewUp = [float(x) for x in self.up]
         # Half of the height that is seen: a view is about twice as wide as high.
-        view.CameraParallelScale = float(max(0.33 * self.width, 0.9 * self.height))
+        view.CameraParallelScale = float(max(0.36 * self.width, 2.2 * self.height))
 
 
 def look_at(view, ends, shape):
@@ -266,11 +290,12 @@ def look_at(view, ends, shape):
     up = np.cross(towards, right)
     sides = np.ptp(ends, axis=1)
     width, height = (float(np.abs(axis) @ sides) for axis in (right, up))
-    centre, away = ends.mean(axis=1), np.linalg.norm(sides)
+    # A little lower than the middle: there is a bar of colours below.
+    centre, away = ends.mean(axis=1) - 0.05 * height * up, np.linalg.norm(sides)
     view.CameraFocalPoint = [float(x) for x in centre]
     view.CameraPosition = [float(x) for x in centre + 10 * away * towards]
     view.CameraViewUp = [float(x) for x in up]
-    view.CameraParallelScale = 0.55 * max(height, width / shape)
+    view.CameraParallelScale = 0.58 * max(height, width / shape)
 
 
 def animate(times_, start=None):

@@ -24,17 +24,17 @@ most_slip = max(shared.at_each(slip, SLIP, times))
 
 def of_energy(flanks, contact, frame, view):
     display = flanks.show(energy, contact, frame, view)
-    shared.colour(display, view, ENERGY, shared.POWER, most_energy,
+    shared.colour(display, view, ENERGY, most_energy,
                   "energy taken by friction in a period, J/m2")
     shared.times(view, series, "{time:.2f} Hz")
 
 
 def of_slip(flanks, contact, frame, view):
     display = flanks.show(slip, contact, frame, view)
-    shared.colour(display, view, SLIP, shared.HEAT, most_slip, "distance slid in a period, um")
+    shared.colour(display, view, SLIP, most_slip, "distance slid in a period, um")
     shared.times(view, series, "{time:.2f} Hz")
 
 
 flanks = shared.Flanks("wear", folder, [of_energy, of_slip])
 shared.animate(times, folder.peak_hz)
-shared.finish(flanks.layout, 1400, 350 * len(flanks.contacts))
+shared.finish(flanks.layout, 1400, 350 * len(flanks.flanks))

@@ -6,14 +6,20 @@ use crate::console::Verbosity;
 use crate::export::manifest::{
     ContactCounts, StageSummary, StaticSummary, Summary, contact_counts,
 };
+use crate::export::report::REPORT;
 use crate::pipeline::Run;
-use crate::words::{cycle_counts, figure, percent, quantity, quantity_beside, static_counts};
+use crate::words::{
+    cycle_counts, error_words, figure, percent, quantity, quantity_beside, static_counts,
+    supported_digits,
+};
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
 
 /// Stages that took less than this share of the time are not named.
 const LEAST_SHARE: f64 = 0.1;
+/// Of amplitudes of the linear curve, which is exact.
+const LINEAR_DIGITS: usize = 4;
 /// Least width of the first column, and the width of a number of the second and third.
 const WIDTHS: [usize; 2] = [14, 16];
 
@@ -28,7 +34,7 @@ pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
         }
         None => Vec::new(),
     };
-    let report = folder.join("report.html");
+    let report = folder.join(REPORT);
     match verbosity {
         Verbosity::Quiet => {
             let result = one_line(&run.summary, &peaks);
@@ -42,6 +48,10 @@ pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
 struct PeakLines {
     name: String,
     peak: Peak,
+    /// Estimated relative error of its amplitude.
+    error: Option<f64>,
+    /// Digits of its amplitude.
+    digits: usize,
     linear: Option<Peak>,
     /// What the pairs do there, and those of each contact.
     pairs: Option<CycleCounts>,
@@ -54,8 +64,12 @@ impl PeakLines {
         let peak = peak(response, observation)?;
         let orbit = &response.orbits[peak.index];
         let local = local_peaks(response, observation);
+        let error = orbit.amplitude_error(observation);
         Some(Self {
             name: name.to_owned(),
+            // Without pairs nothing is left out, and nothing is said of it.
+            error: error.filter(|_| !orbit.cycles.is_empty()),
+            digits: supported_digits(peak.amplitude_m, error),
             linear: linear_peak(response, observation),
             pairs: (!orbit.cycles.is_empty()).then(|| orbit.counts()),
             contacts: contact_counts(table, orbit),
@@ -86,10 +100,13 @@ fn one_line(summary: &Summary, peaks: &[PeakLines]) -> String {
                 figure(l.frequency_hz, 6)
             )
         });
+        let error = p
+            .error
+            .map_or(String::new(), |e| format!(", {},", error_words(e)));
         format!(
-            "{}: peak {} at {} Hz{linear}; ",
+            "{}: peak {}{error} at {} Hz{linear}; ",
             p.name,
-            quantity(p.peak.amplitude_m, "m", 4),
+            quantity(p.peak.amplitude_m, "m", p.digits),
             figure(p.peak.frequency_hz, 6)
         )
     };
@@ -133,16 +150,23 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
         );
     }
     for p in peaks {
-        let cells = |of: &dyn Fn(&Peak) -> String| {
-            let linear = p.linear.as_ref().map_or("–".to_owned(), of);
-            format!("{:<column$}{linear:<column$}", of(&p.peak))
+        let cells = |of: &dyn Fn(&Peak, usize) -> String| {
+            let linear = p.linear.as_ref();
+            let linear = linear.map_or("–".to_owned(), |linear| of(linear, LINEAR_DIGITS));
+            format!("{:<column$}{linear:<column$}", of(&p.peak, p.digits))
         };
         let linear_m = p.linear.as_ref().map_or(0.0, |linear| linear.amplitude_m);
         let largest_m = p.peak.amplitude_m.max(linear_m);
-        let amplitudes = cells(&|p| quantity_beside(p.amplitude_m, largest_m, "m", 4));
-        let frequencies = cells(&|p| format!("{} Hz", figure(p.frequency_hz, 6)));
-        let ratio = p.ratio().map_or("–".to_owned(), |ratio| figure(ratio, 3));
+        let amplitudes = cells(&|p, digits| quantity_beside(p.amplitude_m, largest_m, "m", digits));
+        let frequencies = cells(&|p, _| format!("{} Hz", figure(p.frequency_hz, 6)));
+        let digits = p.digits.min(3);
+        let ratio = p
+            .ratio()
+            .map_or("–".to_owned(), |ratio| figure(ratio, digits));
         text += &format!("{}{amplitudes}{ratio}\n", heading(&title(p)));
+        if let Some(error) = p.error {
+            text += &format!("{}{}\n", heading(""), error_words(error));
+        }
         text += &format!("{}{}\n", heading(""), frequencies.trim_end());
         let loss = p.local.as_ref().and_then(|local| local.loss_factor);
         let loss = loss.map(|loss| {
@@ -216,6 +240,8 @@ mod tests {
     fn columns_begin_behind_the_longest_name() {
         let peak = |name: &str| PeakLines {
             name: name.to_owned(),
+            error: None,
+            digits: 4,
             peak: Peak {
                 index: 0,
                 frequency_hz: 450.0,

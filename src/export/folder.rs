@@ -132,6 +132,15 @@ impl OutputFolder {
         self.write_summary(said, state, why)
     }
 
+    /// Names of the files of the folder: those that are there, and of a run under way also those that it is about to
+    /// write.
+    pub fn files(&self, state: RunState) -> Vec<String> {
+        let written = self.written.borrow();
+        let names = self.earlier.union(&written);
+        let is_there = |name: &&String| state == RunState::Running || self.path.join(name).exists();
+        names.filter(is_there).cloned().collect()
+    }
+
     /// Whether summary.json says that the run is going on.
     pub fn is_running(&self) -> bool {
         self.said.borrow().state == RunState::Running
@@ -201,11 +210,7 @@ impl OutputFolder {
         if let Some(run) = &self.run {
             summary = run.with_findings_of(summary);
         }
-        let written = self.written.borrow();
-        let names = self.earlier.union(&written);
-        let is_there =
-            |name: &&String| summary.state == RunState::Running || self.path.join(name).exists();
-        summary.files = names.filter(is_there).cloned().collect();
+        summary.files = self.files(state);
         manifest::write_summary(&self.path.join(SUMMARY), &summary)?;
         *self.said.borrow_mut() = summary;
         Ok(())

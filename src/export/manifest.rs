@@ -8,6 +8,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::unrolled::Orientation;
 use super::{ExportError, write_file};
 use crate::stage::Stage;
 use crate::warning::{Warning, Weight};
@@ -198,9 +199,27 @@ pub struct MeshSummary {
     pub bodies: Vec<BodySummary>,
     /// Contacts between two flanks, bonded ones last.
     pub contacts: Vec<FlankMatch>,
+    /// Contacts whose flanks have maps, as these show them.
+    #[serde(default)]
+    pub flanks: Vec<FlankView>,
     /// Bodies with flanks whose edges are not straight in the mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub straightened_edges: Vec<StraightenedEdges>,
+}
+
+/// A flank as the maps show it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FlankView {
+    /// Number of its contact, as in the VTK files, and its name.
+    pub contact: usize,
+    pub name: String,
+    /// Numbers of the bodies of the first and of the second flank; `None` for rigid ground.
+    pub bodies: [Option<usize>; 2],
+    /// Unit vectors that lead to the right and up.
+    pub right: [f64; 3],
+    pub up: [f64; 3],
+    /// Names of the sides left, right, below and above.
+    pub edges: [String; 4],
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -475,6 +494,14 @@ pub fn mesh_summary(
         })
         .collect();
     let types = model.element_types();
+    let flanks = Orientation::of_flanks(model).map(|(pair, orientation)| FlankView {
+        contact: pair.contact,
+        name: model.contact_names[pair.contact].clone(),
+        bodies: pair.bodies(),
+        right: orientation.right,
+        up: orientation.up,
+        edges: orientation.edges,
+    });
     MeshSummary {
         source,
         blake3,
@@ -486,6 +513,7 @@ pub fn mesh_summary(
         free_dofs: bodies.iter().map(|b| b.free_dofs).sum(),
         bodies,
         contacts: model.matches.clone(),
+        flanks: flanks.collect(),
         straightened_edges: model.straightened.clone(),
     }
 }

@@ -12,6 +12,7 @@ pub mod journal;
 pub mod manifest;
 pub mod plots;
 pub mod report;
+mod states;
 mod unrolled;
 pub mod vtu;
 

@@ -1,11 +1,11 @@
 //! Unrolls the flanks: each contact is a panel in its own plane, all in one sense. The slot runs to the right,
 //! outwards is up, and the edges have names. Each pair is the patch of flank that is its tributary
-//! area.
+//! area. summary.json has the directions and the names, for programs that show a flank in the same way.
 
 use std::collections::BTreeMap;
 
 use dovetail_numerics::space::{dot, scaled, sub, unit};
-use dovetail_solver::model::{Model, Rotation};
+use dovetail_solver::model::{ContactPair, Model, Rotation};
 
 /// A side of a flank is named after a direction of the machine with at least this cosine to it.
 const LEAST_COSINE: f64 = 0.1;
@@ -38,10 +38,7 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         .collect();
     let first = &model.pairs[*facets.first()?.first()?];
     let origin = first.position_m;
-    let [_, t1, t2] = first.frame;
-    let machine = MachineDirections::at(origin, model.rotation.as_ref());
-    let (right, sides) = turned(t1, machine.axial, ["front end", "rear end"]);
-    let (up, heights) = turned(t2, machine.radial, ["inner edge", "outer edge"]);
+    let Orientation { right, up, edges } = Orientation::at(first, model.rotation.as_ref());
     let flat = |pair: usize| {
         let from_origin = sub(model.pairs[pair].position_m, origin);
         [dot(from_origin, right), dot(from_origin, up)]
@@ -60,15 +57,48 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         }
     }
     let name = model.contact_names[contact].clone();
-    let [left, right] = sides;
-    let [below, above] = heights;
     Some(Panel {
         name,
-        edges: [left, right, below, above],
+        edges,
         patches,
         low: [0.0; 2],
         high: [high[0] - low[0], high[1] - low[1]],
     })
+}
+
+/// How a flank stands in its map.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Orientation {
+    /// Unit vectors that lead to the right and up.
+    pub right: [f64; 3],
+    pub up: [f64; 3],
+    /// The sides left, right, below and above.
+    pub edges: [String; 4],
+}
+
+impl Orientation {
+    /// Of the flank of each contact that has facets, with its first pair.
+    pub fn of_flanks(model: &Model) -> impl Iterator<Item = (&ContactPair, Self)> {
+        (0..model.contact_names.len()).filter_map(|contact| {
+            let firsts = model.flank_facets.iter().filter_map(|facet| facet.first());
+            let pair = firsts.map(|&pair| &model.pairs[pair as usize]);
+            let first = pair.into_iter().find(|pair| pair.contact == contact)?;
+            Some((first, Self::at(first, model.rotation.as_ref())))
+        })
+    }
+
+    fn at(pair: &ContactPair, rotation: Option<&Rotation>) -> Self {
+        let [_, t1, t2] = pair.frame;
+        let machine = MachineDirections::at(pair.position_m, rotation);
+        let (right, [left_edge, right_edge]) = turned(t1, machine.axial, ["front end", "rear end"]);
+        let (up, [lower_edge, upper_edge]) =
+            turned(t2, machine.radial, ["inner edge", "outer edge"]);
+        Self {
+            right,
+            up,
+            edges: [left_edge, right_edge, lower_edge, upper_edge],
+        }
+    }
 }
 
 /// Directions that a rotating machine has at a point; none without rotation.

@@ -4,17 +4,21 @@ use crate::words::{counted, figure, quantity};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
-/// Excitation, speed and friction: `1.00 N, 6000 rpm, friction 0.3`.
+/// Excitation, speed and friction: `1 N at 6000 rpm, friction 0.3`.
 pub(super) fn in_motion(scene: &Scene) -> String {
     let parts = match &scene.subject {
-        Subject::Assembly(assembly) => [
-            excitations(assembly),
-            vec![speed(assembly)],
-            vec![friction(assembly)],
-        ]
-        .concat(),
+        Subject::Assembly(assembly) => {
+            let shaken = excitations(assembly).join(", ");
+            let between = if assembly.rotation.is_some() {
+                " at"
+            } else {
+                ","
+            };
+            let moving = format!("{shaken}{between} {}", speed(assembly));
+            vec![moving, friction(assembly)]
+        }
         Subject::ReducedModel(model) => vec![
-            quantity(model.force_n, "N", 3),
+            given(model.force_n, "N"),
             format!("friction {}", short(model.friction)),
         ],
     };
@@ -56,7 +60,7 @@ fn friction(assembly: &Assembly) -> String {
     }
 }
 
-/// One part for each unit, `1.00 N` or `2 forces of 1.00 N to 2.00 N`, and one for the fields.
+/// One part for each unit, `1 N` or `2 forces of 1 N to 2 N`, and one for the fields.
 fn excitations(assembly: &Assembly) -> Vec<String> {
     let mut parts = Vec::new();
     for unit in ["N", "Pa", "m/s2", "m"] {
@@ -64,15 +68,11 @@ fn excitations(assembly: &Assembly) -> Vec<String> {
         let of_unit = of_unit.filter(|e| e.kind.unit() == unit);
         let amplitudes: Vec<f64> = of_unit.map(|e| e.amplitude).collect();
         match (amplitudes.as_slice(), range(&amplitudes)) {
-            ([one], _) => parts.push(quantity(*one, unit, 3)),
+            ([one], _) => parts.push(given(*one, unit)),
             (_, Some((least, most))) => {
                 let each = match least == most {
-                    true => quantity(most, unit, 3),
-                    false => format!(
-                        "{} to {}",
-                        quantity(least, unit, 3),
-                        quantity(most, unit, 3)
-                    ),
+                    true => given(most, unit),
+                    false => format!("{} to {}", given(least, unit), given(most, unit)),
                 };
                 let (one, many) = match unit {
                     "N" => ("force", "forces"),
@@ -103,9 +103,21 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
 
 /// Six digits at most, no zeros at the end.
 fn short(v: f64) -> String {
-    let text = figure(v, 6);
-    match text.contains('.') && !text.contains('e') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    without_zeros(&figure(v, 6)).to_owned()
+}
+
+/// As a scene gives it: `1 N`, `12.5 mN`.
+fn given(v: f64, unit: &str) -> String {
+    let text = quantity(v, unit, 6);
+    match text.split_once(' ') {
+        Some((number, unit)) => format!("{} {unit}", without_zeros(number)),
+        None => text,
+    }
+}
+
+fn without_zeros(number: &str) -> &str {
+    match number.contains('.') && !number.contains('e') {
+        true => number.trim_end_matches('0').trim_end_matches('.'),
+        false => number,
     }
 }

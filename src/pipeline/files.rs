@@ -29,6 +29,7 @@ use crate::export::plots::{
 use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
 use crate::stage::Stage;
 use crate::warning::{Warning, by_weight};
+use crate::words::counted;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
@@ -129,23 +130,23 @@ impl Files {
         response: &Response,
         compared: Option<&Compared>,
     ) -> Result<(), RunError> {
-        let label = |h: usize| format!("H = {h}");
-        let compared = compared.map(|c| (label(c.harmonics), &c.response));
-        let own = (harmonics_label(response), response);
-        let responses: Vec<&(String, &Response)> = compared.iter().chain([&own]).collect();
+        let of = |response| (harmonics_label(response), response);
+        let (compared, own) = (compared.map(|c| of(&c.response)), of(response));
         let further = |kind| self.further_plots.contains(&kind);
         for (i, name) in names.iter().enumerate() {
-            let heading = Heading {
-                title: &format!("{}: {name}", self.summary.scene.name),
-                conditions: &self.in_motion,
-            };
             let with = |of: &dyn Fn(&str, &Response) -> plots::Curve| -> Vec<plots::Curve> {
-                responses.iter().map(|(label, r)| of(label, r)).collect()
+                let compared = compared.iter();
+                let compared = compared.map(|(label, r)| of(label, r).to_compare());
+                compared.chain([of(&own.0, own.1)]).collect()
             };
             let mut amplitudes = vec![linear_curve("linear", response, i)];
             amplitudes.extend(with(&|label, r| response_curve(label, r, i)));
-            let draw = |file: String, ordinate, curves: &[plots::Curve]| {
+            let draw = |file: String, ordinate: Ordinate<'_>, curves: &[plots::Curve]| {
                 let path = self.out.file(&format!("plots/{file}.svg"))?;
+                let heading = Heading {
+                    title: &format!("{}, scene {}", ordinate.title(), self.summary.scene.name),
+                    conditions: &self.in_motion,
+                };
                 plots::write_curves(&path, heading, ordinate, curves)
             };
             let linear = Ordinate::Amplitude(name, Scale::Linear);
@@ -324,13 +325,15 @@ impl Files {
         let summary = Summary {
             state,
             why,
+            files: self.out.files(state),
             ..self.with_its_origin(run.summary.clone())
         };
         let compared = run.compared.as_ref();
-        let compared = compared.map(|c| (format!("H = {}", c.harmonics), &c.response));
+        let compared = compared.map(|c| (harmonics_label(&c.response), &c.response));
         let contents = report::Contents {
             scene,
             summary: &summary,
+            conditions: &self.in_motion,
             observations: &run.reduced.observations(),
             pairs: &run.reduced.pairs,
             model: run.reduced.meshed().map(|meshed| &meshed.model),
@@ -343,7 +346,7 @@ impl Files {
             }),
             motion: self.motion.as_deref(),
         };
-        Ok(report::write(&self.out.file("report.html")?, &contents)?)
+        Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
     }
 
     /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
@@ -829,13 +832,15 @@ fn write_static_state(
     Ok(())
 }
 
-/// `H = 3`, or `H = 1 to 7` where the frequencies chose their own.
+/// `with 3 harmonics`, or `with 1 to 7 harmonics` where the frequencies chose their own.
 fn harmonics_label(response: &Response) -> String {
     let harmonics = || response.orbits.iter().map(|o| o.harmonics);
     let (least, most) = (harmonics().min(), harmonics().max());
     match (least.unwrap_or(0), most.unwrap_or(0)) {
-        (least, most) if least == most => format!("H = {most}"),
-        (least, most) => format!("H = {least} to {most}"),
+        (least, most) if least == most => {
+            format!("with {}", counted(most, "harmonic", "harmonics"))
+        }
+        (least, most) => format!("with {least} to {most} harmonics"),
     }
 }
 

@@ -39,6 +39,7 @@ use self::folder::{Found, Settings};
 use self::pieces::Pieces;
 use self::results::{CaseResult, Ended, collect};
 use self::workflow::Workflow;
+use crate::export::report::REPORT;
 use crate::pipeline;
 use crate::pipeline::progress::Progress;
 use crate::scene::{self, Fault};
@@ -251,7 +252,7 @@ pub fn study(
             );
         }
     }
-    let report = settings.out.join("report.html");
+    let report = settings.out.join(REPORT);
     progress.note(&format!("answers in {}", report.display()));
     let mut lines = report::least_values(&study, &results, &analysis);
     lines.extend(report::recommended(&study, &results, &analysis));
@@ -347,7 +348,7 @@ fn write(
         analysis,
         pictures: &pictures,
     };
-    page::write(&out.join("report.html"), &contents)?;
+    page::write(&out.join(REPORT), &contents)?;
     report::write_summary(&out.join("summary.json"), study, results, analysis)?;
     report::write_table(&out.join("table.csv"), study, results, analysis)
 }

@@ -18,6 +18,7 @@ use super::pictures::Picture;
 use super::quantity::name_and_unit;
 use super::report::{all_cases, at_words, least_values, one_knob, recommended, remarks};
 use super::results::{CaseResult, Ended};
+use crate::export::report::REPORT;
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::{csv, write_file};
 use crate::metrics;
@@ -321,10 +322,10 @@ fn cases(contents: &Contents<'_>) -> Markup {
         let has_report = contents
             .settings
             .folder(&results[r].case)
-            .join("report.html")
+            .join(REPORT)
             .is_file();
         html! {
-            @if has_report { a href={ "cases/" (name) "/report.html" } { (name) } } @else { (name) }
+            @if has_report { a href={ "cases/" (name) "/" (REPORT) } { (name) } } @else { (name) }
         }
     };
     html! {

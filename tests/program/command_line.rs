@@ -450,7 +450,7 @@ fn what_acts_stands_under_the_title_of_a_picture() {
         (
             &[][..],
             "5000 rpm, friction 0.3",
-            "2.00 N, 5000 rpm, friction 0.3",
+            "2 N at 5000 rpm, friction 0.3",
         ),
         (
             &[
@@ -459,7 +459,7 @@ fn what_acts_stands_under_the_title_of_a_picture() {
                 "rotation.speed_rpm=4000",
             ][..],
             "4000 rpm, friction 0.25 to 0.3",
-            "20.0 mN, 4000 rpm, friction 0.25 to 0.3",
+            "20 mN at 4000 rpm, friction 0.25 to 0.3",
         ),
     ] {
         let few = ["response.points=2", "response.harmonics=1"];

@@ -671,6 +671,7 @@ fn figures_show_every_pair_and_every_lost_point() {
     let separates = sweep_fields(&run.response, run.model.pairs.len()).separates;
     let separated = separates.iter().filter(|separates| **separates).count();
     assert!(separated > 0 && separated < 72);
+    assert!(svg("separation.svg").contains(&format!(" Hz: {separated} of 72\n")));
     assert!(svg("separation.svg").contains(&format!("\n{separated} pairs\n")));
     assert!(svg("response.svg").contains("H = 3: 2 points did not converge"));
     // Three stretches of the curve (before 3, between 3 and 17, after 17) and its legend (3 pieces).
@@ -686,7 +687,7 @@ fn figures_show_every_pair_and_every_lost_point() {
         let ordinate = Ordinate::Amplitude("tip", Scale::Linear);
         plots::write_curves(&path, HEADING, ordinate, &curves).unwrap();
         let text = fs::read_to_string(&path).unwrap();
-        text.matches("stroke=\"#0072B2\"").count()
+        text.matches("stroke=\"#222222\"").count()
     };
     // Two crosses on the axis and one in the legend add two lines each; two gaps add two lines.
     assert_eq!(draw(&run.response), draw(&gapless) + 2 + 6);

@@ -42,6 +42,7 @@ fn every_picture_of_a_run_is_drawn() {
                 "amplitude",
                 "phase",
                 "counts",
+                "powers",
                 "field",
                 "statuses",
                 "loops",
@@ -81,5 +82,8 @@ fn a_reduced_model_has_curves_alone() {
     );
     let (dom, complaints) = opened(&page, 1000);
     assert_eq!(complaints, [""; 0]);
-    assert_eq!(drawn(&dom), ["amplitude", "phase", "counts", "loops"]);
+    assert_eq!(
+        drawn(&dom),
+        ["amplitude", "phase", "counts", "powers", "loops"]
+    );
 }

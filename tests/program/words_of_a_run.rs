@@ -41,11 +41,21 @@ fn summary(folder: &Folder) -> serde_json::Value {
     serde_json::from_slice(&text).unwrap()
 }
 
-/// `6.491 mm` of 6.4913e-3.
-fn millimetres(summary: &serde_json::Value, key: &str) -> String {
-    let metres = summary["response"][key].as_f64().unwrap();
-    let digits = if metres >= 1e-2 { 2 } else { 3 };
-    format!("{:.digits$} mm", 1e3 * metres)
+/// `7.105 mm` of 7.10466e-3.
+fn linear_millimetres(summary: &serde_json::Value) -> String {
+    let metres = summary["response"]["linear_peak_amplitude_m"].as_f64();
+    format!("{:.3} mm", 1e3 * metres.unwrap())
+}
+
+/// `2.7 mm` and `estimated error 15 %` of 2.685e-3 and 0.146: with one harmonic the error is some tenths of a millimetre.
+fn peak_and_error(summary: &serde_json::Value) -> [String; 2] {
+    let of = |key: &str| summary["response"][key].as_f64().unwrap();
+    let (metres, error) = (of("peak_amplitude_m"), of("peak_estimated_error"));
+    assert!((1e-4..1e-3).contains(&(error * metres)) && (0.1..0.195).contains(&error));
+    [
+        format!("{:.1} mm", 1e3 * metres),
+        format!("estimated error {:.0} %", 100.0 * error),
+    ]
 }
 
 #[test]
@@ -57,10 +67,11 @@ fn the_end_has_the_peak_beside_the_linear_one_the_time_and_the_file_to_open() {
         found.unwrap_or_else(|| panic!("no {start} in {told}"))
     };
     let peak = line("peak of tip");
-    for key in ["peak_amplitude_m", "linear_peak_amplitude_m"] {
-        let words = millimetres(&summary, key);
+    let [amplitude, error] = peak_and_error(&summary);
+    for words in [format!(" {amplitude} "), linear_millimetres(&summary)] {
         assert!(peak.contains(&words), "{words}: {told}");
     }
+    assert!(line("estimated error").ends_with(&error), "{error}: {told}");
     let points = summary["response"]["points"].as_u64().unwrap();
     assert!(
         line("frequencies").contains(&format!("{points} of {points} converged")),
@@ -83,10 +94,8 @@ fn the_quiet_have_one_line_of_results_and_the_warnings() {
     let told = printed(&output);
     let summary = summary(&folder);
     assert_eq!(told.lines().count(), 1, "{told}");
-    let start = format!(
-        "tip: peak {} at ",
-        millimetres(&summary, "peak_amplitude_m")
-    );
+    let [amplitude, error] = peak_and_error(&summary);
+    let start = format!("tip: peak {amplitude}, {error}, at ");
     assert!(told.starts_with(&start), "{start}: {told}");
     assert!(told.contains("frequencies converged; "), "{told}");
     assert!(told.trim().ends_with("report.html"), "{told}");

@@ -12,6 +12,11 @@ const CURVES: [RGBColor; 6] = [
     RGBColor(86, 180, 233),
 ];
 
+/// Of the linear curve, and of one with another number of harmonics, whose colour no state of a pair has. The report has the
+/// same in `report.css`.
+pub(super) const LINEAR: RGBColor = RGBColor(90, 90, 90);
+pub(super) const COMPARED: RGBColor = CURVES[5];
+
 /// viridis (Smith and van der Walt, 2015) at 0, 0.1, ... 1.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
@@ -59,6 +64,17 @@ pub(super) fn of_value(fraction: f64) -> RGBColor {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_views_of_paraview_have_the_same_colours() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(root.join("views/colours.py")).unwrap();
+        let (_, list) = text.split_once("VIRIDIS = [").unwrap();
+        let (list, _) = list.split_once(']').unwrap();
+        let words: Vec<&str> = list.split_whitespace().collect();
+        let stops = VIRIDIS.map(|[r, g, b]| format!("({r}, {g}, {b})"));
+        assert_eq!(words.join(" "), stops.join(", "));
+    }
 
     #[test]
     fn values_run_from_dark_to_light_and_are_clamped() {

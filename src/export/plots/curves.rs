@@ -5,7 +5,7 @@ use std::path::Path;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-use super::colour::of_curve;
+use super::colour::{COMPARED, LINEAR};
 use super::legend::{Legend, Mark};
 use super::{
     Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, at_px, draw_heading, draw_mesh, px,
@@ -26,8 +26,42 @@ pub struct Curve {
     pub points: Vec<(f64, Option<f64>)>,
     /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
     pub inaccurate: Vec<(f64, f64)>,
-    /// Drawn grey and dashed, for comparison.
-    pub reference: bool,
+    pub kind: CurveKind,
+}
+
+/// What a curve is of, which gives it its colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CurveKind {
+    /// The linear reference: grey and dashed.
+    Linear,
+    /// With another number of harmonics.
+    Compared,
+    /// With slip and separation.
+    Response,
+}
+
+impl CurveKind {
+    fn colour(self) -> RGBColor {
+        match self {
+            Self::Linear => LINEAR,
+            Self::Compared => COMPARED,
+            Self::Response => INK,
+        }
+    }
+
+    fn style(self) -> ShapeStyle {
+        let width = if self == Self::Linear { 2 } else { 3 };
+        self.colour().stroke_width(px(width))
+    }
+}
+
+impl Curve {
+    /// The same curve beside another one that is the result.
+    #[must_use]
+    pub fn to_compare(self) -> Self {
+        let kind = CurveKind::Compared;
+        Self { kind, ..self }
+    }
 }
 
 /// Amplitude of an observation where the response converged.
@@ -49,7 +83,7 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
             .map(point)
             .filter_map(|(f, a)| Some((f, a?)))
             .collect(),
-        reference: false,
+        kind: CurveKind::Response,
     }
 }
 
@@ -69,7 +103,7 @@ pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Cur
         label: label.to_owned(),
         points,
         inaccurate: vec![],
-        reference: true,
+        kind: CurveKind::Linear,
     }
 }
 
@@ -91,7 +125,7 @@ pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curv
             })
             .collect(),
         inaccurate: vec![],
-        reference: false,
+        kind: CurveKind::Response,
     }
 }
 
@@ -102,6 +136,16 @@ pub enum Ordinate<'a> {
     Amplitude(&'a str, Scale),
     /// Degrees.
     Phase(&'a str),
+}
+
+impl Ordinate<'_> {
+    /// `Amplitude of tip`.
+    pub fn title(&self) -> String {
+        match self {
+            Self::Amplitude(name, _) => format!("Amplitude of {name}"),
+            Self::Phase(name) => format!("Phase of {name}"),
+        }
+    }
 }
 
 /// Draws curves against frequency (the paper's Figures 3 and 4).
@@ -185,12 +229,12 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
 /// What is drawn of the curves, in words.
 fn legend(curves: &[Curve]) -> Legend {
     let mut legend = Legend::default();
-    for (curve, colour) in coloured(curves) {
-        let style = line_style(curve, colour);
-        let line = if curve.reference {
-            Mark::Dashes
-        } else {
-            Mark::Line
+    for curve in curves {
+        let style = curve.kind.style();
+        let colour = curve.kind.colour();
+        let line = match curve.kind {
+            CurveKind::Linear => Mark::Dashes,
+            CurveKind::Compared | CurveKind::Response => Mark::Line,
         };
         legend.add(line(style), curve.label.clone());
         if !curve.inaccurate.is_empty() {
@@ -205,22 +249,6 @@ fn legend(curves: &[Curve]) -> Legend {
         }
     }
     legend
-}
-
-/// The curves with their colours: references are grey.
-fn coloured(curves: &[Curve]) -> impl Iterator<Item = (&Curve, RGBColor)> {
-    let mut colours = (0..).map(of_curve);
-    curves.iter().map(move |curve| {
-        let colour = match curve.reference {
-            true => RGBColor(90, 90, 90),
-            false => colours.next().unwrap_or(INK),
-        };
-        (curve, colour)
-    })
-}
-
-fn line_style(curve: &Curve, colour: RGBColor) -> ShapeStyle {
-    colour.stroke_width(px(if curve.reference { 2 } else { 3 }))
 }
 
 type Chart<'a, 'b, Y> =
@@ -257,8 +285,9 @@ fn lines<'a, 'b: 'a, Y>(
 where
     Y: Ranged<ValueType = f64>,
 {
-    for (curve, colour) in coloured(curves) {
-        stretches(chart, curve, colour, factor, bottom)?;
+    for curve in curves {
+        let colour = curve.kind.colour();
+        stretches(chart, curve, factor, bottom)?;
         rings(chart, curve, colour, factor, bottom)?;
         crosses(chart, curve, colour, bottom)?;
     }
@@ -269,20 +298,19 @@ where
 fn stretches<'a, 'b: 'a, Y>(
     chart: &mut Chart<'a, 'b, Y>,
     curve: &Curve,
-    colour: RGBColor,
     factor: f64,
     bottom: f64,
 ) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
 {
-    let style = line_style(curve, colour);
+    let style = curve.kind.style();
     for run in converged_runs(&curve.points, factor, bottom) {
         if run.len() == 1 {
-            chart.draw_series([Circle::new(run[0], px(4), colour.filled())])?;
+            chart.draw_series([Circle::new(run[0], px(4), style.color.filled())])?;
             continue;
         }
-        if curve.reference {
+        if curve.kind == CurveKind::Linear {
             chart.draw_series(DashedLineSeries::new(run, px(9), px(6), style))?;
         } else {
             chart.draw_series(LineSeries::new(run, style))?;
@@ -393,13 +421,13 @@ mod tests {
             label: "H = 3".to_owned(),
             points: vec![(1.0, Some(1.0)), (2.0, None)],
             inaccurate: vec![(1.0, 1.0)],
-            reference: false,
+            kind: CurveKind::Response,
         };
         let reference = Curve {
             label: "linear".to_owned(),
             points: vec![(1.0, Some(1.0))],
             inaccurate: vec![],
-            reference: true,
+            kind: CurveKind::Linear,
         };
         let legend = format!("{:?}", legend(&[reference, curve]));
         for words in [

@@ -12,7 +12,9 @@ use super::{
 };
 use crate::export::ExportError;
 use crate::export::flank::check_pairs;
+use crate::export::states::OPENS;
 use crate::export::unrolled::{Panel, panels};
+use crate::words::figure;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::quantities::{
@@ -31,7 +33,10 @@ const TALLEST_FLANK: i32 = at_px(420);
 const LEAST_HEIGHT: i32 = at_px(240);
 /// From the flanks to the bar or the legend, past the name of an edge.
 const ASIDE: i32 = at_px(50);
-const SEPARATES: RGBColor = RGBColor(213, 94, 0);
+const SEPARATES: RGBColor = {
+    let [r, g, b] = OPENS.colour;
+    RGBColor(r, g, b)
+};
 const STAYS: RGBColor = RGBColor(214, 219, 224);
 
 /// Static pressure on the flanks, Pa. Where the static state did not converge nothing is drawn but
@@ -111,22 +116,26 @@ pub fn write_separation_map(
     response: &Response,
 ) -> Result<(), ExportError> {
     let separates = sweep_fields(response, model.pairs.len()).separates;
-    let title = format!(
-        "Pairs that separate at any of {} converged frequencies ({} computed)",
-        with_motion(response).count(),
-        response.orbits.len()
+    let frequencies = || with_motion(response).map(|orbit| orbit.frequency_hz);
+    let (least, most) = (
+        frequencies().fold(f64::INFINITY, f64::min),
+        frequencies().fold(f64::NEG_INFINITY, f64::max),
     );
+    let separated = separates.iter().filter(|separates| **separates).count();
+    let title = match least <= most {
+        true => format!(
+            "Pairs that open somewhere from {} to {} Hz: {separated} of {}",
+            figure(least, 4),
+            figure(most, 4),
+            separates.len()
+        ),
+        false => "Pairs that open: no frequency converged".to_owned(),
+    };
     let heading = Heading {
         title: &title,
         conditions,
     };
-    write_flank_flags(
-        path,
-        model,
-        heading,
-        &separates,
-        ["separates", "stays closed"],
-    )
+    write_flank_flags(path, model, heading, &separates, ["opens", "never opens"])
 }
 
 /// A value per pair in colour, with a bar in `unit` (the SI prefix is chosen by the largest value).

@@ -12,7 +12,9 @@ mod legend;
 mod series;
 
 pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};
-pub use curves::{Curve, Ordinate, linear_curve, phase_curve, response_curve, write_curves};
+pub use curves::{
+    Curve, CurveKind, Ordinate, linear_curve, phase_curve, response_curve, write_curves,
+};
 pub use flanks::{
     write_flank_flags, write_flank_map, write_friction_energy_map, write_separation_map,
     write_slip_map, write_static_pressure_map,

@@ -7,13 +7,15 @@ use serde::Serialize;
 use super::packed::{Scaled, bytes, scaled};
 use super::skin::Skin;
 use super::{Contents, Sweep};
-use crate::export::unrolled::panels;
+use crate::export::states::{STATES, State};
+use crate::export::unrolled::{Panel, panels};
+use crate::words::{figure, quantity, supported_digits};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, friction_power_w, linear_amplitude, phasors, static_fields,
+    cycle_fields, friction_power_w, linear_amplitude, peak, phasors, static_fields,
 };
 
 /// Hysteresis loops that are shown.
@@ -26,6 +28,10 @@ const INSTANTS: usize = 128;
 pub(super) struct Data {
     curves: Vec<Curve>,
     counts: Option<Counts>,
+    /// Of the first observation.
+    peak_hz: Option<f64>,
+    /// What a pair does, by its code.
+    states: [State; 5],
     flanks: Vec<Flank>,
     fields: Vec<Field>,
     statuses: Option<Statuses>,
@@ -48,6 +54,8 @@ struct Curve {
     linear: Line,
     compared: Option<Line>,
     label: String,
+    /// The largest amplitude, with the digits that its estimated error supports.
+    peak: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -105,10 +113,12 @@ struct Statuses {
 /// Friction force over displacement of a pair in a period, along the direction that it moves in most.
 #[derive(Debug, Serialize)]
 struct Loop {
+    pair: usize,
+    /// By which the pair is found on the map.
+    letter: char,
     title: String,
     displacement_m: Vec<f64>,
     force_n: Vec<f64>,
-    friction_energy_j: f64,
 }
 
 impl Data {
@@ -116,19 +126,24 @@ impl Data {
         let model = contents.model.filter(|model| !model.pairs.is_empty());
         let sweep = contents.sweep.as_ref();
         let pairs = contents.pairs;
+        let panels = model.map_or_else(Vec::new, panels);
         Self {
             curves: sweep.map_or_else(Vec::new, |sweep| curves(contents.observations, sweep)),
             counts: sweep
                 .filter(|_| !pairs.rows.is_empty())
                 .map(|sweep| counts(sweep.response)),
-            flanks: model.map_or_else(Vec::new, flanks),
+            peak_hz: sweep
+                .and_then(Sweep::at_peak)
+                .map(|orbit| orbit.frequency_hz),
+            states: STATES,
+            flanks: panels.iter().map(Flank::of).collect(),
             fields: model.map_or_else(Vec::new, |model| fields(contents, model)),
             statuses: sweep
                 .filter(|_| model.is_some())
                 .map(|sweep| statuses(sweep, pairs)),
             loops: sweep
-                .and_then(|sweep| sweep.at_peak())
-                .map_or_else(Vec::new, |orbit| loops(orbit, pairs)),
+                .and_then(Sweep::at_peak)
+                .map_or_else(Vec::new, |orbit| loops(orbit, pairs, &panels)),
             skin: contents.model.map(|model| Skin::of(model, contents.motion)),
         }
     }
@@ -166,7 +181,7 @@ fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
             name: (*name).to_owned(),
             frequency_hz: own.frequency_hz,
             amplitude_m: own.amplitude_m,
-            estimated_error: orbits().map(|o| o.estimated_error.map(short)).collect(),
+            estimated_error: orbits().map(|o| o.amplitude_error(i).map(short)).collect(),
             linear_m: orbits().map(linear).collect(),
             phase_deg: orbits().map(phase).collect(),
             linear: Line {
@@ -186,6 +201,11 @@ fn curves(names: &[&str], sweep: &Sweep<'_>) -> Vec<Curve> {
                 .compared
                 .map(|(label, response)| line(label, response, i)),
             label: sweep.label.clone(),
+            peak: peak(response, i).map_or_else(String::new, |peak| {
+                let error = response.orbits[peak.index].amplitude_error(i);
+                let digits = supported_digits(peak.amplitude_m, error);
+                quantity(peak.amplitude_m, "m", digits)
+            }),
         }
     };
     names.iter().enumerate().map(curve).collect()
@@ -210,21 +230,19 @@ fn counts(response: &Response) -> Counts {
     }
 }
 
-fn flanks(model: &Model) -> Vec<Flank> {
-    let panel = |panel: crate::export::unrolled::Panel| Flank {
-        name: panel.name,
-        edges: panel.edges,
-        size: [panel.high[0] - panel.low[0], panel.high[1] - panel.low[1]],
-        patches: panel
-            .patches
-            .into_iter()
-            .map(|(pair, outline)| Patch {
-                pair,
-                outline: outline.iter().map(|p| p.map(short)).collect(),
-            })
-            .collect(),
-    };
-    panels(model).into_iter().map(panel).collect()
+impl Flank {
+    fn of(panel: &Panel) -> Self {
+        let patch = |(pair, outline): &(usize, Vec<[f64; 2]>)| Patch {
+            pair: *pair,
+            outline: outline.iter().map(|p| p.map(short)).collect(),
+        };
+        Self {
+            name: panel.name.clone(),
+            edges: panel.edges.clone(),
+            size: [0, 1].map(|axis| panel.high[axis] - panel.low[axis]),
+            patches: panel.patches.iter().map(patch).collect(),
+        }
+    }
 }
 
 fn fields(contents: &Contents<'_>, model: &Model) -> Vec<Field> {
@@ -280,18 +298,48 @@ fn statuses(sweep: &Sweep<'_>, pairs: &PairTable) -> Statuses {
 }
 
 /// Of the pairs with the largest friction power.
-fn loops(orbit: &Orbit, pairs: &PairTable) -> Vec<Loop> {
+fn loops(orbit: &Orbit, pairs: &PairTable, panels: &[Panel]) -> Vec<Loop> {
     let mut order: Vec<usize> = (0..orbit.cycles.len()).collect();
     let power = |pair: &usize| orbit.cycles[*pair].friction_power_w;
     order.sort_by(|a, b| power(b).total_cmp(&power(a)));
     let spends = order.into_iter().filter(|pair| power(pair) > 0.0);
     spends
         .take(LOOPS)
-        .map(|pair| hysteresis(orbit, pairs, pair))
+        .zip('A'..)
+        .map(|(pair, letter)| {
+            let contact = &pairs.contacts[pairs.rows[pair].contact];
+            let place =
+                place_of(panels, pair).map_or_else(String::new, |place| format!(", {place}"));
+            let energy_j = orbit.cycles[pair].friction_power_w / orbit.frequency_hz;
+            let energy = quantity(energy_j, "J", 3);
+            let title = format!("{contact}, pair {pair}{place}: {energy} in a period");
+            hysteresis(orbit, pair, letter, title)
+        })
         .collect()
 }
 
-fn hysteresis(orbit: &Orbit, pairs: &PairTable, pair: usize) -> Loop {
+/// Where a pair is on the map of its flank: `3.2 mm from the front end and 1.1 mm from the inner edge`.
+fn place_of(panels: &[Panel], pair: usize) -> Option<String> {
+    let patch = |panel: &Panel| {
+        let found = panel.patches.iter().find(|(of, _)| *of == pair)?;
+        Some((panel.edges.clone(), found.1.clone()))
+    };
+    let (edges, outline) = panels.iter().find_map(patch)?;
+    let middle = |axis: usize| {
+        let values = || outline.iter().map(|p| p[axis]);
+        0.5 * (values().fold(f64::INFINITY, f64::min) + values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let from = |axis: usize| {
+        let edge = match edges[2 * axis].strip_prefix("towards ") {
+            Some(direction) => format!("side towards {direction}"),
+            None => edges[2 * axis].clone(),
+        };
+        format!("{} mm from the {edge}", figure(1e3 * middle(axis), 2))
+    };
+    Some(format!("{} and {}", from(0), from(1)))
+}
+
+fn hysteresis(orbit: &Orbit, pair: usize, letter: char, title: String) -> Loop {
     let blocks = 2 * orbit.harmonics + 1;
     let n = orbit.x.len() / blocks;
     let fourier = Fourier::new(orbit.harmonics, INSTANTS.max(4 * (orbit.harmonics + 1)));
@@ -320,12 +368,12 @@ fn hysteresis(orbit: &Orbit, pairs: &PairTable, pair: usize) -> Loop {
         out.extend(out.first().copied());
         out
     };
-    let row = &pairs.rows[pair];
     Loop {
-        title: format!("{}, pair {pair}", pairs.contacts[row.contact]),
+        pair,
+        letter,
+        title,
         displacement_m: along(&x1, &x2),
         // By which the body of the first flank pushes that of the second: it spends what the loop encloses.
         force_n: along(&f1, &f2),
-        friction_energy_j: short(orbit.cycles[pair].friction_power_w / orbit.frequency_hz),
     }
 }

@@ -10,22 +10,29 @@ const RAMP = (() => {
   const colour = (t) => [0, 1, 2].map((c) => Math.round(255 * Math.min(1, Math.max(0, p.reduceRight((sum, q) => sum * t + q[c], 0)))));
   return Array.from({ length: 256 }, (_, i) => colour(i / 255));
 })();
+
+/** Colours of fields on bodies: from the grey of bodies to dark red. */
+const BODIES = [[222, 225, 230], [253, 212, 158], [252, 141, 89], [215, 48, 31], [127, 0, 0]];
+
+/** 256 colours through some. */
+function between(stops) {
+  return Array.from({ length: 256 }, (_, i) => {
+    const at = (i / 255) * (stops.length - 1), below = Math.min(stops.length - 2, Math.floor(at));
+    return stops[below].map((c, k) => Math.round(c + (at - below) * (stops[below + 1][k] - c)));
+  });
+}
+
 const css = ([r, g, b]) => `rgb(${r},${g},${b})`;
 
-/** What a pair does in a period, by its code. */
-const STATUSES = [
-  { word: "sticks", many: "stick", colour: [140, 150, 160] },
-  { word: "slips", many: "slip", colour: [24, 110, 190] },
-  { word: "opens at times", many: "open at times", colour: [222, 110, 20] },
-  { word: "closes at times", many: "close at times", colour: [170, 90, 170] },
-  { word: "stays open", many: "stay open", colour: [235, 200, 120] },
-];
-
-/** All flanks in one canvas, each with its name and edges. `paint(pair)` gives a colour, `tell(pair)` a text. */
+/**
+ * All flanks in one canvas, each with its name, its edges and its size in mm. `paint(pair)` gives a colour, `tell(pair)` a
+ * text; `named` are pairs with a letter that stands on them.
+ */
 class FlankMap {
-  constructor(place, flanks) {
+  constructor(place, flanks, named = []) {
     this.place = place;
     this.flanks = flanks;
+    this.named = new Map(named);
     this.canvas = place.appendChild(document.createElement("canvas"));
     this.legend = place.appendChild(document.createElement("div"));
     this.legend.className = "bar-of-colours";
@@ -33,7 +40,8 @@ class FlankMap {
     this.hint.className = "hint";
     this.canvas.addEventListener("pointermove", (e) => this.point(e));
     this.canvas.addEventListener("pointerleave", () => (this.hint.style.display = "none"));
-    new ResizeObserver(() => this.draw()).observe(place);
+    // In the next frame: a map of another height is one more change of the place.
+    new ResizeObserver(() => requestAnimationFrame(() => this.draw())).observe(place);
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
   }
 
@@ -47,7 +55,7 @@ class FlankMap {
     const width = this.place.clientWidth;
     if (!this.paint || width === 0) return;
     const ratio = Math.min(2, window.devicePixelRatio || 1);
-    const margin = { left: 30, right: 30, top: 26, bottom: 24 };
+    const margin = { left: 58, right: 30, top: 26, bottom: 44 };
     const longest = Math.max(...this.flanks.map((f) => f.size[0]));
     const tallest = Math.max(...this.flanks.map((f) => f.size[1]));
     const scale = Math.min((width - margin.left - margin.right) / longest, 260 / tallest);
@@ -73,8 +81,53 @@ class FlankMap {
         g.stroke(shape);
         this.shapes.push({ pair, shape, flank });
       }
+      for (const { pair, outline } of flank.patches) {
+        if (this.named.has(pair)) this.letter(g, this.named.get(pair), left + scale * middle(outline, 0), top + height - scale * middle(outline, 1));
+      }
       this.names(g, flank, left, top, width, height);
+      this.size(g, flank, left, top, scale);
     }
+  }
+
+  /** A letter in a small disc. */
+  letter(g, letter, x, y) {
+    g.beginPath();
+    g.arc(x, y, 8, 0, 2 * Math.PI);
+    g.fillStyle = "#ffffff";
+    g.strokeStyle = "#222222";
+    g.lineWidth = 1;
+    g.fill();
+    g.stroke();
+    g.font = "600 11px system-ui, sans-serif";
+    g.fillStyle = "#222222";
+    [g.textAlign, g.textBaseline] = ["center", "middle"];
+    g.fillText(letter, x, y + 0.5);
+    g.textBaseline = "alphabetic";
+  }
+
+  /** Ticks along the lower and the left side, in mm. */
+  size(g, flank, left, top, scale) {
+    const [width, height] = flank.size, bottom = top + scale * height;
+    g.font = "12px system-ui, sans-serif";
+    g.fillStyle = g.strokeStyle = colourOf("--quiet");
+    g.lineWidth = 1;
+    const per_mm = 1e-3 * scale;
+    const across = roundTicks(0, 1e3 * width, (scale * width) / 90);
+    const upwards = roundTicks(0, 1e3 * height, (scale * height) / 34);
+    g.beginPath();
+    g.textAlign = "center";
+    across.forEach(({ at, text }, i) => {
+      g.moveTo(left + per_mm * at, bottom + 1);
+      g.lineTo(left + per_mm * at, bottom + 5);
+      g.fillText(i === across.length - 1 ? `${text} mm` : text, left + per_mm * at, bottom + 17);
+    });
+    g.textAlign = "right";
+    for (const { at, text } of upwards) {
+      g.moveTo(left - 1, bottom - per_mm * at);
+      g.lineTo(left - 5, bottom - per_mm * at);
+      g.fillText(text, left - 8, bottom - per_mm * at + 4);
+    }
+    g.stroke();
   }
 
   names(g, flank, left, top, width, height) {
@@ -86,7 +139,7 @@ class FlankMap {
     g.fillStyle = colourOf("--quiet");
     g.textAlign = "right";
     g.fillText(above, left + width, top - 8);
-    g.fillText(below, left + width, top + height + 16);
+    g.fillText(below, left + width, top + height + 34);
     const upright = (text, x) => {
       g.save();
       g.translate(x, top + height / 2);
@@ -95,7 +148,7 @@ class FlankMap {
       if (g.measureText(text).width <= Math.max(height, 60)) g.fillText(text, 0, 0);
       g.restore();
     };
-    upright(before, left - 10);
+    upright(before, left - 40);
     upright(after, left + width + 18);
   }
 
@@ -113,60 +166,80 @@ class FlankMap {
   }
 }
 
-/** Least and largest value, and where a value lies between them. */
-function rangeOf(values) {
-  const low = Math.min(0, ...values), high = Math.max(...values);
-  const span = high > low ? high - low : 1;
-  return { low, high: low + span, at: (v) => (v - low) / span };
+/** Middle of an outline along an axis. */
+function middle(outline, axis) {
+  const values = outline.map((p) => p[axis]);
+  return (Math.min(...values) + Math.max(...values)) / 2;
 }
 
-/** A strip of colours with its ends. */
-function colourBar(place, low, high, unit) {
+/** What rounding leaves below zero is no value, as a share of the largest one. */
+const ROUNDING = 1e-6;
+
+/** Least and largest value, and where a value lies between them. */
+function rangeOf(values) {
+  const high = values.reduce((most, v) => (v > most ? v : most), 0);
+  const least = values.reduce((least, v) => (v < least ? v : least), 0);
+  const low = -least < ROUNDING * high ? 0 : least, span = high > low ? high - low : 1;
+  return { low, high: low + span, at: (v) => Math.min(1, Math.max(0, (v - low) / span)) };
+}
+
+/** A strip of colours with round numbers under it. */
+function colourBar(place, { low, high }, unit, colours = RAMP) {
   place.replaceChildren();
   const strip = place.appendChild(document.createElement("canvas"));
   [strip.width, strip.height] = [256, 1];
   const g = strip.getContext("2d");
-  RAMP.forEach((c, i) => {
+  colours.forEach((c, i) => {
     g.fillStyle = css(c);
     g.fillRect(i, 0, 1, 1);
   });
-  const ends = place.appendChild(document.createElement("div"));
-  for (const v of [low, (low + high) / 2, high]) ends.appendChild(document.createElement("span")).textContent = withPrefix(v, unit, 3);
+  const { prefix, divisor } = unit === "" ? { prefix: "", divisor: 1 } : prefixOf(Math.max(Math.abs(low), Math.abs(high)));
+  const marks = place.appendChild(document.createElement("div"));
+  marks.className = "ticks";
+  for (const { at, text } of roundTicks(low / divisor, high / divisor, 5)) {
+    const mark = marks.appendChild(document.createElement("span"));
+    mark.textContent = text;
+    mark.style.left = `${(100 * (at * divisor - low)) / (high - low)}%`;
+  }
+  const named = place.appendChild(document.createElement("div"));
+  named.className = "unit";
+  named.textContent = `${prefix}${unit}`;
 }
 
 function showField(map, field) {
   const range = rangeOf(field.values);
-  const colour = (pair) => RAMP[Math.round(255 * Math.min(1, Math.max(0, range.at(field.values[pair]))))];
-  map.show(colour, (pair) => withPrefix(field.values[pair], field.unit, 4));
-  colourBar(map.legend, range.low, range.high, field.unit);
+  map.show((pair) => RAMP[Math.round(255 * range.at(field.values[pair]))], (pair) => withPrefix(field.values[pair], field.unit, 4));
+  colourBar(map.legend, range, field.unit);
 }
 
-function showStatuses(map, codes, pairs, at) {
+function showStates(map, states, codes, pairs, at) {
   const code = (pair) => codes[at * pairs + pair];
-  map.show((pair) => STATUSES[code(pair)].colour, (pair) => STATUSES[code(pair)].word);
-  statusLegend(map.legend, code, pairs);
+  map.show((pair) => states[code(pair)].colour, (pair) => states[code(pair)].one);
+  stateLegend(map.legend, states, code, pairs);
 }
 
 /** How many pairs do what. */
-function statusLegend(place, code, pairs) {
+function stateLegend(place, states, code, pairs) {
   place.replaceChildren();
   const line = place.appendChild(document.createElement("div"));
-  line.style.cssText = "justify-content:flex-start;gap:18px;flex-wrap:wrap";
-  STATUSES.forEach(({ word, many, colour }, i) => {
+  line.className = "states";
+  states.forEach(({ one, many, colour }, i) => {
     let count = 0;
     for (let pair = 0; pair < pairs; pair++) count += code(pair) === i;
     if (count === 0) return;
     const entry = line.appendChild(document.createElement("span"));
-    const square = entry.appendChild(document.createElement("i"));
-    square.style.cssText = `display:inline-block;width:12px;height:12px;border-radius:2px;margin-right:6px;background:${css(colour)}`;
-    entry.append(`${count} ${count === 1 ? word : many}`);
+    entry.appendChild(document.createElement("i")).style.background = css(colour);
+    entry.append(`${count} ${count === 1 ? one : many}`);
   });
 }
 
-/** A closed path of force over displacement. */
+/** A closed path of force over displacement, with round numbers on its axes. */
 function drawLoop(place, loop) {
-  const NS = "http://www.w3.org/2000/svg", [width, height, left, below, above, right] = [300, 210, 60, 34, 20, 12];
+  const NS = "http://www.w3.org/2000/svg", [width, height, left, below, above, right] = [320, 236, 58, 46, 14, 14];
   const figure = place.appendChild(document.createElement("figure"));
+  const caption = figure.appendChild(document.createElement("figcaption"));
+  caption.appendChild(document.createElement("b")).textContent = loop.letter;
+  caption.append(` ${loop.title}`);
   const svg = figure.appendChild(document.createElementNS(NS, "svg"));
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const add = (name, attributes, text) => {
@@ -174,21 +247,30 @@ function drawLoop(place, loop) {
     for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
     if (text) element.textContent = text;
   };
-  const ends = (values) => {
-    const [low, high] = [Math.min(...values), Math.max(...values)];
-    return high > low ? [low, high] : [low - 1, high + 1];
+  /** Scaled to one prefix: the numbers, their ends, and their ticks. */
+  const axisOf = (values, unit, wanted) => {
+    const { prefix, divisor } = prefixOf(Math.max(...values.map(Math.abs)));
+    const own = values.map((v) => v / divisor), [least, most] = [Math.min(...own), Math.max(...own)];
+    const room = most > least ? 0.05 * (most - least) : 1;
+    const [low, high] = [least - room, most + room];
+    return { own, low, high, unit: `${prefix}${unit}`, ticks: roundTicks(low, high, wanted) };
   };
-  const [x0, x1] = ends(loop.displacement_m), [y0, y1] = ends(loop.force_n);
-  const x = (v) => left + 6 + ((v - x0) / (x1 - x0)) * (width - left - right - 12);
-  const y = (v) => height - below - 6 - ((v - y0) / (y1 - y0)) * (height - below - above - 12);
-  const path = loop.displacement_m.map((v, i) => `${i ? "L" : "M"}${x(v).toFixed(1)} ${y(loop.force_n[i]).toFixed(1)}`);
-  add("path", { d: `M${left} ${above}V${height - below}H${width - right}`, fill: "none", stroke: "var(--grey)" });
-  add("path", { d: `${path.join("")}Z`, fill: "var(--band)", stroke: "var(--blue)", "stroke-width": 1.8, "stroke-linejoin": "round" });
+  const across = axisOf(loop.displacement_m, "m", 4), upwards = axisOf(loop.force_n, "N", 5);
+  const x = (v) => left + ((v - across.low) / (across.high - across.low)) * (width - left - right);
+  const y = (v) => height - below - ((v - upwards.low) / (upwards.high - upwards.low)) * (height - below - above);
   const text = { fill: "var(--quiet)", "font-size": 12 };
-  const end = { ...text, "text-anchor": "end" };
-  add("text", { ...text, x: left, y: height - 14 }, withPrefix(x0, "m", 3));
-  add("text", { ...end, x: width - right, y: height - 14 }, withPrefix(x1, "m", 3));
-  add("text", { ...end, x: left - 6, y: above + 10 }, withPrefix(y1, "N", 3));
-  add("text", { ...end, x: left - 6, y: height - below }, withPrefix(y0, "N", 3));
-  figure.appendChild(document.createElement("figcaption")).textContent = `${loop.title}: ${withPrefix(loop.friction_energy_j, "J", 3)} in a period`;
+  const rule = { stroke: "var(--rule)", "stroke-width": 1 };
+  for (const { at, text: label } of across.ticks) {
+    add("path", { ...rule, d: `M${x(at).toFixed(1)} ${above}V${height - below}` });
+    add("text", { ...text, "text-anchor": "middle", x: x(at), y: height - below + 16 }, label);
+  }
+  for (const { at, text: label } of upwards.ticks) {
+    add("path", { ...rule, d: `M${left} ${y(at).toFixed(1)}H${width - right}` });
+    add("text", { ...text, "text-anchor": "end", x: left - 6, y: y(at) + 4 }, label);
+  }
+  const path = across.own.map((v, i) => `${i ? "L" : "M"}${x(v).toFixed(1)} ${y(upwards.own[i]).toFixed(1)}`);
+  add("path", { d: `${path.join("")}Z`, fill: "var(--band)", stroke: "var(--own)", "stroke-width": 1.8, "stroke-linejoin": "round" });
+  add("text", { ...text, "text-anchor": "middle", x: (left + width - right) / 2, y: height - 8 }, `displacement, ${across.unit}`);
+  const beside = (above + height - below) / 2;
+  add("text", { ...text, "text-anchor": "middle", x: 12, y: beside, transform: `rotate(-90 12 ${beside})` }, `friction force, ${upwards.unit}`);
 }

@@ -1,4 +1,4 @@
-//! What every report is made of: one page without links to other files, with its styles, its data and the scripts that
+//! What every report is made of: one page that needs no other file, with its styles, its data and the scripts that
 //! draw them.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};

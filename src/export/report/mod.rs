@@ -1,6 +1,7 @@
 //! Writes report.html: one page that opens by double click, without a network, and says what was computed, what came
 //! out, and whether to trust it. Its text is made here; its pictures are drawn by scripts that travel in it.
 
+mod apart;
 mod data;
 pub mod frame;
 mod packed;
@@ -19,11 +20,16 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 
+/// Its name.
+pub const REPORT: &str = "report.html";
+
 /// What a report is about.
 #[derive(Debug)]
 pub struct Contents<'a> {
     pub scene: &'a Scene,
     pub summary: &'a Summary,
+    /// Excitation, speed and friction in a few words.
+    pub conditions: &'a str,
     /// Names of the observed displacements.
     pub observations: &'a [&'a str],
     pub pairs: &'a PairTable,
@@ -40,7 +46,7 @@ pub struct Contents<'a> {
 #[derive(Debug)]
 pub struct Sweep<'a> {
     pub response: &'a Response,
-    /// `H = 3`.
+    /// `with 3 harmonics`.
     pub label: String,
     pub compared: Option<(&'a str, &'a Response)>,
 }
@@ -59,4 +65,30 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), ExportError> {
     let data = data::Data::of(contents);
     let page = page::page(contents, &data);
     write_file(path, page.into_string().as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    /// Whole numbers in the brackets after `name = `, three for each colour.
+    fn colours(text: &str, name: &str) -> Vec<[u32; 3]> {
+        let (_, list) = text.split_once(&format!("{name} = [")).unwrap();
+        let end = list.find("\n\n").unwrap();
+        let words = list[..end].split(|c: char| !c.is_ascii_digit());
+        let numbers: Vec<u32> = words.filter_map(|word| word.parse().ok()).collect();
+        numbers
+            .chunks_exact(3)
+            .map(|c| [c[0], c[1], c[2]])
+            .collect()
+    }
+
+    #[test]
+    fn fields_on_bodies_have_the_same_colours_in_paraview_and_their_lightness_falls() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let views = std::fs::read_to_string(root.join("views/colours.py")).unwrap();
+        let own = colours(include_str!("flanks.js"), "BODIES");
+        assert_eq!(own.len(), 5);
+        assert_eq!(own, colours(&views, "BODIES"));
+        let light = |[r, g, b]: [u32; 3]| 2126 * r + 7152 * g + 722 * b;
+        assert!(own.windows(2).all(|two| light(two[0]) > light(two[1])));
+    }
 }

@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 
 use maud::{Markup, html};
 
-use super::Contents;
 use super::data::Data;
 use super::frame::{self, Frame, card, frame, line, warnings};
+use super::{Contents, REPORT};
+use crate::export::journal::JOURNAL;
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
 use crate::warning::Weight;
-use crate::words::{counted, cycle_counts, figure, percent, quantity, static_counts};
+use crate::words::{
+    bounded, counted, cycle_counts, error_words, figure, percent, quantity, static_counts,
+    supported_digits,
+};
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::mesh::ElementType;
@@ -26,6 +30,8 @@ const SCRIPTS: [&str; 4] = [
     include_str!("flanks.js"),
     include_str!("report.js"),
 ];
+/// By how much bodies are pulled apart at first, percent of their size: so that the flanks are seen.
+const PULLED: usize = 25;
 /// Above this an estimated error is pointed at.
 const DOUBTFUL: f64 = 0.02;
 /// So is a larger error of the balance of energy.
@@ -54,6 +60,7 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
             (computed(contents))
             (modes(contents))
             (effort(contents))
+            (files(contents))
         },
         data: &frame::json(data),
         scripts: &SCRIPTS,
@@ -86,6 +93,7 @@ fn links(contents: &Contents<'_>) -> Vec<(&'static str, &'static str)> {
         ("computed", "What was computed", true),
         ("modes", "Frequencies", !contents.modes.is_empty()),
         ("effort", "Times", true),
+        ("files", "Files", !contents.summary.files.is_empty()),
     ];
     let shown = all.into_iter().filter(|(_, _, shown)| *shown);
     shown.map(|(id, title, _)| (id, title)).collect()
@@ -106,12 +114,19 @@ fn answer(contents: &Contents<'_>) -> Markup {
             h2 { "Answer" }
             @if let (Some(amplitude_m), Some(frequency_hz)) = (response.peak_amplitude_m, response.peak_frequency_hz) {
                 div.cards {
+                    @let error = peak_error(contents);
+                    @let digits = supported_digits(amplitude_m, error);
                     (card(
                         &format!("Peak of {}", response.observation.as_deref().unwrap_or("the motion")),
-                        &quantity(amplitude_m, "m", 4),
-                        &html! { "at " (figure(frequency_hz, 6)) " Hz" },
+                        &quantity(amplitude_m, "m", digits),
+                        &html! {
+                            @if let Some(error) = error.filter(|_| !contents.pairs.rows.is_empty()) {
+                                (error_words(error)) "; "
+                            }
+                            "at " (figure(frequency_hz, 6)) " Hz"
+                        },
                     ))
-                    (against_linear(response))
+                    (against_linear(response, digits))
                     (losses(response))
                     (at_a_pair(response))
                     (joint(response, contents.pairs.rows.len()))
@@ -125,6 +140,11 @@ fn answer(contents: &Contents<'_>) -> Markup {
     }
 }
 
+/// Estimated relative error of the amplitude at the peak.
+fn peak_error(contents: &Contents<'_>) -> Option<f64> {
+    contents.sweep.as_ref()?.at_peak()?.amplitude_error(0)
+}
+
 fn without_response(contents: &Contents<'_>) -> Markup {
     html! {
         @match (contents.summary.state, &contents.summary.why) {
@@ -134,12 +154,15 @@ fn without_response(contents: &Contents<'_>) -> Markup {
     }
 }
 
-fn against_linear(response: &ResponseSummary) -> Markup {
+/// `digits` are those of the peak.
+fn against_linear(response: &ResponseSummary, digits: usize) -> Markup {
     let Some(linear_m) = response.linear_peak_amplitude_m else {
         return html! {};
     };
     let at = response.linear_peak_frequency_hz.unwrap_or(f64::NAN);
-    let ratio = response.peak_ratio.map(|ratio| figure(ratio, 3));
+    let ratio = response
+        .peak_ratio
+        .map(|ratio| figure(ratio, digits.min(3)));
     card(
         "Without slip and separation",
         &quantity(linear_m, "m", 4),
@@ -203,7 +226,10 @@ fn joint(response: &ResponseSummary, pairs: usize) -> Markup {
     let share = response.area_share_that_opens.filter(|share| *share > 0.0);
     card(
         "The joint at the peak",
-        &format!("{} of {pairs} pairs slip", counts.slipping),
+        &format!(
+            "{} of {pairs} pairs slip or open",
+            counts.slipping + counts.opening + counts.closing
+        ),
         &html! {
             (cycle_counts(counts))
             @if let Some(share) = share {
@@ -227,7 +253,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             } @else if let Some(rise) = rise {
                 (line(rise <= 1e-3, &html! {
-                    "Between the frequencies the peak may be " (percent(rise.max(0.0), 2)) " higher."
+                    "Between the frequencies the peak may be higher by " (bounded(rise.max(0.0), "at most")) "."
                 }))
             }
             @for two in &response.second_motion {
@@ -240,7 +266,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
             @match response.peak_estimated_error {
                 Some(error) => (line(error <= DOUBTFUL, &html! {
-                    "The harmonics left out change the peak by an estimated " (percent(error, 2)) "."
+                    "The harmonics left out change the peak by " (bounded(error, "an estimated")) "."
                 })),
                 None if response.peak_amplitude_m.is_some() && !contents.pairs.rows.is_empty() => {
                     (line(false, &html! { "The error of the harmonics left out is not known." }))
@@ -249,12 +275,12 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
             @if let Some(error) = response.worst_energy_balance_error {
                 (line(error <= UNBALANCED, &html! {
-                    "Power put in and power spent differ by at most " (percent(error, 2)) "."
+                    "Power put in and power spent differ by " (bounded(error, "at most")) "."
                 }))
             }
             @if let Some(error) = contents.summary.truncation.as_ref().and_then(|t| t.amplitude) {
                 (line(error <= 1e-3, &html! {
-                    "The modes left out change amplitudes of the linear curve by an estimated " (percent(error, 2)) "."
+                    "The modes left out change amplitudes of the linear curve by " (bounded(error, "an estimated")) "."
                 }))
             }
             @match doubtful(contents) {
@@ -286,21 +312,35 @@ fn response(contents: &Contents<'_>) -> Markup {
             h2 { "Response" }
             p {
                 "Amplitude is the largest departure from the mean in a period. The linear curve is without slip and separation. "
+                "The others add up so many harmonics (multiples of the frequency of the excitation)"
+                @if contents.pairs.rows.is_empty() { ". " } @else { "; the band is the estimated error for those left out. " }
+                "The legends read the values at the pointer, and else at the peak. "
                 "Drag over a stretch to zoom, double-click to see all."
             }
-            div.tools {
-                @if contents.observations.len() > 1 {
-                    label { "of " select #observation {
-                        @for (i, name) in contents.observations.iter().enumerate() { option value=(i) { (name) } }
-                    } }
+            h3 {
+                "Amplitude of "
+                @match contents.observations {
+                    [name] => (name),
+                    names => select #observation aria-label="observed displacement" {
+                        @for (i, name) in names.iter().enumerate() { option value=(i) { (name) } }
+                    },
                 }
-                label { input #logarithmic type="checkbox"; " logarithmic" }
+                @if !contents.conditions.is_empty() { ", " (contents.conditions) }
+            }
+            div.tools {
+                label { "scale " select #scale {
+                    option value="friction" { "of the curve with friction" }
+                    option value="all" { "of all curves" }
+                    option value="logarithmic" { "logarithmic" }
+                } }
                 label { "lay a measured curve over (CSV: Hz, m) " input #measured type="file" accept=".csv,.txt"; }
             }
             div #amplitude .chart {}
             @if !contents.pairs.rows.is_empty() {
                 h3 { "What the pairs do" }
                 div #counts .chart {}
+                h3 { "Mean power that friction and damping take" }
+                div #powers .chart {}
             }
             h3 { "Phase of the first harmonic" }
             div #phase .chart {}
@@ -315,7 +355,7 @@ fn peaks(contents: &Contents<'_>) -> Markup {
     let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| figure(v, 3));
     html! {
         h3 { "Peaks" }
-        div.wide { table {
+        div.wide { table.numbers {
             tr { th { "Hz" } th { "amplitude" } th { "loss factor" } th { "Q" } th { "equivalent damping ratio" } }
             @for peak in peaks {
                 tr {
@@ -397,7 +437,9 @@ fn loops(contents: &Contents<'_>) -> Markup {
             h2 { "Hysteresis loops at the peak" }
             p {
                 "Friction force over displacement of the pairs that dissipate most, along the direction that each moves in most. "
-                "A loop encloses the energy that friction takes in a period."
+                "A loop encloses the energy that friction takes in a period. "
+                @if has_flanks(contents) { "The letters stand on the first map of the flanks. " }
+                "A loop is a sum of harmonics, so that its corners are round and may overshoot."
             }
             div #loops .loops {}
         }
@@ -413,7 +455,10 @@ fn motion(contents: &Contents<'_>) -> Markup {
         section #motion {
             h2 { @if moves { "Motion at the peak" } @else { "Bodies" } }
             p.quiet { "Drag to turn, shift and drag to move, wheel or pinch to zoom, double-click to start anew." }
-            canvas #viewer tabindex="0" aria-label="The bodies in three dimensions" {}
+            div.scene {
+                canvas #viewer tabindex="0" aria-label="The bodies in three dimensions" {}
+                canvas #viewer-marks aria-hidden="true" {}
+            }
             div.tools {
                 @if moves {
                     button #play type="button" { "play" }
@@ -421,7 +466,9 @@ fn motion(contents: &Contents<'_>) -> Markup {
                     label.slider { "exaggerated " input #exaggeration type="range" min="0" max="100" value="50"; output #exaggeration-of {} }
                 }
                 label { "colour " select #viewer-field {} }
-                label.slider { "pull apart " input #apart type="range" min="0" max="100" value="0"; }
+                @if contents.model.is_some_and(|model| model.bodies.len() > 1) {
+                    label.slider { "pull apart " input #apart type="range" min="0" max="100" value=(PULLED); }
+                }
                 label { input #edges type="checkbox"; " mesh" }
             }
             div #viewer-bar .bar-of-colours {}
@@ -438,14 +485,15 @@ fn static_state(contents: &Contents<'_>) -> Markup {
         section #static {
             h2 { "Static state" }
             p { (static_words(state)) }
-            div.wide { table {
-                tr { th { "contact" } th { "pairs" } th { "stick" } th { "slide" } th { "open" } th { "area" } th { "normal force" } th { "friction force" } th { "mean pressure" } }
+            div.wide { table.numbers {
+                tr { th { "contact" } th { "pairs" } th { "stick" } th { "slide" } th { "open" } th { "area" } th { "covered" } th { "normal force" } th { "friction force" } th { "mean pressure" } }
                 @for contact in &state.contacts {
                     tr {
                         td { (contact.name) }
                         td { (contact.pairs) }
                         (counts_cells(contact.counts.map(|c| [c.stuck, c.slipping, c.open])))
                         td { (contact.area_m2.map_or_else(|| "–".to_owned(), |a| format!("{} mm²", figure(1e6 * a, 4)))) }
+                        td { (covered(contents, &contact.name)) }
                         td { (force(contact.normal_force_n)) }
                         td { (force(contact.friction_force_n)) }
                         td { (contact.mean_pressure_pa.map_or_else(|| "–".to_owned(), |p| quantity(p, "Pa", 3))) }
@@ -454,6 +502,16 @@ fn static_state(contents: &Contents<'_>) -> Markup {
             } }
         }
     }
+}
+
+/// The shares of both flanks of a contact that lie opposite the other one.
+fn covered(contents: &Contents<'_>, contact: &str) -> String {
+    let matches = contents.summary.mesh.iter().flat_map(|mesh| &mesh.contacts);
+    let found = matches.into_iter().find(|found| found.name == contact);
+    found.map_or_else(
+        || "–".to_owned(),
+        |found| found.covered.map(|share| percent(share, 3)).join(", "),
+    )
 }
 
 /// A cell for each count.
@@ -472,7 +530,7 @@ fn contacts_at_peak(response: &ResponseSummary) -> Markup {
     }
     html! {
         h3 { "Pairs of each contact at the peak" }
-        div.wide { table {
+        div.wide { table.numbers {
             tr {
                 th { "contact" } th { "pairs" } th { "stick" } th { "slip" } th { "open at times" } th { "close at times" } th { "stay open" }
             }
@@ -768,7 +826,7 @@ fn modes(contents: &Contents<'_>) -> Markup {
     html! {
         section #modes {
             h2 { "First frequencies" }
-            div.wide { table {
+            div.wide { table.numbers.named {
                 tr { th { "" } th { "body" } @for i in 1..=LISTED_MODES { th { (i) } } }
                 @for (kind, words) in kinds {
                     @let bodies = bodies_of(contents, kind);
@@ -794,6 +852,26 @@ fn bodies_of<'a>(contents: &'a Contents<'_>, kind: &str) -> Vec<&'a str> {
     bodies
 }
 
+/// Tables, fields and pictures beside the page, but for those of single frequencies and what does not outlive the run.
+fn files(contents: &Contents<'_>) -> Markup {
+    let is_left_out = |name: &str| {
+        ["flank/", "peak/"].iter().any(|of| name.starts_with(of))
+            || [JOURNAL, REPORT].contains(&name)
+    };
+    let files = contents.summary.files.iter();
+    let names: Vec<&String> = files.filter(|name| !is_left_out(name)).collect();
+    if names.is_empty() {
+        return html! {};
+    }
+    html! {
+        section #files {
+            h2 { "Files" }
+            p { "These stand beside this page in the folder of the run." }
+            ul.files { @for name in names { li { a href=(name) { (name) } } } }
+        }
+    }
+}
+
 fn effort(contents: &Contents<'_>) -> Markup {
     let summary = contents.summary;
     html! {
@@ -807,7 +885,7 @@ fn effort(contents: &Contents<'_>) -> Markup {
                 }
                 "."
             }
-            div.wide { table {
+            div.wide { table.numbers {
                 tr { th { "stage" } th { "s" } th { "share" } th { "memory, MiB" } th { "unknowns" } }
                 @for stage in &summary.stages {
                     tr {

@@ -6,24 +6,32 @@ const integers = (text) => new Uint32Array(unpack(text).buffer);
 const numbers = ({ low, step, u16 }) => Float32Array.from(new Uint16Array(unpack(u16).buffer), (i) => low + step * i);
 
 function curves(data) {
-  const state = { observation: 0, logarithmic: false, measured: [] };
+  const state = { observation: 0, scale: null, measured: [] };
   const charts = [];
   const add = (id, make) => {
     if (!byId(id)) return;
     charts.push(make(byId(id)));
     drawn.push(id);
   };
+  const scale = byId("scale"), showScale = () => (scale.value = state.scale ?? bestScale(data.curves[state.observation]));
   if (data.curves.length) {
     add("amplitude", (place) => amplitudeChart(place, data.curves, state));
-    add("phase", (place) => phaseChart(place, data.curves, state));
+    add("phase", (place) => phaseChart(place, data.curves, state, data.peak_hz));
+    showScale();
   }
-  if (data.counts) add("counts", (place) => countsChart(place, data.counts));
+  if (data.counts) {
+    add("counts", (place) => countsChart(place, data.counts, data.states, data.peak_hz));
+    add("powers", (place) => powersChart(place, data.counts, data.peak_hz));
+  }
   const changed = (change) => (event) => {
     change(event.target);
     charts.forEach((chart) => chart.draw());
   };
-  byId("observation")?.addEventListener("change", changed((e) => (state.observation = Number(e.value))));
-  byId("logarithmic")?.addEventListener("change", changed((e) => (state.logarithmic = e.checked)));
+  byId("observation")?.addEventListener("change", changed((e) => {
+    state.observation = Number(e.value);
+    showScale();
+  }));
+  scale?.addEventListener("change", changed((e) => (state.scale = e.value)));
   byId("measured")?.addEventListener("change", async (event) => {
     const files = [...event.target.files];
     state.measured = await Promise.all(files.map(async (file) => measuredCurve(await file.text(), file.name)));
@@ -33,7 +41,8 @@ function curves(data) {
 
 function flanks(data) {
   if (!byId("field-map")) return;
-  const map = new FlankMap(byId("field-map"), data.flanks), field = byId("field");
+  const named = data.loops.map(({ letter, pair }) => [pair, letter]);
+  const map = new FlankMap(byId("field-map"), data.flanks, named), field = byId("field");
   data.fields.forEach(({ title }, i) => field.add(new Option(title, i)));
   const show = () => showField(map, data.fields[Number(field.value)]);
   field.addEventListener("change", show);
@@ -50,7 +59,7 @@ function flanks(data) {
     at.value = peak ?? 0;
     const showAt = () => {
       byId("status-hz").textContent = `${frequency_hz[Number(at.value)].toFixed(3)} Hz`;
-      showStatuses(statuses, codes, pairs, Number(at.value));
+      showStates(statuses, data.states, codes, pairs, Number(at.value));
     };
     at.addEventListener("input", showAt);
     showAt();
@@ -92,21 +101,61 @@ function meshOf(skin) {
     flankTriangles: integers(skin.flank_triangles),
     flankPairs: integers(skin.flank_pairs),
     flankStart: skin.flank_start,
+    apart: skin.apart,
+    up: skin.up,
+    along: skin.along,
     harmonics,
   };
 }
 
-/** Largest displacement of each node in a period, from 48 instants. */
+/** Largest displacement of each node in a period, from 48 instants, and the phase of the largest of all. */
 function amplitudes(viewer) {
-  const count = viewer.mesh.points.length / 3, out = new Float32Array(count), moved = new Float32Array(3 * count);
+  const count = viewer.mesh.points.length / 3, each = new Float32Array(count), moved = new Float32Array(3 * count);
+  let [largest, phase] = [0, 0];
   for (let instant = 0; instant < 48; instant++) {
     viewer.phase = (2 * Math.PI * instant) / 48;
     viewer.displacement(moved);
-    for (let i = 0; i < count; i++)
-      out[i] = Math.max(out[i], Math.hypot(moved[3 * i], moved[3 * i + 1], moved[3 * i + 2]));
+    for (let i = 0; i < count; i++) {
+      const length = Math.hypot(moved[3 * i], moved[3 * i + 1], moved[3 * i + 2]);
+      if (length > each[i]) each[i] = length;
+      if (length > largest) [largest, phase] = [length, viewer.phase];
+    }
   }
-  viewer.phase = 0;
-  return out;
+  return { each, largest, phase };
+}
+
+/** The largest motion that is drawn, of the size of the bodies, and the step of the slider that says so. */
+const DRAWN = 0.2, FITTING = 50;
+
+/** The number with this power of ten that is next to 1, 2 or 5 times a power of ten. */
+function rounded(power) {
+  const whole = Math.floor(power), part = 10 ** (power - whole);
+  return 10 ** whole * [1, 2, 5, 10].reduce((a, b) => (Math.abs(b - part) < Math.abs(a - part) ? b : a));
+}
+
+/** How the displacements are drawn. */
+function timesWords(times) {
+  if (times === 0) return "no displacements";
+  const plain = times >= 1e-4 && times < 1e7 ? times.toLocaleString("en", { maximumSignificantDigits: 2 }) : times.toExponential(0);
+  return times === 1 ? "displacements in their own size" : `displacements ${plain} times as large`;
+}
+
+/** The fields that the bodies can be coloured by: those of the flanks, then the displacement. */
+function colourings(data, mesh, moves, range, each) {
+  const count = mesh.points.length / 3, shown = [];
+  if (data.statuses?.peak != null) {
+    const codes = unpack(data.statuses.codes), pairs = codes.length / data.statuses.frequency_hz.length;
+    const code = (pair) => codes[data.statuses.peak * pairs + pair], kinds = new Int8Array(count).fill(-1);
+    mesh.flankPairs.forEach((pair, i) => (kinds[mesh.flankStart + i] = code(pair)));
+    shown.push({ title: "flanks: what pairs do at the peak", kinds, code, pairs });
+  }
+  for (const { title, unit, values } of data.fields) {
+    const range = rangeOf(values), at = new Float32Array(count).fill(-1);
+    mesh.flankPairs.forEach((pair, i) => (at[mesh.flankStart + i] = range.at(values[pair])));
+    shown.push({ title: `flanks: ${title}`, unit, range, values: at, colours: RAMP });
+  }
+  if (moves) shown.push({ title: "displacement", unit: "m", range, values: each.map(range.at), colours: between(BODIES) });
+  return shown;
 }
 
 function motion(data) {
@@ -114,59 +163,50 @@ function motion(data) {
   if (!canvas || !data.skin) return;
   let viewer;
   try {
-    viewer = new Viewer(canvas, meshOf(data.skin));
+    viewer = new Viewer(canvas, byId("viewer-marks"), meshOf(data.skin));
   } catch (error) {
     canvas.replaceWith(Object.assign(document.createElement("p"), { className: "quiet", textContent: `The bodies cannot be shown: ${error.message}.` }));
     return;
   }
-  const { mesh } = viewer, count = mesh.points.length / 3, moves = mesh.harmonics.length > 0;
-  const shown = [];
+  const { mesh } = viewer, moves = mesh.harmonics.length > 0;
+  const { each, largest, phase } = amplitudes(viewer), range = rangeOf([largest]);
+  viewer.phase = phase;
+  const showPhase = () => byId("phase-at") && (byId("phase-at").value = (viewer.phase * 180) / Math.PI);
+  showPhase();
   if (moves) {
-    const values = amplitudes(viewer), range = rangeOf([0, values.reduce((a, b) => Math.max(a, b), 0)]);
-    shown.push({ title: "displacement", unit: "m", range, values: values.map(range.at) });
-    const fit = Math.log10((0.12 * viewer.radius) / (range.high || 1));
-    const exaggeration = byId("exaggeration");
+    const fit = Math.log10((DRAWN * viewer.size) / (largest || 1)), exaggeration = byId("exaggeration");
     const scale = () => {
       const v = Number(exaggeration.value);
-      viewer.scale = v === 0 ? 0 : 10 ** (fit + (v - 50) / 25);
+      viewer.scale = v === 0 ? 0 : rounded(fit + (v - FITTING) / 25);
+      viewer.words = timesWords(viewer.scale);
       byId("exaggeration-of").textContent = `${Number(viewer.scale.toPrecision(2))} times`;
-      viewer.draw();
+      viewer.reach(largest);
     };
     exaggeration.addEventListener("input", scale);
     scale();
   }
-  const ofFlanks = (title, unit, values) => {
-    const range = rangeOf(values), at = new Float32Array(count).fill(-1);
-    mesh.flankPairs.forEach((pair, i) => (at[mesh.flankStart + i] = range.at(values[pair])));
-    shown.push({ title: `flanks: ${title}`, unit, range, values: at });
-  };
-  data.fields.forEach(({ title, unit, values }) => ofFlanks(title, unit, values));
-  if (data.statuses?.peak != null) {
-    const codes = unpack(data.statuses.codes), pairs = codes.length / data.statuses.frequency_hz.length;
-    const code = (pair) => codes[data.statuses.peak * pairs + pair], kinds = new Int8Array(count).fill(-1);
-    mesh.flankPairs.forEach((pair, i) => (kinds[mesh.flankStart + i] = code(pair)));
-    shown.push({ title: "flanks: what pairs do at the peak", kinds, code, pairs });
-  }
-  const field = byId("viewer-field");
+  const shown = colourings(data, mesh, moves, range, each), field = byId("viewer-field");
   shown.forEach(({ title }, i) => field.add(new Option(title, i)));
   const show = () => {
     const of = shown[Number(field.value)];
     if (!of) return viewer.draw();
     if (of.kinds) {
-      viewer.sort(of.kinds, STATUSES.map(({ colour }) => colour));
-      return statusLegend(byId("viewer-bar"), of.code, of.pairs);
+      viewer.sort(of.kinds, data.states.map(({ colour }) => colour));
+      return stateLegend(byId("viewer-bar"), data.states, of.code, of.pairs);
     }
-    viewer.colour(of.values, RAMP);
-    colourBar(byId("viewer-bar"), of.range.low, of.range.high, of.unit);
+    viewer.colour(of.values, of.colours);
+    colourBar(byId("viewer-bar"), of.range, of.unit, of.colours);
   };
   field.addEventListener("change", show);
   show();
-  const slide = (id, change) => byId(id)?.addEventListener("input", (e) => {
-    change(Number(e.target.value));
+  const slide = (id, change) => byId(id)?.addEventListener("input", (e) => change(Number(e.target.value)));
+  slide("phase-at", (v) => {
+    viewer.phase = (v * Math.PI) / 180;
     viewer.draw();
   });
-  slide("phase-at", (v) => (viewer.phase = (v * Math.PI) / 180));
-  slide("apart", (v) => (viewer.apart = v / 100));
+  const pull = (v) => viewer.pull(v / 100);
+  slide("apart", pull);
+  if (byId("apart")) pull(Number(byId("apart").value));
   byId("edges").addEventListener("change", (e) => {
     viewer.showEdges = e.target.checked;
     viewer.draw();
@@ -174,21 +214,14 @@ function motion(data) {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => viewer.draw());
   viewer.frame();
   if (viewer.shows()) drawn.push("viewer");
-  byId("play")?.addEventListener("click", (event) => {
-    viewer.playing = !viewer.playing;
-    event.target.textContent = viewer.playing ? "stop" : "play";
-    let last = performance.now();
-    const step = (now) => {
-      if (!viewer.playing) return;
-      // A period in two seconds.
-      viewer.phase = (viewer.phase + (Math.PI * (now - last)) / 1000) % (2 * Math.PI);
-      last = now;
-      byId("phase-at").value = (viewer.phase * 180) / Math.PI;
-      viewer.draw();
-      requestAnimationFrame(step);
-    };
-    requestAnimationFrame(step);
-  });
+  const button = byId("play");
+  if (!button || !moves) return;
+  const playing = (plays) => {
+    viewer.play(plays, showPhase);
+    button.textContent = plays ? "stop" : "play";
+  };
+  button.addEventListener("click", () => playing(!viewer.playing));
+  playing(!window.matchMedia("(prefers-reduced-motion: reduce)").matches);
 }
 
 const data = JSON.parse(byId("data").textContent);

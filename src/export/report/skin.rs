@@ -5,7 +5,9 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
+use super::apart::apart;
 use super::packed::{Scaled, integers, scaled};
+use dovetail_numerics::space::{dot, scaled as scaled_by, sub, unit};
 use dovetail_solver::mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
@@ -31,6 +33,11 @@ pub(super) struct Skin {
     flank_start: usize,
     /// Triangles of nodes.
     flank_triangles: String,
+    /// Of each body the vector along which it is pulled, the longest of length 1.
+    apart: Vec<[f64; 3]>,
+    /// Orthogonal unit vectors that stand upright and lie across in the picture.
+    up: [f64; 3],
+    along: [f64; 3],
     harmonics: Vec<Harmonic>,
 }
 
@@ -96,6 +103,7 @@ impl Skin {
             }
         }
         let place = |at: &BodyNode| model.bodies[at.body].nodes_m[at.node as usize];
+        let [up, along] = upright(model, nodes.iter().map(place));
         let body: Vec<u8> = nodes.iter().map(|at| at.body as u8).collect();
         Self {
             points: scaled(nodes.iter().flat_map(place)),
@@ -106,9 +114,38 @@ impl Skin {
             flank_pairs: integers(&flank_pairs),
             flank_start,
             flank_triangles: integers(&flank_triangles),
+            apart: apart(model),
+            up,
+            along,
             harmonics: motion.map_or_else(Vec::new, |motion| harmonics(&nodes, motion)),
         }
     }
+}
+
+/// What stands upright in the picture, and what lies across. With rotation they are the direction away from the axis and the
+/// axis; else z, and the longer side of the bodies of x and y.
+fn upright(model: &Model, nodes_m: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for node in nodes_m {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(node[axis]);
+            high[axis] = high[axis].max(node[axis]);
+        }
+    }
+    let outwards = model.rotation.as_ref().and_then(|rotation| {
+        let middle = [0, 1, 2].map(|axis| 0.5 * (low[axis] + high[axis]));
+        let arm = sub(middle, rotation.point_m);
+        let up = unit(sub(arm, scaled_by(rotation.axis, dot(arm, rotation.axis))))?;
+        Some([up, rotation.axis])
+    });
+    outwards.unwrap_or_else(|| {
+        let size = |axis: usize| high[axis] - low[axis];
+        let along = match size(1) > size(0) {
+            true => [0.0, 1.0, 0.0],
+            false => [1.0, 0.0, 0.0],
+        };
+        [[0.0, 0.0, 1.0], along]
+    })
 }
 
 /// Those of all faces that belong to one element alone, each as the nodes of a facet.

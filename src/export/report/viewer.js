@@ -1,5 +1,7 @@
 "use strict";
-// The bodies in three dimensions: turned by the mouse, moved through a period, coloured by a field.
+// The bodies in three dimensions: turned by the mouse, moved through a period, pulled apart, coloured by a field.
+
+const cross = ([a, b, c], [d, e, f]) => [b * f - c * e, c * d - a * f, a * e - b * d];
 
 /** Column-major 4 x 4 matrices. */
 const Matrix = {
@@ -29,6 +31,20 @@ const Matrix = {
 };
 
 const Quaternion = {
+  /** That turns three orthogonal unit vectors, right-handed, to x, y and z. */
+  ofAxes(x, y, z) {
+    // Shepperd's method: by the largest of the four squares.
+    const squares = [x[0] - y[1] - z[2], y[1] - x[0] - z[2], z[2] - x[0] - y[1], x[0] + y[1] + z[2]];
+    const largest = squares.indexOf(Math.max(...squares));
+    const w = 0.5 * Math.sqrt(1 + squares[largest]), q = 1 / (4 * w);
+    const [sx, sy, sz] = [z[1] - y[2], x[2] - z[0], y[0] - x[1]], [xy, xz, yz] = [x[1] + y[0], x[2] + z[0], y[2] + z[1]];
+    return [
+      [w, q * xy, q * xz, q * sx],
+      [q * xy, w, q * yz, q * sy],
+      [q * xz, q * yz, w, q * sz],
+      [q * sx, q * sy, q * sz, w],
+    ][largest];
+  },
   about([x, y, z], angle) {
     const s = Math.sin(angle / 2);
     return [s * x, s * y, s * z, Math.cos(angle / 2)];
@@ -44,21 +60,23 @@ const Quaternion = {
 };
 
 const VERTEX = `#version 300 es
-in vec3 position; in float value; in vec4 kind; uniform mat4 view, projection;
+in vec3 position; in float value; in vec4 kind; uniform mat4 view, projection; uniform float nearer;
 out float v; out vec4 share; out vec3 eye;
 void main() {
   vec4 p = view * vec4(position, 1.0);
   eye = p.xyz; v = value; share = kind; gl_Position = projection * p;
+  gl_Position.z -= nearer * gl_Position.w;
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
 in float v; in vec4 share; in vec3 eye; out vec4 colour;
-uniform sampler2D map; uniform vec3 plain, kinds[4]; uniform bool line, sorted;
-/** The kind of which a corner has most; there is nothing between two kinds. */
+uniform sampler2D map; uniform vec3 plain, kinds[5]; uniform bool line, sorted;
+/** The kind of which a corner has most, the fifth one by its value; there is nothing between two kinds. */
 vec3 kindOf() {
-  float most = max(max(share.x, share.y), max(share.z, share.w));
+  float most = max(max(max(share.x, share.y), max(share.z, share.w)), v);
   if (most <= 0.0) return plain;
-  return share.x == most ? kinds[0] : share.y == most ? kinds[1] : share.z == most ? kinds[2] : kinds[3];
+  return share.x == most ? kinds[0] : share.y == most ? kinds[1] : share.z == most ? kinds[2]
+    : share.w == most ? kinds[3] : kinds[4];
 }
 void main() {
   if (line) { colour = vec4(plain, 1.0); return; }
@@ -69,14 +87,21 @@ void main() {
   colour = vec4(c * light, 1.0);
 }`;
 
+/** Half of the angle of view, from above to below. */
+const HALF_VIEW = 0.3;
+/** Edges between faces that meet at more than some 30 degrees are sharp. */
+const SHARP = 0.87;
+
 /**
- * Draws `mesh` in a canvas.
+ * Draws `mesh` in a canvas, and axes, scale and words in another one that lies over it.
  * mesh: points (Float32Array, m), triangles, edges, flankTriangles (Uint32Array), body of each point (Uint8Array),
- * harmonics [{ k, cosine, sine }] (Float32Array as points, m).
+ * harmonics [{ k, cosine, sine }] (Float32Array as points, m), apart (of each body the vector along which it is pulled),
+ * up and along (unit vectors that stand upright and lie across in the picture).
  */
 class Viewer {
-  constructor(canvas, mesh) {
+  constructor(canvas, marks, mesh) {
     this.canvas = canvas;
+    this.marks = marks;
     this.mesh = mesh;
     const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (!gl) throw new Error("WebGL 2 is missing");
@@ -90,16 +115,26 @@ class Viewer {
       kind: this.buffer(gl.ARRAY_BUFFER, new Float32Array((4 * mesh.points.length) / 3), "kind", 4),
       triangles: this.indices(mesh.triangles),
       edges: this.indices(mesh.edges),
+      sharp: this.indices(sharpEdges(mesh)),
       flanks: this.indices(mesh.flankTriangles),
     };
     this.phase = 0;
     this.scale = 1;
+    this.words = "";
     this.apart = 0;
+    this.margin = 0;
     this.showEdges = false;
     this.measure();
     this.reset();
     this.listen();
-    new ResizeObserver(() => this.draw()).observe(canvas);
+    new ResizeObserver(() => {
+      this.fit();
+      this.draw();
+    }).observe(canvas);
+    new IntersectionObserver(([seen]) => {
+      this.inView = seen.isIntersecting;
+      if (this.inView) this.step();
+    }).observe(canvas);
   }
 
   link(vertex, fragment) {
@@ -134,24 +169,100 @@ class Viewer {
     return { buffer, count: data.length };
   }
 
-  /** The middle and the size of the bodies. */
+  /** The box of each body, and the size of all. */
   measure() {
-    const low = [Infinity, Infinity, Infinity], high = low.map((v) => -v);
-    this.mesh.points.forEach((v, i) => {
+    const { points, body } = this.mesh;
+    this.boxes = this.mesh.apart.map(() => ({ low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] }));
+    points.forEach((v, i) => {
+      const { low, high } = this.boxes[body[(i / 3) | 0]];
       low[i % 3] = Math.min(low[i % 3], v);
       high[i % 3] = Math.max(high[i % 3], v);
     });
-    this.centre = low.map((v, i) => (v + high[i]) / 2);
-    this.radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2;
+    const { low, high } = this.around();
+    this.size = Math.hypot(...low.map((v, i) => high[i] - v)) / 2;
   }
 
-  /** Looks along the axis of rotation's slant, outwards up. */
+  /** By how much a body is pulled aside, m. */
+  aside(body) {
+    return this.mesh.apart[body].map((v) => this.apart * this.size * v);
+  }
+
+  /** The box of all bodies where they are pulled. */
+  around() {
+    const moved = this.boxes.map(({ low, high }, body) => {
+      const aside = this.size ? this.aside(body) : [0, 0, 0];
+      return { low: low.map((v, i) => v + aside[i]), high: high.map((v, i) => v + aside[i]) };
+    });
+    const all = (end, pick) => [0, 1, 2].map((i) => pick(...moved.map((box) => box[end][i])));
+    return { low: all("low", Math.min), high: all("high", Math.max) };
+  }
+
+  /** Looks at the bodies from aside and a little from above, outwards up. */
   reset() {
-    const x = Quaternion.about([1, 0, 0], -Math.PI / 2 + 0.25);
-    this.turn = Quaternion.times(x, Quaternion.about([0, 0, 1], -0.9));
-    this.distance = 3.6 * this.radius;
+    const { up, along } = this.mesh;
+    const level = Quaternion.ofAxes(along, cross(up, along), up);
+    const aside = Quaternion.times(Quaternion.about([1, 0, 0], -Math.PI / 2 + 0.3), Quaternion.about([0, 0, 1], -0.9));
+    this.turn = Quaternion.times(aside, level);
+    this.zoom = 1;
     this.shift = [0, 0];
+    this.fit();
     this.draw();
+  }
+
+  /** Finds from how far all that moves is seen, as the bodies are turned now. */
+  fit() {
+    const { low, high } = this.around(), ends = [low, high];
+    this.centre = low.map((v, i) => (v + high[i]) / 2);
+    this.radius = Math.hypot(...low.map((v, i) => high[i] - v)) / 2 + this.margin;
+    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1;
+    const tangent = 0.92 * Math.tan(HALF_VIEW), turned = Matrix.rotation(this.turn);
+    this.fitting = 0.1 * this.radius;
+    for (let corner = 0; corner < 8; corner++) {
+      const at = this.centre.map((v, i) => ends[(corner >> i) & 1][i] - v);
+      const [x, y, z] = [0, 1, 2].map((row) => at.reduce((sum, v, i) => sum + turned[4 * i + row] * v, 0));
+      const wide = (Math.abs(x) + this.margin) / (tangent * aspect), tall = (Math.abs(y) + this.margin) / tangent;
+      this.fitting = Math.max(this.fitting, z + wide, z + tall);
+    }
+  }
+
+  /** Pulls the bodies apart, and goes back so far that all is seen: by 0 to 1. */
+  pull(apart) {
+    this.apart = apart;
+    this.fit();
+    this.draw();
+  }
+
+  /** Leaves room for displacements of so much, m, as they are drawn. */
+  reach(largest) {
+    this.margin = this.scale * largest;
+    this.fit();
+    this.draw();
+  }
+
+  get distance() {
+    return this.zoom * this.fitting;
+  }
+
+  /** Lets the time go on, a period in two seconds, where the canvas is in view; `tell` hears of each step. */
+  play(plays, tell) {
+    this.playing = plays;
+    this.tell = tell;
+    this.step();
+  }
+
+  step() {
+    if (this.stepping || !this.playing || !this.inView) return;
+    this.stepping = true;
+    let last = null;
+    const step = (now) => {
+      if (!this.playing || !this.inView) return (this.stepping = false);
+      this.phase = (this.phase + (Math.PI * (now - (last ?? now))) / 1000) % (2 * Math.PI);
+      last = now;
+      this.tell();
+      this.frame();
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
   }
 
   listen() {
@@ -173,14 +284,14 @@ class Viewer {
       const [dx, dy] = [e.clientX - last.x, e.clientY - last.y];
       const before = pointers.size === 2 ? spread() : 0;
       pointers.set(e.pointerId, { x: e.clientX, y: e.clientY });
-      if (pointers.size === 2) this.distance *= before / Math.max(1, spread());
+      if (pointers.size === 2) this.zoom *= before / Math.max(1, spread());
       else if (e.shiftKey || e.buttons === 2) this.pan(dx, dy);
       else this.rotate(dx, dy);
       this.draw();
     });
     c.addEventListener("wheel", (e) => {
       e.preventDefault();
-      this.distance *= Math.exp(0.001 * e.deltaY);
+      this.zoom *= Math.exp(0.001 * e.deltaY);
       this.draw();
     }, { passive: false });
     c.addEventListener("contextmenu", (e) => e.preventDefault());
@@ -205,7 +316,7 @@ class Viewer {
   }
 
   pan(dx, dy) {
-    const per = (2 * this.distance * Math.tan(0.3)) / this.canvas.clientHeight;
+    const per = (2 * this.distance * Math.tan(HALF_VIEW)) / this.canvas.clientHeight;
     this.shift = [this.shift[0] + per * dx, this.shift[1] - per * dy];
   }
 
@@ -228,12 +339,16 @@ class Viewer {
     this.draw();
   }
 
-  /** Colours each point by its kind, 0 to 3 (below 0: none), with four colours [r, g, b]. */
+  /** Colours each point by its kind, 0 to 4 (below 0: none), with five colours [r, g, b]. */
   sort(kindOfPoint, colours) {
     const gl = this.gl, shares = new Float32Array((4 * this.mesh.points.length) / 3);
+    this.values.fill(0);
     kindOfPoint.forEach((kind, i) => {
-      if (kind >= 0) shares[4 * i + kind] = 1;
+      if (kind === 4) this.values[i] = 1;
+      else if (kind >= 0) shares[4 * i + kind] = 1;
     });
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.value);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.values);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.kind);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, shares);
     this.kinds = colours.flat().map((c) => c / 255);
@@ -273,18 +388,17 @@ class Viewer {
     if (w === 0 || h === 0) return;
     if (c.width !== w || c.height !== h) [c.width, c.height] = [w, h];
     this.displacement(this.moved);
-    for (let i = 0; i < points.length; i++) {
-      const away = i % 3 === 2 && body[(i / 3) | 0] === 0 ? this.apart * this.radius : 0;
-      this.moved[i] = points[i] + this.scale * this.moved[i] + away;
-    }
+    const aside = this.mesh.apart.map((_, b) => this.aside(b));
+    for (let i = 0; i < points.length; i++)
+      this.moved[i] = points[i] + this.scale * this.moved[i] + aside[body[(i / 3) | 0]][i % 3];
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers.position);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, this.moved);
     gl.viewport(0, 0, w, h);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
-    const d = this.distance, r = this.radius;
-    const projection = Matrix.perspective(0.6, w / h, Math.max(0.01 * r, d - 3 * r), d + 3 * r);
+    const d = this.distance, r = 1.05 * this.radius;
+    const projection = Matrix.perspective(2 * HALF_VIEW, w / h, Math.max(0.01 * r, d - r), d + r);
     const view = Matrix.times(
       Matrix.translation([this.shift[0], this.shift[1], -d]),
       Matrix.times(Matrix.rotation(this.turn), Matrix.translation(this.centre.map((v) => -v))),
@@ -293,23 +407,80 @@ class Viewer {
     gl.uniformMatrix4fv(at("projection"), false, projection);
     gl.uniformMatrix4fv(at("view"), false, view);
     const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
-    gl.enable(gl.POLYGON_OFFSET_FILL);
-    gl.polygonOffset(1, 1);
+    const ink = dark ? [0.08, 0.09, 0.1] : [0.2, 0.22, 0.25];
+    // Lines lie on faces, and flanks on those of the bodies: what lies on another is drawn nearer by a little. A polygon
+    // offset would do the same, and does not in every renderer.
+    const drawNearer = (nearer, kind, { buffer, count }) => {
+      gl.uniform1f(at("nearer"), nearer);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+      gl.drawElements(kind, count, gl.UNSIGNED_INT, 0);
+    };
     gl.uniform1i(at("line"), 0);
     gl.uniform1i(at("sorted"), this.kinds ? 1 : 0);
     if (this.kinds) gl.uniform3fv(at("kinds"), this.kinds);
-    gl.uniform3fv(at("plain"), dark ? [0.5, 0.53, 0.58] : [0.78, 0.8, 0.83]);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers.triangles.buffer);
-    gl.drawElements(gl.TRIANGLES, this.buffers.triangles.count, gl.UNSIGNED_INT, 0);
-    // The flanks lie on faces of the bodies: nearer by a little.
-    gl.polygonOffset(-1, -1);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers.flanks.buffer);
-    gl.drawElements(gl.TRIANGLES, this.buffers.flanks.count, gl.UNSIGNED_INT, 0);
+    gl.uniform3fv(at("plain"), dark ? [0.62, 0.65, 0.69] : [0.9, 0.91, 0.93]);
+    drawNearer(0, gl.TRIANGLES, this.buffers.triangles);
+    drawNearer(1e-4, gl.TRIANGLES, this.buffers.flanks);
+    gl.uniform1i(at("line"), 1);
+    gl.uniform3fv(at("plain"), ink);
+    drawNearer(3e-4, gl.LINES, this.buffers.sharp);
     if (this.showEdges) {
-      gl.uniform1i(at("line"), 1);
-      gl.uniform3fv(at("plain"), dark ? [0.1, 0.11, 0.13] : [0.35, 0.37, 0.4]);
-      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers.edges.buffer);
-      gl.drawElements(gl.LINES, this.buffers.edges.count, gl.UNSIGNED_INT, 0);
+      gl.uniform3fv(at("plain"), ink.map((v) => v + 0.3));
+      drawNearer(2e-4, gl.LINES, this.buffers.edges);
     }
+    this.annotate(view, ratio, w, h);
   }
+
+  /** Axes, scale and words over the bodies. */
+  annotate(view, ratio, w, h) {
+    if (this.marks.width !== w || this.marks.height !== h) Object.assign(this.marks, { width: w, height: h });
+    const g = this.marks.getContext("2d"), [width, height] = [w / ratio, h / ratio];
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.clearRect(0, 0, width, height);
+    g.font = "13px system-ui, sans-serif";
+    g.fillStyle = g.strokeStyle = colourOf("--ink");
+    g.lineWidth = 1.5;
+    const [x0, y0, length] = [44, height - 44, 26];
+    [g.textAlign, g.textBaseline] = ["center", "middle"];
+    ["x", "y", "z"].forEach((name, axis) => {
+      const [x, y] = [view[4 * axis], -view[4 * axis + 1]];
+      g.beginPath();
+      g.moveTo(x0, y0);
+      g.lineTo(x0 + length * x, y0 + length * y);
+      g.stroke();
+      // An axis that points at the reader has its name beside the others'.
+      const far = length + 10;
+      g.fillText(name, x0 + far * x, y0 + far * y);
+    });
+    const pixelsPerM = height / (2 * this.distance * Math.tan(HALF_VIEW)), longest = Math.min(160, 0.3 * width) / pixelsPerM;
+    const power = 10 ** Math.floor(Math.log10(longest)), bar = power * [5, 2, 1].find((m) => m * power <= longest);
+    const [right, low] = [width - 20, height - 20];
+    g.beginPath();
+    g.moveTo(right - bar * pixelsPerM, low - 5);
+    g.lineTo(right - bar * pixelsPerM, low);
+    g.lineTo(right, low);
+    g.lineTo(right, low - 5);
+    g.stroke();
+    g.textAlign = "center";
+    g.fillText(withPrefix(bar, "m"), right - 0.5 * bar * pixelsPerM, low - 14);
+    g.textAlign = "left";
+    g.fillText(this.words, 16, 20);
+  }
+}
+
+/** Edges at which two faces meet at an angle, or that belong to one face alone, as pairs of points. */
+function sharpEdges({ points, triangles }) {
+  const at = (i) => points.subarray(3 * i, 3 * i + 3), met = new Map();
+  for (let t = 0; t < triangles.length; t += 3) {
+    const corners = triangles.subarray(t, t + 3), [a, b, c] = [...corners].map(at);
+    const n = cross([b[0] - a[0], b[1] - a[1], b[2] - a[2]], [c[0] - a[0], c[1] - a[1], c[2] - a[2]]), size = Math.hypot(...n) || 1;
+    corners.forEach((from, i) => {
+      const to = corners[(i + 1) % 3], key = from < to ? from * 4294967296 + to : to * 4294967296 + from;
+      const of = met.get(key) ?? { from, to, normals: [] };
+      of.normals.push(n.map((v) => v / size));
+      met.set(key, of);
+    });
+  }
+  const sharp = [...met.values()].filter(({ normals: [m, n] }) => !n || Math.abs(m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) < SHARP);
+  return Uint32Array.from(sharp.flatMap(({ from, to }) => [from, to]));
 }

@@ -162,6 +162,13 @@ impl Orbit {
     pub fn counts(&self) -> CycleCounts {
         self.cycles.iter().map(|cycle| cycle.status).collect()
     }
+
+    /// Estimated relative error of an observed amplitude for the harmonics left out: 0 where no pair makes any, `None` where
+    /// it is not known.
+    pub fn amplitude_error(&self, observation: usize) -> Option<f64> {
+        let estimated = self.observed_error.get(observation).copied();
+        estimated.or_else(|| self.cycles.is_empty().then_some(0.0))
+    }
 }
 
 /// One pair over one period.

@@ -342,6 +342,18 @@ pub struct ContactPair {
     pub friction: f64,
 }
 
+impl ContactPair {
+    /// Numbers of the bodies of the first and of the second flank; `None` for rigid ground.
+    pub fn bodies(&self) -> [Option<usize>; 2] {
+        let slave = Some(self.slave.node.body);
+        let master = self.slave.masters.first().map(|(node, _)| node.body);
+        match self.side {
+            Side::First => [slave, master],
+            Side::Second => [master, slave],
+        }
+    }
+}
+
 /// How the two flanks of a contact lie on each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlankMatch {

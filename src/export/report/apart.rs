@@ -1,0 +1,142 @@
+//! Directions along which bodies are pulled apart, so that the flanks between them are seen.
+
+use dovetail_numerics::space::{dot, scaled, sub, unit};
+use dovetail_solver::model::Model;
+
+/// Sweeps over all contacts. Chains of bodies take the most.
+const SWEEPS: usize = 400;
+/// A contact whose normals cancel each other to less than this has no direction to open along: a pin in its hole.
+const LEAST_MEAN: f64 = 0.2;
+
+/// Vector of each body, the longest of length 1: the bodies of each contact part along its mean normal, all by the same
+/// distance where the bodies allow it. They part to the sides on which they lie: a root leaves its slot outwards, though its
+/// flanks press inwards. Rigid ground stays. Zero for all where no contact has a direction.
+pub(super) fn apart(model: &Model) -> Vec<[f64; 3]> {
+    let mut moved = vec![[0.0; 3]; model.bodies.len()];
+    let contacts: Vec<Opening> = (0..model.contact_names.len())
+        .filter_map(|contact| Opening::of(model, contact))
+        .collect();
+    // Kaczmarz's method from zero: the shortest vectors by which all contacts open by 1.
+    for _ in 0..SWEEPS {
+        for contact in &contacts {
+            contact.open(&mut moved);
+        }
+    }
+    let longest = moved.iter().map(|m| dot(*m, *m).sqrt()).fold(0.0, f64::max);
+    if longest > 0.0 {
+        for component in moved.as_flattened_mut() {
+            *component /= longest;
+        }
+    }
+    moved
+}
+
+/// The direction along which the first body of a contact leaves the second.
+struct Opening {
+    bodies: [Option<usize>; 2],
+    direction: [f64; 3],
+}
+
+impl Opening {
+    fn of(model: &Model, contact: usize) -> Option<Self> {
+        let own = || model.pairs.iter().filter(|pair| pair.contact == contact);
+        let mut mean = [0.0; 3];
+        for pair in own() {
+            for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
+                *sum += n / own().count() as f64;
+            }
+        }
+        let first = own().next()?;
+        let bodies = first.bodies();
+        let direction = unit(mean).filter(|_| dot(mean, mean).sqrt() > LEAST_MEAN)?;
+        // Rigid ground is where the flank is.
+        let centre = |body: Option<usize>| {
+            body.map_or(first.position_m, |b| middle(&model.bodies[b].nodes_m))
+        };
+        let direction = away(direction, centre(bodies[0]), centre(bodies[1]));
+        (bodies[0] != bodies[1]).then_some(Self { bodies, direction })
+    }
+
+    fn open(&self, moved: &mut [[f64; 3]]) {
+        let along = |body: Option<usize>| body.map_or(0.0, |b| dot(moved[b], self.direction));
+        let missing = 1.0 - (along(self.bodies[0]) - along(self.bodies[1]));
+        let movable = self.bodies.iter().flatten().count() as f64;
+        for (body, sign) in self.bodies.iter().zip([1.0, -1.0]) {
+            let Some(body) = *body else { continue };
+            for (component, d) in moved[body].iter_mut().zip(self.direction) {
+                *component += sign * missing / movable * d;
+            }
+        }
+    }
+}
+
+/// A direction, or its opposite, so that it leads from one place to the side of the other.
+fn away(direction: [f64; 3], of: [f64; 3], from: [f64; 3]) -> [f64; 3] {
+    match dot(direction, sub(of, from)) < 0.0 {
+        true => scaled(direction, -1.0),
+        false => direction,
+    }
+}
+
+fn middle(points_m: &[[f64; 3]]) -> [f64; 3] {
+    let count = points_m.len() as f64;
+    [0, 1, 2].map(|axis| points_m.iter().map(|p| p[axis]).sum::<f64>() / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn opened(contacts: &[Opening], bodies: usize) -> Vec<[f64; 3]> {
+        let mut moved = vec![[0.0; 3]; bodies];
+        for _ in 0..SWEEPS {
+            contacts.iter().for_each(|contact| contact.open(&mut moved));
+        }
+        moved
+    }
+
+    fn opening(bodies: [Option<usize>; 2], direction: [f64; 3]) -> Opening {
+        Opening { bodies, direction }
+    }
+
+    #[test]
+    fn a_root_leaves_its_slot_between_both_flanks() {
+        let (s, c) = (0.6, 0.8);
+        let flanks = [[0.0, s, c], [0.0, -s, c]];
+        let both = flanks.map(|n| opening([Some(0), Some(1)], n));
+        let moved = opened(&both, 2);
+        for (found, exact) in
+            moved
+                .as_flattened()
+                .iter()
+                .zip([0.0, 0.0, 0.5 / c, 0.0, 0.0, -0.5 / c])
+        {
+            assert!((found - exact).abs() < 1e-9, "{moved:?}");
+        }
+        // On rigid ground the one body goes all the way.
+        let ground = flanks.map(|n| opening([Some(0), None], n));
+        let [up] = opened(&ground, 1)[..] else {
+            panic!("one body")
+        };
+        assert!((up[2] - 1.0 / c).abs() < 1e-9, "{up:?}");
+    }
+
+    #[test]
+    fn bodies_part_to_the_sides_on_which_they_lie() {
+        let [below, above] = [[5.0, 0.0, -1.0], [0.0, 0.0, 2.0]];
+        let up = [0.0, 0.0, 1.0];
+        assert_eq!(away(up, above, below), up);
+        assert_eq!(away(up, below, above), [-0.0, -0.0, -1.0]);
+    }
+
+    #[test]
+    fn a_chain_of_bodies_opens_everywhere() {
+        let chain: Vec<Opening> = (0..5)
+            .map(|i| opening([Some(i + 1), Some(i)], [0.0, 1.0, 0.0]))
+            .collect();
+        let moved = opened(&chain, 6);
+        for two in moved.windows(2) {
+            assert!((two[1][1] - two[0][1] - 1.0).abs() < 1e-6, "{moved:?}");
+        }
+    }
+}
