@@ -1,5 +1,5 @@
 //! From the results of all cases to what a user wants to know: how each figure converges with each
-//! numerical knob, how far every case errs, which settings are recommended, and which design has the
+//! numerical parameter, how far every case errs, which settings are recommended, and which design has the
 //! least of a figure.
 
 use serde::Serialize;
@@ -8,24 +8,24 @@ use super::cases::{Case, designs};
 use super::convergence::{Limit, errors, estimates, limit, relative_error};
 use super::designs::Designs;
 use super::file::{Mode, Study, Target};
-use super::knob::Knob;
+use super::parameter::Parameter;
 use super::results::{CaseResult, headings};
 
 /// Costs nearer to each other than this share are taken for equal: a run timed twice differs by as
 /// much.
 const SAME_COST: f64 = 0.1;
 
-/// One numerical knob, the others at their base (of a grid: at their finest).
+/// One numerical parameter, the others at their base (of a grid: at their finest).
 #[derive(Debug, Clone, PartialEq)]
-pub struct KnobAnswer {
-    /// Which of the study's knobs.
-    pub knob: usize,
-    /// Per value of the knob, coarse to fine: the case that has it.
+pub struct ParameterAnswer {
+    /// Which of the study's parameters.
+    pub parameter: usize,
+    /// Per value of the parameter, coarse to fine: the case that has it.
     pub cases: Vec<usize>,
     pub figures: Vec<FigureAnswer>,
 }
 
-/// How one figure follows one knob; the lists have an entry per value, `None` where the case has no
+/// How one figure follows one parameter; the lists have an entry per value, `None` where the case has no
 /// such figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FigureAnswer {
@@ -55,7 +55,7 @@ pub struct CaseErrors {
 pub struct Recommendation {
     pub heading: String,
     pub accuracy: f64,
-    /// Value of each knob, and the sum of their errors; `None` where no sum is within the accuracy.
+    /// Value of each parameter, and the sum of their errors; `None` where no sum is within the accuracy.
     pub settings: Option<(Vec<usize>, f64)>,
     /// The case that has these values.
     pub case: Option<usize>,
@@ -63,13 +63,13 @@ pub struct Recommendation {
     pub error: Option<f64>,
 }
 
-/// What the numerical knobs do at one combination of design values.
+/// What the numerical parameters do at one combination of design values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtDesign {
-    /// Value of each knob; those of numerical ones say nothing.
+    /// Value of each parameter; those of numerical ones say nothing.
     pub values: Vec<usize>,
-    /// The numerical ones, in the order of the study's knobs.
-    pub knobs: Vec<KnobAnswer>,
+    /// The numerical ones, in the order of the study's parameters.
+    pub parameters: Vec<ParameterAnswer>,
     /// One for each heading of `with_errors` of the analysis.
     pub errors: Vec<CaseErrors>,
     pub recommendations: Vec<Recommendation>,
@@ -80,9 +80,9 @@ pub struct AtDesign {
 pub struct Analysis {
     pub headings: Vec<String>,
     /// Of the figures whose errors are given: those that a recommendation is asked for, else the
-    /// first. None where no knob is numerical.
+    /// first. None where no parameter is numerical.
     pub with_errors: Vec<String>,
-    /// Per design at which numerical knobs are turned; one without design values.
+    /// Per design at which numerical parameters are turned; one without design values.
     pub at_designs: Vec<AtDesign>,
     pub designs: Designs,
 }
@@ -95,7 +95,7 @@ pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
         own.map(|h| (h.clone(), t.accuracy)).collect::<Vec<_>>()
     };
     let wanted: Vec<(String, f64)> = study.targets.iter().flat_map(wanted).collect();
-    let has_errors = study.knobs.iter().any(|k| !k.is_design());
+    let has_errors = study.parameters.iter().any(|k| !k.is_design());
     let mut with_errors: Vec<String> = Vec::new();
     let first = headings.first().filter(|_| wanted.is_empty());
     let shown = wanted.iter().map(|(h, _)| h).chain(first);
@@ -106,22 +106,22 @@ pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
     }
     let at_designs = designs(study).into_iter().map(|design| {
         let base = base(study, results, &design);
-        let numerical = (0..study.knobs.len()).filter(|k| !study.knobs[*k].is_design());
-        let knobs: Vec<KnobAnswer> = numerical
-            .map(|k| knob(study, results, &base, &headings, k))
+        let numerical = (0..study.parameters.len()).filter(|k| !study.parameters[*k].is_design());
+        let parameters: Vec<ParameterAnswer> = numerical
+            .map(|k| parameter(study, results, &base, &headings, k))
             .collect();
         let errors = with_errors.iter().map(|heading| {
             let own = |r: &CaseResult| is_of_design(study, &r.case, &design);
-            case_errors(results, &own, &base, &knobs, heading)
+            case_errors(results, &own, &base, &parameters, heading)
         });
         let errors: Vec<CaseErrors> = errors.collect();
         let recommendations = wanted
             .iter()
-            .map(|wanted| recommendation(results, &design, &knobs, &errors, wanted));
+            .map(|wanted| recommendation(results, &design, &parameters, &errors, wanted));
         AtDesign {
             recommendations: recommendations.collect(),
             values: design,
-            knobs,
+            parameters,
             errors,
         }
     });
@@ -134,8 +134,8 @@ pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
 }
 
 fn is_of_design(study: &Study, case: &Case, design: &[usize]) -> bool {
-    let mut knobs = study.knobs.iter().zip(&case.values).zip(design);
-    knobs.all(|((knob, value), wanted)| !knob.is_design() || value == wanted)
+    let mut parameters = study.parameters.iter().zip(&case.values).zip(design);
+    parameters.all(|((parameter, value), wanted)| !parameter.is_design() || value == wanted)
 }
 
 impl Analysis {
@@ -159,13 +159,13 @@ impl Analysis {
     }
 }
 
-/// What the numerical knobs are turned around at a design; of a grid, the finest case that has a
+/// What the numerical parameters are turned around at a design; of a grid, the finest case that has a
 /// result.
 fn base(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
     let steps_from_finest = |case: &Case| -> usize {
-        let knobs = study.knobs.iter().zip(&case.values);
-        knobs
-            .map(|(knob, value)| knob.values.len() - 1 - value)
+        let parameters = study.parameters.iter().zip(&case.values);
+        parameters
+            .map(|(parameter, value)| parameter.values.len() - 1 - value)
             .sum()
     };
     let finest = results
@@ -179,14 +179,14 @@ fn base(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
     }
 }
 
-fn knob(
+fn parameter(
     study: &Study,
     results: &[CaseResult],
     base: &[usize],
     headings: &[String],
     k: usize,
-) -> KnobAnswer {
-    let knob = &study.knobs[k];
+) -> ParameterAnswer {
+    let parameter = &study.parameters[k];
     let mut values = base.to_vec();
     let case = |v: usize| {
         values[k] = v;
@@ -194,26 +194,31 @@ fn knob(
         let found = results.iter().position(|r| r.case.values == values);
         found.unwrap_or_default()
     };
-    let cases: Vec<usize> = (0..knob.values.len()).map(case).collect();
+    let cases: Vec<usize> = (0..parameter.values.len()).map(case).collect();
     let figures = headings.iter().map(|heading| {
         let values = cases.iter().map(|c| results[*c].value(heading)).collect();
         let mut counts = study.quantities.iter().filter(|q| q.is_count);
         let is_count = counts.any(|q| q.has_heading(heading));
-        figure(heading, values, knob, is_count)
+        figure(heading, values, parameter, is_count)
     });
-    KnobAnswer {
-        knob: k,
+    ParameterAnswer {
+        parameter: k,
         figures: figures.collect(),
         cases,
     }
 }
 
-fn figure(heading: &str, values: Vec<Option<f64>>, knob: &Knob, is_count: bool) -> FigureAnswer {
+fn figure(
+    heading: &str,
+    values: Vec<Option<f64>>,
+    parameter: &Parameter,
+    is_count: bool,
+) -> FigureAnswer {
     let there: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_some()).collect();
     let known: Vec<f64> = values.iter().flatten().copied().collect();
-    let sizes = knob.sizes();
+    let sizes = parameter.sizes();
     let sizes: Option<Vec<f64>> = sizes.map(|s| there.iter().map(|i| s[*i]).collect());
-    let limit = limit(sizes.as_deref(), &known, knob.order, !is_count);
+    let limit = limit(sizes.as_deref(), &known, parameter.order, !is_count);
     let spread = |of_known: Vec<Option<f64>>| {
         let mut all = vec![None; values.len()];
         for (i, v) in there.iter().zip(of_known) {
@@ -230,12 +235,12 @@ fn figure(heading: &str, values: Vec<Option<f64>>, knob: &Knob, is_count: bool) 
     }
 }
 
-impl KnobAnswer {
+impl ParameterAnswer {
     fn figure(&self, heading: &str) -> Option<&FigureAnswer> {
         self.figures.iter().find(|f| f.heading == heading)
     }
 
-    /// What a value errs; a knob of one value adds no error that it could know.
+    /// What a value errs; a parameter of one value adds no error that it could know.
     fn error(&self, heading: &str, value: usize) -> Option<f64> {
         match self.cases.len() {
             1 => Some(0.0),
@@ -268,11 +273,11 @@ impl KnobAnswer {
 fn recommendation(
     results: &[CaseResult],
     design: &[usize],
-    knobs: &[KnobAnswer],
+    parameters: &[ParameterAnswer],
     errors: &[CaseErrors],
     (heading, accuracy): &(String, f64),
 ) -> Recommendation {
-    let settings = settings(results, design, knobs, heading, *accuracy);
+    let settings = settings(results, design, parameters, heading, *accuracy);
     let case = settings
         .as_ref()
         .and_then(|(values, _)| results.iter().position(|r| r.case.values == *values));
@@ -286,42 +291,42 @@ fn recommendation(
     }
 }
 
-/// Of each numerical knob the cheapest value within the accuracy, or within a half, a third, ... of
+/// Of each numerical parameter the cheapest value within the accuracy, or within a half, a third, ... of
 /// it: the first such share with which the errors add up to no more than the accuracy. The others
 /// have the values of the design.
 fn settings(
     results: &[CaseResult],
     design: &[usize],
-    knobs: &[KnobAnswer],
+    parameters: &[ParameterAnswer],
     heading: &str,
     accuracy: f64,
 ) -> Option<(Vec<usize>, f64)> {
-    (1..=knobs.len()).find_map(|share| {
+    (1..=parameters.len()).find_map(|share| {
         let most = accuracy / share as f64;
-        let chosen = knobs
+        let chosen = parameters
             .iter()
             .map(|k| k.cheapest_within(results, heading, most));
         let chosen: Vec<(usize, f64)> = chosen.collect::<Option<_>>()?;
         let mut values = design.to_vec();
-        for (knob, (value, _)) in knobs.iter().zip(&chosen) {
-            values[knob.knob] = *value;
+        for (parameter, (value, _)) in parameters.iter().zip(&chosen) {
+            values[parameter.parameter] = *value;
         }
         let sum = chosen.iter().map(|(_, error)| error).sum();
         (sum <= accuracy).then_some((values, sum))
     })
 }
 
-/// Where the base goes when each knob goes to its own limit: their changes added.
+/// Where the base goes when each parameter goes to its own limit: their changes added.
 fn common_limit(
     results: &[CaseResult],
     base: &[usize],
-    knobs: &[KnobAnswer],
+    parameters: &[ParameterAnswer],
     heading: &str,
 ) -> Option<f64> {
     let at_base = results.iter().find(|r| r.case.values == base)?;
     let at_base = at_base.value(heading)?;
-    knobs.iter().try_fold(at_base, |sum, knob| {
-        Some(sum + knob.figure(heading)?.limit?.value - at_base)
+    parameters.iter().try_fold(at_base, |sum, parameter| {
+        Some(sum + parameter.figure(heading)?.limit?.value - at_base)
     })
 }
 
@@ -332,16 +337,16 @@ fn case_errors(
     results: &[CaseResult],
     own: &dyn Fn(&CaseResult) -> bool,
     base: &[usize],
-    knobs: &[KnobAnswer],
+    parameters: &[ParameterAnswer],
     heading: &str,
 ) -> CaseErrors {
-    let limit = common_limit(results, base, knobs, heading);
+    let limit = common_limit(results, base, parameters, heading);
     let error = |result: &CaseResult| {
-        let of_knob = |k: &KnobAnswer| k.error(heading, result.case.values[k.knob]);
+        let of_parameter = |k: &ParameterAnswer| k.error(heading, result.case.values[k.parameter]);
         let sum = own(result).then_some(0.0)?;
-        let sum = knobs
+        let sum = parameters
             .iter()
-            .try_fold(sum, |sum, k| Some(sum + of_knob(k)?))?;
+            .try_fold(sum, |sum, k| Some(sum + of_parameter(k)?))?;
         Some(relative_error(result.value(heading)?, limit?)?.max(sum))
     };
     let errors: Vec<Option<f64>> = results.iter().map(error).collect();
@@ -373,19 +378,19 @@ fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
 pub mod tests {
     use super::*;
     use crate::study::cases::{cases, combination};
-    use crate::study::knob::{Kind, KnobValue};
+    use crate::study::parameter::{Kind, ParameterValue};
     use crate::study::quantity::PEAK_AMPLITUDE;
     use crate::study::results::{Cost, Ended, Figures};
 
-    pub fn sized(name: &str, sizes: &[f64], base: usize) -> Knob {
-        let value = |size: &f64| KnobValue {
+    pub fn sized(name: &str, sizes: &[f64], base: usize) -> Parameter {
+        let value = |size: &f64| ParameterValue {
             label: size.to_string(),
             set: vec![],
             number: Some(*size),
             size: Some(*size),
             span: 0..0,
         };
-        Knob {
+        Parameter {
             name: name.to_owned(),
             kind: Kind::Numerical,
             values: sizes.iter().map(value).collect(),
@@ -404,7 +409,7 @@ pub mod tests {
             mode,
             quantities: vec![PEAK_AMPLITUDE],
             fields: false,
-            knobs: vec![
+            parameters: vec![
                 sized("a", &[0.4, 0.2, 0.1, 0.05], 1),
                 sized("b", &[0.2, 0.1, 0.05, 0.025], 1),
             ],
@@ -417,7 +422,7 @@ pub mod tests {
     }
 
     fn of_sizes(study: &Study, case: &Case) -> CaseResult {
-        let size = |k: usize| study.knobs[k].values[case.values[k]].size.unwrap();
+        let size = |k: usize| study.parameters[k].values[case.values[k]].size.unwrap();
         let (a, b) = (size(0), size(1));
         let amplitude_m = 1.0 + 2.0 * a * a + 0.5 * b;
         result(case, amplitude_m, 1.0 / a + 0.1 / (a * b))
@@ -457,7 +462,7 @@ pub mod tests {
         let results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
         // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
-        let [a, b] = [0, 1].map(|k| &found.at_designs[0].knobs[k].figures[0]);
+        let [a, b] = [0, 1].map(|k| &found.at_designs[0].parameters[k].figures[0]);
         near(a.limit.unwrap().order, 2.0);
         near(Some(a.limit.unwrap().value), 1.05);
         near(b.limit.unwrap().order, 1.0);
@@ -465,7 +470,7 @@ pub mod tests {
         near(b.estimated_errors[0], 0.1 / 1.08);
         // The base errs by both: by 0.13 of the common limit, which is 1.
         near(found.at_designs[0].errors[0].errors[0], 0.13);
-        // Within 5 % of each knob are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
+        // Within 5 % of each parameter are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
         // are a = 0.1 and b = 0.05.
         let recommended = &found.at_designs[0].recommendations[0];
         let (values, sum) = recommended.settings.clone().unwrap();
@@ -523,7 +528,7 @@ pub mod tests {
         let mut results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
         let found = analyse(&study, &results);
         let chosen = found.at_designs[0].recommendations[0].case.unwrap();
-        // Along each knob the other is at its finest; a = 0.1 and b = 0.05 are each within 2.5 %.
+        // Along each parameter the other is at its finest; a = 0.1 and b = 0.05 are each within 2.5 %.
         assert_eq!(all[chosen].values, [2, 2]);
         near(found.at_designs[0].errors[0].errors[chosen], 0.02 + 0.025);
         // A coarse run near the limit by chance gains nothing.
@@ -533,9 +538,9 @@ pub mod tests {
         // Without the finest corner the finest there is serves.
         results[15].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        assert_eq!(found.at_designs[0].knobs[0].cases, [3, 7, 11, 15]);
+        assert_eq!(found.at_designs[0].parameters[0].cases, [3, 7, 11, 15]);
         near(
-            found.at_designs[0].knobs[1].figures[0]
+            found.at_designs[0].parameters[1].figures[0]
                 .limit
                 .map(|l| l.value),
             1.02,
@@ -549,7 +554,7 @@ pub mod tests {
             cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
         results[1].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        let a = &found.at_designs[0].knobs[0].figures[0];
+        let a = &found.at_designs[0].parameters[0].figures[0];
         assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
         near(Some(a.limit.unwrap().value), 1.05);
     }

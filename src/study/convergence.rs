@@ -8,7 +8,7 @@
 use serde::Serialize;
 
 /// Differences below this, relative, are taken for rounding and tolerance: such a figure does not
-/// depend on the knob.
+/// depend on the parameter.
 pub const SAME: f64 = 1e-7;
 /// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times
 /// it.

@@ -8,7 +8,7 @@ use super::results::CaseResult;
 /// The cases that differ in design values alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designs {
-    /// Numerical knobs are at their base, in a grid at their finest value; none where no knob is a
+    /// Numerical parameters are at their base, in a grid at their finest value; none where no parameter is a
     /// design value.
     pub cases: Vec<usize>,
     /// Headings of the figures that are not the same in all of them.
@@ -33,7 +33,7 @@ pub struct Least {
     pub value: f64,
     /// Other cases that have it, too.
     pub other_cases: usize,
-    /// Knobs of numbers that stand at the lowest or the highest of them.
+    /// Parameters of numbers that stand at the lowest or the highest of them.
     pub at_ends: Vec<(usize, End)>,
 }
 
@@ -56,7 +56,7 @@ impl Designs {
     /// Compares the designs of all results in the figures of these headings.
     pub fn of(study: &Study, results: &[CaseResult], headings: &[String]) -> Self {
         let compared = |case: &usize| is_compared(study, &results[*case].case.values);
-        let cases: Vec<usize> = match study.knobs.iter().any(|k| k.is_design()) {
+        let cases: Vec<usize> = match study.parameters.iter().any(|k| k.is_design()) {
             true => (0..results.len()).filter(compared).collect(),
             false => Vec::new(),
         };
@@ -82,27 +82,28 @@ impl Designs {
         }
     }
 
-    /// The case of these values of all knobs.
+    /// The case of these values of all parameters.
     pub fn case(&self, results: &[CaseResult], values: &[usize]) -> Option<usize> {
         let mut cases = self.cases.iter().copied();
         cases.find(|c| results[*c].case.values == values)
     }
 }
 
-/// The value of each knob around which designs are drawn: its base, of a numerical knob in a grid
+/// The value of each parameter around which designs are drawn: its base, of a numerical parameter in a grid
 /// its finest value.
 pub fn centre(study: &Study) -> Vec<usize> {
-    let value = |knob: &super::knob::Knob| match (study.mode, knob.is_design()) {
-        (Mode::Grid, false) => knob.values.len() - 1,
-        _ => knob.base,
+    let value = |parameter: &super::parameter::Parameter| match (study.mode, parameter.is_design())
+    {
+        (Mode::Grid, false) => parameter.values.len() - 1,
+        _ => parameter.base,
     };
-    study.knobs.iter().map(value).collect()
+    study.parameters.iter().map(value).collect()
 }
 
 fn is_compared(study: &Study, values: &[usize]) -> bool {
     let centre = centre(study);
-    let mut knobs = study.knobs.iter().enumerate();
-    knobs.all(|(k, knob)| knob.is_design() || values[k] == centre[k])
+    let mut parameters = study.parameters.iter().enumerate();
+    parameters.all(|(k, parameter)| parameter.is_design() || values[k] == centre[k])
 }
 
 fn is_same(a: f64, b: f64) -> bool {
@@ -118,10 +119,10 @@ fn minimum(study: &Study, results: &[CaseResult], cases: &[usize], heading: &str
     let least = values.iter().copied().reduce(first_least);
     let least = least.map(|(case, value)| {
         let same = values.iter().filter(|(_, v)| is_same(*v, value));
-        let chosen = study.knobs.iter().zip(&results[case].case.values);
-        let end = |(k, (knob, value)): (usize, (&super::knob::Knob, &usize))| {
-            let last = knob.values.len() - 1;
-            let has_ends = knob.is_design() && last > 0 && knob.numbers().is_some();
+        let chosen = study.parameters.iter().zip(&results[case].case.values);
+        let end = |(k, (parameter, value)): (usize, (&super::parameter::Parameter, &usize))| {
+            let last = parameter.values.len() - 1;
+            let has_ends = parameter.is_design() && last > 0 && parameter.numbers().is_some();
             match *value {
                 0 if has_ends => Some((k, End::Lowest)),
                 v if has_ends && v == last => Some((k, End::Highest)),
@@ -148,25 +149,25 @@ mod tests {
     use crate::study::analysis::analyse;
     use crate::study::analysis::tests::{result, sized, study};
     use crate::study::cases::cases;
-    use crate::study::knob::{Kind, Knob};
+    use crate::study::parameter::{Kind, Parameter};
     use crate::study::quantity::PEAK_AMPLITUDE;
     use crate::study::results::Ended;
 
     /// The figure is (x - 0.3)^2 + y + 0.1 a, with y of two values and a numerical.
     fn designed() -> (Study, Vec<CaseResult>) {
-        let design = |name: &str, values: &[f64]| Knob {
+        let design = |name: &str, values: &[f64]| Parameter {
             kind: Kind::Design,
             ..sized(name, values, 0)
         };
         let mut study = study(Mode::Grid, 0.5);
         study.minimise = vec![PEAK_AMPLITUDE];
-        study.knobs = vec![
+        study.parameters = vec![
             design("x", &[0.1, 0.2, 0.4, 0.9]),
             design("y", &[1.0, 2.0]),
             sized("a", &[0.4, 0.2], 0),
         ];
         let figure = |study: &Study, values: &[usize]| {
-            let number = |k: usize| study.knobs[k].values[values[k]].number.unwrap();
+            let number = |k: usize| study.parameters[k].values[values[k]].number.unwrap();
             (number(0) - 0.3).powi(2) + number(1) + 0.1 * number(2)
         };
         let results = cases(&study);
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn what_has_no_value_or_no_order_is_said_and_not_taken_for_an_end() {
         let (mut study, mut results) = designed();
-        for value in &mut study.knobs[1].values {
+        for value in &mut study.parameters[1].values {
             value.number = None;
         }
         let first = analyse(&study, &results).designs.minima[0].least.clone();
@@ -214,12 +215,12 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_those_of_the_numerical_knobs_at_each_design_by_itself() {
+    fn errors_are_those_of_the_numerical_parameters_at_each_design_by_itself() {
         let (study, results) = designed();
         let found = analyse(&study, &results);
         assert_eq!(found.at_designs.len(), 8);
         for at in &found.at_designs {
-            assert_eq!(at.knobs.len(), 1);
+            assert_eq!(at.parameters.len(), 1);
             let own = at.errors[0].errors.iter().flatten();
             // The finest value has no order and no third size: the last step, 0.1 (0.4 - 0.2).
             let fine = (at.values[0], at.values[1]);
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn designs_alone_have_no_errors() {
         let (mut study, _) = designed();
-        study.knobs.truncate(2);
+        study.parameters.truncate(2);
         study.targets.clear();
         let all = cases(&study);
         let results: Vec<CaseResult> = all.iter().map(|c| result(c, 1.0, 1.0)).collect();

@@ -1,4 +1,4 @@
-//! Text -> [`Study`]: which scene, which knobs, which quantities, how accurate they shall be, and
+//! Text -> [`Study`]: which scene, which parameters, which quantities, how accurate they shall be, and
 //! which of them a design shall have little of.
 
 use std::ops::Range;
@@ -9,7 +9,7 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::STUDY;
-use super::knob::{self, Kind, Knob};
+use super::parameter::{self, Kind, Parameter};
 use super::quantity::{self, Quantity};
 use super::raw::{RawMinimum, RawStudy, RawTarget};
 use crate::scene::check::fields::{Checker, Table};
@@ -31,18 +31,18 @@ pub struct Study {
     pub quantities: Vec<Quantity>,
     /// Cases write their fields for ParaView, too.
     pub fields: bool,
-    pub knobs: Vec<Knob>,
+    pub parameters: Vec<Parameter>,
     pub targets: Vec<Target>,
     /// Of these the case with the least value is asked for.
     pub minimise: Vec<Quantity>,
 }
 
-/// How the values of several knobs are combined.
+/// How the values of several parameters are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Each knob through its values while the others stand at their base.
+    /// Each parameter through its values while the others stand at their base.
     OneAtATime,
-    /// Every value of each knob with every value of the others.
+    /// Every value of each parameter with every value of the others.
     Grid,
 }
 
@@ -135,21 +135,21 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     let modes = [Mode::OneAtATime, Mode::Grid];
     let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
     let quantities = quantities(checker, &top, raw.quantities);
-    if raw.knob.is_empty() {
-        checker.missing(&top, "knob");
+    if raw.parameter.is_empty() {
+        checker.missing(&top, "parameter");
     }
-    let needs_base = mode == Some(Mode::OneAtATime) && raw.knob.len() > 1;
-    let knobs = raw.knob.iter().enumerate();
-    let knobs: Vec<Option<Knob>> = knobs
-        .map(|(i, raw)| knob::check(checker, i, raw, needs_base))
+    let needs_base = mode == Some(Mode::OneAtATime) && raw.parameter.len() > 1;
+    let parameters = raw.parameter.iter().enumerate();
+    let parameters: Vec<Option<Parameter>> = parameters
+        .map(|(i, raw)| parameter::check(checker, i, raw, needs_base))
         .collect();
-    let knobs: Option<Vec<Knob>> = knobs.into_iter().collect();
-    if let Some(knobs) = &knobs {
-        knob::check_together(checker, knobs, mode == Some(Mode::Grid));
+    let parameters: Option<Vec<Parameter>> = parameters.into_iter().collect();
+    if let Some(parameters) = &parameters {
+        parameter::check_together(checker, parameters, mode == Some(Mode::Grid));
     }
     let asking = Asking {
         quantities: quantities.as_deref(),
-        knobs: knobs.as_deref(),
+        parameters: parameters.as_deref(),
     };
     let targets = asking.targets(checker, &raw.recommend);
     let minimise = asking.minimise(checker, &raw.minimise);
@@ -160,7 +160,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         mode: mode?,
         quantities: quantities?,
         fields: raw.fields,
-        knobs: knobs?,
+        parameters: parameters?,
         targets: targets?,
         minimise: minimise?,
     })
@@ -219,14 +219,14 @@ fn quantity(
 /// What `[[recommend]]` and `[[minimise]]` may ask for; `None` where the study has faults there.
 struct Asking<'s> {
     quantities: Option<&'s [Quantity]>,
-    knobs: Option<&'s [Knob]>,
+    parameters: Option<&'s [Parameter]>,
 }
 
 impl Asking<'_> {
     fn targets(&self, checker: &mut Checker, raw: &[Spanned<RawTarget>]) -> Option<Vec<Target>> {
         let target = |(i, raw): (usize, &Spanned<RawTarget>)| {
             let at = Table::of("recommend", raw.span(), Some((i, &None)));
-            self.needs_knob(checker, &at, Kind::Numerical);
+            self.needs_parameter(checker, &at, Kind::Numerical);
             let quantity = self.quantity(checker, &at, &raw.get_ref().quantity);
             let limits = Limits::between(0.0, 1.0);
             let accuracy = &raw.get_ref().accuracy;
@@ -247,7 +247,7 @@ impl Asking<'_> {
     ) -> Option<Vec<Quantity>> {
         let minimum = |(i, raw): (usize, &Spanned<RawMinimum>)| {
             let at = Table::of("minimise", raw.span(), Some((i, &None)));
-            self.needs_knob(checker, &at, Kind::Design);
+            self.needs_parameter(checker, &at, Kind::Design);
             self.quantity(checker, &at, &raw.get_ref().quantity)
         };
         let minima: Vec<Option<Quantity>> = raw.iter().enumerate().map(minimum).collect();
@@ -284,32 +284,32 @@ impl Asking<'_> {
         Some(found)
     }
 
-    /// Errors are those of numerical knobs; designs are compared where there is a design value.
-    fn needs_knob(&self, checker: &mut Checker, at: &Table, kind: Kind) {
-        let Some(knobs) = self.knobs.filter(|k| k.iter().all(|k| k.kind != kind)) else {
+    /// Errors are those of numerical parameters; designs are compared where there is a design value.
+    fn needs_parameter(&self, checker: &mut Checker, at: &Table, kind: Kind) {
+        let Some(parameters) = self.parameters.filter(|k| k.iter().all(|k| k.kind != kind)) else {
             return;
         };
-        let names: Vec<&str> = knobs.iter().map(|k| k.name.as_str()).collect();
+        let names: Vec<&str> = parameters.iter().map(|k| k.name.as_str()).collect();
         let names = names.join(", ");
         let path = &at.path;
         let (message, remedy) = match kind {
             Kind::Numerical => (
-                format!("`{path}` asks for an accuracy, and no knob is numerical ({names})"),
+                format!("`{path}` asks for an accuracy, and no parameter is numerical ({names})"),
                 "ask for the least value with [[minimise]] quantity = \"peak_amplitude_m\", or \
-                 write is = \"numerical\" in a knob that is a setting of the computation",
+                 write is = \"numerical\" in a parameter that is a setting of the computation",
             ),
             Kind::Design => (
                 format!(
-                    "`{path}` asks for the best design, and no knob is a design value ({names})"
+                    "`{path}` asks for the best design, and no parameter is a design value ({names})"
                 ),
                 "ask for settings with [[recommend]] quantity = \"peak_amplitude_m\" and \
-                 accuracy = 0.01, or write is = \"design\" in a knob that says what is built",
+                 accuracy = 0.01, or write is = \"design\" in a parameter that says what is built",
             ),
         };
         let fault = Fault::Particular {
             message,
             label: match kind {
-                Kind::Numerical => "no knob has an error",
+                Kind::Numerical => "no parameter has an error",
                 Kind::Design => "nothing to choose from",
             },
             remedy: remedy.to_owned(),

@@ -35,8 +35,8 @@ pub struct CaseRecord {
     pub machine_hash: String,
     pub study: String,
     pub case: String,
-    /// Knob and label of its value.
-    pub knobs: Vec<(String, String)>,
+    /// Parameter and label of its value.
+    pub parameters: Vec<(String, String)>,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
     pub fields: bool,
@@ -124,8 +124,8 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         machine_hash: pipeline::fingerprint().map_or_else(String::new, |hash| hexadecimals(&hash)),
         study: study.name.clone(),
         case: case.slug.clone(),
-        knobs: study
-            .knobs
+        parameters: study
+            .parameters
             .iter()
             .map(|k| k.name.clone())
             .zip(labels)
@@ -371,7 +371,7 @@ mod tests {
             machine_hash: "m".into(),
             study: "s".into(),
             case: "base".into(),
-            knobs: vec![],
+            parameters: vec![],
             set: vec!["a=1".into()],
             fields: false,
             held_modes: false,

@@ -2,13 +2,13 @@
 //! tables from here.
 
 use super::quantity;
-use super::raw::{RawKnob, RawMinimum, RawStudy, RawTarget};
+use super::raw::{RawMinimum, RawParameter, RawStudy, RawTarget};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 
 /// What a study may say.
 pub const STUDY: Vocabulary = Vocabulary {
-    former: &[],
+    former: &[("", "knob", "parameter")],
     sections: &[
         Section {
             name: "",
@@ -20,13 +20,13 @@ pub const STUDY: Vocabulary = Vocabulary {
             keys: &TOP,
         },
         Section {
-            name: "knob",
+            name: "parameter",
             shape: Shape::List,
             needed: "one or more",
             what: "a key, or several together, and its values",
-            example: "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
-            fields: fields::<RawKnob>,
-            keys: &KNOB,
+            example: "[[parameter]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
+            fields: fields::<RawParameter>,
+            keys: &PARAMETER,
         },
         Section {
             name: "recommend",
@@ -76,7 +76,7 @@ const TOP: [Key; 6] = [
         "mode",
         Kind::Choice(&["one_at_a_time", "grid"]),
         "`\"one_at_a_time\"`",
-        "`\"one_at_a_time\"`: each knob goes through its values while the others stand at their \
+        "`\"one_at_a_time\"`: each parameter goes through its values while the others stand at their \
          base; `\"grid\"`: every combination, up to 10,000",
         "mode = \"one_at_a_time\"",
     ),
@@ -96,7 +96,7 @@ const TOP: [Key; 6] = [
     ),
 ];
 
-const KNOB: [Key; 7] = [
+const PARAMETER: [Key; 7] = [
     key(
         "name",
         Kind::Name,
@@ -117,7 +117,7 @@ const KNOB: [Key; 7] = [
         "by its keys",
         "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
          built, which has none. Keys of `mesh`, `response` and `static` and numbers of modes are \
-         numerical, all others design values. A knob that sets both is a design value",
+         numerical, all others design values. A parameter that sets both is a design value",
         "is = \"design\"",
     ),
     key(
@@ -133,7 +133,7 @@ const KNOB: [Key; 7] = [
         "base",
         Kind::Any("a value, or its label"),
         "the first",
-        "one of the values; it stands while other knobs are turned. With several knobs one at a \
+        "one of the values; it stands while other parameters are turned. With several parameters one at a \
          time it must be given",
         "base = 3",
     ),
@@ -142,14 +142,14 @@ const KNOB: [Key; 7] = [
         Kind::Any("text, or list of numbers"),
         "none",
         "the size h that errors are compared with: `\"value\"`, `\"1/value\"`, `\"1/(value-1)\"` \
-         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical knobs alone",
+         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical parameters alone",
         "size = \"1/value\"",
     ),
     key(
         "order",
         Kind::Number("", Limits::POSITIVE),
         "2",
-        "the order that is expected of errors in the size. Numerical knobs alone",
+        "the order that is expected of errors in the size. Numerical parameters alone",
         "order = 2",
     ),
 ];

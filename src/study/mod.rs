@@ -1,6 +1,6 @@
 //! A scene over ranges of any of its keys: what accuracy costs, and what design values lead to.
 //!
-//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which
+//! A study file (`file`, `parameter`) names a scene and parameters; they make cases (`cases`), each of which
 //! is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is
 //! turned into orders, errors and recommended settings (`convergence`, `analysis`) and into the least
 //! figures among designs (`designs`), and written (`report`, `pictures`, `page`). Nothing is computed here that a run does not say itself in its
@@ -14,8 +14,8 @@ mod error;
 mod file;
 mod folder;
 pub(crate) mod keys;
-mod knob;
 mod page;
+mod parameter;
 mod pictures;
 mod pieces;
 mod quantity;
@@ -79,7 +79,7 @@ pub struct StudyOptions {
 /// Whether cases share meshes and reduced models.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sharing {
-    /// In a workflow through the folder `cache` of the study, unless the study has numerical knobs: it compares what
+    /// In a workflow through the folder `cache` of the study, unless the study has numerical parameters: it compares what
     /// its cases cost. Else nothing is shared.
     Unsaid,
     /// Each case computes all of its stages: its cost is then that of its settings.
@@ -97,7 +97,10 @@ const MOST_GIB: f64 = 1000.0;
 impl Sharing {
     /// In a workflow, in place of [`Sharing::Unsaid`].
     fn in_workflow(self, study: &Study, out: &Path) -> Self {
-        let compares_costs = study.knobs.iter().any(|knob| !knob.is_design());
+        let compares_costs = study
+            .parameters
+            .iter()
+            .any(|parameter| !parameter.is_design());
         match self {
             Self::Unsaid if !compares_costs => Self::Cache {
                 folder: out.join("cache"),
@@ -217,7 +220,7 @@ pub fn study(
     }
     let mut results = collect(&study, &all, &settings)?;
     let mut analysis = analyse(&study, &results);
-    // Settings that are put together from several knobs are run, too, to see whether they hold.
+    // Settings that are put together from several parameters are run, too, to see whether they hold.
     for values in analysis.not_run() {
         let case = combination(&study, &all, values);
         if runs || is_complete(&study, &case, &settings)? {
@@ -296,7 +299,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyErr
         let Err(error) = checked else {
             continue;
         };
-        let labels = study.knobs.iter().zip(case.labels(study));
+        let labels = study.parameters.iter().zip(case.labels(study));
         let labels: Vec<String> = labels.map(|(k, l)| format!("{} {l}", k.name)).collect();
         let told = error.to_string();
         // A grid meets the same fault again and again.
@@ -321,15 +324,17 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyErr
     }
 }
 
-/// The value that makes a case differ from the base, else the first knob.
+/// The value that makes a case differ from the base, else the first parameter.
 fn place(study: &Study, case: &Case) -> std::ops::Range<usize> {
-    let knobs = study.knobs.iter().zip(&case.values);
-    let turned = knobs.clone().find(|(knob, value)| knob.base != **value);
-    let (knob, value) = match turned.or_else(|| knobs.clone().next()) {
+    let parameters = study.parameters.iter().zip(&case.values);
+    let turned = parameters
+        .clone()
+        .find(|(parameter, value)| parameter.base != **value);
+    let (parameter, value) = match turned.or_else(|| parameters.clone().next()) {
         Some(found) => found,
         None => return 0..0,
     };
-    knob.values[*value].span.clone()
+    parameter.values[*value].span.clone()
 }
 
 fn write(

@@ -18,29 +18,29 @@ function namesCurve(place, names) {
   };
 }
 
-function responses({ knobs, curves }) {
+function responses({ parameters, curves }) {
   const place = byId("response-chart");
   if (!place) return;
   const colourBy = byId("colour-by"), logarithmic = byId("logarithmic"), key = byId("response-key");
   const only = [...document.querySelectorAll("select.only")];
-  const chosen = () => curves.filter(({ values }) => only.every((s) => s.value === "" || values[s.dataset.knob] === Number(s.value)));
-  const colour = (knob, value) => hueOf(knob.labels.length > 1 ? value / (knob.labels.length - 1) : 0);
+  const chosen = () => curves.filter(({ values }) => only.every((s) => s.value === "" || values[s.dataset.parameter] === Number(s.value)));
+  const colour = (parameter, value) => hueOf(parameter.labels.length > 1 ? value / (parameter.labels.length - 1) : 0);
   const chart = new Chart(place, () => {
-    const k = colourBy ? Number(colourBy.value) : 0, knob = knobs[k] ?? { name: "", labels: [""] };
+    const k = colourBy ? Number(colourBy.value) : 0, parameter = parameters[k] ?? { name: "", labels: [""] };
     const shown = chosen();
     const all = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
     const { factor, unit } = lengthUnit(all.reduce((a, b) => Math.max(a, b), 0));
     const lines = shown.map((c) => ({
       x: c.frequency_hz,
       y: c.amplitude_m.map((v) => (v == null ? null : v * factor)),
-      series: { label: c.case, stroke: colour(knob, c.values[k] ?? 0), width: 1.6, points: { show: false } },
+      series: { label: c.case, stroke: colour(parameter, c.values[k] ?? 0), width: 1.6, points: { show: false } },
     }));
     place.querySelector(".named")?.remove();
-    key.replaceChildren(...knob.labels.flatMap((label, v) => {
+    key.replaceChildren(...parameter.labels.flatMap((label, v) => {
       if (!shown.some((c) => (c.values[k] ?? 0) === v)) return [];
       const entry = document.createElement("span"), swatch = entry.appendChild(document.createElement("i"));
-      swatch.style.background = colour(knob, v);
-      entry.append(`${knob.name} ${label}`);
+      swatch.style.background = colour(parameter, v);
+      entry.append(`${parameter.name} ${label}`);
       return [entry];
     }));
     return {

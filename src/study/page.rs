@@ -13,10 +13,10 @@ use super::analysis::{Analysis, AtDesign};
 use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::Settings;
-use super::knob::Knob;
+use super::parameter::Parameter;
 use super::pictures::Picture;
 use super::quantity::name_and_unit;
-use super::report::{all_cases, at_words, least_values, one_knob, recommended, remarks};
+use super::report::{all_cases, at_words, least_values, one_parameter, recommended, remarks};
 use super::results::{CaseResult, Ended};
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::{csv, write_file};
@@ -42,7 +42,7 @@ pub struct Contents<'a> {
 /// What the script draws.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
-    knobs: Vec<Values<'a>>,
+    parameters: Vec<Values<'a>>,
     curves: Vec<Curve<'a>>,
 }
 
@@ -56,7 +56,7 @@ struct Values<'a> {
 #[derive(Debug, Serialize)]
 struct Curve<'a> {
     case: &'a str,
-    /// Of each knob.
+    /// Of each parameter.
     values: &'a [usize],
     frequency_hz: Vec<f64>,
     amplitude_m: Vec<Option<f64>>,
@@ -66,13 +66,13 @@ struct Curve<'a> {
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
 pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
     let data = Data {
-        knobs: contents.study.knobs.iter().map(values).collect(),
+        parameters: contents.study.parameters.iter().map(values).collect(),
         curves: curves(contents)?,
     };
     let study = contents.study;
     let mode = match study.mode {
-        Mode::OneAtATime => "one knob at a time around the base",
-        Mode::Grid => "every combination of the knobs",
+        Mode::OneAtATime => "one parameter at a time around the base",
+        Mode::Grid => "every combination of the parameters",
     };
     let page = frame(&Frame {
         title: &format!("Study {}", study.name),
@@ -86,7 +86,7 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
             (warnings(remarks(contents.results).iter().map(String::as_str)))
             (responses(&data))
             (cases(contents))
-            (knobs(contents))
+            (parameters(contents))
             (pictures(contents)?)
         },
         data: &frame::json(&data),
@@ -101,10 +101,10 @@ fn today() -> String {
     now.split('T').next().unwrap_or(&now).to_owned()
 }
 
-fn values(knob: &Knob) -> Values<'_> {
+fn values(parameter: &Parameter) -> Values<'_> {
     Values {
-        name: &knob.name,
-        labels: knob.values.iter().map(|v| v.label.as_str()).collect(),
+        name: &parameter.name,
+        labels: parameter.values.iter().map(|v| v.label.as_str()).collect(),
     }
 }
 
@@ -114,13 +114,13 @@ fn links(contents: &Contents<'_>, data: &Data<'_>) -> Vec<(&'static str, &'stati
         ("responses", "Responses", !data.curves.is_empty()),
         ("cases", "Cases", true),
         (
-            "knobs",
+            "parameters",
             "Errors",
             contents
                 .analysis
                 .at_designs
                 .iter()
-                .any(|at| !at.knobs.is_empty()),
+                .any(|at| !at.parameters.is_empty()),
         ),
         ("pictures", "Pictures", !contents.pictures.is_empty()),
     ];
@@ -189,11 +189,11 @@ fn answer(contents: &Contents<'_>) -> Markup {
                 (card("Cases with a result", &format!("{complete} of {}", results.len()), &html! {
                     @if complete == results.len() { "none failed" } @else { "see the warnings" }
                 }))
-                @for knob in study.knobs.iter().filter(|k| k.values.len() > 1) {
+                @for parameter in study.parameters.iter().filter(|k| k.values.len() > 1) {
                     (card(
-                        &format!("Knob {} ({})", knob.name, knob.kind.word()),
-                        &counted(knob.values.len(), "value", "values"),
-                        &html! { (knob.values[0].label) " to " (knob.values[knob.values.len() - 1].label) },
+                        &format!("Parameter {} ({})", parameter.name, parameter.kind.word()),
+                        &counted(parameter.values.len(), "value", "values"),
+                        &html! { (parameter.values[0].label) " to " (parameter.values[parameter.values.len() - 1].label) },
                     ))
                 }
                 (card("All cases took", &format!("{} s", figure(cost_s, 3)), &html! { "of the processor" }))
@@ -230,8 +230,8 @@ fn trust(contents: &Contents<'_>, complete: usize) -> Markup {
             (line(complete == results.len(), &html! { (complete) " of " (counted(results.len(), "case has", "cases have")) " a result." }))
             (line(unconverged == 0, &html! { (counted(unconverged, "case has", "cases have")) " frequencies that did not converge." }))
             (line(at_ends == 0, &html! { (counted(at_ends, "case has its", "cases have their")) " peak at an end of the frequencies." }))
-            @if contents.study.knobs.iter().all(Knob::is_design) {
-                li.quiet { "All knobs are design values: nothing here says how far meshes, modes and harmonics err." }
+            @if contents.study.parameters.iter().all(Parameter::is_design) {
+                li.quiet { "All parameters are design values: nothing here says how far meshes, modes and harmonics err." }
             }
         }
     }
@@ -242,10 +242,10 @@ fn responses(data: &Data<'_>) -> Markup {
         return html! {};
     }
     let turned = || {
-        data.knobs
+        data.parameters
             .iter()
             .enumerate()
-            .filter(|(_, knob)| knob.labels.len() > 1)
+            .filter(|(_, parameter)| parameter.labels.len() > 1)
     };
     html! {
         section #responses {
@@ -256,13 +256,13 @@ fn responses(data: &Data<'_>) -> Markup {
             div.tools {
                 @if turned().count() > 0 {
                     label { "colour by " select #colour-by {
-                        @for (k, knob) in turned() { option value=(k) { (knob.name) } }
+                        @for (k, parameter) in turned() { option value=(k) { (parameter.name) } }
                     } }
                 }
-                @for (k, knob) in turned() {
-                    label { (knob.name) " " select.only data-knob=(k) {
+                @for (k, parameter) in turned() {
+                    label { (parameter.name) " " select.only data-parameter=(k) {
                         option value="" { "all" }
-                        @for (v, label) in knob.labels.iter().enumerate() { option value=(v) { (label) } }
+                        @for (v, label) in parameter.labels.iter().enumerate() { option value=(v) { (label) } }
                     } }
                 }
                 label { input #logarithmic type="checkbox"; " logarithmic" }
@@ -339,7 +339,7 @@ fn cases(contents: &Contents<'_>) -> Markup {
     }
 }
 
-fn knobs(contents: &Contents<'_>) -> Markup {
+fn parameters(contents: &Contents<'_>) -> Markup {
     let Contents {
         study,
         results,
@@ -350,22 +350,22 @@ fn knobs(contents: &Contents<'_>) -> Markup {
         analysis
             .at_designs
             .iter()
-            .filter(|at: &&AtDesign| !at.knobs.is_empty())
+            .filter(|at: &&AtDesign| !at.parameters.is_empty())
     };
     if at_designs().count() == 0 {
         return html! {};
     }
     html! {
-        section #knobs {
-            h2 { "Errors of the numerical knobs" }
+        section #parameters {
+            h2 { "Errors of the numerical parameters" }
             p {
                 "A column per value, from coarse to fine. Each figure has its values, the error that each value is taken to make, the order "
                 "that shows, and what the errors are counted from."
             }
             @for at in at_designs() {
-                @for answer in &at.knobs {
-                    @let (header, rows) = one_knob(study, results, answer);
-                    h3 { "Knob " (study.knobs[answer.knob].name) (at_words(study, at)) }
+                @for answer in &at.parameters {
+                    @let (header, rows) = one_parameter(study, results, answer);
+                    h3 { "Parameter " (study.parameters[answer.parameter].name) (at_words(study, at)) }
                     (table("plain", &header, &rows, |_, name| html! { (name) }))
                 }
             }

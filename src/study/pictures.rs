@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::analysis::{Analysis, AtDesign, CaseErrors, FigureAnswer, KnobAnswer};
+use super::analysis::{Analysis, AtDesign, CaseErrors, FigureAnswer, ParameterAnswer};
 use super::cases::{design_slug, design_words};
 use super::convergence::How;
 use super::designs::centre;
 use super::error::StudyError;
 use super::file::{Mode, Study};
-use super::knob::Knob;
+use super::parameter::Parameter;
 use super::quantity::name_and_unit;
 use super::results::CaseResult;
 use crate::export::create_folder;
@@ -32,8 +32,8 @@ struct Pictures<'s> {
     written: Vec<Picture>,
 }
 
-/// Of designs each figure over each design value, and over two of them. Of numerical knobs, at each
-/// design, errors of all cases against cost, and errors against each knob and against what its
+/// Of designs each figure over each design value, and over two of them. Of numerical parameters, at each
+/// design, errors of all cases against cost, and errors against each parameter and against what its
 /// values cost.
 pub fn write(
     folder: &Path,
@@ -87,15 +87,15 @@ impl Pictures<'_> {
             let series = all_cases(results, errors, &cost);
             self.draw(format!("pareto_{heading}{end}"), shows, &axes, &series)?;
         }
-        for answer in &at.knobs {
+        for answer in &at.parameters {
             let figures = drawn(self.analysis, answer);
             if figures.is_empty() {
                 continue;
             }
-            let knob = &self.study.knobs[answer.knob];
-            let name = &knob.name;
-            let label = |v: usize| knob.values[v].label.clone();
-            if let Some(sizes) = knob.sizes() {
+            let parameter = &self.study.parameters[answer.parameter];
+            let name = &parameter.name;
+            let label = |v: usize| parameter.values[v].label.clone();
+            if let Some(sizes) = parameter.sizes() {
                 let series = series(&figures, &|v| Some(sizes[v]), &label);
                 let size = format!("size of {name}");
                 let axes = [&size, "relative error"].map(Axis::logarithmic);
@@ -110,11 +110,11 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    /// A figure over each design knob, with a line for each value of another, and over each two of
-    /// them; the rest of the knobs stay where they are.
+    /// A figure over each design parameter, with a line for each value of another, and over each two of
+    /// them; the rest of the parameters stay where they are.
     fn of_designs(&mut self, heading: &str) -> Result<(), StudyError> {
-        let knobs = self.study.knobs.iter().enumerate();
-        let turned = knobs.filter(|(_, k)| k.is_design() && k.values.len() > 1);
+        let parameters = self.study.parameters.iter().enumerate();
+        let turned = parameters.filter(|(_, k)| k.is_design() && k.values.len() > 1);
         let turned: Vec<usize> = turned.map(|(k, _)| k).collect();
         let is_grid = self.study.mode == Mode::Grid;
         for &k in &turned {
@@ -134,8 +134,8 @@ impl Pictures<'_> {
     }
 
     fn curves(&mut self, heading: &str, k: usize, other: Option<usize>) -> Result<(), StudyError> {
-        let knob = &self.study.knobs[k];
-        let places = places(knob);
+        let parameter = &self.study.parameters[k];
+        let places = places(parameter);
         let line = |label: String, fixed: &[(usize, usize)]| {
             let point = |(v, place): (usize, &f64)| {
                 let turned = [fixed, &[(k, v)]].concat();
@@ -149,7 +149,7 @@ impl Pictures<'_> {
             }
         };
         let (name, unit) = name_and_unit(heading);
-        let (series, by) = match other.map(|o| (o, &self.study.knobs[o])) {
+        let (series, by) = match other.map(|o| (o, &self.study.parameters[o])) {
             None => (vec![line(name.to_owned(), &[])], String::new()),
             Some((o, other)) => {
                 let label = |w: usize| format!("{} {}", other.name, other.values[w].label);
@@ -159,7 +159,7 @@ impl Pictures<'_> {
             }
         };
         let axes = [
-            axis(knob, &places),
+            axis(parameter, &places),
             Axis {
                 title: name.to_owned(),
                 unit,
@@ -167,19 +167,21 @@ impl Pictures<'_> {
                 marks: Vec::new(),
             },
         ];
-        let file = format!("{heading}_over_{}{by}", knob.name);
+        let file = format!("{heading}_over_{}{by}", parameter.name);
         let shows = format!(
             "{heading} over {}{}",
-            knob.name,
+            parameter.name,
             by.replace("_by_", ", by ")
         );
         self.draw(file, shows, &axes, &series)
     }
 
-    fn heat_map(&mut self, heading: &str, knobs: [usize; 2]) -> Result<(), StudyError> {
-        let [across, up] = knobs.map(|k| &self.study.knobs[k]);
-        let labels = |knob: &Knob| knob.values.iter().map(|v| v.label.clone()).collect();
-        let value = |v: usize, w: usize| self.value(heading, &[(knobs[0], v), (knobs[1], w)]);
+    fn heat_map(&mut self, heading: &str, parameters: [usize; 2]) -> Result<(), StudyError> {
+        let [across, up] = parameters.map(|k| &self.study.parameters[k]);
+        let labels =
+            |parameter: &Parameter| parameter.values.iter().map(|v| v.label.clone()).collect();
+        let value =
+            |v: usize, w: usize| self.value(heading, &[(parameters[0], v), (parameters[1], w)]);
         let column = |v: usize| (0..up.values.len()).map(|w| value(v, w)).collect();
         let (name, unit) = name_and_unit(heading);
         let map = HeatMap {
@@ -196,7 +198,7 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    /// A figure where these knobs have these values and the others stay.
+    /// A figure where these parameters have these values and the others stay.
     fn value(&self, heading: &str, turned: &[(usize, usize)]) -> Option<f64> {
         let mut values = centre(self.study);
         for (k, v) in turned {
@@ -207,20 +209,20 @@ impl Pictures<'_> {
     }
 }
 
-/// Where the values of a design knob stand on an axis: at their numbers, else at 0, 1, ...
-fn places(knob: &Knob) -> Vec<f64> {
-    let counted = || (0..knob.values.len()).map(|v| v as f64).collect();
-    knob.numbers().unwrap_or_else(counted)
+/// Where the values of a design parameter stand on an axis: at their numbers, else at 0, 1, ...
+fn places(parameter: &Parameter) -> Vec<f64> {
+    let counted = || (0..parameter.values.len()).map(|v| v as f64).collect();
+    parameter.numbers().unwrap_or_else(counted)
 }
 
-fn axis(knob: &Knob, places: &[f64]) -> Axis {
+fn axis(parameter: &Parameter, places: &[f64]) -> Axis {
     let least = places.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = places.iter().copied().fold(0.0, f64::max);
-    let labels = knob.values.iter().map(|v| v.label.clone());
+    let labels = parameter.values.iter().map(|v| v.label.clone());
     Axis {
-        title: knob.name.clone(),
+        title: parameter.name.clone(),
         unit: "",
-        scale: match least > 0.0 && largest >= WIDE * least && knob.numbers().is_some() {
+        scale: match least > 0.0 && largest >= WIDE * least && parameter.numbers().is_some() {
             true => Scale::Logarithmic,
             false => Scale::Linear,
         },
@@ -254,14 +256,14 @@ fn all_cases(
     })
 }
 
-/// Figures that change with the knob: those asked for first.
-fn drawn<'a>(analysis: &Analysis, knob: &'a KnobAnswer) -> Vec<&'a FigureAnswer> {
+/// Figures that change with the parameter: those asked for first.
+fn drawn<'a>(analysis: &Analysis, parameter: &'a ParameterAnswer) -> Vec<&'a FigureAnswer> {
     let changes = |f: &&FigureAnswer| {
         f.limit
             .is_some_and(|l| !matches!(l.how, How::Unchanged | How::Single))
     };
     let asked = |f: &&FigureAnswer| analysis.with_errors.contains(&f.heading);
-    let mut found: Vec<&FigureAnswer> = knob.figures.iter().filter(changes).collect();
+    let mut found: Vec<&FigureAnswer> = parameter.figures.iter().filter(changes).collect();
     found.sort_by_key(|f| !asked(f));
     found.truncate(MOST_SERIES);
     found

@@ -18,7 +18,7 @@ pub(super) struct RawStudy {
     #[serde(default)]
     pub fields: bool,
     #[serde(default)]
-    pub knob: Vec<Spanned<RawKnob>>,
+    pub parameter: Vec<Spanned<RawParameter>>,
     #[serde(default)]
     pub recommend: Vec<Spanned<RawTarget>>,
     #[serde(default)]
@@ -41,7 +41,7 @@ pub(super) struct RawMinimum {
 /// Mirror of the table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RawKnob {
+pub struct RawParameter {
     pub name: Located<String>,
     pub key: Located<String>,
     pub is: Located<String>,

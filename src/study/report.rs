@@ -4,14 +4,14 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::analysis::{Analysis, AtDesign, FigureAnswer, KnobAnswer, Recommendation};
+use super::analysis::{Analysis, AtDesign, FigureAnswer, ParameterAnswer, Recommendation};
 use super::cases::design_words;
 use super::convergence::How;
 use super::designs::Minimum;
 use super::error::StudyError;
 use super::file::Study;
 use super::folder::write_json;
-use super::knob::Knob;
+use super::parameter::Parameter;
 use super::results::{CaseResult, Cost, Ended, Figures};
 use crate::export::csv;
 
@@ -36,7 +36,7 @@ fn table_of_cases(
     number: &dyn Fn(f64) -> String,
 ) -> (Vec<String>, Vec<Vec<String>>) {
     let mut header = vec!["case".to_owned()];
-    header.extend(study.knobs.iter().map(|k| k.name.clone()));
+    header.extend(study.parameters.iter().map(|k| k.name.clone()));
     header.extend_from_slice(headings);
     let errors = analysis.with_errors.iter();
     header.extend(errors.map(|heading| format!("error_{heading}")));
@@ -89,12 +89,13 @@ pub fn write_summary(
         })),
         _ => None,
     });
-    let designs = study.knobs.iter().filter(|k| k.is_design());
-    let mut knobs: Vec<Value> = designs.map(about_knob).collect();
+    let designs = study.parameters.iter().filter(|k| k.is_design());
+    let mut parameters: Vec<Value> = designs.map(about_parameter).collect();
     let mut recommendations = Vec::new();
     for at in &analysis.at_designs {
-        let of_knob = |answer: &KnobAnswer| numerical_knob(study, results, at, answer);
-        knobs.extend(at.knobs.iter().map(of_knob));
+        let of_parameter =
+            |answer: &ParameterAnswer| numerical_parameter(study, results, at, answer);
+        parameters.extend(at.parameters.iter().map(of_parameter));
         let of_one = |r: &Recommendation| recommendation(study, results, at, r);
         recommendations.extend(at.recommendations.iter().map(of_one));
     }
@@ -106,40 +107,44 @@ pub fn write_summary(
         "cases": results.len(),
         "complete": results.iter().filter(|r| r.figures().is_some()).count(),
         "failed": failed.collect::<Vec<_>>(),
-        "knobs": knobs,
+        "parameters": parameters,
         "recommendations": recommendations,
         "minima": minima.map(|m| minimum(study, results, m)).collect::<Vec<_>>(),
     });
     write_json(path, &summary)
 }
 
-/// What is the same for all knobs.
-fn about_knob(knob: &Knob) -> Value {
+/// What is the same for all parameters.
+fn about_parameter(parameter: &Parameter) -> Value {
     json!({
-        "name": knob.name,
-        "is": knob.kind.word(),
-        "values": knob.values.iter().map(|v| &v.label).collect::<Vec<_>>(),
+        "name": parameter.name,
+        "is": parameter.kind.word(),
+        "values": parameter.values.iter().map(|v| &v.label).collect::<Vec<_>>(),
     })
 }
 
-/// Name and value of the knobs that are `wanted`.
-fn labels(study: &Study, values: &[usize], wanted: impl Fn(&Knob) -> bool) -> Value {
-    let knobs = study.knobs.iter().zip(values).filter(|(k, _)| wanted(k));
-    let labels = knobs.map(|(k, v)| (k.name.clone(), json!(k.values[*v].label)));
+/// Name and value of the parameters that are `wanted`.
+fn labels(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> bool) -> Value {
+    let parameters = study
+        .parameters
+        .iter()
+        .zip(values)
+        .filter(|(k, _)| wanted(k));
+    let labels = parameters.map(|(k, v)| (k.name.clone(), json!(k.values[*v].label)));
     Value::Object(labels.collect())
 }
 
-fn numerical_knob(
+fn numerical_parameter(
     study: &Study,
     results: &[CaseResult],
     at: &AtDesign,
-    answer: &KnobAnswer,
+    answer: &ParameterAnswer,
 ) -> Value {
-    let knob = &study.knobs[answer.knob];
+    let parameter = &study.parameters[answer.parameter];
     let cases = answer.cases.iter().map(|c| results[*c].case.slug.as_str());
-    let mut about = about_knob(knob);
-    about["at"] = labels(study, &at.values, Knob::is_design);
-    about["sizes"] = json!(knob.sizes());
+    let mut about = about_parameter(parameter);
+    about["at"] = labels(study, &at.values, Parameter::is_design);
+    about["sizes"] = json!(parameter.sizes());
     about["cases"] = json!(cases.collect::<Vec<_>>());
     about["figures"] = json!(answer.figures);
     about
@@ -156,7 +161,7 @@ fn recommendation(
     json!({
         "figure": r.heading,
         "accuracy": r.accuracy,
-        "at": labels(study, &at.values, Knob::is_design),
+        "at": labels(study, &at.values, Parameter::is_design),
         "settings": settings,
         "sum_of_errors": r.settings.as_ref().map(|(_, sum)| sum),
         "case": r.case.map(|c| results[c].case.slug.as_str()),
@@ -169,7 +174,7 @@ fn minimum(study: &Study, results: &[CaseResult], minimum: &Minimum) -> Value {
     let least = minimum.least.as_ref();
     let ends = least.map(|l| {
         let ends = l.at_ends.iter();
-        let ends = ends.map(|(k, end)| (study.knobs[*k].name.clone(), json!(end.word())));
+        let ends = ends.map(|(k, end)| (study.parameters[*k].name.clone(), json!(end.word())));
         Value::Object(ends.collect())
     });
     json!({
@@ -178,7 +183,7 @@ fn minimum(study: &Study, results: &[CaseResult], minimum: &Minimum) -> Value {
         "case": least.map(|l| results[l.case].case.slug.as_str()),
         "outcome": least.map(|l| results[l.case].outcome()),
         "peak_at_end_of_range": least.map(|l| results[l.case].peak_at_end_of_range()),
-        "knobs": least.map(|l| labels(study, &results[l.case].case.values, Knob::is_design)),
+        "parameters": least.map(|l| labels(study, &results[l.case].case.values, Parameter::is_design)),
         "at_ends": ends,
         "other_cases": least.map(|l| l.other_cases),
         "cases_without": minimum.cases_without,
@@ -203,11 +208,11 @@ pub fn least_values(study: &Study, results: &[CaseResult], analysis: &Analysis) 
             case.outcome(),
         );
         for (k, end) in &least.at_ends {
-            let knob = &study.knobs[*k];
+            let parameter = &study.parameters[*k];
             line += &format!(
                 "; this is the {} value of {}: less may lie beyond",
                 end.word(),
-                knob.name
+                parameter.name
             );
         }
         if heading.starts_with("peak_") && case.peak_at_end_of_range() {
@@ -249,17 +254,20 @@ fn one_recommended(
         at_words(study, at),
     );
     let Some((values, sum)) = &recommendation.settings else {
-        let least = at.knobs.iter().filter_map(|answer| {
+        let least = at.parameters.iter().filter_map(|answer| {
             let figure = answer.figures.iter().find(|f| f.heading == *heading)?;
             let errors = figure.estimated_errors.iter().flatten().copied();
             let least = percent(errors.reduce(f64::min)?);
-            Some(format!("{} {least}", study.knobs[answer.knob].name))
+            Some(format!(
+                "{} {least}",
+                study.parameters[answer.parameter].name
+            ))
         });
         let least = least.collect::<Vec<_>>().join(", ");
-        return format!("{asked}: no settings; the least error of each knob: {least}");
+        return format!("{asked}: no settings; the least error of each parameter: {least}");
     };
-    let knobs = study.knobs.iter().zip(values);
-    let numerical = knobs.filter(|(k, _)| !k.is_design());
+    let parameters = study.parameters.iter().zip(values);
+    let numerical = parameters.filter(|(k, _)| !k.is_design());
     let settings = numerical.map(|(k, v)| format!("{} {}", k.name, k.values[*v].label));
     let settings = settings.collect::<Vec<_>>().join(", ");
     let run = recommendation.case.map(|c| &results[c]);
@@ -293,7 +301,7 @@ pub fn at_words(study: &Study, at: &AtDesign) -> String {
 }
 
 /// The table of all cases for a reader: with designs to compare it has every figure, else those with
-/// errors, as the tables of knobs have the others.
+/// errors, as the tables of parameters have the others.
 pub fn all_cases(
     study: &Study,
     results: &[CaseResult],
@@ -333,16 +341,16 @@ pub fn remarks(results: &[CaseResult]) -> Vec<String> {
     remarks
 }
 
-/// A numerical knob as a table: a column per value, and of each figure a row of values and one of
+/// A numerical parameter as a table: a column per value, and of each figure a row of values and one of
 /// errors.
-pub fn one_knob(
+pub fn one_parameter(
     study: &Study,
     results: &[CaseResult],
-    answer: &KnobAnswer,
+    answer: &ParameterAnswer,
 ) -> (Vec<String>, Vec<Vec<String>>) {
-    let knob = &study.knobs[answer.knob];
+    let parameter = &study.parameters[answer.parameter];
     let mut header = vec![String::new()];
-    header.extend(knob.values.iter().map(|v| v.label.clone()));
+    header.extend(parameter.values.iter().map(|v| v.label.clone()));
     header.extend(["order", "counted from"].map(str::to_owned));
     let row = |name: &str, cells: Vec<String>, end: [String; 2]| {
         let mut row = vec![name.to_owned()];

@@ -37,13 +37,13 @@ name = "small"
 scene = "scene.toml"
 set = ["response.samples=32"]
 
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 2, 3]
 base = 2
 size = "1/(value+1)"
 
-[[knob]]
+[[parameter]]
 name = "grid"
 values = [
     { label = "3 points", set = { "response.points" = 3, "response.times_first_linear_mode" = [0.99, 1.01] } },
@@ -158,9 +158,9 @@ fn a_study_runs_its_cases_and_answers() {
     let report = folder.text("out/report.html");
     for words in [
         "<li>peak_amplitude_m within 50 %: harmonics ",
-        "<li>peak_amplitude_m within 0.0000000001 %: no settings; the least error of each knob: harmonics ",
-        "<h3>Knob harmonics</h3>",
-        "<h3>Knob grid</h3>",
+        "<li>peak_amplitude_m within 0.0000000001 %: no settings; the least error of each parameter: harmonics ",
+        "<h3>Parameter harmonics</h3>",
+        "<h3>Parameter grid</h3>",
         "<th>error of peak amplitude</th>",
         "<a href=\"cases/harmonics_3/report.html\">",
     ] {
@@ -200,8 +200,8 @@ fn a_study_runs_its_cases_and_answers() {
         cell(row, "error_peak_amplitude_m").parse::<f64>().unwrap(),
         recommended["error"]
     );
-    for knob in ["harmonics", "grid"] {
-        assert_eq!(cell(row, knob), recommended["settings"][knob]);
+    for parameter in ["harmonics", "grid"] {
+        assert_eq!(cell(row, parameter), recommended["settings"][parameter]);
     }
     assert_eq!(
         answers["recommendations"][1]["settings"],
@@ -230,13 +230,15 @@ fn a_study_runs_its_cases_and_answers() {
     );
 }
 
-/// Of rows of a table those with this value of a knob.
+/// Of rows of a table those with this value of a parameter.
 fn rows_at<'t>(
     rows: &'t [Vec<(String, String)>],
-    knob: &str,
+    parameter: &str,
     label: &str,
 ) -> Vec<&'t Vec<(String, String)>> {
-    rows.iter().filter(|r| cell(r, knob) == label).collect()
+    rows.iter()
+        .filter(|r| cell(r, parameter) == label)
+        .collect()
 }
 
 fn number(row: &[(String, String)], heading: &str) -> f64 {
@@ -249,11 +251,11 @@ scene = "scene.toml"
 mode = "grid"
 quantities = ["stuck_frequency_hz", "peak_amplitude_m", "peak_ratio"]
 
-[[knob]]
+[[parameter]]
 key = "reduced_model.friction"
 values = [0.3, 0.05]
 
-[[knob]]
+[[parameter]]
 key = "reduced_model.force_n"
 values = [1.0, 2.0, 4.0]
 
@@ -270,7 +272,7 @@ fn a_study_of_designs_answers_without_errors() {
     let rows = folder.table();
     assert_eq!(rows.len(), 6);
     let headings: Vec<&str> = rows[0].iter().map(|(h, _)| h.as_str()).collect();
-    let of_knobs_and_figures = [
+    let of_parameters_and_figures = [
         "case",
         "friction",
         "force_n",
@@ -279,8 +281,8 @@ fn a_study_of_designs_answers_without_errors() {
         "peak_ratio",
         "processor_seconds",
     ];
-    assert_eq!(headings[..7], of_knobs_and_figures);
-    // The least of the table, and where its knobs stand among their values.
+    assert_eq!(headings[..7], of_parameters_and_figures);
+    // The least of the table, and where its parameters stand among their values.
     let by_amplitude = |a: &&Vec<(String, String)>, b: &&Vec<(String, String)>| {
         number(a, "peak_amplitude_m").total_cmp(&number(b, "peak_amplitude_m"))
     };
@@ -290,8 +292,8 @@ fn a_study_of_designs_answers_without_errors() {
     assert_eq!(minimum["figure"], "peak_amplitude_m");
     assert_eq!(minimum["value"], number(least, "peak_amplitude_m"));
     assert_eq!(minimum["case"], cell(least, "case"));
-    for knob in ["friction", "force_n"] {
-        assert_eq!(minimum["knobs"][knob], cell(least, knob));
+    for parameter in ["friction", "force_n"] {
+        assert_eq!(minimum["parameters"][parameter], cell(least, parameter));
     }
     let ends = serde_json::json!({ "friction": "lowest", "force_n": "lowest" });
     assert_eq!(minimum["at_ends"], ends);
@@ -324,10 +326,10 @@ fn a_study_of_designs_answers_without_errors() {
             "{text}"
         );
     }
-    assert_eq!(answers["knobs"][0]["is"], "design");
+    assert_eq!(answers["parameters"][0]["is"], "design");
     // Low values come first, whatever the order in the file.
     assert_eq!(
-        answers["knobs"][0]["values"],
+        answers["parameters"][0]["values"],
         serde_json::json!(["0.05", "0.3"])
     );
     let mut plots: Vec<String> = std::fs::read_dir(folder.0.join("out/plots"))
@@ -343,7 +345,7 @@ fn a_study_of_designs_answers_without_errors() {
         ]
     });
     assert_eq!(plots, expected.concat());
-    // A line of the curves for each value of the other knob, and a cell for each case.
+    // A line of the curves for each value of the other parameter, and a cell for each case.
     let curves = folder.text("out/plots/peak_amplitude_m_over_friction_by_force_n.svg");
     let lines = curves
         .lines()
@@ -380,7 +382,7 @@ fn a_study_of_designs_answers_without_errors() {
     assert_eq!(minimum["peak_at_end_of_range"], true);
 }
 
-/// The errors of numerical knobs are those at one design: another friction is no error.
+/// The errors of numerical parameters are those at one design: another friction is no error.
 #[test]
 fn errors_of_a_mixed_study_are_taken_at_each_design() {
     let study = r#"
@@ -388,10 +390,10 @@ name = "mixed"
 scene = "scene.toml"
 mode = "grid"
 quantities = ["peak_amplitude_m"]
-[[knob]]
+[[parameter]]
 key = "reduced_model.friction"
 values = [0.05, 0.3]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 3]
 [[recommend]]
@@ -427,12 +429,14 @@ quantity = "peak_amplitude_m"
         assert!(recommended["settings"]["friction"].is_null());
         let told = format!("peak_amplitude_m within 90 % at friction {friction}: harmonics ");
         assert!(ended.stdout.contains(&told), "{}", ended.stdout);
-        assert!(report.contains(&format!("<h3>Knob harmonics at friction {friction}</h3>")));
+        assert!(report.contains(&format!(
+            "<h3>Parameter harmonics at friction {friction}</h3>"
+        )));
         folder.text(&format!(
             "out/plots/harmonics_seconds__friction_{friction}.svg"
         ));
     }
-    assert!(!report.contains("Knob friction</h3>"), "{report}");
+    assert!(!report.contains("Parameter friction</h3>"), "{report}");
     // The friction changes the figure by far more.
     let by_friction = (of_fine[0] - of_fine[1]).abs() / of_fine[1];
     assert!(
@@ -600,7 +604,7 @@ fn a_case_that_was_broken_off_goes_on_with_its_frequencies() {
 name = "long"
 scene = "scene.toml"
 set = ["response.points=3000"]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1]
 base = 1
@@ -734,10 +738,10 @@ name = "gap"
 scene = "scene.toml"
 mode = "grid"
 quantities = ["peak_amplitude_m"]
-[[knob]]
+[[parameter]]
 key = "reduced_model.gap_m"
 values = [1.0, 0.0]
-[[knob]]
+[[parameter]]
 key = "response.points"
 values = [3]
 "#;
@@ -779,7 +783,7 @@ fn frequencies_that_do_not_converge_are_marked() {
     let study = r#"
 name = "hard"
 scene = "scene.toml"
-[[knob]]
+[[parameter]]
 key = "response.max_newton_iterations"
 values = [1, 60]
 "#;
@@ -884,7 +888,7 @@ set = [
     "mesh.file=ROOT/meshes/dovetail_small.msh", "response.points=3", "response.harmonics=1", "response.samples=32",
     "response.compare_harmonics=",
 ]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 2]
 "#;
@@ -1026,10 +1030,10 @@ fn every_study_of_the_repository_is_possible() {
     assert_eq!(checked, 5);
 }
 
-/// A scene that is possible only with what the knobs set: each case counts, not the scene alone.
+/// A scene that is possible only with what the parameters set: each case counts, not the scene alone.
 #[test]
-fn a_scene_may_leave_out_what_a_knob_sets() {
-    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[knob]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
+fn a_scene_may_leave_out_what_a_parameter_sets() {
+    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[parameter]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
     let folder = Folder::new("leaves-out", study);
     let scene = folder.text("scene.toml").replace("friction = 0.3\n", "");
     std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
@@ -1059,39 +1063,39 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &[
             "`name` is missing",
             "`scene` is missing",
-            "`knob` is missing",
-            "[[knob]] key = ",
+            "`parameter` is missing",
+            "[[parameter]] key = ",
         ],
     );
     told(
         "key",
         &changed("base = 2", "bse = 2"),
         &[
-            "unknown key `knob.0.bse`",
+            "unknown key `parameter.0.bse`",
             "did you mean `base`?",
-            "the keys of `knob` are: name, key, is, values, base, size, order",
+            "the keys of `parameter` are: name, key, is, values, base, size, order",
         ],
     );
     told(
         "no-base",
         &changed("base = 2", ""),
-        &["`knob.0.base` is missing", "base = 1"],
+        &["`parameter.0.base` is missing", "base = 1"],
     );
     told(
         "base",
         &changed("base = 2", "base = 9"),
         &[
-            "`knob.0.base` is not one of the values",
+            "`parameter.0.base` is not one of the values",
             "the values are: 1, 2, 3",
         ],
     );
-    // The knob's name becomes part of the names of folders.
+    // The parameter's name becomes part of the names of folders.
     told(
         "name-of-key",
         &changed("response.harmonics", "mesh.parameters./tmp/nu"),
         &[
-            "`knob.0.key`: \"/tmp/nu\", the last word of the key, is no name for the knob",
-            "give the knob a `name` of its own",
+            "`parameter.0.key`: \"/tmp/nu\", the last word of the key, is no name for the parameter",
+            "give the parameter a `name` of its own",
         ],
     );
     told(
@@ -1135,7 +1139,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     told(
         "sizes",
         &changed("\"1/(value+1)\"", "[1, 2]"),
-        &["`knob.0.size` has the wrong type: a rule, or 3 numbers, one a value"],
+        &["`parameter.0.size` has the wrong type: a rule, or 3 numbers, one a value"],
     );
     told(
         "values",
@@ -1152,7 +1156,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &changed("\"response.points\" = 5", "\"response.harmonics\" = 5"),
         &[
             "both harmonics and grid set `response.harmonics`",
-            "one knob set both together",
+            "one parameter set both together",
         ],
     );
     told(
@@ -1162,7 +1166,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     );
     told(
         "mode",
-        &changed("[[knob]]", "mode = \"gird\"\n[[knob]]"),
+        &changed("[[parameter]]", "mode = \"gird\"\n[[parameter]]"),
         &[
             "there is no choice \"gird\"",
             "did you mean `grid`?",
@@ -1188,7 +1192,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "is",
         &changed("base = 2", "base = 2\nis = \"numeric\""),
         &[
-            "`knob.0.is`: there is no choice \"numeric\"",
+            "`parameter.0.is`: there is no choice \"numeric\"",
             "did you mean `numerical`?",
             "\"numerical\", \"design\"",
         ],
@@ -1197,7 +1201,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "design-size",
         &changed("base = 2", "base = 2\nis = \"design\""),
         &[
-            "`knob.0.size` belongs to errors, and a design value has none",
+            "`parameter.0.size` belongs to errors, and a design value has none",
             "leave `size` out",
         ],
     );
@@ -1205,7 +1209,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "no-design",
         &format!("{HARMONICS}\n[[minimise]]\nquantity = \"peak_ratio\"\n"),
         &[
-            "`minimise.0` asks for the best design, and no knob is a design value (harmonics, grid)",
+            "`minimise.0` asks for the best design, and no parameter is a design value (harmonics, grid)",
             "is = \"design\"",
         ],
     );
@@ -1237,7 +1241,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "no-numerical",
         &FRICTION_AND_FORCE.replace("[[minimise]]", "[[recommend]]\naccuracy = 0.1"),
         &[
-            "`recommend.0` asks for an accuracy, and no knob is numerical (friction, force_n)",
+            "`recommend.0` asks for an accuracy, and no parameter is numerical (friction, force_n)",
             "[[minimise]] quantity = \"peak_amplitude_m\"",
         ],
     );
@@ -1271,15 +1275,15 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &["1 samples of a period cannot carry"],
     );
     let grid = "name = \"x\"\nscene = \"scene.toml\"\nmode = \"grid\"\n";
-    let knob = |k: usize| {
+    let parameter = |k: usize| {
         format!(
-            "[[knob]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {:?}\n",
+            "[[parameter]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {:?}\n",
             (0..30).collect::<Vec<_>>()
         )
     };
     told(
         "many",
-        &format!("{grid}{}{}{}", knob(0), knob(1), knob(2)),
+        &format!("{grid}{}{}{}", parameter(0), parameter(1), parameter(2)),
         &["a grid of 27000 cases is more than 10000"],
     );
     let folder = Folder::new("folder", &changed("scene = ", "scene = "));

@@ -1,4 +1,4 @@
-//! `[[knob]]`: what is turned, whether it is numerical or a design value, its values in order, and
+//! `[[parameter]]`: what is turned, whether it is numerical or a design value, its values in order, and
 //! how fine each is.
 
 use std::ops::Range;
@@ -8,7 +8,7 @@ use serde_spanned::Spanned;
 use toml::Value;
 
 use super::keys::STUDY;
-use super::raw::RawKnob;
+use super::raw::RawParameter;
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::kinds::Limits;
@@ -16,13 +16,13 @@ use crate::scene::raw::Located;
 
 /// Most cases of a grid.
 pub const MOST_CASES: usize = 10_000;
-/// What is shown where a value, or a knob, sets several keys together.
+/// What is shown where a value, or a parameter, sets several keys together.
 const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 /// h of a number, by rule.
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
-/// What a knob turns.
+/// What a parameter turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// How the model is solved: its values have errors.
@@ -56,13 +56,13 @@ impl Kind {
 
 /// Something that is turned: one key of the scene or several together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Knob {
+pub struct Parameter {
     pub name: String,
     pub kind: Kind,
     /// Numerical ones from coarse to fine: by falling size, or as written where they have none.
     /// Design values from low to high, or as written where they are not numbers.
-    pub values: Vec<KnobValue>,
-    /// Which of them stands while other knobs are turned.
+    pub values: Vec<ParameterValue>,
+    /// Which of them stands while other parameters are turned.
     pub base: usize,
     /// Order expected of the errors in the size.
     pub order: f64,
@@ -71,7 +71,7 @@ pub struct Knob {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct KnobValue {
+pub struct ParameterValue {
     pub label: String,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
@@ -82,7 +82,7 @@ pub struct KnobValue {
     pub span: Range<usize>,
 }
 
-impl Knob {
+impl Parameter {
     pub fn is_design(&self) -> bool {
         self.kind == Kind::Design
     }
@@ -103,7 +103,7 @@ impl Knob {
 }
 
 /// The keys that values set.
-fn keys(values: &[KnobValue]) -> impl Iterator<Item = &str> {
+fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
     let set = values.iter().flat_map(|v| &v.set);
     set.map(|s| s.split('=').next().unwrap_or(s).trim())
 }
@@ -117,16 +117,16 @@ struct JointValue {
     size: Option<f64>,
 }
 
-/// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned
+/// Checks one `[[parameter]]`; `needs_base`: it has to say which value the other parameters are turned
 /// around.
 pub fn check(
     checker: &mut Checker,
     index: usize,
-    raw: &Spanned<RawKnob>,
+    raw: &Spanned<RawParameter>,
     needs_base: bool,
-) -> Option<Knob> {
+) -> Option<Parameter> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let at = Table::of("knob", span.clone(), Some((index, &None)));
+    let at = Table::of("parameter", span.clone(), Some((index, &None)));
     let name = match (&raw.name, &raw.key) {
         (None, Some(key)) => name_of_key(checker, &at, key),
         (name, _) => checker.required_name(&at, name),
@@ -140,15 +140,15 @@ pub fn check(
         let fault = Fault::WrongType {
             path: at.key("values"),
             message: "at least one value is expected".to_owned(),
-            example: STUDY.example("knob", "values"),
+            example: STUDY.example("parameter", "values"),
         };
         checker.fault(items.span(), fault);
         return None;
     }
     let items = items.get_ref();
     let values = items.iter().map(|item| value(checker, &at, &raw.key, item));
-    let values: Vec<Option<KnobValue>> = values.collect();
-    let mut values: Vec<KnobValue> = values.into_iter().collect::<Option<_>>()?;
+    let values: Vec<Option<ParameterValue>> = values.collect();
+    let mut values: Vec<ParameterValue> = values.into_iter().collect::<Option<_>>()?;
     let labels = values
         .iter()
         .map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
@@ -158,7 +158,7 @@ pub fn check(
     let base = base(checker, &at, &raw.base, items, &values, needs_base)?;
     let base_label = values[base].label.clone();
     sort(kind, &mut values);
-    Some(Knob {
+    Some(Parameter {
         name: name?,
         kind,
         base: values.iter().position(|v| v.label == base_label)?,
@@ -168,7 +168,7 @@ pub fn check(
     })
 }
 
-/// The last word of a key, which names the knob where nothing else does.
+/// The last word of a key, which names the parameter where nothing else does.
 fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Option<String> {
     let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
     if is_name(word) {
@@ -176,21 +176,27 @@ fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Opti
     }
     let fault = Fault::Particular {
         message: format!(
-            "`{}`: \"{word}\", the last word of the key, is no name for the knob",
+            "`{}`: \"{word}\", the last word of the key, is no name for the parameter",
             at.key("key")
         ),
-        label: "names the knob",
-        remedy: "give the knob a `name` of its own, which begins with a letter and has letters, \
+        label: "names the parameter",
+        remedy:
+            "give the parameter a `name` of its own, which begins with a letter and has letters, \
                  digits, `_` and `-`: it becomes part of the names of folders"
-            .to_owned(),
+                .to_owned(),
     };
     checker.fault(key.span(), fault);
     None
 }
 
-/// What `is` says, else what the keys are: a knob that sets a design value is one. Sizes and orders
+/// What `is` says, else what the keys are: a parameter that sets a design value is one. Sizes and orders
 /// are those of errors, which design values do not have.
-fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) -> Option<Kind> {
+fn kind(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawParameter,
+    values: &[ParameterValue],
+) -> Option<Kind> {
     let kind = match &raw.is {
         Some(_) => checker.choice(at, "is", &raw.is, &KIND_WORDS, &KINDS)?,
         None => {
@@ -220,7 +226,7 @@ fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) 
                 ),
                 label: "of a design value",
                 remedy: format!(
-                    "leave `{key}` out, or write is = \"numerical\" where the knob is a setting of \
+                    "leave `{key}` out, or write is = \"numerical\" where the parameter is a setting of \
                      the computation"
                 ),
             };
@@ -232,8 +238,8 @@ fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) 
 }
 
 /// Numerical values with sizes from coarse to fine, numbers of a design from low to high.
-fn sort(kind: Kind, values: &mut [KnobValue]) {
-    let place = |v: &KnobValue| match kind {
+fn sort(kind: Kind, values: &mut [ParameterValue]) {
+    let place = |v: &ParameterValue| match kind {
         Kind::Numerical => v.size.map(|size| -size),
         Kind::Design => v.number,
     };
@@ -245,27 +251,36 @@ fn sort(kind: Kind, values: &mut [KnobValue]) {
     }
 }
 
-/// What only shows when all knobs are known: names taken twice, keys set twice, grids too large.
-pub fn check_together(checker: &mut Checker, knobs: &[Knob], grid: bool) {
-    let named = knobs.iter().enumerate();
-    let named = named.map(|(i, k)| (format!("knob.{i}.name"), k.name.clone(), k.span.clone()));
+/// What only shows when all parameters are known: names taken twice, keys set twice, grids too large.
+pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: bool) {
+    let named = parameters.iter().enumerate();
+    let named = named.map(|(i, k)| {
+        (
+            format!("parameter.{i}.name"),
+            k.name.clone(),
+            k.span.clone(),
+        )
+    });
     checker.distinct(&named.collect::<Vec<_>>());
-    for (i, knob) in knobs.iter().enumerate() {
-        for other in &knobs[..i] {
-            if let Some(key) = knob.keys().find(|key| other.keys().any(|k| k == *key)) {
+    for (i, parameter) in parameters.iter().enumerate() {
+        for other in &parameters[..i] {
+            if let Some(key) = parameter.keys().find(|key| other.keys().any(|k| k == *key)) {
                 let fault = Fault::Particular {
-                    message: format!("both {} and {} set `{key}`", other.name, knob.name),
+                    message: format!("both {} and {} set `{key}`", other.name, parameter.name),
                     label: "set again",
-                    remedy: format!("let one knob set both together: {JOINT}"),
+                    remedy: format!("let one parameter set both together: {JOINT}"),
                 };
-                checker.fault(knob.span.clone(), fault);
+                checker.fault(parameter.span.clone(), fault);
             }
         }
     }
-    let cases = knobs
+    let cases = parameters
         .iter()
         .try_fold(1usize, |product, k| product.checked_mul(k.values.len()));
-    if let (true, Some(first)) = (grid && cases.is_none_or(|c| c > MOST_CASES), knobs.first()) {
+    if let (true, Some(first)) = (
+        grid && cases.is_none_or(|c| c > MOST_CASES),
+        parameters.first(),
+    ) {
         let cases = cases.map_or("very many".to_owned(), |c| c.to_string());
         let fault = Fault::Particular {
             message: format!("a grid of {cases} cases is more than {MOST_CASES}"),
@@ -282,12 +297,12 @@ fn value(
     at: &Table,
     key: &Located<String>,
     item: &Spanned<Value>,
-) -> Option<KnobValue> {
+) -> Option<ParameterValue> {
     let span = item.span();
     if let Some(key) = key {
         let text = checker.source.text.get(span.clone()).unwrap_or_default();
         let set = setting(key.get_ref(), item.get_ref(), text.to_owned());
-        return Some(KnobValue {
+        return Some(ParameterValue {
             label: label(checker, item),
             set: set.into_iter().collect(),
             number: Some(number(item.get_ref())).filter(|v| v.is_finite()),
@@ -308,7 +323,7 @@ fn value(
         }
     };
     let settings = joint.set.iter();
-    Some(KnobValue {
+    Some(ParameterValue {
         label: joint.label,
         set: settings
             .filter_map(|(key, value)| setting(key, value, value.to_string()))
@@ -351,9 +366,9 @@ fn number(value: &Value) -> f64 {
 fn sizes(
     checker: &mut Checker,
     at: &Table,
-    raw: &RawKnob,
+    raw: &RawParameter,
     items: &[Spanned<Value>],
-    values: &mut [KnobValue],
+    values: &mut [ParameterValue],
 ) -> Option<()> {
     match raw.size.as_ref().map(|size| (size.span(), size.get_ref())) {
         None => {}
@@ -374,7 +389,7 @@ fn sizes(
             let fault = Fault::WrongType {
                 path: at.key("size"),
                 message: format!("a rule, or {} numbers, one a value", values.len()),
-                example: STUDY.example("knob", "size"),
+                example: STUDY.example("parameter", "size"),
             };
             checker.fault(span, fault);
             return None;
@@ -395,7 +410,7 @@ fn sizes(
     let path = at.key("size");
     let sized = values.iter().filter(|v| v.size.is_some()).count();
     for (i, value) in values.iter().enumerate().filter(|_| sized > 0) {
-        let KnobValue { label, span, .. } = value;
+        let ParameterValue { label, span, .. } = value;
         let Some(size) = value.size else {
             let message = format!("`{path}`: some values have a size, {label} has none");
             return fault(
@@ -426,14 +441,14 @@ fn base(
     at: &Table,
     base: &Located<Value>,
     items: &[Spanned<Value>],
-    values: &[KnobValue],
+    values: &[ParameterValue],
     needed: bool,
 ) -> Option<usize> {
     let (span, problem) = match base {
         None if !needed || values.len() == 1 => return Some(0),
         None => (
             at.span.clone(),
-            "is missing: with several knobs one at a time, each needs a base",
+            "is missing: with several parameters one at a time, each needs a base",
         ),
         Some(base) => {
             let text = label(checker, base);
@@ -499,14 +514,15 @@ mod tests {
 
     #[test]
     fn numbers_of_a_design_are_put_in_order_and_sizes_of_a_setting() {
-        let value = |number: Option<f64>, size: Option<f64>| KnobValue {
+        let value = |number: Option<f64>, size: Option<f64>| ParameterValue {
             label: String::new(),
             set: vec![],
             number,
             size,
             span: 0..0,
         };
-        let numbers = |values: &[KnobValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
+        let numbers =
+            |values: &[ParameterValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
         let mut values = [0.3, 0.1, 0.2].map(|v| value(Some(v), None));
         sort(Kind::Numerical, &mut values);
         assert_eq!(numbers(&values), [0.3, 0.1, 0.2].map(Some));
