@@ -31,8 +31,8 @@ impl Case {
     }
 }
 
-/// All cases: one at a time the base first, then parameter by parameter; a grid with the last parameter turning
-/// fastest.
+/// All cases: one at a time the base first, then parameter by parameter; a grid with the last
+/// parameter varying fastest.
 pub fn cases(study: &Study) -> Vec<Case> {
     let combinations = match study.mode {
         Mode::OneAtATime => one_at_a_time(&study.parameters),
@@ -50,68 +50,49 @@ pub fn cases(study: &Study) -> Vec<Case> {
     combinations.into_iter().map(case).collect()
 }
 
-/// The designs at which numerical parameters are turned, each by a value of every parameter (numerical ones at
-/// their base): one at a time the base alone, in a grid each combination of design values. None
-/// where no parameter is numerical.
+/// The designs and loads at which numerical parameters are refined, each by a value of every
+/// parameter (numerical ones at their base): one at a time the base alone, in a grid each
+/// combination of the others. None where no parameter is numerical.
 pub fn designs(study: &Study) -> Vec<Vec<usize>> {
-    let base: Vec<usize> = study.parameters.iter().map(|k| k.base).collect();
-    if study.parameters.iter().all(Parameter::is_design) {
-        return Vec::new();
-    }
+    let base: Vec<usize> = study.parameters.iter().map(|p| p.base).collect();
     match study.mode {
+        _ if !study.parameters.iter().any(Parameter::is_numerical) => Vec::new(),
         Mode::OneAtATime => vec![base],
         Mode::Grid => {
-            let at_base = |values: &Vec<usize>| {
+            let mut all = grid(&study.parameters);
+            all.retain(|values| {
                 let mut parameters = study.parameters.iter().enumerate();
-                parameters.all(|(k, parameter)| parameter.is_design() || values[k] == base[k])
-            };
-            grid(&study.parameters)
-                .into_iter()
-                .filter(at_base)
-                .collect()
+                parameters.all(|(k, p)| !p.is_numerical() || values[k] == base[k])
+            });
+            all
         }
     }
 }
 
-/// `friction 0.3, force_n 1.0`: the design values among these; empty where there are none.
-pub fn design_words(study: &Study, values: &[usize]) -> String {
-    let word = |(parameter, value): (&Parameter, &usize)| {
-        format!("{} {}", parameter.name, parameter.values[*value].label)
-    };
-    let words: Vec<String> = design_values(study, values).map(word).collect();
-    words.join(", ")
+/// `friction 0.3, force 1.0 N`: the wanted of these values; empty where there are none.
+pub fn words(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> bool) -> String {
+    let parameters = study.parameters.iter().zip(values);
+    let wanted = parameters.filter(|(p, _)| wanted(p));
+    wanted
+        .map(|(p, v)| p.words(*v))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
-/// The same for names of files: `__friction_0.3__force_n_1.0`.
-pub fn design_slug(study: &Study, values: &[usize]) -> String {
-    match slug(design_values(study, values)) {
-        empty if empty.is_empty() => empty,
-        slug => format!("__{slug}"),
+/// ` at friction 0.3, force 1.0 N`: what is not numerical of these values; empty where all is.
+pub fn at_words(study: &Study, values: &[usize]) -> String {
+    match words(study, values, |p| !p.is_numerical()) {
+        none if none.is_empty() => none,
+        words => format!(" at {words}"),
     }
 }
 
-fn design_values<'s>(
-    study: &'s Study,
-    values: &'s [usize],
-) -> impl Iterator<Item = (&'s Parameter, &'s usize)> {
-    study
-        .parameters
-        .iter()
-        .zip(values)
-        .filter(|(k, _)| k.is_design())
-}
-
-/// A case of other values than those of `cases`, named after what differs from the base.
-pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
-    let slug = format!("combined__{}", slug_off_base(&study.parameters, &values));
-    let taken = cases.iter().map(|case| case.slug.to_ascii_lowercase());
-    let mut slugs = Slugs {
-        taken: taken.collect(),
-        last: HashMap::new(),
-    };
-    Case {
-        slug: slugs.distinct(&slug),
-        values,
+/// The same for names of files: `__friction_0.3__force_n_1.0`.
+pub fn at_slug(study: &Study, values: &[usize]) -> String {
+    let parameters = study.parameters.iter().zip(values);
+    match slug(parameters.filter(|(p, _)| !p.is_numerical())) {
+        none if none.is_empty() => none,
+        slug => format!("__{slug}"),
     }
 }
 
@@ -224,6 +205,7 @@ mod tests {
             kind: Kind::Numerical,
             values: labels.iter().map(value).collect(),
             base,
+            size_name: String::new(),
             order: 2.0,
             span: 0..0,
         }
@@ -241,36 +223,34 @@ mod tests {
                 parameter("flanks", &["4 x 9", "8 x 18"], 0),
                 parameter("h", &["1", "3", "7"], 1),
             ],
-            targets: vec![],
             minimise: vec![],
         }
     }
 
     #[test]
-    fn numerical_parameters_are_turned_at_each_design_of_a_grid_and_else_at_the_base() {
+    fn numerical_parameters_are_refined_at_each_design_of_a_grid_and_else_at_the_base() {
         let mut study = study(Mode::Grid);
         assert_eq!(designs(&study), [[0, 1]]);
-        assert_eq!(design_words(&study, &[0, 1]), "");
+        assert_eq!(at_words(&study, &[0, 1]), "");
         study.parameters[0].kind = Kind::Design;
         assert_eq!(designs(&study), [[0, 1], [1, 1]]);
-        assert_eq!(design_words(&study, &[1, 1]), "flanks 8 x 18");
-        assert_eq!(design_slug(&study, &[1, 1]), "__flanks_8x18");
+        assert_eq!(at_words(&study, &[1, 1]), " at flanks 8 x 18");
+        assert_eq!(at_slug(&study, &[1, 1]), "__flanks_8x18");
         study.mode = Mode::OneAtATime;
         assert_eq!(designs(&study), [[0, 1]]);
-        study.parameters[1].kind = Kind::Design;
+        study.parameters[1].kind = Kind::Load;
         assert!(designs(&study).is_empty());
+        assert_eq!(words(&study, &[1, 1], |p| p.is(Kind::Load)), "h 3");
     }
 
     #[test]
-    fn one_at_a_time_turns_each_parameter_around_the_base() {
+    fn one_at_a_time_varies_each_parameter_around_the_base() {
         let study = study(Mode::OneAtATime);
         let cases = cases(&study);
         let slugs: Vec<&str> = cases.iter().map(|c| c.slug.as_str()).collect();
         assert_eq!(slugs, ["base", "flanks_8x18", "h_1", "h_7"]);
         assert_eq!(cases[1].set(&study), ["x=1", "flanks=8 x 18", "h=3"]);
         assert_eq!(cases[2].labels(&study), ["4 x 9", "1"]);
-        let both = combination(&study, &cases, vec![1, 2]);
-        assert_eq!(both.slug, "combined__flanks_8x18__h_7");
     }
 
     #[test]

@@ -1,14 +1,20 @@
 //! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
 //! tables from here.
 
+use super::parameter::KIND_WORDS;
 use super::quantity;
-use super::raw::{RawMinimum, RawParameter, RawStudy, RawTarget};
+use super::raw::{RawMinimum, RawParameter, RawStudy};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 
 /// What a study may say.
 pub const STUDY: Vocabulary = Vocabulary {
     former: &[("", "knob", "parameter")],
+    dropped: &[(
+        "",
+        "recommend",
+        "leave [[recommend]] out: the report has the error of every value, and what each case took",
+    )],
     sections: &[
         Section {
             name: "",
@@ -23,19 +29,10 @@ pub const STUDY: Vocabulary = Vocabulary {
             name: "parameter",
             shape: Shape::List,
             needed: "one or more",
-            what: "a key, or several together, and its values",
+            what: "a key that is varied, or several together, and its values",
             example: "[[parameter]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
             fields: fields::<RawParameter>,
             keys: &PARAMETER,
-        },
-        Section {
-            name: "recommend",
-            shape: Shape::List,
-            needed: "none or more",
-            what: "a quantity, and how accurate it shall be",
-            example: "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
-            fields: fields::<RawTarget>,
-            keys: &RECOMMEND,
         },
         Section {
             name: "minimise",
@@ -82,7 +79,7 @@ const TOP: [Key; 6] = [
     ),
     key(
         "quantities",
-        Kind::Choices(&quantity::WORDS),
+        Kind::Choices(quantity::WORDS),
         "all of them",
         "the figures that are followed: at least one of the table below",
         "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
@@ -113,11 +110,13 @@ const PARAMETER: [Key; 7] = [
     ),
     key(
         "is",
-        Kind::Choice(&["numerical", "design"]),
+        Kind::Choice(&KIND_WORDS),
         "by its keys",
         "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
-         built, which has none. Keys of `mesh`, `response` and `static` and numbers of modes are \
-         numerical, all others design values. A parameter that sets both is a design value",
+         built; `\"load\"`: what acts on it. Keys of `mesh`, `response` and `static` and numbers \
+         of modes are numerical. Keys of `load`, `excitation` and `rotation` and \
+         `reduced_model.force_n` are loads. All others are design values. A parameter that sets \
+         keys of several kinds is a design value where one of them is, else a load",
         "is = \"design\"",
     ),
     key(
@@ -133,7 +132,7 @@ const PARAMETER: [Key; 7] = [
         "base",
         Kind::Any("a value, or its label"),
         "the first",
-        "one of the values; it stands while other parameters are turned. With several parameters one at a \
+        "one of the values; it stands while other parameters are varied. With several parameters one at a \
          time it must be given",
         "base = 3",
     ),
@@ -154,26 +153,9 @@ const PARAMETER: [Key; 7] = [
     ),
 ];
 
-const RECOMMEND: [Key; 2] = [
-    key(
-        "quantity",
-        Kind::Choice(&quantity::WORDS),
-        "-",
-        "one of the quantities below that the study follows",
-        "quantity = \"peak_amplitude_m\"",
-    ),
-    key(
-        "accuracy",
-        Kind::Number("", Limits::between(0.0, 1.0)),
-        "-",
-        "the largest relative error, 0.01 for one per cent",
-        "accuracy = 0.01",
-    ),
-];
-
 const MINIMISE: [Key; 1] = [key(
     "quantity",
-    Kind::Choice(&quantity::WORDS),
+    Kind::Choice(quantity::WORDS),
     "-",
     "one of the quantities below that the study follows",
     "quantity = \"peak_amplitude_m\"",

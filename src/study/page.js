@@ -24,23 +24,24 @@ function responses({ parameters, curves }) {
   const colourBy = byId("colour-by"), logarithmic = byId("logarithmic"), key = byId("response-key");
   const only = [...document.querySelectorAll("select.only")];
   const chosen = () => curves.filter(({ values }) => only.every((s) => s.value === "" || values[s.dataset.parameter] === Number(s.value)));
-  const colour = (parameter, value) => hueOf(parameter.labels.length > 1 ? value / (parameter.labels.length - 1) : 0);
+  const colour = (all, value) => hueOf(all.length > 1 ? value / (all.length - 1) : 0);
   const chart = new Chart(place, () => {
-    const k = colourBy ? Number(colourBy.value) : 0, parameter = parameters[k] ?? { name: "", labels: [""] };
+    const k = colourBy ? Number(colourBy.value) : 0, all = parameters[k]?.values ?? [""];
     const shown = chosen();
-    const all = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
-    const { factor, unit } = lengthUnit(all.reduce((a, b) => Math.max(a, b), 0));
-    const lines = shown.map((c) => ({
+    const heights = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
+    const { factor, unit } = lengthUnit(heights.reduce((a, b) => Math.max(a, b), 0));
+    // Of curves that coincide the lower one is seen on both sides of the upper one.
+    const lines = shown.map((c, i) => ({
       x: c.frequency_hz,
       y: c.amplitude_m.map((v) => (v == null ? null : v * factor)),
-      series: { label: c.case, stroke: colour(parameter, c.values[k] ?? 0), width: 1.6, points: { show: false } },
+      series: { label: c.case, stroke: colour(all, c.values[k] ?? 0), width: 1.4 + 2.6 * (1 - (i + 1) / shown.length), points: { show: false } },
     }));
     place.querySelector(".named")?.remove();
-    key.replaceChildren(...parameter.labels.flatMap((label, v) => {
+    key.replaceChildren(...all.flatMap((words, v) => {
       if (!shown.some((c) => (c.values[k] ?? 0) === v)) return [];
       const entry = document.createElement("span"), swatch = entry.appendChild(document.createElement("i"));
-      swatch.style.background = colour(parameter, v);
-      entry.append(`${parameter.name} ${label}`);
+      swatch.style.background = colour(all, v);
+      entry.append(words);
       return [entry];
     }));
     return {
@@ -67,7 +68,7 @@ function sortable(table) {
       const falls = heading.ariaSort === "ascending", sign = falls ? -1 : 1;
       for (const other of heading.parentElement.cells) other.removeAttribute("aria-sort");
       heading.ariaSort = falls ? "descending" : "ascending";
-      const text = (row) => row.cells[column].textContent.trim();
+      const text = (row) => row.cells[column].textContent.trim().replaceAll("−", "-");
       const compare = (a, b) => {
         const [s, t] = [text(a), text(b)], [v, w] = [s, t].map(parseFloat);
         if (s === "" || t === "") return (s === "") - (t === "");

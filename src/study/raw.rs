@@ -20,16 +20,7 @@ pub(super) struct RawStudy {
     #[serde(default)]
     pub parameter: Vec<Spanned<RawParameter>>,
     #[serde(default)]
-    pub recommend: Vec<Spanned<RawTarget>>,
-    #[serde(default)]
     pub minimise: Vec<Spanned<RawMinimum>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawTarget {
-    pub quantity: Located<String>,
-    pub accuracy: Located<Number>,
 }
 
 #[derive(Debug, Deserialize)]

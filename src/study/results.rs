@@ -4,6 +4,7 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, Settings};
+use super::quantity::Figure;
 use crate::export::manifest::{StageSummary, Summary};
 use crate::stage::Stage;
 
@@ -27,8 +28,8 @@ pub enum Ended {
 /// The figures of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
-    /// Heading and value; what the run does not have is not there.
-    pub values: Vec<(String, f64)>,
+    /// What the run does not have is not there.
+    pub values: Vec<(Figure, f64)>,
     /// The displacement whose peak is meant.
     pub observation: Option<String>,
     pub cost: Cost,
@@ -37,6 +38,8 @@ pub struct Figures {
     /// Frequencies, and how many of them did not converge.
     pub points: usize,
     pub unconverged: usize,
+    /// The day on which it was run, in universal time: `2004-02-29`.
+    pub day: String,
 }
 
 /// What a case took, without the modes with held flanks, which only the study asks for.
@@ -52,13 +55,6 @@ pub struct Cost {
     pub from_cache: Vec<Stage>,
 }
 
-impl Cost {
-    /// By which cases are compared: processor seconds, else the wall clock.
-    pub fn compared_s(&self) -> f64 {
-        self.processor_seconds.unwrap_or(self.seconds)
-    }
-}
-
 impl CaseResult {
     pub fn figures(&self) -> Option<&Figures> {
         match &self.ended {
@@ -69,7 +65,10 @@ impl CaseResult {
 
     pub fn value(&self, heading: &str) -> Option<f64> {
         let values = &self.figures()?.values;
-        values.iter().find(|(h, _)| h == heading).map(|(_, v)| *v)
+        values
+            .iter()
+            .find(|(f, _)| f.heading == heading)
+            .map(|(_, v)| *v)
     }
 
     /// The frequencies may not hold the peak.
@@ -98,7 +97,7 @@ pub fn collect(
         let record = folder::record(study, case, settings)?;
         let ended = match folder::find(&record, &settings.folder(case))? {
             Found::Complete(summary) => {
-                figures(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
+                of_run(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
             }
             Found::Failed { exit_code, message } => Ended::Failed { exit_code, message },
             Found::Nothing => Ended::NotRun,
@@ -109,14 +108,15 @@ pub fn collect(
     cases.iter().map(read).collect()
 }
 
-/// Headings of the figures of all cases, in the order of the study's quantities.
-pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
+/// The figures that cases have, in the order of the study's quantities.
+pub fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
+    let mut found: Vec<Figure> = Vec::new();
     for quantity in &study.quantities {
-        let figures = results.iter().filter_map(CaseResult::figures);
-        for (heading, _) in figures.flat_map(|f| &f.values) {
-            if quantity.has_heading(heading) && !found.contains(heading) {
-                found.push(heading.clone());
+        let values = results.iter().filter_map(CaseResult::figures);
+        for (figure, _) in values.flat_map(|f| &f.values) {
+            let is_known = found.iter().any(|known| known.heading == figure.heading);
+            if figure.quantity == *quantity && !is_known {
+                found.push(figure.clone());
             }
         }
     }
@@ -124,7 +124,7 @@ pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
 }
 
 /// The figures of a run; none where it has no response.
-fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
+fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let response = summary.response.as_ref()?;
     let (held, counted): (Vec<&StageSummary>, Vec<&StageSummary>) = summary
         .stages
@@ -147,6 +147,7 @@ fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
         peak_at_end_of_range: response.peak_at_end_of_range,
         points: response.points,
         unconverged: response.points.saturating_sub(response.converged_points),
+        day: summary.begun.split('T').next().unwrap_or("").to_owned(),
     })
 }
 
@@ -170,6 +171,7 @@ mod tests {
         };
         let mut summary = Summary {
             seconds: 6.0,
+            begun: "2004-02-29T23:59:59Z".into(),
             processor_seconds: Some(11.0),
             stages: vec![
                 stage(Stage::Reduction, 0.5, 60.0, true),
@@ -178,8 +180,8 @@ mod tests {
             ],
             ..Summary::default()
         };
-        let study = study(Mode::Grid, 0.1);
-        assert_eq!(figures(&study, &summary), None);
+        let study = study(Mode::Grid);
+        assert_eq!(of_run(&study, &summary), None);
         summary.response = Some(ResponseSummary {
             points: 3,
             converged_points: 2,
@@ -187,8 +189,13 @@ mod tests {
             peak_at_end_of_range: true,
             ..ResponseSummary::default()
         });
-        let figures = figures(&study, &summary).unwrap();
-        assert_eq!(figures.values, [("peak_amplitude_m".to_owned(), 0.25)]);
+        let figures = of_run(&study, &summary).unwrap();
+        let (figure, value) = &figures.values[0];
+        assert_eq!(
+            (figure.heading.as_str(), *value),
+            ("peak_amplitude_m", 0.25)
+        );
+        assert_eq!(figures.day, "2004-02-29");
         assert_eq!((figures.points, figures.unconverged), (3, 1));
         assert!(figures.peak_at_end_of_range);
         let expected = Cost {

@@ -1,4 +1,4 @@
-//! Draws a figure over the values of two design parameters, one cell for each pair of values.
+//! Draws a figure over the values of two parameters, one cell for each pair of values.
 
 use std::path::Path;
 
