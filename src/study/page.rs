@@ -175,7 +175,7 @@ fn answer(contents: &Contents<'_>) -> Markup {
                 }))
                 @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
                     (card(
-                        &format!("{} ({})", p.name, p.kind.word()),
+                        &format!("{}, {}", p.title(), p.kind.word()),
                         &counted(p.values.len(), "value", "values"),
                         &html! { (p.values[0].label) " to " (p.values[p.values.len() - 1].label) },
                     ))

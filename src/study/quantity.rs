@@ -51,7 +51,7 @@ quantities! {
     "blade_frequency_hz", "first frequency with held flanks", Run(|s| s.blade_frequency_hz);
     "peak_amplitude_m", "peak amplitude", Observed(|r| r.peak_amplitude_m);
     "peak_frequency_hz", "frequency of the peak", Response(|r| r.peak_frequency_hz);
-    "peak_ratio", "peak over linear peak", Response(|r| r.peak_ratio);
+    "peak_ratio", "ratio of the peak to the linear peak", Response(|r| r.peak_ratio);
     "static_pressure_pa", "largest static pressure", Static(|s| s.largest_pressure_pa);
     "normal_force_n", "static normal force", Contact(|c| c.normal_force_n);
     "static_slip_m", "largest static slip", Static(|s| s.largest_slip_m);
@@ -226,7 +226,7 @@ pub mod tests {
         let words = figures.map(|(f, v)| format!("{}: {}", f.name, f.words(v)));
         let expected = [
             "peak amplitude of tip: 6.4913 mm",
-            "peak over linear peak: 0.38280",
+            "ratio of the peak to the linear peak: 0.38280",
             "pairs that open: 120",
         ];
         assert_eq!(words.collect::<Vec<_>>()[..3], expected);

@@ -313,7 +313,7 @@ fn a_study_of_designs_answers_without_errors() {
         &format!("<li>{}</li>", ended.stdout.lines().next().unwrap()),
         "µm with friction 0.05 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
         "The same for all designs, and in no picture of them: first stuck frequency.",
-        "<figcaption>Peak over linear peak over force (N), by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
+        "<figcaption>Ratio of the peak to the linear peak over force (N), by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
@@ -468,9 +468,9 @@ fn the_study_of_friction_and_force_answers() {
         "response.harmonics=1",
     ]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
-    assert_eq!(folder.table().len(), 24);
+    assert_eq!(folder.table().len(), 32);
     for (quantity, name) in [
-        ("peak_ratio", "peak over linear peak"),
+        ("peak_ratio", "ratio of the peak to the linear peak"),
         ("peak_amplitude_m", "peak amplitude of tip"),
     ] {
         for force in ["0.5", "1.0", "2.0", "4.0"] {
