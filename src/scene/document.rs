@@ -150,7 +150,7 @@ fn fault_of(
         }
     } else if let Some(remedy) = vocabulary.remedy_of_dropped(section, key) {
         Fault::Particular {
-            message: format!("unknown key `{}`", path_text(root, place)),
+            message: format!("unknown section or key `{}`", path_text(root, place)),
             label: "not a key",
             remedy: remedy.to_owned(),
         }

@@ -40,11 +40,12 @@ pub fn cases(study: &Study) -> Vec<Case> {
     };
     let mut slugs = Slugs::default();
     let case = |values: Vec<usize>| {
-        let slug = match study.mode {
-            Mode::OneAtATime => slug_off_base(&study.parameters, &values),
-            Mode::Grid => slug(study.parameters.iter().zip(&values)),
+        let parameters = study.parameters.iter().zip(&values);
+        let is_named = |(p, v): &(&Parameter, &usize)| study.mode == Mode::Grid || p.base != **v;
+        let slug = match slug(parameters.filter(is_named)) {
+            empty if empty.is_empty() => slugs.distinct("base"),
+            slug => slugs.distinct(&slug),
         };
-        let slug = slugs.distinct(&slug);
         Case { slug, values }
     };
     combinations.into_iter().map(case).collect()
@@ -119,14 +120,6 @@ fn grid(parameters: &[Parameter]) -> Vec<Vec<usize>> {
         all = all.iter().flat_map(longer).collect();
     }
     all
-}
-
-fn slug_off_base(parameters: &[Parameter], values: &[usize]) -> String {
-    let turned = parameters.iter().zip(values).filter(|(k, v)| k.base != **v);
-    match slug(turned) {
-        empty if empty.is_empty() => "base".to_owned(),
-        slug => slug,
-    }
 }
 
 fn slug<'a>(turned: impl Iterator<Item = (&'a Parameter, &'a usize)>) -> String {

@@ -1,9 +1,8 @@
 //! The keys of a study file, as those of scenes in [`crate::scene::keys`]: docs/study.md takes its
 //! tables from here.
 
-use super::parameter::KIND_WORDS;
 use super::quantity;
-use super::raw::{RawMinimum, RawParameter, RawStudy};
+use super::raw::{KIND_WORDS, RawMinimum, RawParameter, RawStudy};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 

@@ -10,13 +10,13 @@ use serde::Serialize;
 
 use super::analysis::{Analysis, Refined, Refinement};
 use super::cases::at_words;
-use super::convergence::How;
+use super::convergence::{How, SAME};
 use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::Settings;
 use super::parameter::Parameter;
 use super::pictures::Picture;
-use super::quantity::{Figure, with_unit};
+use super::quantity::{Figure, name_and_unit, with_unit};
 use super::report::{OF_RUNS, day, least_values, of_run, remarks};
 use super::results::{CaseResult, Figures};
 use crate::export::plots::in_unit;
@@ -164,7 +164,7 @@ fn answer(contents: &Contents<'_>) -> Markup {
     let unconverged = count(&|f| f.unconverged > 0);
     let at_ends = count(&|f| f.peak_at_end_of_range);
     let seconds = results.iter().filter_map(|r| r.figures());
-    let seconds: f64 = seconds.filter_map(|f| f.cost.processor_seconds).sum();
+    let seconds: f64 = seconds.filter_map(|f| f.processor_seconds).sum();
     let least = least_values(study, results, analysis);
     html! {
         section #answer {
@@ -278,6 +278,12 @@ fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
     (with_unit(&figure.name, &unit), factor)
 }
 
+/// The title of a column of [`OF_RUNS`].
+fn of_runs(heading: &str) -> String {
+    let (name, unit) = name_and_unit(heading);
+    with_unit(&name, unit)
+}
+
 /// One row per case: each figure with its difference from the finest.
 fn cases(contents: &Contents<'_>) -> Markup {
     let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
@@ -293,12 +299,12 @@ fn cases(contents: &Contents<'_>) -> Markup {
         header.push(title);
         for (c, (row, result)) in rows.iter_mut().zip(results).enumerate() {
             let number = value(result).map(|v| figure.number(factor * v, 5));
-            let difference = analysis.differences[c][f].filter(|d| *d > 0.0);
+            let difference = analysis.differences[c][f].filter(|d| *d > SAME);
             let difference = difference.map(|d| format!(" ({})", percent(d, 2)));
             row.push(number.unwrap_or_default() + &difference.unwrap_or_default());
         }
     }
-    header.extend(OF_RUNS.map(|heading| heading.replace('_', " ")));
+    header.extend(OF_RUNS.map(of_runs));
     for (row, result) in rows.iter_mut().zip(results) {
         row.extend(of_run(result, &|v| figure(v, 3)));
     }
@@ -351,10 +357,22 @@ fn errors(contents: &Contents<'_>) -> Markup {
                         (at_words(study, &refinement.at))
                     }
                     (table("plain", &header, &rows, |_, name| html! { (name) }))
+                    @let same = refinement.figures.iter().zip(&analysis.figures);
+                    @let same = same.filter(|(refined, _)| is_unchanged(refined));
+                    @let same: Vec<&str> = same.map(|(_, f)| f.name.as_str()).collect();
+                    @if !same.is_empty() {
+                        p.quiet { "It has no influence on: " (same.join(", ")) "." }
+                    }
                 }
             }
         }
     }
+}
+
+fn is_unchanged(refined: &Refined) -> bool {
+    refined
+        .limit
+        .is_some_and(|limit| limit.how == How::Unchanged)
 }
 
 fn one_refinement(
@@ -374,9 +392,10 @@ fn one_refinement(
     // Processor seconds, memory and outcome.
     let mut rows = Vec::from_iter([0, 2, 4].map(|at| {
         let cells = runs.iter().map(|cells| cells[at].clone());
-        row(&OF_RUNS[at].replace('_', " "), cells.collect(), none())
+        row(&of_runs(OF_RUNS[at]), cells.collect(), none())
     }));
-    for (refined, figure) in refinement.figures.iter().zip(&contents.analysis.figures) {
+    let figures = refinement.figures.iter().zip(&contents.analysis.figures);
+    for (refined, figure) in figures.filter(|(refined, _)| !is_unchanged(refined)) {
         let cells = |values: &[Option<f64>], text: &dyn Fn(f64) -> String| -> Vec<String> {
             let texts = values.iter().map(|v| v.map(text).unwrap_or_default());
             texts.collect()
@@ -409,8 +428,7 @@ fn counted_from(refined: &Refined, of: &Figure, factor: f64) -> [String; 2] {
             return [format!("none shows{seen}"), "the finest".to_owned()];
         }
         How::Reference => "the last",
-        How::Unchanged => "no influence",
-        How::Single => "one value only",
+        How::Unchanged | How::Single => "",
     };
     [String::new(), from.to_owned()]
 }

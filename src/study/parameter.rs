@@ -9,7 +9,7 @@ use toml::Value;
 
 use super::keys::STUDY;
 use super::quantity::{name_and_unit, with_unit};
-use super::raw::RawParameter;
+use super::raw::{KIND_WORDS, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::kinds::Limits;
@@ -34,7 +34,6 @@ pub enum Kind {
     Design,
 }
 
-pub const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
 const KINDS: [Kind; 3] = [Kind::Numerical, Kind::Load, Kind::Design];
 
 impl Kind {

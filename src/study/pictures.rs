@@ -87,7 +87,7 @@ impl Pictures<'_> {
             Some(sizes) => (Axis::logarithmic(&parameter.size_name), sizes),
             None => {
                 let count = parameter.values.len();
-                let places: Vec<f64> = (0..count).map(|v| v as f64).collect();
+                let places: Vec<f64> = (1..=count).map(|v| v as f64).collect();
                 (axis(parameter, &places, Scale::Linear), places)
             }
         };
@@ -145,7 +145,7 @@ impl Pictures<'_> {
         other: Option<usize>,
     ) -> Result<(), StudyError> {
         let parameter = &self.study.parameters[k];
-        let counted = || (0..parameter.values.len()).map(|v| v as f64).collect();
+        let counted = || (1..=parameter.values.len()).map(|v| v as f64).collect();
         let places: Vec<f64> = parameter.numbers().unwrap_or_else(counted);
         let line = |label: String, fixed: &[(usize, usize)]| {
             let point = |(v, place): (usize, &f64)| {

@@ -81,12 +81,13 @@ fn loss_factor(response: &ResponseSummary) -> Option<f64> {
 /// What a key or a figure is called and its unit, taken from the end of the word: `gap` and `m`.
 /// Shares, ratios and counts have no unit.
 pub fn name_and_unit(word: &str) -> (String, &'static str) {
-    const UNITS: [(&str, &str); 14] = [
+    const UNITS: [(&str, &str); 15] = [
         ("_j_m2", "J/m²"),
         ("_kg_m3", "kg/m³"),
         ("_m_s2", "m/s²"),
         ("_n_m", "N/m"),
         ("_per_s", "1/s"),
+        ("_mib", "MiB"),
         ("_rpm", "rpm"),
         ("_deg", "°"),
         ("_hz", "Hz"),

@@ -6,6 +6,9 @@ use toml::Value;
 
 use crate::scene::raw::{Located, Number};
 
+/// What a parameter can be.
+pub(super) const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawStudy {

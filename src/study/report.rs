@@ -33,11 +33,11 @@ pub fn of_run(result: &CaseResult, number: &dyn Fn(f64) -> String) -> [String; 7
         cells[4] = result.outcome().to_owned();
         return cells;
     };
-    let stages = f.cost.from_cache.iter().map(|s| s.id());
+    let stages = f.from_cache.iter().map(|s| s.id());
     [
-        f.cost.processor_seconds.map(number).unwrap_or_default(),
-        number(f.cost.seconds),
-        f.cost.peak_memory_mib.map(number).unwrap_or_default(),
+        f.processor_seconds.map(number).unwrap_or_default(),
+        number(f.seconds),
+        f.peak_memory_mib.map(number).unwrap_or_default(),
         stages.collect::<Vec<_>>().join(" "),
         result.outcome().to_owned(),
         f.points.to_string(),

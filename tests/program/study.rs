@@ -468,7 +468,7 @@ fn the_study_of_friction_and_force_answers() {
         "response.harmonics=1",
     ]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
-    assert_eq!(folder.table().len(), 32);
+    assert_eq!(folder.table().len(), 24);
     for (quantity, name) in [
         ("peak_ratio", "ratio of the peak to the linear peak"),
         ("peak_amplitude_m", "peak amplitude of tip"),
@@ -1184,14 +1184,14 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "recommend",
         &format!("{HARMONICS}\n[[recommend]]\nquantity = \"peak_ratio\"\naccuracy = 0.1\n"),
         &[
-            "unknown key `recommend`",
+            "unknown section or key `recommend`",
             "leave [[recommend]] out: the report has the error of every value",
         ],
     );
     told(
         "former",
         &changed("[[parameter]]", "[[knob]]"),
-        &["unknown key `knob`", "did you mean `parameter`?"],
+        &["unknown section or key `knob`", "did you mean `parameter`?"],
     );
     told(
         "joint",
