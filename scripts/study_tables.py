@@ -58,8 +58,11 @@ def settings(summary, cases, figure):
     for refinement in summary["refinements"]:
         names = {p["name"]: p["values"] for p in summary["parameters"]}[refinement["parameter"]]
         of = next(f for f in refinement["figures"] if f["figure"] == figure)
+        # Values without sizes are compared with the last one, each by itself.
+        by_size = of["limit"]["how"] != "reference"
+        errors = of["estimated_errors" if by_size else "differences"]
         values = []
-        for name, case, error in zip(names, refinement["cases"], of["estimated_errors"]):
+        for name, case, error in zip(names, refinement["cases"], errors):
             seconds = digits(float(cases[case]["processor_seconds"]), 2)
             values.append(f"{name}: {percent(error)} ({seconds})" if error else f"{name} ({seconds})")
         rows.append([refinement["parameter"].replace("_", " "), ", ".join(values), order(of["limit"])])
