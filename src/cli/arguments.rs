@@ -184,7 +184,7 @@ pub(super) struct Man {
 
 #[derive(Debug, Args)]
 pub(super) struct StudyArguments {
-    /// The study: a TOML file that names a scene and its knobs
+    /// The study: a TOML file that names a scene and its parameters
     #[arg(value_name = "STUDY", value_hint = ValueHint::FilePath)]
     pub(super) study: PathBuf,
 

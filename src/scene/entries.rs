@@ -26,6 +26,7 @@ pub const SCENE: Vocabulary = Vocabulary {
             "search_distance_m of [[contact]]",
         ),
     ],
+    dropped: &[],
     sections: &SECTIONS,
 };
 

@@ -89,6 +89,8 @@ pub struct Vocabulary {
     /// Keys as earlier versions of the program called them: section, key, and what says the same
     /// now.
     pub former: &'static [(&'static str, &'static str, &'static str)],
+    /// Keys of earlier versions that nothing took the place of: section, key, and the remedy.
+    pub dropped: &'static [(&'static str, &'static str, &'static str)],
 }
 
 impl Vocabulary {
@@ -110,6 +112,13 @@ impl Vocabulary {
             .map(|(_, _, now)| (*now).to_owned())
             .next();
         now.or_else(|| nearest(key, self.keys_of(section)))
+    }
+
+    /// What to do where a key stands that only earlier versions had.
+    pub fn remedy_of_dropped(&self, section: &str, key: &str) -> Option<&'static str> {
+        let mut dropped = self.dropped.iter();
+        let found = dropped.find(|(s, k, _)| *s == section && *k == key);
+        found.map(|(_, _, remedy)| *remedy)
     }
 
     /// A line that could stand in the file, for messages; a section's example is its first lines.

@@ -1,402 +1,219 @@
 //! From the results of all cases to what a user wants to know: how each figure converges with each
-//! numerical knob, how far every case errs, which settings are recommended, and which design has the
-//! least of a figure.
+//! numerical parameter, how far every case is from the finest, and which design has the least of a
+//! figure.
 
 use serde::Serialize;
 
-use super::cases::{Case, designs};
-use super::convergence::{Limit, errors, estimates, limit, relative_error};
+use super::cases::designs;
+use super::convergence::{Limit, estimates, limit, relative_error};
 use super::designs::Designs;
-use super::file::{Mode, Study, Target};
-use super::knob::Knob;
-use super::results::{CaseResult, headings};
+use super::file::{Mode, Study};
+use super::parameter::Parameter;
+use super::quantity::Figure;
+use super::results::{CaseResult, figures};
 
-/// Costs nearer to each other than this share are taken for equal: a run timed twice differs by as
-/// much.
-const SAME_COST: f64 = 0.1;
-
-/// One numerical knob, the others at their base (of a grid: at their finest).
-#[derive(Debug, Clone, PartialEq)]
-pub struct KnobAnswer {
-    /// Which of the study's knobs.
-    pub knob: usize,
-    /// Per value of the knob, coarse to fine: the case that has it.
-    pub cases: Vec<usize>,
-    pub figures: Vec<FigureAnswer>,
-}
-
-/// How one figure follows one knob; the lists have an entry per value, `None` where the case has no
-/// such figure.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FigureAnswer {
-    #[serde(rename = "figure")]
-    pub heading: String,
-    pub values: Vec<Option<f64>>,
-    /// What the values lead to.
-    pub limit: Option<Limit>,
-    /// Relative differences from the limit.
-    pub errors: Vec<Option<f64>>,
-    /// What each value is taken to err: see [`estimates`].
-    pub estimated_errors: Vec<Option<f64>>,
-}
-
-/// Errors of the cases of one design in one figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CaseErrors {
-    pub heading: String,
-    /// Per case of the study; `None` for those of other designs.
-    pub errors: Vec<Option<f64>>,
-    /// No other case costs and errs no more, and less in one of the two.
-    pub on_pareto_front: Vec<bool>,
-}
-
-/// The settings for one figure and one accuracy.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Recommendation {
-    pub heading: String,
-    pub accuracy: f64,
-    /// Value of each knob, and the sum of their errors; `None` where no sum is within the accuracy.
-    pub settings: Option<(Vec<usize>, f64)>,
-    /// The case that has these values.
-    pub case: Option<usize>,
-    /// The error of that case.
-    pub error: Option<f64>,
-}
-
-/// What the numerical knobs do at one combination of design values.
-#[derive(Debug, Clone, PartialEq)]
-pub struct AtDesign {
-    /// Value of each knob; those of numerical ones say nothing.
-    pub values: Vec<usize>,
-    /// The numerical ones, in the order of the study's knobs.
-    pub knobs: Vec<KnobAnswer>,
-    /// One for each heading of `with_errors` of the analysis.
-    pub errors: Vec<CaseErrors>,
-    pub recommendations: Vec<Recommendation>,
-}
-
-/// Everything.
+/// All that is told of the results.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
-    pub headings: Vec<String>,
-    /// Of the figures whose errors are given: those that a recommendation is asked for, else the
-    /// first. None where no knob is numerical.
-    pub with_errors: Vec<String>,
-    /// Per design at which numerical knobs are turned; one without design values.
-    pub at_designs: Vec<AtDesign>,
+    pub figures: Vec<Figure>,
+    /// Per case and figure, its relative difference from the finest case; `None` where there is
+    /// none, or no such figure.
+    pub differences: Vec<Vec<Option<f64>>>,
+    pub refinements: Vec<Refinement>,
     pub designs: Designs,
 }
 
-/// The results of all cases, taken apart (recommended combinations may follow those of the study).
+/// One numerical parameter through its values, the others at their base (of a grid: at their
+/// finest).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refinement {
+    /// Which of the study's parameters.
+    pub parameter: usize,
+    /// The values of the others.
+    pub at: Vec<usize>,
+    /// The case of each value, coarse to fine.
+    pub cases: Vec<usize>,
+    /// In the order of the figures of the analysis.
+    pub figures: Vec<Refined>,
+}
+
+/// How one figure follows a numerical parameter; the lists have an entry per value, `None` where
+/// the case has no such figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refined {
+    pub figure: String,
+    pub values: Vec<Option<f64>>,
+    /// Relative differences from the finest value.
+    pub differences: Vec<Option<f64>>,
+    /// What each value is taken to err: see [`estimates`].
+    pub estimated_errors: Vec<Option<f64>>,
+    /// What the values lead to.
+    pub limit: Option<Limit>,
+}
+
+/// Takes the results of all cases apart.
 pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
-    let headings = headings(study, results);
-    let wanted = |t: &Target| {
-        let own = headings.iter().filter(|h| t.quantity.has_heading(h));
-        own.map(|h| (h.clone(), t.accuracy)).collect::<Vec<_>>()
+    let figures = figures(study, results);
+    let of_case = |result: &CaseResult| {
+        let finest = finest(study, results, &result.case.values);
+        let of_figure = |f: &Figure| difference(results, result, &finest, &f.heading);
+        figures.iter().map(of_figure).collect()
     };
-    let wanted: Vec<(String, f64)> = study.targets.iter().flat_map(wanted).collect();
-    let has_errors = study.knobs.iter().any(|k| !k.is_design());
-    let mut with_errors: Vec<String> = Vec::new();
-    let first = headings.first().filter(|_| wanted.is_empty());
-    let shown = wanted.iter().map(|(h, _)| h).chain(first);
-    for heading in shown.filter(|_| has_errors) {
-        if !with_errors.contains(heading) {
-            with_errors.push(heading.clone());
+    let mut refinements = Vec::new();
+    for design in designs(study) {
+        let at = centre(study, results, &design);
+        for k in (0..at.len()).filter(|k| study.parameters[*k].is_numerical()) {
+            refinements.push(refinement(study, results, &at, &figures, k));
         }
     }
-    let at_designs = designs(study).into_iter().map(|design| {
-        let base = base(study, results, &design);
-        let numerical = (0..study.knobs.len()).filter(|k| !study.knobs[*k].is_design());
-        let knobs: Vec<KnobAnswer> = numerical
-            .map(|k| knob(study, results, &base, &headings, k))
-            .collect();
-        let errors = with_errors.iter().map(|heading| {
-            let own = |r: &CaseResult| is_of_design(study, &r.case, &design);
-            case_errors(results, &own, &base, &knobs, heading)
-        });
-        let errors: Vec<CaseErrors> = errors.collect();
-        let recommendations = wanted
-            .iter()
-            .map(|wanted| recommendation(results, &design, &knobs, &errors, wanted));
-        AtDesign {
-            recommendations: recommendations.collect(),
-            values: design,
-            knobs,
-            errors,
-        }
-    });
     Analysis {
-        at_designs: at_designs.collect(),
-        designs: Designs::of(study, results, &headings),
-        with_errors,
-        headings,
+        differences: results.iter().map(of_case).collect(),
+        designs: Designs::of(study, results, &figures),
+        refinements,
+        figures,
     }
 }
 
-fn is_of_design(study: &Study, case: &Case, design: &[usize]) -> bool {
-    let mut knobs = study.knobs.iter().zip(&case.values).zip(design);
-    knobs.all(|((knob, value), wanted)| !knob.is_design() || value == wanted)
+fn case_of(results: &[CaseResult], values: &[usize]) -> Option<usize> {
+    results.iter().position(|r| r.case.values == values)
 }
 
-impl Analysis {
-    /// Recommended values that none of the cases has.
-    pub fn not_run(&self) -> Vec<Vec<usize>> {
-        let all = self.at_designs.iter().flat_map(|at| &at.recommendations);
-        let without = all.filter(|r| r.case.is_none());
-        let mut found: Vec<Vec<usize>> = Vec::new();
-        for (values, _) in without.filter_map(|r| r.settings.as_ref()) {
-            if !found.contains(values) {
-                found.push(values.clone());
-            }
-        }
-        found
-    }
-
-    /// Error of a case in a figure, given by its place in `with_errors`.
-    pub fn error(&self, figure: usize, case: usize) -> Option<f64> {
-        let mut all = self.at_designs.iter();
-        all.find_map(|at| at.errors[figure].errors[case])
-    }
+/// Whether two cases differ in numerical parameters alone.
+fn is_same_design(study: &Study, a: &[usize], b: &[usize]) -> bool {
+    let mut parameters = study.parameters.iter().zip(a.iter().zip(b));
+    parameters.all(|(p, (a, b))| p.is_numerical() || a == b)
 }
 
-/// What the numerical knobs are turned around at a design; of a grid, the finest case that has a
-/// result.
-fn base(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
-    let steps_from_finest = |case: &Case| -> usize {
-        let knobs = study.knobs.iter().zip(&case.values);
-        knobs
-            .map(|(knob, value)| knob.values.len() - 1 - value)
-            .sum()
+/// The values around which numerical parameters are varied at a design: one at a time those of the
+/// base, in a grid those of the finest case that has a result.
+fn centre(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
+    let steps_from_finest = |r: &&CaseResult| -> usize {
+        let parameters = study.parameters.iter().zip(&r.case.values);
+        parameters.map(|(p, v)| p.values.len() - 1 - v).sum()
     };
     let finest = results
         .iter()
         .filter(|r| study.mode == Mode::Grid && r.figures().is_some())
-        .filter(|r| is_of_design(study, &r.case, design))
-        .min_by_key(|r| steps_from_finest(&r.case));
-    match finest {
-        Some(finest) => finest.case.values.clone(),
-        None => design.to_vec(),
-    }
+        .filter(|r| is_same_design(study, &r.case.values, design))
+        .min_by_key(steps_from_finest);
+    finest.map_or(design.to_vec(), |f| f.case.values.clone())
 }
 
-fn knob(
+/// The cases that a case is compared with. In a grid it is the finest of its design. One at a time
+/// it is the one with the finest value of the parameter that is varied, for the base of each.
+fn finest(study: &Study, results: &[CaseResult], values: &[usize]) -> Vec<usize> {
+    let mut designs = designs(study).into_iter();
+    let Some(design) = designs.find(|design| is_same_design(study, design, values)) else {
+        return Vec::new();
+    };
+    if study.mode == Mode::Grid {
+        return Vec::from_iter(case_of(results, &centre(study, results, &design)));
+    }
+    let numerical = study.parameters.iter().enumerate();
+    let numerical = numerical.filter(|(_, p)| p.is_numerical());
+    let along = numerical.filter_map(|(k, parameter)| {
+        let mut finest = values.to_vec();
+        finest[k] = parameter.values.len() - 1;
+        case_of(results, &finest)
+    });
+    along.collect()
+}
+
+/// The largest of the differences from these cases.
+fn difference(
+    results: &[CaseResult],
+    result: &CaseResult,
+    finest: &[usize],
+    heading: &str,
+) -> Option<f64> {
+    let value = result.value(heading)?;
+    let others = finest.iter().filter_map(|c| results[*c].value(heading));
+    let differences = others.filter_map(|other| relative_error(value, other));
+    differences.reduce(f64::max)
+}
+
+fn refinement(
     study: &Study,
     results: &[CaseResult],
-    base: &[usize],
-    headings: &[String],
+    at: &[usize],
+    figures: &[Figure],
     k: usize,
-) -> KnobAnswer {
-    let knob = &study.knobs[k];
-    let mut values = base.to_vec();
+) -> Refinement {
+    let parameter = &study.parameters[k];
+    let mut values = at.to_vec();
     let case = |v: usize| {
         values[k] = v;
-        // Every combination on an axis through the base is a case of the study.
-        let found = results.iter().position(|r| r.case.values == values);
-        found.unwrap_or_default()
+        // Every combination on an axis through the centre is a case of the study.
+        case_of(results, &values).unwrap_or_default()
     };
-    let cases: Vec<usize> = (0..knob.values.len()).map(case).collect();
-    let figures = headings.iter().map(|heading| {
-        let values = cases.iter().map(|c| results[*c].value(heading)).collect();
-        let mut counts = study.quantities.iter().filter(|q| q.is_count);
-        let is_count = counts.any(|q| q.has_heading(heading));
-        figure(heading, values, knob, is_count)
+    let cases: Vec<usize> = (0..parameter.values.len()).map(case).collect();
+    let refined = figures.iter().map(|figure| {
+        let values = cases.iter().map(|c| results[*c].value(&figure.heading));
+        refined(figure, values.collect(), parameter)
     });
-    KnobAnswer {
-        knob: k,
-        figures: figures.collect(),
+    Refinement {
+        parameter: k,
+        at: at.to_vec(),
+        figures: refined.collect(),
         cases,
     }
 }
 
-fn figure(heading: &str, values: Vec<Option<f64>>, knob: &Knob, is_count: bool) -> FigureAnswer {
+fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> Refined {
     let there: Vec<usize> = (0..values.len()).filter(|i| values[*i].is_some()).collect();
     let known: Vec<f64> = values.iter().flatten().copied().collect();
-    let sizes = knob.sizes();
+    let sizes = parameter.sizes();
     let sizes: Option<Vec<f64>> = sizes.map(|s| there.iter().map(|i| s[*i]).collect());
-    let limit = limit(sizes.as_deref(), &known, knob.order, !is_count);
-    let spread = |of_known: Vec<Option<f64>>| {
-        let mut all = vec![None; values.len()];
-        for (i, v) in there.iter().zip(of_known) {
-            all[*i] = v;
-        }
-        all
-    };
-    FigureAnswer {
-        heading: heading.to_owned(),
-        limit,
-        errors: spread(limit.map_or(Vec::new(), |l| errors(&known, &l))),
-        estimated_errors: spread(limit.map_or(Vec::new(), |l| estimates(&known, &l))),
+    let limit = limit(
+        sizes.as_deref(),
+        &known,
+        parameter.order,
+        !figure.is_count(),
+    );
+    let mut estimated_errors = vec![None; values.len()];
+    let estimates = limit.map_or(Vec::new(), |limit| estimates(&known, &limit));
+    for (i, error) in there.iter().zip(estimates) {
+        estimated_errors[*i] = error;
+    }
+    let difference = |v: &Option<f64>| relative_error((*v)?, *known.last()?);
+    Refined {
+        figure: figure.heading.clone(),
+        differences: values.iter().map(difference).collect(),
         values,
+        estimated_errors,
+        limit,
     }
-}
-
-impl KnobAnswer {
-    fn figure(&self, heading: &str) -> Option<&FigureAnswer> {
-        self.figures.iter().find(|f| f.heading == heading)
-    }
-
-    /// What a value errs; a knob of one value adds no error that it could know.
-    fn error(&self, heading: &str, value: usize) -> Option<f64> {
-        match self.cases.len() {
-            1 => Some(0.0),
-            _ => self.figure(heading)?.estimated_errors[value],
-        }
-    }
-
-    /// The cheapest value that errs no more than this; of those as cheap, the one that errs least.
-    fn cheapest_within(
-        &self,
-        results: &[CaseResult],
-        heading: &str,
-        most: f64,
-    ) -> Option<(usize, f64)> {
-        let within = self.cases.iter().enumerate().filter_map(|(value, case)| {
-            let cost = results[*case].figures()?.cost.compared_s();
-            let error = self.error(heading, value).filter(|e| *e <= most)?;
-            Some((value, cost, error))
-        });
-        let within: Vec<(usize, f64, f64)> = within.collect();
-        let least = within.iter().map(|w| w.1).reduce(f64::min)?;
-        let cheap = within
-            .into_iter()
-            .filter(|w| w.1 <= least * (1.0 + SAME_COST));
-        let best = cheap.min_by(|a, b| a.2.total_cmp(&b.2))?;
-        Some((best.0, best.2))
-    }
-}
-
-fn recommendation(
-    results: &[CaseResult],
-    design: &[usize],
-    knobs: &[KnobAnswer],
-    errors: &[CaseErrors],
-    (heading, accuracy): &(String, f64),
-) -> Recommendation {
-    let settings = settings(results, design, knobs, heading, *accuracy);
-    let case = settings
-        .as_ref()
-        .and_then(|(values, _)| results.iter().position(|r| r.case.values == *values));
-    let of_heading = errors.iter().find(|e| e.heading == *heading);
-    Recommendation {
-        error: case.and_then(|c| of_heading?.errors[c]),
-        heading: heading.clone(),
-        accuracy: *accuracy,
-        settings,
-        case,
-    }
-}
-
-/// Of each numerical knob the cheapest value within the accuracy, or within a half, a third, ... of
-/// it: the first such share with which the errors add up to no more than the accuracy. The others
-/// have the values of the design.
-fn settings(
-    results: &[CaseResult],
-    design: &[usize],
-    knobs: &[KnobAnswer],
-    heading: &str,
-    accuracy: f64,
-) -> Option<(Vec<usize>, f64)> {
-    (1..=knobs.len()).find_map(|share| {
-        let most = accuracy / share as f64;
-        let chosen = knobs
-            .iter()
-            .map(|k| k.cheapest_within(results, heading, most));
-        let chosen: Vec<(usize, f64)> = chosen.collect::<Option<_>>()?;
-        let mut values = design.to_vec();
-        for (knob, (value, _)) in knobs.iter().zip(&chosen) {
-            values[knob.knob] = *value;
-        }
-        let sum = chosen.iter().map(|(_, error)| error).sum();
-        (sum <= accuracy).then_some((values, sum))
-    })
-}
-
-/// Where the base goes when each knob goes to its own limit: their changes added.
-fn common_limit(
-    results: &[CaseResult],
-    base: &[usize],
-    knobs: &[KnobAnswer],
-    heading: &str,
-) -> Option<f64> {
-    let at_base = results.iter().find(|r| r.case.values == base)?;
-    let at_base = at_base.value(heading)?;
-    knobs.iter().try_fold(at_base, |sum, knob| {
-        Some(sum + knob.figure(heading)?.limit?.value - at_base)
-    })
-}
-
-/// A case errs by the sum of what its values err (nothing is gained by errors that cancel), and by
-/// no less than its difference from the common limit (errors need not add up). Cases that are not
-/// its `own` are of other designs.
-fn case_errors(
-    results: &[CaseResult],
-    own: &dyn Fn(&CaseResult) -> bool,
-    base: &[usize],
-    knobs: &[KnobAnswer],
-    heading: &str,
-) -> CaseErrors {
-    let limit = common_limit(results, base, knobs, heading);
-    let error = |result: &CaseResult| {
-        let of_knob = |k: &KnobAnswer| k.error(heading, result.case.values[k.knob]);
-        let sum = own(result).then_some(0.0)?;
-        let sum = knobs
-            .iter()
-            .try_fold(sum, |sum, k| Some(sum + of_knob(k)?))?;
-        Some(relative_error(result.value(heading)?, limit?)?.max(sum))
-    };
-    let errors: Vec<Option<f64>> = results.iter().map(error).collect();
-    let costs = results
-        .iter()
-        .map(|r| r.figures().map_or(f64::INFINITY, |f| f.cost.compared_s()));
-    let points: Vec<(f64, Option<f64>)> = costs.zip(errors.iter().copied()).collect();
-    CaseErrors {
-        heading: heading.to_owned(),
-        on_pareto_front: pareto_front(&points),
-        errors,
-    }
-}
-
-/// Which of the points (cost, error) no other beats. A point without error is on no front.
-fn pareto_front(points: &[(f64, Option<f64>)]) -> Vec<bool> {
-    let beaten = |cost: f64, error: f64| {
-        let others = points.iter().filter_map(|&(c, e)| Some((c, e?)));
-        let mut no_worse = others.filter(|&(c, e)| c <= cost && e <= error);
-        no_worse.any(|(c, e)| c < cost || e < error)
-    };
-    points
-        .iter()
-        .map(|&(cost, error)| error.is_some_and(|error| !beaten(cost, error)))
-        .collect()
 }
 
 #[cfg(test)]
 pub mod tests {
     use super::*;
-    use crate::study::cases::{cases, combination};
-    use crate::study::knob::{Kind, KnobValue};
-    use crate::study::quantity::PEAK_AMPLITUDE;
-    use crate::study::results::{Cost, Ended, Figures};
+    use crate::study::cases::{Case, cases};
+    use crate::study::parameter::{Kind, ParameterValue};
+    use crate::study::quantity::tests::PEAK_AMPLITUDE;
+    use crate::study::results::{Ended, Figures};
 
-    pub fn sized(name: &str, sizes: &[f64], base: usize) -> Knob {
-        let value = |size: &f64| KnobValue {
+    pub fn sized(name: &str, sizes: &[f64], base: usize) -> Parameter {
+        let value = |size: &f64| ParameterValue {
             label: size.to_string(),
             set: vec![],
             number: Some(*size),
             size: Some(*size),
             span: 0..0,
         };
-        Knob {
+        Parameter {
             name: name.to_owned(),
             kind: Kind::Numerical,
             values: sizes.iter().map(value).collect(),
             base,
+            size_name: "size".into(),
             order: 2.0,
             span: 0..0,
         }
     }
 
-    /// The figure is 1 + 2 a^2 + 0.5 b, the cost 1 / a + 0.1 / (a b).
-    pub fn study(mode: Mode, accuracy: f64) -> Study {
+    /// The figure is 1 + 2 a^2 + 0.5 b.
+    pub fn study(mode: Mode) -> Study {
         Study {
             name: "s".into(),
             scene: "x".into(),
@@ -404,34 +221,33 @@ pub mod tests {
             mode,
             quantities: vec![PEAK_AMPLITUDE],
             fields: false,
-            knobs: vec![
+            parameters: vec![
                 sized("a", &[0.4, 0.2, 0.1, 0.05], 1),
                 sized("b", &[0.2, 0.1, 0.05, 0.025], 1),
             ],
-            targets: vec![Target {
-                quantity: PEAK_AMPLITUDE,
-                accuracy,
-            }],
             minimise: vec![],
         }
     }
 
-    fn of_sizes(study: &Study, case: &Case) -> CaseResult {
-        let size = |k: usize| study.knobs[k].values[case.values[k]].size.unwrap();
-        let (a, b) = (size(0), size(1));
-        let amplitude_m = 1.0 + 2.0 * a * a + 0.5 * b;
-        result(case, amplitude_m, 1.0 / a + 0.1 / (a * b))
+    fn of_sizes(study: &Study) -> Vec<CaseResult> {
+        let result = |case: &Case| {
+            let size = |k: usize| study.parameters[k].values[case.values[k]].size.unwrap();
+            let (a, b) = (size(0), size(1));
+            result(case, 1.0 + 2.0 * a * a + 0.5 * b)
+        };
+        cases(study).iter().map(result).collect()
     }
 
-    pub fn result(case: &Case, amplitude_m: f64, processor_seconds: f64) -> CaseResult {
+    pub fn result(case: &Case, amplitude_m: f64) -> CaseResult {
+        let figure = Figure {
+            quantity: PEAK_AMPLITUDE,
+            heading: PEAK_AMPLITUDE.word.to_owned(),
+            name: "peak amplitude of tip".to_owned(),
+        };
         CaseResult {
             case: case.clone(),
             ended: Ended::WithFigures(Figures {
-                values: vec![(PEAK_AMPLITUDE.word.to_owned(), amplitude_m)],
-                cost: Cost {
-                    processor_seconds: Some(processor_seconds),
-                    ..Cost::default()
-                },
+                values: vec![(figure, amplitude_m)],
                 points: 3,
                 ..Figures::default()
             }),
@@ -443,130 +259,56 @@ pub mod tests {
         assert!((found - wanted).abs() < 1e-9, "{found} is not {wanted}");
     }
 
-    fn set_value(result: &mut CaseResult, value: f64) {
-        let Ended::WithFigures(figures) = &mut result.ended else {
-            panic!("no figures");
-        };
-        figures.values[0].1 = value;
-    }
-
     #[test]
-    fn a_known_function_is_taken_apart_and_put_together() {
-        let study = study(Mode::OneAtATime, 0.05);
-        let mut all = cases(&study);
-        let results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
-        let found = analyse(&study, &results);
+    fn a_known_function_is_taken_apart() {
+        let study = study(Mode::OneAtATime);
+        let found = analyse(&study, &of_sizes(&study));
         // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
-        let [a, b] = [0, 1].map(|k| &found.at_designs[0].knobs[k].figures[0]);
+        let [a, b] = [0, 1].map(|k| &found.refinements[k].figures[0]);
         near(a.limit.unwrap().order, 2.0);
         near(Some(a.limit.unwrap().value), 1.05);
         near(b.limit.unwrap().order, 1.0);
-        near(a.errors[0], 0.32 / 1.05);
+        near(a.estimated_errors[0], 0.32 / 1.05);
+        near(a.estimated_errors[3], 0.005 / 1.05);
         near(b.estimated_errors[0], 0.1 / 1.08);
-        // The base errs by both: by 0.13 of the common limit, which is 1.
-        near(found.at_designs[0].errors[0].errors[0], 0.13);
-        // Within 5 % of each knob are a = 0.1 and b = 0.1, which together err by more: within 2.5 %
-        // are a = 0.1 and b = 0.05.
-        let recommended = &found.at_designs[0].recommendations[0];
-        let (values, sum) = recommended.settings.clone().unwrap();
-        assert_eq!((&values, recommended.case), (&vec![2, 2], None));
-        near(Some(sum), 0.02 / 1.05 + 0.025 / 1.08);
-        assert_eq!(found.not_run(), std::slice::from_ref(&values));
-        // Run, its error is the worse of the sum and the difference from the common limit, 1.
-        all.push(combination(&study, &all, values));
-        let mut results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
-        let found = analyse(&study, &results);
-        assert_eq!(found.at_designs[0].recommendations[0].case, Some(7));
-        near(found.at_designs[0].recommendations[0].error, 0.02 + 0.025);
-        assert!(found.at_designs[0].errors[0].on_pareto_front[7] && found.not_run().is_empty());
-        // Where errors do not add up, the difference says so.
-        set_value(&mut results[7], 1.2);
-        near(
-            analyse(&study, &results).at_designs[0].recommendations[0].error,
-            0.2,
-        );
+        // From the finest values, which are 1.055 and 1.0925.
+        near(a.differences[0], 0.315 / 1.055);
+        near(b.differences[0], 0.0875 / 1.0925);
+        // Cases are the base (a 0.2, b 0.1), a 0.4, 0.1, 0.05, then b 0.2, 0.05, 0.025. The base is
+        // compared with the finest value of each parameter, and farther from that of a.
+        near(found.differences[0][0], 0.075 / 1.055);
+        near(found.differences[1][0], 0.315 / 1.055);
+        near(found.differences[3][0], 0.0);
+        near(found.differences[4][0], 0.0875 / 1.0925);
     }
 
     #[test]
-    fn an_accuracy_out_of_reach_has_no_recommendation() {
-        let study = study(Mode::OneAtATime, 1e-3);
-        let results: Vec<CaseResult> = cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
+    fn cases_of_a_grid_are_compared_with_the_finest_that_there_is() {
+        let study = study(Mode::Grid);
+        let mut results = of_sizes(&study);
         let found = analyse(&study, &results);
-        let recommended = &found.at_designs[0].recommendations[0];
-        assert_eq!((&recommended.settings, recommended.case), (&None, None));
-        assert!(found.not_run().is_empty());
-    }
-
-    #[test]
-    fn of_values_as_cheap_the_one_that_errs_least_is_taken() {
-        let study = study(Mode::OneAtATime, 0.9);
-        let mut results: Vec<CaseResult> =
-            cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
-        for (result, seconds) in results
-            .iter_mut()
-            .zip([10.0, 10.5, 10.9, 11.1, 9.0, 9.5, 12.0])
-        {
-            let Ended::WithFigures(figures) = &mut result.ended else {
-                panic!("no figures");
-            };
-            figures.cost.processor_seconds = Some(seconds);
-        }
-        // Cases are the base (a 0.2, b 0.1), a 0.4, 0.1, 0.05, then b 0.2, 0.05, 0.025.
-        let recommended = &analyse(&study, &results).at_designs[0].recommendations[0];
-        assert_eq!(recommended.settings.as_ref().unwrap().0, [2, 2]);
-    }
-
-    #[test]
-    fn a_grid_recommends_one_of_its_cases() {
-        let study = study(Mode::Grid, 0.05);
-        let all = cases(&study);
-        let mut results: Vec<CaseResult> = all.iter().map(|c| of_sizes(&study, c)).collect();
-        let found = analyse(&study, &results);
-        let chosen = found.at_designs[0].recommendations[0].case.unwrap();
-        // Along each knob the other is at its finest; a = 0.1 and b = 0.05 are each within 2.5 %.
-        assert_eq!(all[chosen].values, [2, 2]);
-        near(found.at_designs[0].errors[0].errors[chosen], 0.02 + 0.025);
-        // A coarse run near the limit by chance gains nothing.
-        set_value(&mut results[0], 1.0);
-        let errors = &analyse(&study, &results).at_designs[0].errors[0].errors;
-        near(errors[0], 0.32 / 1.0125 + 0.1 / 1.005);
-        // Without the finest corner the finest there is serves.
+        // Along each parameter the other is at its finest.
+        assert_eq!(found.refinements[0].cases, [3, 7, 11, 15]);
+        near(found.differences[0][0], (1.42 - 1.0175) / 1.0175);
+        near(found.differences[15][0], 0.0);
+        // Without the finest corner the finest that there is serves: a 0.1, b 0.025.
         results[15].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        assert_eq!(found.at_designs[0].knobs[0].cases, [3, 7, 11, 15]);
-        near(
-            found.at_designs[0].knobs[1].figures[0]
-                .limit
-                .map(|l| l.value),
-            1.02,
-        );
+        assert_eq!(found.refinements[0].cases, [3, 7, 11, 15]);
+        let b = &found.refinements[1];
+        near(b.figures[0].limit.map(|l| l.value), 1.02);
+        near(found.differences[0][0], (1.42 - 1.0325) / 1.0325);
+        assert_eq!(found.differences[15][0], None);
     }
 
     #[test]
     fn a_case_without_result_is_left_out_of_the_series() {
-        let study = study(Mode::OneAtATime, 0.05);
-        let mut results: Vec<CaseResult> =
-            cases(&study).iter().map(|c| of_sizes(&study, c)).collect();
+        let study = study(Mode::OneAtATime);
+        let mut results = of_sizes(&study);
         results[1].ended = Ended::NotRun;
         let found = analyse(&study, &results);
-        let a = &found.at_designs[0].knobs[0].figures[0];
+        let a = &found.refinements[0].figures[0];
         assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
         near(Some(a.limit.unwrap().value), 1.05);
-    }
-
-    #[test]
-    fn the_front_is_what_nothing_beats() {
-        let points = [
-            (1.0, Some(0.5)),
-            (2.0, Some(0.1)),
-            (2.5, Some(0.2)),
-            (3.0, Some(0.1)),
-            (9.0, Some(0.01)),
-            (0.1, None),
-        ];
-        let expected = [true, true, false, false, true, false];
-        assert_eq!(pareto_front(&points), expected);
-        // The same twice: neither beats the other.
-        assert_eq!(pareto_front(&[(1.0, Some(0.1)); 2]), [true, true]);
     }
 }

@@ -1,121 +1,107 @@
-//! A study's knobs -> its cases, each a run of its own.
+//! A study's parameters -> its cases, each a run of its own.
 
 use std::collections::{HashMap, HashSet};
 
 use super::file::{Mode, Study};
-use super::knob::Knob;
+use super::parameter::Parameter;
 
-/// One run: which value each knob has.
+/// One run: which value each parameter has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Name of its folder.
     pub slug: String,
-    /// Per knob, position in its values.
+    /// Per parameter, position in its values.
     pub values: Vec<usize>,
 }
 
 impl Case {
     /// `KEY=VALUE` texts for `--set`, those of the study first.
     pub fn set(&self, study: &Study) -> Vec<String> {
-        let knobs = study.knobs.iter().zip(&self.values);
-        let of_knobs = knobs.flat_map(|(knob, value)| &knob.values[*value].set);
-        study.set.iter().chain(of_knobs).cloned().collect()
+        let parameters = study.parameters.iter().zip(&self.values);
+        let of_parameters = parameters.flat_map(|(parameter, value)| &parameter.values[*value].set);
+        study.set.iter().chain(of_parameters).cloned().collect()
     }
 
-    /// Label of each knob's value.
+    /// Label of each parameter's value.
     pub fn labels<'s>(&self, study: &'s Study) -> Vec<&'s str> {
-        let knobs = study.knobs.iter().zip(&self.values);
-        knobs
-            .map(|(knob, value)| knob.values[*value].label.as_str())
+        let parameters = study.parameters.iter().zip(&self.values);
+        parameters
+            .map(|(parameter, value)| parameter.values[*value].label.as_str())
             .collect()
     }
 }
 
-/// All cases: one at a time the base first, then knob by knob; a grid with the last knob turning
-/// fastest.
+/// All cases: one at a time the base first, then parameter by parameter; a grid with the last
+/// parameter varying fastest.
 pub fn cases(study: &Study) -> Vec<Case> {
     let combinations = match study.mode {
-        Mode::OneAtATime => one_at_a_time(&study.knobs),
-        Mode::Grid => grid(&study.knobs),
+        Mode::OneAtATime => one_at_a_time(&study.parameters),
+        Mode::Grid => grid(&study.parameters),
     };
     let mut slugs = Slugs::default();
     let case = |values: Vec<usize>| {
-        let slug = match study.mode {
-            Mode::OneAtATime => slug_off_base(&study.knobs, &values),
-            Mode::Grid => slug(study.knobs.iter().zip(&values)),
+        let parameters = study.parameters.iter().zip(&values);
+        let is_named = |(p, v): &(&Parameter, &usize)| study.mode == Mode::Grid || p.base != **v;
+        let slug = match slug(parameters.filter(is_named)) {
+            empty if empty.is_empty() => slugs.distinct("base"),
+            slug => slugs.distinct(&slug),
         };
-        let slug = slugs.distinct(&slug);
         Case { slug, values }
     };
     combinations.into_iter().map(case).collect()
 }
 
-/// The designs at which numerical knobs are turned, each by a value of every knob (numerical ones at
-/// their base): one at a time the base alone, in a grid each combination of design values. None
-/// where no knob is numerical.
+/// The designs and loads at which numerical parameters are refined, each by a value of every
+/// parameter (numerical ones at their base): one at a time the base alone, in a grid each
+/// combination of the others. None where no parameter is numerical.
 pub fn designs(study: &Study) -> Vec<Vec<usize>> {
-    let base: Vec<usize> = study.knobs.iter().map(|k| k.base).collect();
-    if study.knobs.iter().all(Knob::is_design) {
-        return Vec::new();
-    }
+    let base: Vec<usize> = study.parameters.iter().map(|p| p.base).collect();
     match study.mode {
+        _ if !study.parameters.iter().any(Parameter::is_numerical) => Vec::new(),
         Mode::OneAtATime => vec![base],
         Mode::Grid => {
-            let at_base = |values: &Vec<usize>| {
-                let mut knobs = study.knobs.iter().enumerate();
-                knobs.all(|(k, knob)| knob.is_design() || values[k] == base[k])
-            };
-            grid(&study.knobs).into_iter().filter(at_base).collect()
+            let mut all = grid(&study.parameters);
+            all.retain(|values| {
+                let mut parameters = study.parameters.iter().enumerate();
+                parameters.all(|(k, p)| !p.is_numerical() || values[k] == base[k])
+            });
+            all
         }
     }
 }
 
-/// `friction 0.3, force_n 1.0`: the design values among these; empty where there are none.
-pub fn design_words(study: &Study, values: &[usize]) -> String {
-    let word =
-        |(knob, value): (&Knob, &usize)| format!("{} {}", knob.name, knob.values[*value].label);
-    let words: Vec<String> = design_values(study, values).map(word).collect();
-    words.join(", ")
+/// `friction 0.3, force 1.0 N`: the wanted of these values; empty where there are none.
+pub fn words(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> bool) -> String {
+    let parameters = study.parameters.iter().zip(values);
+    let wanted = parameters.filter(|(p, _)| wanted(p));
+    wanted
+        .map(|(p, v)| p.words(*v))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// ` at friction 0.3, force 1.0 N`: what is not numerical of these values; empty where all is.
+pub fn at_words(study: &Study, values: &[usize]) -> String {
+    match words(study, values, |p| !p.is_numerical()) {
+        none if none.is_empty() => none,
+        words => format!(" at {words}"),
+    }
 }
 
 /// The same for names of files: `__friction_0.3__force_n_1.0`.
-pub fn design_slug(study: &Study, values: &[usize]) -> String {
-    match slug(design_values(study, values)) {
-        empty if empty.is_empty() => empty,
+pub fn at_slug(study: &Study, values: &[usize]) -> String {
+    let parameters = study.parameters.iter().zip(values);
+    match slug(parameters.filter(|(p, _)| !p.is_numerical())) {
+        none if none.is_empty() => none,
         slug => format!("__{slug}"),
     }
 }
 
-fn design_values<'s>(
-    study: &'s Study,
-    values: &'s [usize],
-) -> impl Iterator<Item = (&'s Knob, &'s usize)> {
-    study
-        .knobs
-        .iter()
-        .zip(values)
-        .filter(|(k, _)| k.is_design())
-}
-
-/// A case of other values than those of `cases`, named after what differs from the base.
-pub fn combination(study: &Study, cases: &[Case], values: Vec<usize>) -> Case {
-    let slug = format!("combined__{}", slug_off_base(&study.knobs, &values));
-    let taken = cases.iter().map(|case| case.slug.to_ascii_lowercase());
-    let mut slugs = Slugs {
-        taken: taken.collect(),
-        last: HashMap::new(),
-    };
-    Case {
-        slug: slugs.distinct(&slug),
-        values,
-    }
-}
-
-fn one_at_a_time(knobs: &[Knob]) -> Vec<Vec<usize>> {
-    let base: Vec<usize> = knobs.iter().map(|k| k.base).collect();
+fn one_at_a_time(parameters: &[Parameter]) -> Vec<Vec<usize>> {
+    let base: Vec<usize> = parameters.iter().map(|k| k.base).collect();
     let mut all = vec![base.clone()];
-    for (k, knob) in knobs.iter().enumerate() {
-        for value in (0..knob.values.len()).filter(|v| *v != knob.base) {
+    for (k, parameter) in parameters.iter().enumerate() {
+        for value in (0..parameter.values.len()).filter(|v| *v != parameter.base) {
             let mut values = base.clone();
             values[k] = value;
             all.push(values);
@@ -124,29 +110,25 @@ fn one_at_a_time(knobs: &[Knob]) -> Vec<Vec<usize>> {
     all
 }
 
-fn grid(knobs: &[Knob]) -> Vec<Vec<usize>> {
+fn grid(parameters: &[Parameter]) -> Vec<Vec<usize>> {
     let mut all = vec![Vec::new()];
-    for knob in knobs {
+    for parameter in parameters {
         let longer = |values: &Vec<usize>| {
             let values = values.clone();
-            (0..knob.values.len()).map(move |v| [&values[..], &[v]].concat())
+            (0..parameter.values.len()).map(move |v| [&values[..], &[v]].concat())
         };
         all = all.iter().flat_map(longer).collect();
     }
     all
 }
 
-fn slug_off_base(knobs: &[Knob], values: &[usize]) -> String {
-    let turned = knobs.iter().zip(values).filter(|(k, v)| k.base != **v);
-    match slug(turned) {
-        empty if empty.is_empty() => "base".to_owned(),
-        slug => slug,
-    }
-}
-
-fn slug<'a>(turned: impl Iterator<Item = (&'a Knob, &'a usize)>) -> String {
-    let word = |(knob, value): (&Knob, &usize)| {
-        format!("{}_{}", knob.name, clean(&knob.values[*value].label))
+fn slug<'a>(turned: impl Iterator<Item = (&'a Parameter, &'a usize)>) -> String {
+    let word = |(parameter, value): (&Parameter, &usize)| {
+        format!(
+            "{}_{}",
+            parameter.name,
+            clean(&parameter.values[*value].label)
+        )
     };
     turned.map(word).collect::<Vec<_>>().join("__")
 }
@@ -201,21 +183,22 @@ impl Slugs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::knob::{Kind, KnobValue};
+    use crate::study::parameter::{Kind, ParameterValue};
 
-    fn knob(name: &str, labels: &[&str], base: usize) -> Knob {
-        let value = |label: &&str| KnobValue {
+    fn parameter(name: &str, labels: &[&str], base: usize) -> Parameter {
+        let value = |label: &&str| ParameterValue {
             label: (*label).to_owned(),
             set: vec![format!("{name}={label}")],
             number: None,
             size: None,
             span: 0..0,
         };
-        Knob {
+        Parameter {
             name: name.to_owned(),
             kind: Kind::Numerical,
             values: labels.iter().map(value).collect(),
             base,
+            size_name: String::new(),
             order: 2.0,
             span: 0..0,
         }
@@ -229,40 +212,38 @@ mod tests {
             mode,
             quantities: vec![],
             fields: false,
-            knobs: vec![
-                knob("flanks", &["4 x 9", "8 x 18"], 0),
-                knob("h", &["1", "3", "7"], 1),
+            parameters: vec![
+                parameter("flanks", &["4 x 9", "8 x 18"], 0),
+                parameter("h", &["1", "3", "7"], 1),
             ],
-            targets: vec![],
             minimise: vec![],
         }
     }
 
     #[test]
-    fn numerical_knobs_are_turned_at_each_design_of_a_grid_and_else_at_the_base() {
+    fn numerical_parameters_are_refined_at_each_design_of_a_grid_and_else_at_the_base() {
         let mut study = study(Mode::Grid);
         assert_eq!(designs(&study), [[0, 1]]);
-        assert_eq!(design_words(&study, &[0, 1]), "");
-        study.knobs[0].kind = Kind::Design;
+        assert_eq!(at_words(&study, &[0, 1]), "");
+        study.parameters[0].kind = Kind::Design;
         assert_eq!(designs(&study), [[0, 1], [1, 1]]);
-        assert_eq!(design_words(&study, &[1, 1]), "flanks 8 x 18");
-        assert_eq!(design_slug(&study, &[1, 1]), "__flanks_8x18");
+        assert_eq!(at_words(&study, &[1, 1]), " at flanks 8 x 18");
+        assert_eq!(at_slug(&study, &[1, 1]), "__flanks_8x18");
         study.mode = Mode::OneAtATime;
         assert_eq!(designs(&study), [[0, 1]]);
-        study.knobs[1].kind = Kind::Design;
+        study.parameters[1].kind = Kind::Load;
         assert!(designs(&study).is_empty());
+        assert_eq!(words(&study, &[1, 1], |p| p.is(Kind::Load)), "h 3");
     }
 
     #[test]
-    fn one_at_a_time_turns_each_knob_around_the_base() {
+    fn one_at_a_time_varies_each_parameter_around_the_base() {
         let study = study(Mode::OneAtATime);
         let cases = cases(&study);
         let slugs: Vec<&str> = cases.iter().map(|c| c.slug.as_str()).collect();
         assert_eq!(slugs, ["base", "flanks_8x18", "h_1", "h_7"]);
         assert_eq!(cases[1].set(&study), ["x=1", "flanks=8 x 18", "h=3"]);
         assert_eq!(cases[2].labels(&study), ["4 x 9", "1"]);
-        let both = combination(&study, &cases, vec![1, 2]);
-        assert_eq!(both.slug, "combined__flanks_8x18__h_7");
     }
 
     #[test]
@@ -286,7 +267,7 @@ mod tests {
         assert_eq!(clean("1e-8"), "1e-8");
         assert_eq!(clean("///"), "value");
         let mut study = study(Mode::OneAtATime);
-        study.knobs = vec![knob("k", &["a b", "a-b", "a/b"], 0)];
+        study.parameters = vec![parameter("k", &["a b", "a-b", "a/b"], 0)];
         let slugs: Vec<String> = cases(&study).into_iter().map(|c| c.slug).collect();
         assert_eq!(slugs, ["base", "k_a-b", "k_a-b-2"]);
     }
@@ -299,7 +280,7 @@ mod tests {
             .collect();
         let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
         let mut study = study(Mode::Grid);
-        study.knobs = vec![knob("k", &labels, 0)];
+        study.parameters = vec![parameter("k", &labels, 0)];
         let cases = cases(&study);
         assert_eq!(cases.len(), 10_000);
         assert!(cases[9_999].slug.ends_with("x-10000"), "{:?}", cases[9_999]);

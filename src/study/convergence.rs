@@ -8,7 +8,7 @@
 use serde::Serialize;
 
 /// Differences below this, relative, are taken for rounding and tolerance: such a figure does not
-/// depend on the knob.
+/// depend on the parameter.
 pub const SAME: f64 = 1e-7;
 /// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times
 /// it.
@@ -136,7 +136,8 @@ pub fn errors(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
 
 /// The error that each value is taken to have: the largest of its own and those of all finer ones,
 /// so that a coarse value that lies near the limit by chance gains nothing. Where no order shows,
-/// the finest is taken to err by the last step; a reference by nothing.
+/// the finest is taken to err by the last step. Without sizes each value errs by its own, and the
+/// reference by nothing.
 pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     let n = values.len();
     let mut errors = errors(values, limit);
@@ -145,7 +146,9 @@ pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
         How::Finest => errors[n - 1] = relative_error(values[n - 2], values[n - 1]),
         How::Unchanged | How::Richardson | How::Reference => {}
     }
-    for i in (0..n.saturating_sub(1)).rev() {
+    // Without sizes nothing says that one value is finer than another.
+    let finer = 0..(n - 1) * usize::from(limit.how != How::Reference);
+    for i in finer.rev() {
         errors[i] = match (errors[i], errors[i + 1]) {
             (Some(own), Some(finer)) => Some(own.max(finer)),
             _ => None,
@@ -229,10 +232,13 @@ mod tests {
     #[test]
     fn a_coarse_value_near_the_limit_by_chance_gains_nothing() {
         let values = [1.001, 1.3, 1.002, 1.0];
-        let limit = limit(None, &values, 2.0, true).unwrap();
-        let errors = estimates(&values, &limit);
+        let sizes = [0.8, 0.4, 0.2, 0.1];
+        let of = |sizes| estimates(&values, &limit(sizes, &values, 2.0, true).unwrap());
+        let errors = of(Some(&sizes[..]));
         assert!((errors[0].unwrap() - 0.3).abs() < 1e-12);
         assert!((errors[2].unwrap() - 0.002).abs() < 1e-12);
+        // Values without sizes are compared with the last one, each by itself.
+        assert!((of(None)[0].unwrap() - 0.001).abs() < 1e-12);
     }
 
     #[test]

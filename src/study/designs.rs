@@ -1,144 +1,167 @@
 //! What the design values lead to: the cases that are compared, the figures that change among them,
-//! and the case with the least of a figure.
+//! and the case with the least of a figure at each load.
 
 use super::convergence::SAME;
 use super::file::{Mode, Study};
+use super::parameter::{Kind, Parameter};
+use super::quantity::Figure;
 use super::results::CaseResult;
 
-/// The cases that differ in design values alone.
+/// The cases that differ in design values and loads alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designs {
-    /// Numerical knobs are at their base, in a grid at their finest value; none where no knob is a
-    /// design value.
+    /// Numerical parameters are at their base, in a grid at their finest value; none where all
+    /// parameters are numerical.
     pub cases: Vec<usize>,
-    /// Headings of the figures that are not the same in all of them.
-    pub changing: Vec<String>,
+    /// Figures that are not the same in all of them.
+    pub changing: Vec<Figure>,
     pub minima: Vec<Minimum>,
 }
 
-/// The least value of a figure among the designs.
+/// The least value of a figure among the designs at one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     pub heading: String,
+    /// The value of each parameter; those of loads matter.
+    pub at: Vec<usize>,
+    /// Cases that are compared, and how many of them do not have the figure.
+    pub cases: usize,
+    pub cases_without: usize,
     /// `None` where no case has the figure.
     pub least: Option<Least>,
-    /// Cases that do not have the figure.
-    pub cases_without: usize,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Least {
+    pub figure: Figure,
     /// The first case that has it.
     pub case: usize,
     pub value: f64,
     /// Other cases that have it, too.
     pub other_cases: usize,
-    /// Knobs of numbers that stand at the lowest or the highest of them.
-    pub at_ends: Vec<(usize, End)>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    Lowest,
-    Highest,
-}
-
-impl End {
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Lowest => "lowest",
-            Self::Highest => "highest",
-        }
-    }
+    /// Parameters whose numbers it is at an end of: `lowest` or `highest`.
+    pub at_ends: Vec<(usize, &'static str)>,
 }
 
 impl Designs {
-    /// Compares the designs of all results in the figures of these headings.
-    pub fn of(study: &Study, results: &[CaseResult], headings: &[String]) -> Self {
-        let compared = |case: &usize| is_compared(study, &results[*case].case.values);
-        let cases: Vec<usize> = match study.knobs.iter().any(|k| k.is_design()) {
-            true => (0..results.len()).filter(compared).collect(),
-            false => Vec::new(),
+    /// Compares the designs of all results in these figures.
+    pub fn of(study: &Study, results: &[CaseResult], figures: &[Figure]) -> Self {
+        let centre = centre(study);
+        let is_compared = |case: &usize| {
+            let values = results[*case].case.values.iter().zip(&centre);
+            let mut parameters = study.parameters.iter().zip(values);
+            parameters.all(|(p, (value, centre))| !p.is_numerical() || value == centre)
         };
-        let changes = |heading: &&String| {
-            let mut values = cases.iter().filter_map(|c| results[*c].value(heading));
+        let has_designs = study.parameters.iter().any(|p| !p.is_numerical());
+        let all = 0..results.len() * usize::from(has_designs);
+        let cases: Vec<usize> = all.filter(is_compared).collect();
+        let changes = |figure: &&Figure| {
+            let mut values = cases
+                .iter()
+                .filter_map(|c| results[*c].value(&figure.heading));
             let first = values.next();
             first.is_some_and(|first| values.any(|v| !is_same(v, first)))
         };
-        let minimise = study.minimise.iter().flat_map(|quantity| {
-            let own = headings.iter().filter(|h| quantity.has_heading(h));
-            let own: Vec<&str> = own.map(String::as_str).collect();
-            match own.is_empty() {
-                true => vec![quantity.word],
-                false => own,
+        let mut minima = Vec::new();
+        for quantity in &study.minimise {
+            let own = figures.iter().filter(|f| f.quantity == *quantity);
+            let mut own: Vec<&str> = own.map(|f| f.heading.as_str()).collect();
+            if own.is_empty() {
+                own.push(quantity.word);
             }
-        });
+            for heading in own {
+                for group in at_loads(study, results, &cases) {
+                    minima.push(minimum(study, results, &group, heading));
+                }
+            }
+        }
         Self {
-            minima: minimise
-                .map(|heading| minimum(study, results, &cases, heading))
-                .collect(),
-            changing: headings.iter().filter(changes).cloned().collect(),
+            changing: figures.iter().filter(changes).cloned().collect(),
             cases,
+            minima,
         }
     }
-
-    /// The case of these values of all knobs.
-    pub fn case(&self, results: &[CaseResult], values: &[usize]) -> Option<usize> {
-        let mut cases = self.cases.iter().copied();
-        cases.find(|c| results[*c].case.values == values)
-    }
 }
 
-/// The value of each knob around which designs are drawn: its base, of a numerical knob in a grid
-/// its finest value.
+/// The value of each parameter around which designs are drawn: its base, of a numerical parameter
+/// in a grid its finest value.
 pub fn centre(study: &Study) -> Vec<usize> {
-    let value = |knob: &super::knob::Knob| match (study.mode, knob.is_design()) {
-        (Mode::Grid, false) => knob.values.len() - 1,
-        _ => knob.base,
+    let value = |p: &Parameter| match (study.mode, p.is_numerical()) {
+        (Mode::Grid, true) => p.values.len() - 1,
+        _ => p.base,
     };
-    study.knobs.iter().map(value).collect()
-}
-
-fn is_compared(study: &Study, values: &[usize]) -> bool {
-    let centre = centre(study);
-    let mut knobs = study.knobs.iter().enumerate();
-    knobs.all(|(k, knob)| knob.is_design() || values[k] == centre[k])
+    study.parameters.iter().map(value).collect()
 }
 
 fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
 
+/// The cases in groups of the same load; one at a time those at the base of the loads alone, as
+/// designs are varied nowhere else.
+fn at_loads(study: &Study, results: &[CaseResult], cases: &[usize]) -> Vec<Vec<usize>> {
+    let loads = |case: usize| -> Vec<usize> {
+        let values = study.parameters.iter().zip(&results[case].case.values);
+        values
+            .filter(|(p, _)| p.is(Kind::Load))
+            .map(|(_, v)| *v)
+            .collect()
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &case in cases {
+        match groups
+            .iter_mut()
+            .find(|group| loads(group[0]) == loads(case))
+        {
+            Some(group) => group.push(case),
+            None => groups.push(vec![case]),
+        }
+    }
+    // The base is the first case.
+    groups.truncate(if study.mode == Mode::Grid {
+        usize::MAX
+    } else {
+        1
+    });
+    groups
+}
+
 fn minimum(study: &Study, results: &[CaseResult], cases: &[usize], heading: &str) -> Minimum {
-    let values = cases
+    let value = |c: &usize| {
+        let mut values = results[*c].figures()?.values.iter();
+        let (figure, value) = values.find(|(f, _)| f.heading == heading)?;
+        Some((*c, figure, *value))
+    };
+    let values: Vec<(usize, &Figure, f64)> = cases.iter().filter_map(value).collect();
+    let least = values
         .iter()
-        .filter_map(|c| Some((*c, results[*c].value(heading)?)));
-    let values: Vec<(usize, f64)> = values.collect();
-    let first_least = |a: (usize, f64), b: (usize, f64)| if b.1 < a.1 { b } else { a };
-    let least = values.iter().copied().reduce(first_least);
-    let least = least.map(|(case, value)| {
-        let same = values.iter().filter(|(_, v)| is_same(*v, value));
-        let chosen = study.knobs.iter().zip(&results[case].case.values);
-        let end = |(k, (knob, value)): (usize, (&super::knob::Knob, &usize))| {
-            let last = knob.values.len() - 1;
-            let has_ends = knob.is_design() && last > 0 && knob.numbers().is_some();
+        .copied()
+        .reduce(|a, b| if b.2 < a.2 { b } else { a });
+    let least = least.map(|(case, figure, value)| {
+        let chosen = study.parameters.iter().zip(&results[case].case.values);
+        let end = |(k, (parameter, value)): (usize, (&Parameter, &usize))| {
+            let last = parameter.values.len() - 1;
+            let has_ends = parameter.is(Kind::Design) && last > 0 && parameter.numbers().is_some();
             match *value {
-                0 if has_ends => Some((k, End::Lowest)),
-                v if has_ends && v == last => Some((k, End::Highest)),
+                0 if has_ends => Some((k, "lowest")),
+                v if has_ends && v == last => Some((k, "highest")),
                 _ => None,
             }
         };
         Least {
+            figure: figure.clone(),
             case,
             value,
-            other_cases: same.count() - 1,
+            other_cases: values.iter().filter(|v| is_same(v.2, value)).count() - 1,
             at_ends: chosen.enumerate().filter_map(end).collect(),
         }
     });
     Minimum {
         heading: heading.to_owned(),
-        least,
+        at: results[cases[0]].case.values.clone(),
+        cases: cases.len(),
         cases_without: cases.len() - values.len(),
+        least,
     }
 }
 
@@ -148,31 +171,28 @@ mod tests {
     use crate::study::analysis::analyse;
     use crate::study::analysis::tests::{result, sized, study};
     use crate::study::cases::cases;
-    use crate::study::knob::{Kind, Knob};
-    use crate::study::quantity::PEAK_AMPLITUDE;
+    use crate::study::quantity::tests::PEAK_AMPLITUDE;
     use crate::study::results::Ended;
 
     /// The figure is (x - 0.3)^2 + y + 0.1 a, with y of two values and a numerical.
     fn designed() -> (Study, Vec<CaseResult>) {
-        let design = |name: &str, values: &[f64]| Knob {
+        let design = |name: &str, values: &[f64]| Parameter {
             kind: Kind::Design,
             ..sized(name, values, 0)
         };
-        let mut study = study(Mode::Grid, 0.5);
+        let mut study = study(Mode::Grid);
         study.minimise = vec![PEAK_AMPLITUDE];
-        study.knobs = vec![
+        study.parameters = vec![
             design("x", &[0.1, 0.2, 0.4, 0.9]),
             design("y", &[1.0, 2.0]),
             sized("a", &[0.4, 0.2], 0),
         ];
         let figure = |study: &Study, values: &[usize]| {
-            let number = |k: usize| study.knobs[k].values[values[k]].number.unwrap();
+            let number = |k: usize| study.parameters[k].values[values[k]].number.unwrap();
             (number(0) - 0.3).powi(2) + number(1) + 0.1 * number(2)
         };
         let results = cases(&study);
-        let results = results
-            .iter()
-            .map(|c| result(c, figure(&study, &c.values), 1.0));
+        let results = results.iter().map(|c| result(c, figure(&study, &c.values)));
         let results = results.collect();
         (study, results)
     }
@@ -182,20 +202,20 @@ mod tests {
         let (study, results) = designed();
         let found = analyse(&study, &results).designs;
         assert_eq!(found.cases.len(), 8);
-        assert_eq!(found.changing, ["peak_amplitude_m"]);
+        assert_eq!(found.changing.len(), 1);
         let least = found.minima[0].least.clone().unwrap();
         // x = 0.2 and x = 0.4 are as near to 0.3; y is at its end, x is not.
         assert_eq!(results[least.case].case.values, [1, 0, 1]);
         assert!((least.value - (0.01 + 1.0 + 0.02)).abs() < 1e-12);
         assert_eq!(least.other_cases, 1);
-        assert_eq!(least.at_ends, [(1, End::Lowest)]);
+        assert_eq!(least.at_ends, [(1, "lowest")]);
         assert_eq!(found.minima[0].cases_without, 0);
     }
 
     #[test]
     fn what_has_no_value_or_no_order_is_said_and_not_taken_for_an_end() {
         let (mut study, mut results) = designed();
-        for value in &mut study.knobs[1].values {
+        for value in &mut study.parameters[1].values {
             value.number = None;
         }
         let first = analyse(&study, &results).designs.minima[0].least.clone();
@@ -214,38 +234,50 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_those_of_the_numerical_knobs_at_each_design_by_itself() {
+    fn differences_are_those_of_the_numerical_parameters_at_each_design_by_itself() {
         let (study, results) = designed();
         let found = analyse(&study, &results);
-        assert_eq!(found.at_designs.len(), 8);
-        for at in &found.at_designs {
-            assert_eq!(at.knobs.len(), 1);
-            let own = at.errors[0].errors.iter().flatten();
-            // The finest value has no order and no third size: the last step, 0.1 (0.4 - 0.2).
-            let fine = (at.values[0], at.values[1]);
-            let result = results
-                .iter()
-                .find(|r| r.case.values == [fine.0, fine.1, 1]);
-            let step = 0.02 / result.unwrap().value("peak_amplitude_m").unwrap();
-            let own: Vec<f64> = own.copied().collect();
-            assert!(
-                own.len() == 2 && own.iter().all(|e| (e - step).abs() < 1e-12),
-                "{own:?}"
-            );
+        assert_eq!(found.refinements.len(), 8);
+        for refinement in &found.refinements {
+            let [coarse, fine] = [0, 1].map(|v| refinement.cases[v]);
+            let step = 0.02 / results[fine].value("peak_amplitude_m").unwrap();
+            let difference = found.differences[coarse][0].unwrap();
+            assert!((difference - step).abs() < 1e-12, "{difference} {step}");
+            assert_eq!(found.differences[fine], [Some(0.0)]);
         }
-        // Every case has the error of its own design.
-        assert!((0..results.len()).all(|c| found.error(0, c).is_some()));
+    }
+
+    /// A load is no design: what is least at one force is not compared with what is at another.
+    #[test]
+    fn the_least_is_said_for_each_load() {
+        let (mut study, results) = designed();
+        study.parameters[1].kind = Kind::Load;
+        let found = analyse(&study, &results).designs.minima;
+        let least = |m: &Minimum| m.least.clone().unwrap();
+        let values: Vec<f64> = found.iter().map(|m| least(m).value).collect();
+        assert_eq!(values.len(), 2);
+        assert!((values[0] - 1.03).abs() < 1e-12 && (values[1] - 2.03).abs() < 1e-12);
+        assert_eq!(found.iter().map(|m| m.at[1]).collect::<Vec<_>>(), [0, 1]);
+        for minimum in &found {
+            assert_eq!((minimum.cases, least(minimum).other_cases), (4, 1));
+            assert!(least(minimum).at_ends.is_empty());
+        }
+        // One at a time designs are varied at the base of the loads alone.
+        study.mode = Mode::OneAtATime;
+        let all = cases(&study);
+        let results: Vec<CaseResult> = all.iter().map(|c| result(c, 1.0)).collect();
+        let found = analyse(&study, &results).designs.minima;
+        assert_eq!((found.len(), found[0].cases), (1, 4));
     }
 
     #[test]
     fn designs_alone_have_no_errors() {
         let (mut study, _) = designed();
-        study.knobs.truncate(2);
-        study.targets.clear();
+        study.parameters.truncate(2);
         let all = cases(&study);
-        let results: Vec<CaseResult> = all.iter().map(|c| result(c, 1.0, 1.0)).collect();
+        let results: Vec<CaseResult> = all.iter().map(|c| result(c, 1.0)).collect();
         let found = analyse(&study, &results);
-        assert!(found.at_designs.is_empty() && found.with_errors.is_empty());
+        assert!(found.refinements.is_empty());
         // Nothing changes, and all cases have the least value.
         assert!(found.designs.changing.is_empty());
         let least = found.designs.minima[0].least.clone().unwrap();

@@ -1,6 +1,6 @@
 //! Why a study was not begun, or not brought to its end.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use miette::Diagnostic;
 use thiserror::Error;
@@ -30,14 +30,14 @@ pub enum StudyError {
     #[diagnostic(help("{}", choice_of_pieces(pieces)))]
     NoSuchPiece { name: String, pieces: Vec<String> },
     /// The cases that need it try to make it themselves.
-    #[error("the piece \"{name}\" was not made: {message}")]
+    #[error("the piece \"{name}\" was not made: see {}", log.display())]
     #[diagnostic(
         severity(Warning),
         help(
             "each case that needs it tries to make it, and says in its own log.txt why it cannot"
         )
     )]
-    PieceFailed { name: String, message: String },
+    PieceFailed { name: String, log: PathBuf },
     #[error("the piece \"{name}\" has no cache in which cases would find it")]
     #[diagnostic(help("name the folder that the cases are given, too: --cache DIR"))]
     PieceWithoutCache { name: String },
@@ -56,7 +56,6 @@ pub enum StudyError {
         "check that the path exists, that you may write there, and that the disk is not full"
     ))]
     Io {
-        /// "reading", "starting", ...
         action: &'static str,
         path: PathBuf,
         source: std::io::Error,
@@ -82,6 +81,15 @@ pub enum StudyError {
 }
 
 impl StudyError {
+    /// What failed with a file: "reading", "starting", ...
+    pub fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Io {
+            action,
+            path: path.to_owned(),
+            source,
+        }
+    }
+
     /// How a command ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {

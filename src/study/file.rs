@@ -1,5 +1,5 @@
-//! Text -> [`Study`]: which scene, which knobs, which quantities, how accurate they shall be, and
-//! which of them a design shall have little of.
+//! Text -> [`Study`]: which scene, which parameters, which quantities, and which of them a design
+//! shall have little of.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,10 @@ use serde_spanned::Spanned;
 
 use super::error::StudyError;
 use super::keys::STUDY;
-use super::knob::{self, Kind, Knob};
+use super::parameter::{self, Kind, Parameter, fault, nothing};
 use super::quantity::{self, Quantity};
-use super::raw::{RawMinimum, RawStudy, RawTarget};
+use super::raw::{RawMinimum, RawStudy};
 use crate::scene::check::fields::{Checker, Table};
-use crate::scene::kinds::Limits;
 use crate::scene::raw::Located;
 use crate::scene::source::Source;
 use crate::scene::{Fault, SceneError, document};
@@ -31,27 +30,18 @@ pub struct Study {
     pub quantities: Vec<Quantity>,
     /// Cases write their fields for ParaView, too.
     pub fields: bool,
-    pub knobs: Vec<Knob>,
-    pub targets: Vec<Target>,
+    pub parameters: Vec<Parameter>,
     /// Of these the case with the least value is asked for.
     pub minimise: Vec<Quantity>,
 }
 
-/// How the values of several knobs are combined.
+/// How the values of several parameters are combined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Each knob through its values while the others stand at their base.
+    /// Each parameter through its values while the others stand at their base.
     OneAtATime,
-    /// Every value of each knob with every value of the others.
+    /// Every value of each parameter with every value of the others.
     Grid,
-}
-
-/// What is asked of the recommendation.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Target {
-    pub quantity: Quantity,
-    /// Largest relative error.
-    pub accuracy: f64,
 }
 
 /// The text of a study file, for messages about its cases, too.
@@ -135,24 +125,24 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     let modes = [Mode::OneAtATime, Mode::Grid];
     let mode = checker.choice(&top, "mode", &raw.mode, words, &modes);
     let quantities = quantities(checker, &top, raw.quantities);
-    if raw.knob.is_empty() {
-        checker.missing(&top, "knob");
+    if raw.parameter.is_empty() {
+        checker.missing(&top, "parameter");
     }
-    let needs_base = mode == Some(Mode::OneAtATime) && raw.knob.len() > 1;
-    let knobs = raw.knob.iter().enumerate();
-    let knobs: Vec<Option<Knob>> = knobs
-        .map(|(i, raw)| knob::check(checker, i, raw, needs_base))
+    let needs_base = mode == Some(Mode::OneAtATime) && raw.parameter.len() > 1;
+    let parameters = raw.parameter.iter().enumerate();
+    let parameters: Vec<Option<Parameter>> = parameters
+        .map(|(i, raw)| parameter::check(checker, i, raw, needs_base))
         .collect();
-    let knobs: Option<Vec<Knob>> = knobs.into_iter().collect();
-    if let Some(knobs) = &knobs {
-        knob::check_together(checker, knobs, mode == Some(Mode::Grid));
+    let parameters: Option<Vec<Parameter>> = parameters.into_iter().collect();
+    if let Some(parameters) = &parameters {
+        parameter::check_together(checker, parameters, mode == Some(Mode::Grid));
     }
-    let asking = Asking {
-        quantities: quantities.as_deref(),
-        knobs: knobs.as_deref(),
-    };
-    let targets = asking.targets(checker, &raw.recommend);
-    let minimise = asking.minimise(checker, &raw.minimise);
+    let followed = quantities.as_deref();
+    let minimise = raw.minimise.iter().enumerate();
+    let minimise: Vec<Option<Quantity>> = minimise
+        .map(|(i, raw)| minimum(checker, i, raw, followed, parameters.as_deref()))
+        .collect();
+    let minimise: Option<Vec<Quantity>> = minimise.into_iter().collect();
     Some(Study {
         name: name?,
         scene: folder.join(scene?),
@@ -160,8 +150,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         mode: mode?,
         quantities: quantities?,
         fields: raw.fields,
-        knobs: knobs?,
-        targets: targets?,
+        parameters: parameters?,
         minimise: minimise?,
     })
 }
@@ -169,16 +158,14 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
 fn check_overrides(checker: &mut Checker, set: &[Spanned<String>]) {
     for item in set {
         let argument = item.get_ref();
-        if argument
-            .split_once('=')
-            .is_none_or(|(key, _)| key.trim().is_empty())
-        {
-            let fault = Fault::Particular {
-                message: format!("`set`: \"{argument}\" is not KEY=VALUE"),
-                label: "no `=` with a key before it",
-                remedy: format!("write for example {}", STUDY.example("", "set")),
-            };
-            checker.fault(item.span(), fault);
+        let key = argument.split_once('=').map(|(key, _)| key.trim());
+        if key.is_none_or(str::is_empty) {
+            let message = format!("`set`: \"{argument}\" is not KEY=VALUE");
+            let remedy = format!("write for example {}", STUDY.example("", "set"));
+            checker.fault(
+                item.span(),
+                fault(message, "no `=` with a key before it", remedy),
+            );
         }
     }
 }
@@ -191,12 +178,11 @@ fn quantities(
     match list {
         None => Some(quantity::ALL.to_vec()),
         Some(list) if list.get_ref().is_empty() => {
-            let fault = Fault::WrongType {
-                path: "quantities".to_owned(),
-                message: "at least one quantity is expected".to_owned(),
-                example: STUDY.example("", "quantities"),
-            };
-            checker.fault(list.span(), fault);
+            let example = STUDY.example("", "quantities");
+            checker.fault(
+                list.span(),
+                nothing("quantities".into(), "quantity", example),
+            );
             None
         }
         Some(list) => {
@@ -213,107 +199,46 @@ fn quantity(
     key: &'static str,
     word: &Located<String>,
 ) -> Option<Quantity> {
-    checker.choice(at, key, word, &quantity::WORDS, &quantity::ALL)
+    checker.choice(at, key, word, quantity::WORDS, quantity::ALL)
 }
 
-/// What `[[recommend]]` and `[[minimise]]` may ask for; `None` where the study has faults there.
-struct Asking<'s> {
-    quantities: Option<&'s [Quantity]>,
-    knobs: Option<&'s [Knob]>,
-}
-
-impl Asking<'_> {
-    fn targets(&self, checker: &mut Checker, raw: &[Spanned<RawTarget>]) -> Option<Vec<Target>> {
-        let target = |(i, raw): (usize, &Spanned<RawTarget>)| {
-            let at = Table::of("recommend", raw.span(), Some((i, &None)));
-            self.needs_knob(checker, &at, Kind::Numerical);
-            let quantity = self.quantity(checker, &at, &raw.get_ref().quantity);
-            let limits = Limits::between(0.0, 1.0);
-            let accuracy = &raw.get_ref().accuracy;
-            let accuracy = checker.number(&at, "accuracy", accuracy, limits, None);
-            Some(Target {
-                quantity: quantity?,
-                accuracy: accuracy?,
-            })
-        };
-        let targets: Vec<Option<Target>> = raw.iter().enumerate().map(target).collect();
-        targets.into_iter().collect()
+/// Checks one `[[minimise]]`: a quantity that the study follows, where it has designs to compare.
+/// What has faults of its own is `None`.
+fn minimum(
+    checker: &mut Checker,
+    index: usize,
+    raw: &Spanned<RawMinimum>,
+    followed: Option<&[Quantity]>,
+    parameters: Option<&[Parameter]>,
+) -> Option<Quantity> {
+    let at = Table::of("minimise", raw.span(), Some((index, &None)));
+    if let Some(all) = parameters.filter(|p| !p.iter().any(|p| p.is(Kind::Design))) {
+        let names: Vec<&str> = all.iter().map(|p| p.name.as_str()).collect();
+        let message = format!(
+            "`{}` asks for the best design, and no parameter is a design value ({})",
+            at.path,
+            names.join(", ")
+        );
+        let remedy = "write is = \"design\" in a parameter that says what is built, or leave \
+                      [[minimise]] out: the report has the values of every case";
+        checker.fault(
+            at.span.clone(),
+            fault(message, "nothing to choose from", remedy),
+        );
     }
-
-    fn minimise(
-        &self,
-        checker: &mut Checker,
-        raw: &[Spanned<RawMinimum>],
-    ) -> Option<Vec<Quantity>> {
-        let minimum = |(i, raw): (usize, &Spanned<RawMinimum>)| {
-            let at = Table::of("minimise", raw.span(), Some((i, &None)));
-            self.needs_knob(checker, &at, Kind::Design);
-            self.quantity(checker, &at, &raw.get_ref().quantity)
-        };
-        let minima: Vec<Option<Quantity>> = raw.iter().enumerate().map(minimum).collect();
-        minima.into_iter().collect()
+    let word = &raw.get_ref().quantity;
+    let Some(located) = word else {
+        checker.missing(&at, "quantity");
+        return None;
+    };
+    let found = quantity(checker, &at, "quantity", word)?;
+    if followed.is_some_and(|all| !all.contains(&found)) {
+        let (key, word) = (at.key("quantity"), found.word);
+        let message = format!("`{key}`: {word} is not among the `quantities` of the study");
+        let remedy = format!(
+            "add \"{word}\" to `quantities`, or leave `quantities` out to follow all of them"
+        );
+        checker.fault(located.span(), fault(message, "not followed", remedy));
     }
-
-    /// A quantity that the study follows.
-    fn quantity(
-        &self,
-        checker: &mut Checker,
-        at: &Table,
-        word: &Located<String>,
-    ) -> Option<Quantity> {
-        let Some(located) = word else {
-            checker.missing(at, "quantity");
-            return None;
-        };
-        let found = quantity(checker, at, "quantity", word)?;
-        if self.quantities.is_some_and(|q| !q.contains(&found)) {
-            let fault = Fault::Particular {
-                message: format!(
-                    "`{}`: {} is not among the `quantities` of the study",
-                    at.key("quantity"),
-                    found.word
-                ),
-                label: "not followed",
-                remedy: format!(
-                    "add \"{}\" to `quantities`, or leave `quantities` out to follow all of them",
-                    found.word
-                ),
-            };
-            checker.fault(located.span(), fault);
-        }
-        Some(found)
-    }
-
-    /// Errors are those of numerical knobs; designs are compared where there is a design value.
-    fn needs_knob(&self, checker: &mut Checker, at: &Table, kind: Kind) {
-        let Some(knobs) = self.knobs.filter(|k| k.iter().all(|k| k.kind != kind)) else {
-            return;
-        };
-        let names: Vec<&str> = knobs.iter().map(|k| k.name.as_str()).collect();
-        let names = names.join(", ");
-        let path = &at.path;
-        let (message, remedy) = match kind {
-            Kind::Numerical => (
-                format!("`{path}` asks for an accuracy, and no knob is numerical ({names})"),
-                "ask for the least value with [[minimise]] quantity = \"peak_amplitude_m\", or \
-                 write is = \"numerical\" in a knob that is a setting of the computation",
-            ),
-            Kind::Design => (
-                format!(
-                    "`{path}` asks for the best design, and no knob is a design value ({names})"
-                ),
-                "ask for settings with [[recommend]] quantity = \"peak_amplitude_m\" and \
-                 accuracy = 0.01, or write is = \"design\" in a knob that says what is built",
-            ),
-        };
-        let fault = Fault::Particular {
-            message,
-            label: match kind {
-                Kind::Numerical => "no knob has an error",
-                Kind::Design => "nothing to choose from",
-            },
-            remedy: remedy.to_owned(),
-        };
-        checker.fault(at.span.clone(), fault);
-    }
+    Some(found)
 }

@@ -16,7 +16,7 @@ use super::quantity::BLADE_FREQUENCY;
 use crate::exit::ExitStatus;
 use crate::export::folder::remove_run;
 use crate::export::journal::{JOURNAL, Journal};
-use crate::export::manifest::Summary;
+use crate::export::manifest::{self, RunState, Summary};
 use crate::export::write_file;
 use crate::pipeline;
 use crate::scene;
@@ -35,8 +35,8 @@ pub struct CaseRecord {
     pub machine_hash: String,
     pub study: String,
     pub case: String,
-    /// Knob and label of its value.
-    pub knobs: Vec<(String, String)>,
+    /// Parameter and label of its value.
+    pub parameters: Vec<(String, String)>,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
     pub fields: bool,
@@ -118,18 +118,14 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
         command.push("--held-modes".to_owned());
     }
     let labels = case.labels(study).into_iter().map(str::to_owned);
+    let names = study.parameters.iter().map(|p| p.name.clone());
     Ok(CaseRecord {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         program_hash: program_hash()?,
         machine_hash: pipeline::fingerprint().map_or_else(String::new, |hash| hexadecimals(&hash)),
         study: study.name.clone(),
         case: case.slug.clone(),
-        knobs: study
-            .knobs
-            .iter()
-            .map(|k| k.name.clone())
-            .zip(labels)
-            .collect(),
+        parameters: names.zip(labels).collect(),
         set,
         fields: study.fields,
         held_modes,
@@ -140,7 +136,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
 
 fn program_hash() -> Result<String, StudyError> {
     let program = || std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
-    let hash = pipeline::executable_hash().map_err(|source| reading(&program(), source))?;
+    let hash = pipeline::executable_hash().map_err(StudyError::io("reading", &program()))?;
     Ok(hexadecimals(&hash))
 }
 
@@ -150,19 +146,16 @@ fn hexadecimals(hash: &[u8; 32]) -> String {
 
 /// The scene file and the files it names.
 fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
-    let named = pipeline::inputs::files(scene);
-    std::iter::once(scene_file.to_path_buf())
-        .chain(named)
-        .map(|file| input(&file))
-        .collect()
-}
-
-fn input(file: &Path) -> Result<Input, StudyError> {
-    let blake3 = pipeline::inputs::hash_of_file(file).map_err(|source| reading(file, source))?;
-    Ok(Input {
-        file: file.display().to_string(),
-        blake3,
-    })
+    let input = |file: PathBuf| {
+        let hash = pipeline::inputs::hash_of_file(&file);
+        Ok(Input {
+            file: file.display().to_string(),
+            blake3: hash.map_err(StudyError::io("reading", &file))?,
+        })
+    };
+    let named = pipeline::inputs::files(scene).into_iter();
+    let all = std::iter::once(scene_file.to_path_buf()).chain(named);
+    all.map(input).collect()
 }
 
 impl CaseRecord {
@@ -207,10 +200,9 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
         return Ok(Found::Nothing);
     }
     if !ExitStatus::has_results(outcome.exit_code) {
-        let message = logged_error(&folder.join("log.txt"));
         return Ok(Found::Failed {
             exit_code: outcome.exit_code,
-            message,
+            message: why_failed(folder),
         });
     }
     let summary: Option<Value> = read_json(&folder.join("summary.json"))?;
@@ -284,11 +276,9 @@ pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
 /// Removes a file, where it is there.
 fn remove(path: &Path) -> Result<(), StudyError> {
     match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(StudyError::Io {
-            action: "removing",
-            path: path.to_owned(),
-            source,
-        }),
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(StudyError::io("removing", path)(error))
+        }
         _ => Ok(()),
     }
 }
@@ -306,7 +296,7 @@ fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, Stu
             Err(error) => Err(malformed(path, &error)),
         },
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(reading(path, error)),
+        Err(error) => Err(StudyError::io("reading", path)(error)),
     }
 }
 
@@ -315,40 +305,16 @@ fn malformed(path: &Path, error: &serde_json::Error) -> StudyError {
     StudyError::Malformed { path, message }
 }
 
-fn reading(path: &Path, source: std::io::Error) -> StudyError {
-    StudyError::Io {
-        action: "reading",
-        path: path.to_owned(),
-        source,
-    }
-}
-
-/// The first error of a log with its causes, on one line; else the last line of the log.
-pub fn logged_error(log: &Path) -> String {
-    let text = std::fs::read_to_string(log).unwrap_or_default();
-    error_of(&text)
-}
-
-fn error_of(log: &str) -> String {
-    let lines: Vec<&str> = log.lines().filter(|l| !l.trim().is_empty()).collect();
-    let Some(start) = lines.iter().position(|l| l.starts_with("  x ")) else {
-        let last = lines.last().map_or("nothing was logged", |l| l.trim());
-        return last.to_owned();
-    };
-    let mut message = lines[start][4..].trim().to_owned();
-    // The message goes on, then its causes come, then places in texts and help.
-    for line in lines[start + 1..].iter().map(|l| l.trim()) {
-        if [",-[", "help:", "Error:"]
-            .iter()
-            .any(|end| line.starts_with(end))
-        {
-            break;
-        }
-        let is_cause = line.starts_with("|->") || line.starts_with("`->");
-        let rest = line.trim_start_matches(['|', '`', '-', '>', ' ']);
-        message = format!("{message}{} {rest}", if is_cause { ":" } else { "" });
-    }
-    message
+/// Why the case in a folder failed: what its summary.json says, else the last line of its
+/// log.
+fn why_failed(folder: &Path) -> String {
+    let summary = manifest::read_summary(&folder.join("summary.json"));
+    let why = summary.filter(|s| s.state == RunState::Failed);
+    why.and_then(|s| s.why).unwrap_or_else(|| {
+        let log = std::fs::read_to_string(folder.join("log.txt")).unwrap_or_default();
+        let last = log.lines().rfind(|line| !line.trim().is_empty());
+        last.unwrap_or("nothing was logged").trim().to_owned()
+    })
 }
 
 #[cfg(test)]
@@ -356,12 +322,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_error_is_found_in_a_log() {
-        let log = "  mesh   1.0 s\n  x meshing failed\n  |-> gmsh was stopped\n  `-> after\n      2 s\n  help: more\n";
-        assert_eq!(error_of(log), "meshing failed: gmsh was stopped: after 2 s");
-        let log = "  x `a` is wrong,\n  | truly\n   ,-[x:1:1]\n 1 | a\n\nError:\n  x `b`\n";
-        assert_eq!(error_of(log), "`a` is wrong, truly");
-        assert_eq!(error_of("  mesh 1.0 s\nKilled\n"), "Killed");
+    fn why_a_case_failed_is_what_its_summary_says_else_the_end_of_its_log() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(why_failed(folder.path()), "nothing was logged");
+        std::fs::write(folder.path().join("log.txt"), "  mesh 1.0 s\nKilled\n\n").unwrap();
+        assert_eq!(why_failed(folder.path()), "Killed");
+        let mut summary = Summary {
+            why: Some("meshing failed: gmsh was stopped".into()),
+            ..Summary::default()
+        };
+        let path = folder.path().join("summary.json");
+        manifest::write_summary(&path, &summary).unwrap();
+        assert_eq!(why_failed(folder.path()), "Killed");
+        summary.state = RunState::Failed;
+        manifest::write_summary(&path, &summary).unwrap();
+        assert_eq!(
+            why_failed(folder.path()),
+            "meshing failed: gmsh was stopped"
+        );
     }
 
     fn record() -> CaseRecord {
@@ -371,7 +349,7 @@ mod tests {
             machine_hash: "m".into(),
             study: "s".into(),
             case: "base".into(),
-            knobs: vec![],
+            parameters: vec![],
             set: vec!["a=1".into()],
             fields: false,
             held_modes: false,

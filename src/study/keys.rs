@@ -2,13 +2,18 @@
 //! tables from here.
 
 use super::quantity;
-use super::raw::{RawKnob, RawMinimum, RawStudy, RawTarget};
+use super::raw::{KIND_WORDS, RawMinimum, RawParameter, RawStudy};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 
 /// What a study may say.
 pub const STUDY: Vocabulary = Vocabulary {
-    former: &[],
+    former: &[("", "knob", "parameter")],
+    dropped: &[(
+        "",
+        "recommend",
+        "leave [[recommend]] out: the report has the error of every value, and what each case took",
+    )],
     sections: &[
         Section {
             name: "",
@@ -20,22 +25,13 @@ pub const STUDY: Vocabulary = Vocabulary {
             keys: &TOP,
         },
         Section {
-            name: "knob",
+            name: "parameter",
             shape: Shape::List,
             needed: "one or more",
-            what: "a key, or several together, and its values",
-            example: "[[knob]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
-            fields: fields::<RawKnob>,
-            keys: &KNOB,
-        },
-        Section {
-            name: "recommend",
-            shape: Shape::List,
-            needed: "none or more",
-            what: "a quantity, and how accurate it shall be",
-            example: "[[recommend]]\nquantity = \"peak_amplitude_m\"\naccuracy = 0.01",
-            fields: fields::<RawTarget>,
-            keys: &RECOMMEND,
+            what: "a key that is varied, or several together, and its values",
+            example: "[[parameter]]\nkey = \"response.harmonics\"\nvalues = [1, 3, 5, 7]",
+            fields: fields::<RawParameter>,
+            keys: &PARAMETER,
         },
         Section {
             name: "minimise",
@@ -76,13 +72,13 @@ const TOP: [Key; 6] = [
         "mode",
         Kind::Choice(&["one_at_a_time", "grid"]),
         "`\"one_at_a_time\"`",
-        "`\"one_at_a_time\"`: each knob goes through its values while the others stand at their \
+        "`\"one_at_a_time\"`: each parameter goes through its values while the others stand at their \
          base; `\"grid\"`: every combination, up to 10,000",
         "mode = \"one_at_a_time\"",
     ),
     key(
         "quantities",
-        Kind::Choices(&quantity::WORDS),
+        Kind::Choices(quantity::WORDS),
         "all of them",
         "the figures that are followed: at least one of the table below",
         "quantities = [\"peak_amplitude_m\", \"stuck_frequency_hz\"]",
@@ -96,7 +92,7 @@ const TOP: [Key; 6] = [
     ),
 ];
 
-const KNOB: [Key; 7] = [
+const PARAMETER: [Key; 7] = [
     key(
         "name",
         Kind::Name,
@@ -113,11 +109,13 @@ const KNOB: [Key; 7] = [
     ),
     key(
         "is",
-        Kind::Choice(&["numerical", "design"]),
+        Kind::Choice(&KIND_WORDS),
         "by its keys",
         "`\"numerical\"`: how the model is solved, which has an error; `\"design\"`: what is \
-         built, which has none. Keys of `mesh`, `response` and `static` and numbers of modes are \
-         numerical, all others design values. A knob that sets both is a design value",
+         built; `\"load\"`: what acts on it. Keys of `mesh`, `response` and `static` and numbers \
+         of modes are numerical. Keys of `load`, `excitation` and `rotation` and \
+         `reduced_model.force_n` are loads. All others are design values. A parameter that sets \
+         keys of several kinds is a design value where one of them is, else a load",
         "is = \"design\"",
     ),
     key(
@@ -133,7 +131,7 @@ const KNOB: [Key; 7] = [
         "base",
         Kind::Any("a value, or its label"),
         "the first",
-        "one of the values; it stands while other knobs are turned. With several knobs one at a \
+        "one of the values; it stands while other parameters are varied. With several parameters one at a \
          time it must be given",
         "base = 3",
     ),
@@ -142,38 +140,21 @@ const KNOB: [Key; 7] = [
         Kind::Any("text, or list of numbers"),
         "none",
         "the size h that errors are compared with: `\"value\"`, `\"1/value\"`, `\"1/(value-1)\"` \
-         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical knobs alone",
+         (nodes), `\"1/(value+1)\"` (harmonics), or one number above 0 for each value. Numerical parameters alone",
         "size = \"1/value\"",
     ),
     key(
         "order",
         Kind::Number("", Limits::POSITIVE),
         "2",
-        "the order that is expected of errors in the size. Numerical knobs alone",
+        "the order that is expected of errors in the size. Numerical parameters alone",
         "order = 2",
-    ),
-];
-
-const RECOMMEND: [Key; 2] = [
-    key(
-        "quantity",
-        Kind::Choice(&quantity::WORDS),
-        "-",
-        "one of the quantities below that the study follows",
-        "quantity = \"peak_amplitude_m\"",
-    ),
-    key(
-        "accuracy",
-        Kind::Number("", Limits::between(0.0, 1.0)),
-        "-",
-        "the largest relative error, 0.01 for one per cent",
-        "accuracy = 0.01",
     ),
 ];
 
 const MINIMISE: [Key; 1] = [key(
     "quantity",
-    Kind::Choice(&quantity::WORDS),
+    Kind::Choice(quantity::WORDS),
     "-",
     "one of the quantities below that the study follows",
     "quantity = \"peak_amplitude_m\"",

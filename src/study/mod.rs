@@ -1,10 +1,10 @@
 //! A scene over ranges of any of its keys: what accuracy costs, and what design values lead to.
 //!
-//! A study file (`file`, `knob`) names a scene and knobs; they make cases (`cases`), each of which
-//! is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out (`results`) is
-//! turned into orders, errors and recommended settings (`convergence`, `analysis`) and into the least
-//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). Nothing is computed here that a run does not say itself in its
-//! summary.json.
+//! A study file (`file`, `parameter`) names a scene and parameters; they make cases (`cases`), each
+//! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out
+//! (`results`) is turned into orders and errors (`convergence`, `analysis`) and into the least
+//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). Nothing is computed
+//! here that a run does not say itself in its summary.json.
 
 mod analysis;
 mod cases;
@@ -14,8 +14,8 @@ mod error;
 mod file;
 mod folder;
 pub(crate) mod keys;
-mod knob;
 mod page;
+mod parameter;
 mod pictures;
 mod pieces;
 mod quantity;
@@ -33,9 +33,9 @@ pub use self::cases::{Case, cases};
 pub use self::error::StudyError;
 pub use self::file::{Study, StudyText};
 
-use self::analysis::{Analysis, analyse};
-use self::cases::combination;
-use self::folder::{Found, Settings};
+use self::analysis::analyse;
+use self::folder::Settings;
+use self::parameter::Parameter;
 use self::pieces::Pieces;
 use self::results::{CaseResult, Ended, collect};
 use self::workflow::Workflow;
@@ -80,8 +80,8 @@ pub struct StudyOptions {
 /// Whether cases share meshes and reduced models.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sharing {
-    /// In a workflow through the folder `cache` of the study, unless the study has numerical knobs: it compares what
-    /// its cases cost. Else nothing is shared.
+    /// In a workflow through the folder `cache` of the study, unless the study has numerical
+    /// parameters: it says what their values cost. Else nothing is shared.
     Unsaid,
     /// Each case computes all of its stages: its cost is then that of its settings.
     Nothing,
@@ -98,9 +98,9 @@ const MOST_GIB: f64 = 1000.0;
 impl Sharing {
     /// In a workflow, in place of [`Sharing::Unsaid`].
     fn in_workflow(self, study: &Study, out: &Path) -> Self {
-        let compares_costs = study.knobs.iter().any(|knob| !knob.is_design());
+        let tells_costs = study.parameters.iter().any(Parameter::is_numerical);
         match self {
-            Self::Unsaid if !compares_costs => Self::Cache {
+            Self::Unsaid if !tells_costs => Self::Cache {
                 folder: out.join("cache"),
                 limit_gib: Some(MOST_GIB),
             },
@@ -125,8 +125,7 @@ impl Sharing {
 /// What came of a study.
 #[derive(Debug)]
 pub struct Studied {
-    /// The least values and the recommendations, for a reader; empty where the action answers
-    /// nothing.
+    /// The least values, a line each; empty where the study asks for none.
     pub answers: String,
     /// [`StudyError::CasesFailed`], where all is written but some cases have no or no full result.
     pub verdict: Result<(), StudyError>,
@@ -142,18 +141,12 @@ pub fn study(
     options: &StudyOptions,
     progress: &Progress,
 ) -> Result<Studied, StudyError> {
-    let without_answers = |verdict| Studied {
-        answers: String::new(),
-        verdict,
-    };
     let text = StudyText::read(file)?;
     let study = text.parse(&options.overrides)?;
-    let mut all = cases(&study);
+    let all = cases(&study);
     check(&text, &study, &all)?;
-    let out = options
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("output").join(&study.name));
+    let out = options.out.clone();
+    let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
     let sharing = match &options.action {
         Action::ExportWorkflow(_) => options.sharing.clone().in_workflow(&study, &out),
         _ => options.sharing.clone(),
@@ -164,7 +157,9 @@ pub fn study(
         threads: options.threads,
         cache: sharing.words(),
     };
-    match &options.action {
+    let verdict = match &options.action {
+        Action::Run => return run(&study, &all, &settings, Some(options.jobs), progress),
+        Action::Collect => return run(&study, &all, &settings, None, progress),
         Action::ExportWorkflow(folder) => {
             let pieces = match shares {
                 true => Pieces::of(&study, &all)?,
@@ -184,7 +179,7 @@ pub fn study(
                 counted(pieces.all.len(), "shared piece", "shared pieces"),
                 folder.join("Snakefile").display()
             ));
-            return Ok(without_answers(Ok(())));
+            Ok(())
         }
         Action::Piece(name) => {
             let pieces = Pieces::of(&study, &all)?.all;
@@ -196,46 +191,53 @@ pub fn study(
             if !shares {
                 return Err(StudyError::PieceWithoutCache { name: name.clone() });
             }
-            return Ok(without_answers(runner::make(&study, piece, &settings)));
+            runner::make(&study, piece, &settings)
         }
         Action::Case(name) => {
             let case = all.iter().find(|c| c.slug == *name).cloned();
-            let case = case.ok_or_else(|| StudyError::NoSuchCase {
+            let one = [case.ok_or_else(|| StudyError::NoSuchCase {
                 name: name.clone(),
                 cases: all.iter().map(|c| c.slug.clone()).collect(),
-            })?;
-            let one = [case];
+            })?];
             runner::run(&study, &one, &settings, 1, progress)?;
-            let results = collect(&study, &one, &settings)?;
-            return Ok(without_answers(all_complete(&results)));
+            all_complete(&collect(&study, &one, &settings)?)
         }
-        Action::Run | Action::Collect => {}
-    }
-    let runs = options.action == Action::Run;
+    };
+    Ok(Studied {
+        answers: String::new(),
+        verdict,
+    })
+}
+
+/// Runs what is not complete, so many cases side by side, and answers; without `jobs` it answers
+/// with what is there.
+fn run(
+    study: &Study,
+    all: &[Case],
+    settings: &Settings,
+    jobs: Option<usize>,
+    progress: &Progress,
+) -> Result<Studied, StudyError> {
     progress.note(&format!("study \"{}\": {} cases", study.name, all.len()));
-    if runs {
-        runner::run(&study, &all, &settings, options.jobs, progress)?;
+    if let Some(jobs) = jobs {
+        runner::run(study, all, settings, jobs, progress)?;
     }
-    let mut results = collect(&study, &all, &settings)?;
-    let mut analysis = analyse(&study, &results);
-    // Settings that are put together from several knobs are run, too, to see whether they hold.
-    for values in analysis.not_run() {
-        let case = combination(&study, &all, values);
-        if runs || is_complete(&study, &case, &settings)? {
-            all.push(case);
-        }
-    }
-    if all.len() > results.len() {
-        progress.note("the recommended combinations:");
-        if runs {
-            runner::run(&study, &all, &settings, options.jobs, progress)?;
-        }
-        results = collect(&study, &all, &settings)?;
-        analysis = analyse(&study, &results);
-    }
-    write(&study, &settings, &results, &analysis)?;
-    if runs {
-        let removed = folder::remove_other_cases(&study, &all, &settings)?;
+    let results = collect(study, all, settings)?;
+    let analysis = analyse(study, &results);
+    let out = &settings.out;
+    let pictures = pictures::write(&out.join("plots"), study, &results, &analysis)?;
+    let contents = page::Contents {
+        study,
+        settings,
+        results: &results,
+        analysis: &analysis,
+        pictures: &pictures,
+    };
+    page::write(&out.join(REPORT), &contents)?;
+    report::write_summary(&out.join("summary.json"), study, &results, &analysis)?;
+    report::write_table(&out.join("table.csv"), study, &results, &analysis)?;
+    if jobs.is_some() {
+        let removed = folder::remove_other_cases(study, all, settings)?;
         if !removed.is_empty() {
             progress.note(&format!(
                 "removed {} of an earlier definition of the study: {}",
@@ -246,111 +248,65 @@ pub fn study(
     }
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
-            progress.warning(
-                Weight::Wrong,
-                format!("{} failed: {message}", result.case.slug),
-            );
+            let words = format!("{} failed: {message}", result.case.slug);
+            progress.warning(Weight::Wrong, words);
         }
     }
-    let report = settings.out.join(REPORT);
-    progress.note(&format!("answers in {}", report.display()));
-    let mut lines = report::least_values(&study, &results, &analysis);
-    lines.extend(report::recommended(&study, &results, &analysis));
+    progress.note(&format!("answers in {}", out.join(REPORT).display()));
+    let least = report::least_values(study, &results, &analysis);
     Ok(Studied {
-        answers: lines.iter().map(|line| format!("{line}\n")).collect(),
+        answers: least.iter().map(|line| format!("{line}\n")).collect(),
         verdict: all_complete(&results),
     })
-}
-
-fn is_complete(study: &Study, case: &Case, settings: &Settings) -> Result<bool, StudyError> {
-    let record = folder::record(study, case, settings)?;
-    let found = folder::find(&record, &settings.folder(case))?;
-    Ok(matches!(found, Found::Complete(_)))
 }
 
 /// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told
 /// before the first is run.
 fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyError> {
+    let load = |set: &[String]| scene::load(&study.scene, set);
     // Where neither the scene alone nor the first case is possible, nothing is wrong with that case
     // in particular.
-    if let (Err(error), Some(Err(_))) = (
-        scene::load(&study.scene, &study.set),
-        cases
-            .first()
-            .map(|c| scene::load(&study.scene, &c.set(study))),
-    ) {
+    if let (Err(error), Some(Err(_))) =
+        (load(&study.set), cases.first().map(|c| load(&c.set(study))))
+    {
         return Err(error.into());
     }
     let mut subjects: Vec<Subject> = Vec::new();
     let mut faults: Vec<(std::ops::Range<usize>, Fault)> = Vec::new();
     for case in cases {
-        let checked = scene::load(&study.scene, &case.set(study))
-            .map_err(StudyError::from)
-            .and_then(|scene| {
-                if subjects.contains(&scene.subject) {
-                    return Ok(());
-                }
+        let checked = load(&case.set(study)).map_err(StudyError::from);
+        let checked = checked.and_then(|scene| {
+            if !subjects.contains(&scene.subject) {
                 pipeline::check(&scene, &Progress::new(&mut ()))?;
                 subjects.push(scene.subject);
-                Ok(())
-            });
+            }
+            Ok(())
+        });
         let Err(error) = checked else {
             continue;
         };
-        let labels = study.knobs.iter().zip(case.labels(study));
-        let labels: Vec<String> = labels.map(|(k, l)| format!("{} {l}", k.name)).collect();
         let told = error.to_string();
         // A grid meets the same fault again and again.
-        let known = |fault: &Fault| fault.to_string().ends_with(&told);
-        if faults.iter().any(|(_, fault)| known(fault)) {
+        if faults
+            .iter()
+            .any(|(_, known)| known.to_string().ends_with(&told))
+        {
             continue;
         }
-        let fault = Fault::Particular {
-            message: format!(
-                "case \"{}\" ({}) is no possible run: {told}",
-                case.slug,
-                labels.join(", ")
-            ),
-            label: "asks for it",
-            remedy: error.help().map_or(String::new(), |h| h.to_string()),
-        };
-        faults.push((place(study, case), fault));
+        let (slug, values) = (&case.slug, cases::words(study, &case.values, |_| true));
+        let message = format!("case \"{slug}\" ({values}) is no possible run: {told}");
+        let remedy = error.help().map_or(String::new(), |h| h.to_string());
+        // The value that makes the case differ from the base, else the first parameter.
+        let parameters = study.parameters.iter().zip(&case.values);
+        let varied = parameters.clone().find(|(p, v)| p.base != **v);
+        let place = varied.or_else(|| parameters.clone().next());
+        let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
+        faults.push((place, parameter::fault(message, "asks for it", remedy)));
     }
     match faults.is_empty() {
         true => Ok(()),
         false => Err(text.invalid(faults)),
     }
-}
-
-/// The value that makes a case differ from the base, else the first knob.
-fn place(study: &Study, case: &Case) -> std::ops::Range<usize> {
-    let knobs = study.knobs.iter().zip(&case.values);
-    let turned = knobs.clone().find(|(knob, value)| knob.base != **value);
-    let (knob, value) = match turned.or_else(|| knobs.clone().next()) {
-        Some(found) => found,
-        None => return 0..0,
-    };
-    knob.values[*value].span.clone()
-}
-
-fn write(
-    study: &Study,
-    settings: &Settings,
-    results: &[CaseResult],
-    analysis: &Analysis,
-) -> Result<(), StudyError> {
-    let out = &settings.out;
-    let pictures = pictures::write(&out.join("plots"), study, results, analysis)?;
-    let contents = page::Contents {
-        study,
-        settings,
-        results,
-        analysis,
-        pictures: &pictures,
-    };
-    page::write(&out.join(REPORT), &contents)?;
-    report::write_summary(&out.join("summary.json"), study, results, analysis)?;
-    report::write_table(&out.join("table.csv"), study, results, analysis)
 }
 
 fn all_complete(results: &[CaseResult]) -> Result<(), StudyError> {

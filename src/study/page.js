@@ -18,29 +18,30 @@ function namesCurve(place, names) {
   };
 }
 
-function responses({ knobs, curves }) {
+function responses({ parameters, curves }) {
   const place = byId("response-chart");
   if (!place) return;
   const colourBy = byId("colour-by"), logarithmic = byId("logarithmic"), key = byId("response-key");
   const only = [...document.querySelectorAll("select.only")];
-  const chosen = () => curves.filter(({ values }) => only.every((s) => s.value === "" || values[s.dataset.knob] === Number(s.value)));
-  const colour = (knob, value) => hueOf(knob.labels.length > 1 ? value / (knob.labels.length - 1) : 0);
+  const chosen = () => curves.filter(({ values }) => only.every((s) => s.value === "" || values[s.dataset.parameter] === Number(s.value)));
+  const colour = (all, value) => hueOf(all.length > 1 ? value / (all.length - 1) : 0);
   const chart = new Chart(place, () => {
-    const k = colourBy ? Number(colourBy.value) : 0, knob = knobs[k] ?? { name: "", labels: [""] };
+    const k = colourBy ? Number(colourBy.value) : 0, all = parameters[k]?.values ?? [""];
     const shown = chosen();
-    const all = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
-    const { factor, unit } = lengthUnit(all.reduce((a, b) => Math.max(a, b), 0));
-    const lines = shown.map((c) => ({
+    const heights = shown.flatMap((c) => c.amplitude_m).filter((v) => v != null);
+    const { factor, unit } = lengthUnit(heights.reduce((a, b) => Math.max(a, b), 0));
+    // Of curves that coincide the lower one is seen on both sides of the upper one.
+    const lines = shown.map((c, i) => ({
       x: c.frequency_hz,
       y: c.amplitude_m.map((v) => (v == null ? null : v * factor)),
-      series: { label: c.case, stroke: colour(knob, c.values[k] ?? 0), width: 1.6, points: { show: false } },
+      series: { label: c.case, stroke: colour(all, c.values[k] ?? 0), width: 1.4 + 2.6 * (1 - (i + 1) / shown.length), points: { show: false } },
     }));
     place.querySelector(".named")?.remove();
-    key.replaceChildren(...knob.labels.flatMap((label, v) => {
+    key.replaceChildren(...all.flatMap((words, v) => {
       if (!shown.some((c) => (c.values[k] ?? 0) === v)) return [];
       const entry = document.createElement("span"), swatch = entry.appendChild(document.createElement("i"));
-      swatch.style.background = colour(knob, v);
-      entry.append(`${knob.name} ${label}`);
+      swatch.style.background = colour(all, v);
+      entry.append(words);
       return [entry];
     }));
     return {
@@ -67,7 +68,7 @@ function sortable(table) {
       const falls = heading.ariaSort === "ascending", sign = falls ? -1 : 1;
       for (const other of heading.parentElement.cells) other.removeAttribute("aria-sort");
       heading.ariaSort = falls ? "descending" : "ascending";
-      const text = (row) => row.cells[column].textContent.trim();
+      const text = (row) => row.cells[column].textContent.trim().replaceAll("−", "-");
       const compare = (a, b) => {
         const [s, t] = [text(a), text(b)], [v, w] = [s, t].map(parseFloat);
         if (s === "" || t === "") return (s === "") - (t === "");

@@ -1,29 +1,30 @@
-//! report.html of a study: what was asked and what came out, the responses of all cases over each other, tables and
-//! pictures, in one page.
+//! report.html of a study: what was asked and what came out, the responses of all cases over each
+//! other, tables and pictures, in one page.
 
 use std::path::Path;
-use std::time::SystemTime;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 use serde::Serialize;
 
-use super::analysis::{Analysis, AtDesign};
+use super::analysis::{Analysis, Refined, Refinement};
+use super::cases::at_words;
+use super::convergence::{How, SAME};
 use super::error::StudyError;
 use super::file::{Mode, Study};
 use super::folder::Settings;
-use super::knob::Knob;
+use super::parameter::Parameter;
 use super::pictures::Picture;
-use super::quantity::name_and_unit;
-use super::report::{all_cases, at_words, least_values, one_knob, recommended, remarks};
-use super::results::{CaseResult, Ended};
+use super::quantity::{Figure, name_and_unit, with_unit};
+use super::report::{OF_RUNS, day, least_values, of_run, remarks};
+use super::results::{CaseResult, Figures};
+use crate::export::plots::in_unit;
 use crate::export::report::REPORT;
 use crate::export::report::frame::{self, Frame, card, frame, line, warnings};
 use crate::export::{csv, write_file};
-use crate::metrics;
 use crate::version;
-use crate::words::{counted, figure};
+use crate::words::{counted, figure, percent};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
 /// Points of all curves together: what a browser draws without delay.
@@ -43,21 +44,22 @@ pub struct Contents<'a> {
 /// What the script draws.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
-    knobs: Vec<Values<'a>>,
+    parameters: Vec<Values>,
     curves: Vec<Curve<'a>>,
 }
 
+/// A parameter: its title, and its values in words.
 #[derive(Debug, Serialize)]
-struct Values<'a> {
-    name: &'a str,
-    labels: Vec<&'a str>,
+struct Values {
+    title: String,
+    values: Vec<String>,
 }
 
 /// The response of a case.
 #[derive(Debug, Serialize)]
 struct Curve<'a> {
     case: &'a str,
-    /// Of each knob.
+    /// Of each parameter.
     values: &'a [usize],
     frequency_hz: Vec<f64>,
     amplitude_m: Vec<Option<f64>>,
@@ -66,67 +68,51 @@ struct Curve<'a> {
 /// # Errors
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
 pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
+    let (study, results) = (contents.study, contents.results);
+    let values = |p: &Parameter| Values {
+        title: p.title(),
+        values: (0..p.values.len()).map(|v| p.words(v)).collect(),
+    };
     let data = Data {
-        knobs: contents.study.knobs.iter().map(values).collect(),
+        parameters: study.parameters.iter().map(values).collect(),
         curves: curves(contents)?,
     };
-    let study = contents.study;
     let mode = match study.mode {
-        Mode::OneAtATime => "one knob at a time around the base",
-        Mode::Grid => "every combination of the knobs",
+        Mode::OneAtATime => "one parameter at a time around the base",
+        Mode::Grid => "every combination of the parameters",
     };
+    let links = [
+        ("answer", "Answer", true),
+        ("responses", "Responses", !data.curves.is_empty()),
+        ("cases", "Cases", true),
+        (
+            "errors",
+            "Errors",
+            !contents.analysis.refinements.is_empty(),
+        ),
+        ("pictures", "Pictures", !contents.pictures.is_empty()),
+    ];
+    let links = links.into_iter().filter(|(_, _, shown)| *shown);
     let page = frame(&Frame {
         title: &format!("Study {}", study.name),
         subtitle: html! {
-            "dovetail " (version::WITH_COMMIT) ", " time { (today()) } ", scene " code { (study.scene.display()) } ", "
-            (counted(contents.results.len(), "case", "cases")) ", " (mode)
+            "dovetail " (version::WITH_COMMIT) ", " time { (day(results)) } ", scene "
+            code { (study.scene.display()) } ", " (counted(results.len(), "case", "cases")) ", "
+            (mode)
         },
-        links: &links(contents, &data),
+        links: &links.map(|(id, title, _)| (id, title)).collect::<Vec<_>>(),
         main: html! {
             (answer(contents))
-            (warnings(remarks(contents.results).iter().map(String::as_str)))
+            (warnings(remarks(results).iter().map(String::as_str)))
             (responses(&data))
             (cases(contents))
-            (knobs(contents))
+            (errors(contents))
             (pictures(contents)?)
         },
         data: &frame::json(&data),
         scripts: &SCRIPTS,
     });
     Ok(write_file(path, page.into_string().as_bytes())?)
-}
-
-/// `2004-02-29`, in universal time.
-fn today() -> String {
-    let now = metrics::universal_time(SystemTime::now());
-    now.split('T').next().unwrap_or(&now).to_owned()
-}
-
-fn values(knob: &Knob) -> Values<'_> {
-    Values {
-        name: &knob.name,
-        labels: knob.values.iter().map(|v| v.label.as_str()).collect(),
-    }
-}
-
-fn links(contents: &Contents<'_>, data: &Data<'_>) -> Vec<(&'static str, &'static str)> {
-    let all = [
-        ("answer", "Answer", true),
-        ("responses", "Responses", !data.curves.is_empty()),
-        ("cases", "Cases", true),
-        (
-            "knobs",
-            "Errors",
-            contents
-                .analysis
-                .at_designs
-                .iter()
-                .any(|at| !at.knobs.is_empty()),
-        ),
-        ("pictures", "Pictures", !contents.pictures.is_empty()),
-    ];
-    let shown = all.into_iter().filter(|(_, _, shown)| *shown);
-    shown.map(|(id, title, _)| (id, title)).collect()
 }
 
 /// The responses that the cases left in their folders.
@@ -142,11 +128,9 @@ fn curves<'a>(contents: &Contents<'a>) -> Result<Vec<Curve<'a>>, StudyError> {
         let Some(rows) = csv::read_columns(&path, ["frequency_hz", &amplitude])? else {
             continue;
         };
-        let points = rows
-            .into_iter()
-            .filter_map(|[at, amplitude]| Some((at?, amplitude)));
-        let (frequency_hz, amplitude_m) =
-            thinned(&points.collect::<Vec<_>>(), contents.results.len());
+        let points = rows.into_iter().filter_map(|[at, a]| Some((at?, a)));
+        let points: Vec<_> = points.collect();
+        let (frequency_hz, amplitude_m) = thinned(&points, contents.results.len());
         curves.push(Curve {
             case: &result.case.slug,
             values: &result.case.values,
@@ -161,78 +145,74 @@ fn curves<'a>(contents: &Contents<'a>) -> Result<Vec<Curve<'a>>, StudyError> {
 fn thinned(points: &[(f64, Option<f64>)], curves: usize) -> (Vec<f64>, Vec<Option<f64>>) {
     let most = (MOST_POINTS / curves.max(1)).max(2);
     let largest = |near: &[(f64, Option<f64>)]| {
-        let by_amplitude = |a: &&(f64, Option<f64>), b: &&(f64, Option<f64>)| {
-            let of = |p: &(f64, Option<f64>)| p.1.unwrap_or(f64::NEG_INFINITY);
-            of(a).total_cmp(&of(b))
-        };
-        near.iter().max_by(by_amplitude).copied()
+        let height = |p: &(f64, Option<f64>)| p.1.unwrap_or(f64::NEG_INFINITY);
+        near.iter()
+            .max_by(|a, b| height(a).total_cmp(&height(b)))
+            .copied()
     };
     let near = points.chunks(points.len().div_ceil(most).max(1));
     near.filter_map(largest).unzip()
 }
 
 fn answer(contents: &Contents<'_>) -> Markup {
-    let Contents {
-        study,
-        results,
-        analysis,
-        ..
-    } = *contents;
-    let complete = results.iter().filter(|r| r.figures().is_some()).count();
-    let costs = results.iter().filter_map(|r| r.figures());
-    let cost_s: f64 = costs.map(|f| f.cost.compared_s()).sum();
+    let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
+    let all = results.len();
+    let count = |wanted: &dyn Fn(&Figures) -> bool| {
+        let figures = results.iter().filter_map(|r| r.figures());
+        figures.filter(|f| wanted(f)).count()
+    };
+    let complete = count(&|_| true);
+    let unconverged = count(&|f| f.unconverged > 0);
+    let at_ends = count(&|f| f.peak_at_end_of_range);
+    let seconds = results.iter().filter_map(|r| r.figures());
+    let seconds: f64 = seconds.filter_map(|f| f.processor_seconds).sum();
     let least = least_values(study, results, analysis);
-    let recommended = recommended(study, results, analysis);
     html! {
         section #answer {
             h2 { "Answer" }
             div.cards {
-                (card("Cases with a result", &format!("{complete} of {}", results.len()), &html! {
-                    @if complete == results.len() { "none failed" } @else { "see the warnings" }
+                (card("Cases with a result", &format!("{complete} of {all}"), &html! {
+                    @if complete == all { "none failed" } @else { "see the warnings" }
                 }))
-                @for knob in study.knobs.iter().filter(|k| k.values.len() > 1) {
+                @for p in study.parameters.iter().filter(|p| p.values.len() > 1) {
                     (card(
-                        &format!("Knob {} ({})", knob.name, knob.kind.word()),
-                        &counted(knob.values.len(), "value", "values"),
-                        &html! { (knob.values[0].label) " to " (knob.values[knob.values.len() - 1].label) },
+                        &format!("{}, {}", p.title(), p.kind.word()),
+                        &counted(p.values.len(), "value", "values"),
+                        &html! { (p.values[0].label) " to " (p.values[p.values.len() - 1].label) },
                     ))
                 }
-                (card("All cases took", &format!("{} s", figure(cost_s, 3)), &html! { "of the processor" }))
+                (card("All cases took", &format!("{} s", figure(seconds, 3)), &html! {
+                    "of the processor"
+                }))
             }
-            @if !least.is_empty() {
+            @if least.is_empty() {
+                p.quiet {
+                    "The study asks for no least value (" code { "[[minimise]]" } "): its answer is "
+                    "the responses, the tables and the pictures below."
+                }
+            } @else {
                 h3 { "Least values" }
                 ul { @for line in &least { li { (line) } } }
             }
-            @if !recommended.is_empty() {
-                h3 { "Recommended settings" }
-                ul { @for line in &recommended { li { (line) } } }
-            }
-            @if least.is_empty() && recommended.is_empty() {
-                p.quiet {
-                    "The study asks for no least value and for no accuracy (" code { "[[minimise]]" } ", "
-                    code { "[[recommend]]" } "): its answer is the responses, the table and the pictures below."
-                }
-            }
             h3 { "Can this be trusted?" }
-            (trust(contents, complete))
-        }
-    }
-}
-
-fn trust(contents: &Contents<'_>, complete: usize) -> Markup {
-    let results = contents.results;
-    let unconverged = results
-        .iter()
-        .filter(|r| matches!(&r.ended, Ended::WithFigures(f) if f.unconverged > 0))
-        .count();
-    let at_ends = results.iter().filter(|r| r.peak_at_end_of_range()).count();
-    html! {
-        ul.trust {
-            (line(complete == results.len(), &html! { (complete) " of " (counted(results.len(), "case has", "cases have")) " a result." }))
-            (line(unconverged == 0, &html! { (counted(unconverged, "case has", "cases have")) " frequencies that did not converge." }))
-            (line(at_ends == 0, &html! { (counted(at_ends, "case has its", "cases have their")) " peak at an end of the frequencies." }))
-            @if contents.study.knobs.iter().all(Knob::is_design) {
-                li.quiet { "All knobs are design values: nothing here says how far meshes, modes and harmonics err." }
+            ul.trust {
+                (line(complete == all, &html! {
+                    (complete) " of " (counted(all, "case has", "cases have")) " a result."
+                }))
+                (line(unconverged == 0, &html! {
+                    (counted(unconverged, "case has", "cases have"))
+                    " frequencies that did not converge."
+                }))
+                (line(at_ends == 0, &html! {
+                    (counted(at_ends, "case has its", "cases have their"))
+                    " peak at an end of the frequencies."
+                }))
+                @if !study.parameters.iter().any(Parameter::is_numerical) {
+                    li.quiet {
+                        "No parameter is numerical: nothing here says how far meshes, modes and "
+                        "harmonics err."
+                    }
+                }
             }
         }
     }
@@ -242,28 +222,27 @@ fn responses(data: &Data<'_>) -> Markup {
     if data.curves.is_empty() {
         return html! {};
     }
-    let turned = || {
-        data.knobs
-            .iter()
-            .enumerate()
-            .filter(|(_, knob)| knob.labels.len() > 1)
-    };
+    let parameters = || data.parameters.iter().enumerate();
+    let varied = || parameters().filter(|(_, p)| p.values.len() > 1);
     html! {
         section #responses {
             h2 { "Responses" }
             p {
-                "The response of every case. Point at a curve for its case, drag over a stretch to zoom, double-click to see all."
+                "The response of every case. Point at a curve for its case, drag over a stretch to "
+                "zoom, double-click to see all."
             }
             div.tools {
-                @if turned().count() > 0 {
+                @if varied().count() > 0 {
                     label { "colour by " select #colour-by {
-                        @for (k, knob) in turned() { option value=(k) { (knob.name) } }
+                        @for (k, p) in varied() { option value=(k) { (p.title) } }
                     } }
                 }
-                @for (k, knob) in turned() {
-                    label { (knob.name) " " select.only data-knob=(k) {
+                @for (k, p) in varied() {
+                    label { (p.title) " " select.only data-parameter=(k) {
                         option value="" { "all" }
-                        @for (v, label) in knob.labels.iter().enumerate() { option value=(v) { (label) } }
+                        @for (v, words) in p.values.iter().enumerate() {
+                            option value=(v) { (words) }
+                        }
                     } }
                 }
                 label { input #logarithmic type="checkbox"; " logarithmic" }
@@ -274,29 +253,16 @@ fn responses(data: &Data<'_>) -> Markup {
     }
 }
 
-/// The heading of a column of table.csv in words.
-fn titled(heading: &str) -> String {
-    let (start, heading) = match heading.strip_prefix("error_") {
-        Some(of) => ("error of ", of),
-        None => ("", heading),
-    };
-    match name_and_unit(heading) {
-        (name, unit) if unit.is_empty() || !start.is_empty() => {
-            format!("{start}{}", name.replace('_', " "))
-        }
-        (name, unit) => format!("{}, {unit}", name.replace('_', " ")),
-    }
-}
-
+/// A table; `first` makes the first cell of a row of its words.
 fn table(
-    id: &str,
+    class: &str,
     header: &[String],
     rows: &[Vec<String>],
     first: impl Fn(usize, &str) -> Markup,
 ) -> Markup {
     html! {
-        div.wide { table class=(id) {
-            thead { tr { @for cell in header { th { (titled(cell)) } } } }
+        div.wide { table class=(class) {
+            thead { tr { @for cell in header { th { (cell) } } } }
             tbody { @for (r, row) in rows.iter().enumerate() { tr {
                 @for (c, cell) in row.iter().enumerate() {
                     td { @if c == 0 { (first(r, cell)) } @else { (cell) } }
@@ -306,72 +272,166 @@ fn table(
     }
 }
 
+/// The name of a figure with the unit that its largest value has, and the factor to that unit.
+fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
+    let largest = values.fold(0.0_f64, |m, v| m.max(v.abs()));
+    let (unit, factor) = in_unit(figure.unit(), largest);
+    (with_unit(&figure.name, &unit), factor)
+}
+
+/// The title of a column of [`OF_RUNS`].
+fn of_runs(heading: &str) -> String {
+    let (name, unit) = name_and_unit(heading);
+    with_unit(&name, unit)
+}
+
+/// One row per case: each figure with its difference from the finest.
 fn cases(contents: &Contents<'_>) -> Markup {
-    let Contents {
-        study,
-        results,
-        analysis,
-        ..
-    } = *contents;
-    let (header, rows) = all_cases(study, results, analysis);
-    let fixed = analysis.headings.iter();
-    let fixed = fixed
-        .filter(|h| !analysis.designs.cases.is_empty() && !analysis.designs.changing.contains(h));
-    let fixed: Vec<&str> = fixed.map(String::as_str).collect();
+    let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
+    let mut header = vec!["case".to_owned()];
+    header.extend(study.parameters.iter().map(Parameter::title));
+    let mut rows: Vec<Vec<String>> = results.iter().map(|r| vec![r.case.slug.clone()]).collect();
+    for (row, result) in rows.iter_mut().zip(results) {
+        row.extend(result.case.labels(study).into_iter().map(str::to_owned));
+    }
+    for (f, figure) in analysis.figures.iter().enumerate() {
+        let value = |result: &CaseResult| result.value(&figure.heading);
+        let (title, factor) = scaled(figure, results.iter().filter_map(value));
+        header.push(title);
+        for (c, (row, result)) in rows.iter_mut().zip(results).enumerate() {
+            let number = value(result).map(|v| figure.number(factor * v, 5));
+            let difference = analysis.differences[c][f].filter(|d| *d > SAME);
+            let difference = difference.map(|d| format!(" ({})", percent(d, 2)));
+            row.push(number.unwrap_or_default() + &difference.unwrap_or_default());
+        }
+    }
+    header.extend(OF_RUNS.map(of_runs));
+    for (row, result) in rows.iter_mut().zip(results) {
+        row.extend(of_run(result, &|v| figure(v, 3)));
+    }
+    let designs = &analysis.designs;
+    let same = analysis.figures.iter();
+    let same = same.filter(|f| !designs.cases.is_empty() && !designs.changing.contains(f));
+    let same: Vec<&str> = same.map(|f| f.name.as_str()).collect();
     let link = |r: usize, name: &str| {
-        let has_report = contents
-            .settings
-            .folder(&results[r].case)
-            .join(REPORT)
-            .is_file();
+        let folder = contents.settings.folder(&results[r].case);
         html! {
-            @if has_report { a href={ "cases/" (name) "/" (REPORT) } { (name) } } @else { (name) }
+            @if folder.join(REPORT).is_file() {
+                a href={ "cases/" (name) "/" (REPORT) } { (name) }
+            } @else { (name) }
         }
     };
     html! {
         section #cases {
             h2 { "Cases" }
-            p { "A click on a heading sorts by it. Each case links to its own report. " code { "table.csv" } " has the same with all digits." }
+            p {
+                "A click on a heading sorts by it. Each case links to its own report. "
+                code { "table.csv" } " has the same with all digits."
+                @if !analysis.refinements.is_empty() {
+                    " In brackets stands the difference from the finest case."
+                }
+            }
             (table("sorted", &header, &rows, link))
-            @if !fixed.is_empty() {
-                p.quiet { "The same for all designs, and in no picture of them: " (fixed.join(", ")) "." }
+            @if !same.is_empty() {
+                p.quiet { "The same for all designs, and in no picture of them: " (same.join(", ")) "." }
             }
         }
     }
 }
 
-fn knobs(contents: &Contents<'_>) -> Markup {
-    let Contents {
-        study,
-        results,
-        analysis,
-        ..
-    } = *contents;
-    let at_designs = || {
-        analysis
-            .at_designs
-            .iter()
-            .filter(|at: &&AtDesign| !at.knobs.is_empty())
-    };
-    if at_designs().count() == 0 {
-        return html! {};
-    }
+/// A table for each numerical parameter, at each design.
+fn errors(contents: &Contents<'_>) -> Markup {
+    let (study, analysis) = (contents.study, contents.analysis);
     html! {
-        section #knobs {
-            h2 { "Errors of the numerical knobs" }
-            p {
-                "A column per value, from coarse to fine. Each figure has its values, the error that each value is taken to make, the order "
-                "that shows, and what the errors are counted from."
-            }
-            @for at in at_designs() {
-                @for answer in &at.knobs {
-                    @let (header, rows) = one_knob(study, results, answer);
-                    h3 { "Knob " (study.knobs[answer.knob].name) (at_words(study, at)) }
+        @if !analysis.refinements.is_empty() {
+            section #errors {
+                h2 { "Errors of the numerical parameters" }
+                p {
+                    "A column per value, from coarse to fine. Each figure has its values, their "
+                    "differences from the finest one, the error that each is estimated to make, the "
+                    "order that shows, and what the estimate is counted from."
+                }
+                @for refinement in &analysis.refinements {
+                    @let (header, rows) = one_refinement(contents, refinement);
+                    h3 {
+                        (study.parameters[refinement.parameter].title())
+                        (at_words(study, &refinement.at))
+                    }
                     (table("plain", &header, &rows, |_, name| html! { (name) }))
+                    @let same = refinement.figures.iter().zip(&analysis.figures);
+                    @let same = same.filter(|(refined, _)| is_unchanged(refined));
+                    @let same: Vec<&str> = same.map(|(_, f)| f.name.as_str()).collect();
+                    @if !same.is_empty() {
+                        p.quiet { "It has no influence on: " (same.join(", ")) "." }
+                    }
                 }
             }
         }
     }
+}
+
+fn is_unchanged(refined: &Refined) -> bool {
+    refined
+        .limit
+        .is_some_and(|limit| limit.how == How::Unchanged)
+}
+
+fn one_refinement(
+    contents: &Contents<'_>,
+    refinement: &Refinement,
+) -> (Vec<String>, Vec<Vec<String>>) {
+    let parameter = &contents.study.parameters[refinement.parameter];
+    let mut header = vec![String::new()];
+    header.extend(parameter.values.iter().map(|v| v.label.clone()));
+    header.extend(["order", "counted from"].map(str::to_owned));
+    let row = |name: &str, cells: Vec<String>, end: [String; 2]| {
+        [vec![name.to_owned()], cells, end.to_vec()].concat()
+    };
+    let none = || [const { String::new() }; 2];
+    let cases = refinement.cases.iter().map(|c| &contents.results[*c]);
+    let runs: Vec<[String; 7]> = cases.map(|r| of_run(r, &|v| figure(v, 3))).collect();
+    // Processor seconds, memory and outcome.
+    let mut rows = Vec::from_iter([0, 2, 4].map(|at| {
+        let cells = runs.iter().map(|cells| cells[at].clone());
+        row(&of_runs(OF_RUNS[at]), cells.collect(), none())
+    }));
+    let figures = refinement.figures.iter().zip(&contents.analysis.figures);
+    for (refined, figure) in figures.filter(|(refined, _)| !is_unchanged(refined)) {
+        let cells = |values: &[Option<f64>], text: &dyn Fn(f64) -> String| -> Vec<String> {
+            let texts = values.iter().map(|v| v.map(text).unwrap_or_default());
+            texts.collect()
+        };
+        let (title, factor) = scaled(figure, refined.values.iter().flatten().copied());
+        let values = cells(&refined.values, &|v| figure.number(factor * v, 6));
+        rows.push(row(&title, values, counted_from(refined, figure, factor)));
+        let share = |v: f64| percent(v, 2);
+        let differences = cells(&refined.differences, &share);
+        rows.push(row("– from the finest", differences, none()));
+        let estimates = cells(&refined.estimated_errors, &share);
+        rows.push(row("– estimated error", estimates, none()));
+    }
+    (header, rows)
+}
+
+/// The order that shows, and the value that estimated errors are counted from.
+fn counted_from(refined: &Refined, of: &Figure, factor: f64) -> [String; 2] {
+    let Some(limit) = refined.limit else {
+        return [const { String::new() }; 2];
+    };
+    let order = limit.order.map(|p| figure(p, 2));
+    let from = match limit.how {
+        How::Richardson => {
+            let value = of.number(factor * limit.value, 6);
+            return [order.unwrap_or_default(), format!("{value} (Richardson)")];
+        }
+        How::Finest => {
+            let seen = order.map_or(String::new(), |order| format!(" ({order})"));
+            return [format!("none shows{seen}"), "the finest".to_owned()];
+        }
+        How::Reference => "the last",
+        How::Unchanged | How::Single => "",
+    };
+    [String::new(), from.to_owned()]
 }
 
 fn pictures(contents: &Contents<'_>) -> Result<Markup, StudyError> {
@@ -380,10 +440,8 @@ fn pictures(contents: &Contents<'_>) -> Result<Markup, StudyError> {
     for (shows, file) in contents.pictures {
         let path = folder.join(file);
         let svg = std::fs::read(&path).map_err(|source| StudyError::Read { path, source })?;
-        shown.push((
-            shows,
-            format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg)),
-        ));
+        let source = format!("data:image/svg+xml;base64,{}", STANDARD.encode(svg));
+        shown.push((shows, source));
     }
     Ok(html! {
         @if !shown.is_empty() {

@@ -1,23 +1,23 @@
-//! plots/*.svg of a study.
+//! The pictures of a study (plots/*.svg): figures over design values and loads, and the estimated
+//! errors of numerical parameters.
 
 use std::path::Path;
 
-use super::analysis::{Analysis, AtDesign, CaseErrors, FigureAnswer, KnobAnswer};
-use super::cases::{design_slug, design_words};
+use super::analysis::{Analysis, Refined, Refinement};
+use super::cases::{at_slug, at_words};
 use super::convergence::How;
 use super::designs::centre;
 use super::error::StudyError;
 use super::file::{Mode, Study};
-use super::knob::Knob;
-use super::quantity::name_and_unit;
+use super::parameter::Parameter;
+use super::quantity::Figure;
 use super::results::CaseResult;
 use crate::export::create_folder;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
 
-/// Figures drawn in one plot, as many as there are colours.
+/// Figures drawn in one picture, as many as there are colours.
 const MOST_SERIES: usize = 6;
-const COST: &str = "processor seconds";
-/// An axis of design values is logarithmic where the largest is as many times the least.
+/// An axis is logarithmic where its largest value is as many times the least.
 const WIDE: f64 = 20.0;
 
 /// A picture that was written: what it shows, and the name of its file.
@@ -32,9 +32,8 @@ struct Pictures<'s> {
     written: Vec<Picture>,
 }
 
-/// Of designs each figure over each design value, and over two of them. Of numerical knobs, at each
-/// design, errors of all cases against cost, and errors against each knob and against what its
-/// values cost.
+/// Draws each figure that changes over each design value or load and over two of them, and the
+/// estimated errors of each numerical parameter at each design.
 pub fn write(
     folder: &Path,
     study: &Study,
@@ -49,11 +48,11 @@ pub fn write(
         analysis,
         written: Vec::new(),
     };
-    for heading in &analysis.designs.changing {
-        pictures.of_designs(heading)?;
+    for figure in &analysis.designs.changing {
+        pictures.of_designs(figure)?;
     }
-    for at in &analysis.at_designs {
-        pictures.of_errors(at)?;
+    for refinement in &analysis.refinements {
+        pictures.of_errors(refinement)?;
     }
     Ok(pictures.written)
 }
@@ -61,85 +60,96 @@ pub fn write(
 impl Pictures<'_> {
     fn draw(
         &mut self,
-        name: String,
+        file: String,
         shows: String,
         axes: &[Axis; 2],
         series: &[Series],
     ) -> Result<(), StudyError> {
-        let file = format!("{name}.svg");
-        write_series(&self.folder.join(&file), &self.study.name, axes, series)?;
+        write_series(&self.folder.join(&file), &shows, axes, series)?;
         self.written.push((shows, file));
         Ok(())
     }
 
-    fn of_errors(&mut self, at: &AtDesign) -> Result<(), StudyError> {
-        let results = self.results;
-        let cost = |case: usize| Some(results[case].figures()?.cost.compared_s());
-        let end = design_slug(self.study, &at.values);
-        let words = match design_words(self.study, &at.values) {
-            none if none.is_empty() => none,
-            words => format!(", at {words}"),
+    /// Estimated errors against the size of a parameter, or over its values where they have none.
+    fn of_errors(&mut self, refinement: &Refinement) -> Result<(), StudyError> {
+        let parameter = &self.study.parameters[refinement.parameter];
+        let figures = refinement.figures.iter().zip(&self.analysis.figures);
+        let changes = |(refined, _): &(&Refined, &Figure)| {
+            let how = refined.limit.map(|limit| limit.how);
+            !matches!(how, None | Some(How::Unchanged | How::Single))
         };
-        for errors in &at.errors {
-            let CaseErrors { heading, .. } = errors;
-            let axes = [COST, &format!("error of {heading}")].map(Axis::logarithmic);
-            let shows = format!("Error of {heading} against cost, all cases{words}");
-            let series = all_cases(results, errors, &cost);
-            self.draw(format!("pareto_{heading}{end}"), shows, &axes, &series)?;
+        let shown: Vec<_> = figures.filter(changes).take(MOST_SERIES).collect();
+        if shown.is_empty() {
+            return Ok(());
         }
-        for answer in &at.knobs {
-            let figures = drawn(self.analysis, answer);
-            if figures.is_empty() {
-                continue;
+        let sizes = parameter.sizes();
+        let (x, places) = match sizes {
+            Some(sizes) => (Axis::logarithmic(&parameter.size_name), sizes),
+            None => {
+                let count = parameter.values.len();
+                let places: Vec<f64> = (1..=count).map(|v| v as f64).collect();
+                (axis(parameter, &places, Scale::Linear), places)
             }
-            let knob = &self.study.knobs[answer.knob];
-            let name = &knob.name;
-            let label = |v: usize| knob.values[v].label.clone();
-            if let Some(sizes) = knob.sizes() {
-                let series = series(&figures, &|v| Some(sizes[v]), &label);
-                let size = format!("size of {name}");
-                let axes = [&size, "relative error"].map(Axis::logarithmic);
-                let shows = format!("Errors against the size of {name}{words}");
-                self.draw(format!("{name}{end}"), shows, &axes, &series)?;
+        };
+        let has_names = x.marks.is_empty();
+        let one = |(i, (refined, figure)): (usize, &(&Refined, &Figure))| {
+            let errors = refined.estimated_errors.iter();
+            let errors = errors.map(|e| e.map(|e| 100.0 * e));
+            // The values are written once, beside the first figure.
+            let names = parameter.values.iter().filter(|_| has_names && i == 0);
+            Series {
+                label: figure.name.clone(),
+                names: names.map(|v| v.label.clone()).collect(),
+                points: places.iter().copied().zip(errors).collect(),
+                joined: true,
             }
-            let series = series(&figures, &|v| cost(answer.cases[v]), &label);
-            let axes = [COST, "relative error"].map(Axis::logarithmic);
-            let shows = format!("Errors against the cost of each value of {name}{words}");
-            self.draw(format!("{name}_seconds{end}"), shows, &axes, &series)?;
-        }
-        Ok(())
+        };
+        let series: Vec<Series> = shown.iter().enumerate().map(one).collect();
+        let axes = [x, Axis::logarithmic("estimated error (%)")];
+        let (name, at) = (parameter.title(), at_words(self.study, &refinement.at));
+        let file = format!(
+            "{}{}.svg",
+            parameter.name,
+            at_slug(self.study, &refinement.at)
+        );
+        self.draw(file, format!("Errors by {name}{at}"), &axes, &series)
     }
 
-    /// A figure over each design knob, with a line for each value of another, and over each two of
-    /// them; the rest of the knobs stay where they are.
-    fn of_designs(&mut self, heading: &str) -> Result<(), StudyError> {
-        let knobs = self.study.knobs.iter().enumerate();
-        let turned = knobs.filter(|(_, k)| k.is_design() && k.values.len() > 1);
-        let turned: Vec<usize> = turned.map(|(k, _)| k).collect();
+    /// Draws a figure over each design value or load, with a line for each value of another, and
+    /// over each two of them; the rest of the parameters stay where they are.
+    fn of_designs(&mut self, figure: &Figure) -> Result<(), StudyError> {
+        let parameters = self.study.parameters.iter().enumerate();
+        let varied = parameters.filter(|(_, p)| !p.is_numerical() && p.values.len() > 1);
+        let varied: Vec<usize> = varied.map(|(k, _)| k).collect();
         let is_grid = self.study.mode == Mode::Grid;
-        for &k in &turned {
-            let others = turned.iter().copied().filter(|o| is_grid && *o != k);
+        for &k in &varied {
+            let others = varied.iter().copied().filter(|o| is_grid && *o != k);
             let others: Vec<usize> = others.collect();
             if others.is_empty() {
-                self.curves(heading, k, None)?;
+                self.curves(figure, k, None)?;
             }
             for other in others {
-                self.curves(heading, k, Some(other))?;
+                self.curves(figure, k, Some(other))?;
                 if k < other {
-                    self.heat_map(heading, [k, other])?;
+                    self.heat_map(figure, [k, other])?;
                 }
             }
         }
         Ok(())
     }
 
-    fn curves(&mut self, heading: &str, k: usize, other: Option<usize>) -> Result<(), StudyError> {
-        let knob = &self.study.knobs[k];
-        let places = places(knob);
+    fn curves(
+        &mut self,
+        figure: &Figure,
+        k: usize,
+        other: Option<usize>,
+    ) -> Result<(), StudyError> {
+        let parameter = &self.study.parameters[k];
+        let counted = || (1..=parameter.values.len()).map(|v| v as f64).collect();
+        let places: Vec<f64> = parameter.numbers().unwrap_or_else(counted);
         let line = |label: String, fixed: &[(usize, usize)]| {
             let point = |(v, place): (usize, &f64)| {
-                let turned = [fixed, &[(k, v)]].concat();
-                (*place, self.value(heading, &turned))
+                (*place, self.value(figure, &[fixed, &[(k, v)]].concat()))
             };
             Series {
                 label,
@@ -148,143 +158,82 @@ impl Pictures<'_> {
                 joined: true,
             }
         };
-        let (name, unit) = name_and_unit(heading);
-        let (series, by) = match other.map(|o| (o, &self.study.knobs[o])) {
-            None => (vec![line(name.to_owned(), &[])], String::new()),
+        let mut file = format!("{}_over_{}", figure.heading, parameter.name);
+        let mut shows = format!("{} over {}", capital(&figure.name), parameter.title());
+        let series = match other.map(|o| (o, &self.study.parameters[o])) {
+            None => vec![line(figure.name.clone(), &[])],
             Some((o, other)) => {
-                let label = |w: usize| format!("{} {}", other.name, other.values[w].label);
+                file += &format!("_by_{}", other.name);
+                shows += &format!(", by {}", other.title());
                 let values = 0..other.values.len();
-                let lines = values.map(|w| line(label(w), &[(o, w)]));
-                (lines.collect(), format!("_by_{}", other.name))
+                values.map(|w| line(other.words(w), &[(o, w)])).collect()
             }
         };
-        let axes = [
-            axis(knob, &places),
-            Axis {
-                title: name.to_owned(),
-                unit,
-                scale: Scale::Linear,
-                marks: Vec::new(),
-            },
-        ];
-        let file = format!("{heading}_over_{}{by}", knob.name);
-        let shows = format!(
-            "{heading} over {}{}",
-            knob.name,
-            by.replace("_by_", ", by ")
-        );
-        self.draw(file, shows, &axes, &series)
+        let least = places.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = places.iter().copied().fold(0.0, f64::max);
+        let scale = match least > 0.0 && largest >= WIDE * least {
+            true => Scale::Logarithmic,
+            false => Scale::Linear,
+        };
+        let y = Axis {
+            title: figure.name.clone(),
+            unit: figure.unit(),
+            scale: Scale::Linear,
+            marks: Vec::new(),
+        };
+        let axes = [axis(parameter, &places, scale), y];
+        self.draw(file + ".svg", shows, &axes, &series)
     }
 
-    fn heat_map(&mut self, heading: &str, knobs: [usize; 2]) -> Result<(), StudyError> {
-        let [across, up] = knobs.map(|k| &self.study.knobs[k]);
-        let labels = |knob: &Knob| knob.values.iter().map(|v| v.label.clone()).collect();
-        let value = |v: usize, w: usize| self.value(heading, &[(knobs[0], v), (knobs[1], w)]);
+    fn heat_map(&mut self, figure: &Figure, both: [usize; 2]) -> Result<(), StudyError> {
+        let [across, up] = both.map(|k| &self.study.parameters[k]);
+        let labels = |p: &Parameter| p.values.iter().map(|v| v.label.clone()).collect();
+        let value = |v: usize, w: usize| self.value(figure, &[(both[0], v), (both[1], w)]);
         let column = |v: usize| (0..up.values.len()).map(|w| value(v, w)).collect();
-        let (name, unit) = name_and_unit(heading);
+        let axes = [across.title(), up.title()];
+        let shows = format!("{} over {} and {}", capital(&figure.name), axes[0], axes[1]);
         let map = HeatMap {
-            title: format!("{}: {name}", self.study.name),
-            unit,
-            axes: [across.name.clone(), up.name.clone()],
+            title: shows.clone(),
+            unit: figure.unit(),
             labels: [labels(across), labels(up)],
             values: (0..across.values.len()).map(column).collect(),
+            axes,
         };
-        let file = format!("{heading}_over_{}_and_{}.svg", across.name, up.name);
+        let file = format!(
+            "{}_over_{}_and_{}.svg",
+            figure.heading, across.name, up.name
+        );
         write_heat_map(&self.folder.join(&file), &map)?;
-        let shows = format!("{heading} over {} and {}", across.name, up.name);
         self.written.push((shows, file));
         Ok(())
     }
 
-    /// A figure where these knobs have these values and the others stay.
-    fn value(&self, heading: &str, turned: &[(usize, usize)]) -> Option<f64> {
+    /// A figure where these parameters have these values and the others stay.
+    fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
         let mut values = centre(self.study);
-        for (k, v) in turned {
+        for (k, v) in varied {
             values[*k] = *v;
         }
-        let case = self.analysis.designs.case(self.results, &values)?;
-        self.results[case].value(heading)
+        let mut results = self.results.iter();
+        let result = results.find(|r| r.case.values == values)?;
+        result.value(&figure.heading)
     }
 }
 
-/// Where the values of a design knob stand on an axis: at their numbers, else at 0, 1, ...
-fn places(knob: &Knob) -> Vec<f64> {
-    let counted = || (0..knob.values.len()).map(|v| v as f64).collect();
-    knob.numbers().unwrap_or_else(counted)
-}
-
-fn axis(knob: &Knob, places: &[f64]) -> Axis {
-    let least = places.iter().copied().fold(f64::INFINITY, f64::min);
-    let largest = places.iter().copied().fold(0.0, f64::max);
-    let labels = knob.values.iter().map(|v| v.label.clone());
+/// The axis of a parameter whose values stand at these places.
+fn axis(parameter: &Parameter, places: &[f64], scale: Scale) -> Axis {
+    let labels = parameter.values.iter().map(|v| v.label.clone());
     Axis {
-        title: knob.name.clone(),
+        title: parameter.title(),
         unit: "",
-        scale: match least > 0.0 && largest >= WIDE * least && knob.numbers().is_some() {
-            true => Scale::Logarithmic,
-            false => Scale::Linear,
-        },
+        scale,
         marks: places.iter().copied().zip(labels).collect(),
     }
 }
 
-/// The Pareto front, and the other cases.
-fn all_cases(
-    results: &[CaseResult],
-    errors: &CaseErrors,
-    cost: &dyn Fn(usize) -> Option<f64>,
-) -> [Series; 2] {
-    let mut points: Vec<(usize, (f64, f64))> = (0..results.len())
-        .filter_map(|c| Some((c, (cost(c)?, errors.errors[c]?))))
-        .collect();
-    points.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    [("Pareto front", true), ("other cases", false)].map(|(label, on_front)| {
-        let own = points
-            .iter()
-            .filter(|(c, _)| errors.on_pareto_front[*c] == on_front);
-        let names = own.clone().filter(|_| on_front);
-        Series {
-            label: label.to_owned(),
-            names: names.map(|(c, _)| results[*c].case.slug.clone()).collect(),
-            points: own
-                .map(|(_, (cost, error))| (*cost, Some(*error)))
-                .collect(),
-            joined: on_front,
-        }
-    })
-}
-
-/// Figures that change with the knob: those asked for first.
-fn drawn<'a>(analysis: &Analysis, knob: &'a KnobAnswer) -> Vec<&'a FigureAnswer> {
-    let changes = |f: &&FigureAnswer| {
-        f.limit
-            .is_some_and(|l| !matches!(l.how, How::Unchanged | How::Single))
-    };
-    let asked = |f: &&FigureAnswer| analysis.with_errors.contains(&f.heading);
-    let mut found: Vec<&FigureAnswer> = knob.figures.iter().filter(changes).collect();
-    found.sort_by_key(|f| !asked(f));
-    found.truncate(MOST_SERIES);
-    found
-}
-
-fn series(
-    figures: &[&FigureAnswer],
-    place: &dyn Fn(usize) -> Option<f64>,
-    label: &dyn Fn(usize) -> String,
-) -> Vec<Series> {
-    let one = |(i, figure): (usize, &&FigureAnswer)| {
-        let is_limit = figure.limit.is_some_and(|l| l.how == How::Richardson);
-        let from = if is_limit { "Richardson" } else { "finest" };
-        let points = figure.errors.iter().enumerate();
-        let points = points.filter_map(|(v, error)| Some((v, (place(v)?, *error))));
-        let (values, points): (Vec<usize>, Vec<(f64, Option<f64>)>) = points.unzip();
-        Series {
-            label: format!("{} (from {from})", figure.heading),
-            // The values are written once, beside the first figure.
-            names: values.into_iter().filter(|_| i == 0).map(label).collect(),
-            points,
-            joined: true,
-        }
-    };
-    figures.iter().enumerate().map(one).collect()
+/// With a capital letter at the start.
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
 }

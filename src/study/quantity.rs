@@ -1,14 +1,16 @@
-//! The quantities that a study follows, and what the summary of a case says of them.
+//! The quantities that a study can follow, what they are called, and where the summary of a case
+//! has them.
 
 use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
+use crate::words;
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantity {
     /// In study files and as heading of a column (after the name of the contact, if there is one).
     pub word: &'static str,
-    /// A whole number, which follows no power of a size.
-    pub is_count: bool,
+    /// In sentences and pictures.
+    name: &'static str,
     of: Of,
 }
 
@@ -17,8 +19,12 @@ pub struct Quantity {
 enum Of {
     Run(fn(&Summary) -> Option<f64>),
     Static(fn(&StaticSummary) -> Option<f64>),
+    /// Of each contact.
     Contact(fn(&ContactSummary) -> Option<f64>),
     Response(fn(&ResponseSummary) -> Option<f64>),
+    /// Of the displacement that is observed.
+    Observed(fn(&ResponseSummary) -> Option<f64>),
+    Count(fn(&ResponseSummary) -> Option<usize>),
 }
 
 impl PartialEq for Quantity {
@@ -27,160 +33,204 @@ impl PartialEq for Quantity {
     }
 }
 
-const fn number(word: &'static str, of: Of) -> Quantity {
-    Quantity {
-        word,
-        is_count: false,
-        of,
-    }
+/// The quantities, in the order of the columns of table.csv: word, name, and where they stand.
+macro_rules! quantities {
+    ($($word:literal, $name:literal, $of:ident($from:expr);)*) => {
+        pub const ALL: &[Quantity] = &[$(Quantity {
+            word: $word,
+            name: $name,
+            of: Of::$of($from),
+        }),*];
+        pub const WORDS: &[&str] = &[$($word),*];
+    };
 }
 
-const fn count(word: &'static str, of: fn(&ResponseSummary) -> Option<f64>) -> Quantity {
-    Quantity {
-        word,
-        is_count: true,
-        of: Of::Response(of),
-    }
+quantities! {
+    "stuck_frequency_hz", "first stuck frequency", Run(|s| s.stuck_frequency_hz);
+    "linear_frequency_hz", "first linear frequency", Run(|s| s.linear_frequency_hz);
+    "blade_frequency_hz", "first frequency with held flanks", Run(|s| s.blade_frequency_hz);
+    "peak_amplitude_m", "peak amplitude", Observed(|r| r.peak_amplitude_m);
+    "peak_frequency_hz", "frequency of the peak", Response(|r| r.peak_frequency_hz);
+    "peak_ratio", "ratio of the peak to the linear peak", Response(|r| r.peak_ratio);
+    "static_pressure_pa", "largest static pressure", Static(|s| s.largest_pressure_pa);
+    "normal_force_n", "static normal force", Contact(|c| c.normal_force_n);
+    "static_slip_m", "largest static slip", Static(|s| s.largest_slip_m);
+    "peak_friction_power_w", "friction power at the peak", Response(|r| r.peak_friction_power_w);
+    "peak_damping_power_w", "damping power at the peak", Response(|r| r.peak_damping_power_w);
+    "peak_friction_energy_j_m2", "largest friction energy per area in a period of the peak",
+        Response(|r| r.peak_largest_friction_energy_j_m2);
+    "peak_slid_m", "largest distance slid in a period of the peak",
+        Response(|r| r.peak_largest_slid_m);
+    "loss_factor", "loss factor", Response(loss_factor);
+    "opening_pairs", "pairs that open", Count(|r| Some(r.pairs_that_open));
+    "opening_area_share", "share of the area that opens", Response(|r| r.area_share_that_opens);
+    "peak_opening_pairs", "pairs that open at the peak", Count(|r| r.peak_opening_pairs);
+    "peak_slipping_pairs", "pairs that slip at the peak", Count(|r| r.peak_slipping_pairs);
 }
 
-/// First mode of a body with its flanks held, which a run computes only if it is asked to.
-pub const BLADE_FREQUENCY: Quantity =
-    number("blade_frequency_hz", Of::Run(|s| s.blade_frequency_hz));
-pub const PEAK_AMPLITUDE: Quantity =
-    number("peak_amplitude_m", Of::Response(|r| r.peak_amplitude_m));
-const NORMAL_FORCE: Quantity = number("normal_force_n", Of::Contact(|c| c.normal_force_n));
+/// The first mode of a body with its flanks held, which a run computes only if it is asked to.
+pub const BLADE_FREQUENCY: Quantity = ALL[2];
 
-/// In the order of the columns of table.csv.
-pub const ALL: [Quantity; 18] = [
-    number("stuck_frequency_hz", Of::Run(|s| s.stuck_frequency_hz)),
-    number("linear_frequency_hz", Of::Run(|s| s.linear_frequency_hz)),
-    BLADE_FREQUENCY,
-    PEAK_AMPLITUDE,
-    number("peak_frequency_hz", Of::Response(|r| r.peak_frequency_hz)),
-    number("peak_ratio", Of::Response(|r| r.peak_ratio)),
-    number("static_pressure_pa", Of::Static(|s| s.largest_pressure_pa)),
-    NORMAL_FORCE,
-    number("static_slip_m", Of::Static(|s| s.largest_slip_m)),
-    number(
-        "peak_friction_power_w",
-        Of::Response(|r| r.peak_friction_power_w),
-    ),
-    number(
-        "peak_damping_power_w",
-        Of::Response(|r| r.peak_damping_power_w),
-    ),
-    number(
-        "peak_friction_energy_j_m2",
-        Of::Response(|r| r.peak_largest_friction_energy_j_m2),
-    ),
-    number("peak_slid_m", Of::Response(|r| r.peak_largest_slid_m)),
-    number("loss_factor", Of::Response(loss_factor)),
-    count("opening_pairs", |r| Some(r.pairs_that_open as f64)),
-    number(
-        "opening_area_share",
-        Of::Response(|r| r.area_share_that_opens),
-    ),
-    count("peak_opening_pairs", |r| {
-        r.peak_opening_pairs.map(|n| n as f64)
-    }),
-    count("peak_slipping_pairs", |r| {
-        r.peak_slipping_pairs.map(|n| n as f64)
-    }),
-];
-
-/// At the peak.
+/// The loss factor at the peak.
 fn loss_factor(response: &ResponseSummary) -> Option<f64> {
     let row = response.peak_row?;
     let at_peak = response.peaks.iter().find(|peak| peak.row == row);
     at_peak?.loss_factor
 }
 
-pub const WORDS: [&str; ALL.len()] = {
-    let mut words = [""; ALL.len()];
-    let mut i = 0;
-    while i < ALL.len() {
-        words[i] = ALL[i].word;
-        i += 1;
-    }
-    words
-};
-
-/// What a figure is called and its SI unit, taken from the end of its heading: `peak_amplitude` and
-/// `m`. Shares, ratios and counts have no unit.
-pub fn name_and_unit(heading: &str) -> (&str, &'static str) {
-    const UNITS: [(&str, &str); 6] = [
+/// What a key or a figure is called and its unit, taken from the end of the word: `gap` and `m`.
+/// Shares, ratios and counts have no unit.
+pub fn name_and_unit(word: &str) -> (String, &'static str) {
+    const UNITS: [(&str, &str); 15] = [
         ("_j_m2", "J/m²"),
-        ("_m", "m"),
+        ("_kg_m3", "kg/m³"),
+        ("_m_s2", "m/s²"),
+        ("_n_m", "N/m"),
+        ("_per_s", "1/s"),
+        ("_mib", "MiB"),
+        ("_rpm", "rpm"),
+        ("_deg", "°"),
         ("_hz", "Hz"),
         ("_pa", "Pa"),
+        ("_s", "s"),
+        ("_m", "m"),
         ("_n", "N"),
         ("_w", "W"),
+        ("", ""),
     ];
-    let of_unit = |(end, unit)| Some((heading.strip_suffix(end)?, unit));
-    UNITS.into_iter().find_map(of_unit).unwrap_or((heading, ""))
+    let of_unit = |(end, unit)| Some((word.strip_suffix(end)?.replace('_', " "), unit));
+    let found = UNITS.into_iter().find_map(of_unit);
+    found.unwrap_or_default()
+}
+
+/// `force (N)`; the name alone where there is no unit.
+pub fn with_unit(name: &str, unit: &str) -> String {
+    match unit {
+        "" => name.to_owned(),
+        unit => format!("{name} ({unit})"),
+    }
+}
+
+/// A figure that runs have: a quantity, where it is one of a contact or of a displacement with what
+/// it belongs to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    pub quantity: Quantity,
+    /// Of its column in table.csv.
+    pub heading: String,
+    /// In sentences and pictures: `peak amplitude of tip`.
+    pub name: String,
+}
+
+impl Figure {
+    pub fn unit(&self) -> &'static str {
+        name_and_unit(self.quantity.word).1
+    }
+
+    /// Whether it is a whole number, which follows no power of a size.
+    pub fn is_count(&self) -> bool {
+        matches!(self.quantity.of, Of::Count(_))
+    }
+
+    /// A value of it, without its unit.
+    pub fn number(&self, value: f64, digits: usize) -> String {
+        match self.is_count() {
+            true => format!("{value}"),
+            false => words::figure(value, digits),
+        }
+    }
+
+    /// A value of it in a sentence: `6.4913 mm`.
+    pub fn words(&self, value: f64) -> String {
+        match self.unit() {
+            "" => self.number(value, 5),
+            unit => words::quantity(value, unit, 5),
+        }
+    }
 }
 
 impl Quantity {
-    /// Heading and value of each of its figures in a summary; what the run does not have is left
-    /// out.
-    pub fn figures(self, summary: &Summary) -> Vec<(String, f64)> {
-        let own = |value: Option<f64>| vec![(self.word.to_owned(), value)];
+    /// Its figures in a summary, with their values; what the run does not have is left out.
+    pub fn figures(self, summary: &Summary) -> Vec<(Figure, f64)> {
+        let figure = |heading: String, of: Option<&str>| Figure {
+            quantity: self,
+            heading,
+            name: of.map_or(self.name.to_owned(), |of| format!("{} of {of}", self.name)),
+        };
+        let own = |value: Option<f64>, of| vec![(figure(self.word.to_owned(), of), value)];
         let (of_static, of_response) = (&summary.static_state, &summary.response);
+        let response = of_response.as_ref();
         let figures = match self.of {
-            Of::Run(of) => own(of(summary)),
-            Of::Static(of) => own(of_static.as_ref().and_then(of)),
-            Of::Response(of) => own(of_response.as_ref().and_then(of)),
+            Of::Run(of) => own(of(summary), None),
+            Of::Static(of) => own(of_static.as_ref().and_then(of), None),
+            Of::Response(of) => own(response.and_then(of), None),
+            Of::Observed(of) => {
+                let observation = response.and_then(|r| r.observation.as_deref());
+                own(response.and_then(of), observation)
+            }
+            Of::Count(of) => own(response.and_then(of).map(|n| n as f64), None),
             Of::Contact(of) => {
                 let contacts = of_static.iter().flat_map(|s| &s.contacts);
-                let figure = |c: &ContactSummary| (format!("{}_{}", c.name, self.word), of(c));
-                contacts.map(figure).collect()
+                let heading = |c: &ContactSummary| format!("{}_{}", c.name, self.word);
+                let own = |c: &ContactSummary| (figure(heading(c), Some(&c.name)), of(c));
+                contacts.map(own).collect()
             }
         };
-        let there = figures
-            .into_iter()
-            .filter_map(|(heading, v)| Some((heading, v?)));
+        let there = figures.into_iter().filter_map(|(f, v)| Some((f, v?)));
         there.filter(|(_, v)| v.is_finite()).collect()
-    }
-
-    /// Whether a heading is that of one of its figures.
-    pub fn has_heading(self, heading: &str) -> bool {
-        match (heading.strip_suffix(self.word), self.of) {
-            (Some(contact), Of::Contact(_)) => contact.len() > 1 && contact.ends_with('_'),
-            (Some(before), _) => before.is_empty(),
-            (None, _) => false,
-        }
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
     use dovetail_solver::dlft::Outcome;
 
+    pub const PEAK_AMPLITUDE: Quantity = ALL[3];
+
     #[test]
-    fn headings_lead_back_to_their_quantity() {
-        for quantity in ALL.into_iter().filter(|q| *q != NORMAL_FORCE) {
-            let own: Vec<_> = ALL
-                .iter()
-                .filter(|q| q.has_heading(quantity.word))
-                .collect();
-            assert_eq!(own, [&quantity]);
-        }
-        let own = ALL.iter().filter(|q| q.has_heading("left_normal_force_n"));
-        assert_eq!(own.collect::<Vec<_>>(), [&NORMAL_FORCE]);
-        assert!(!ALL.iter().any(|q| q.has_heading("harmonics")));
+    fn quantities_that_are_named_are_themselves() {
+        assert_eq!(BLADE_FREQUENCY.word, "blade_frequency_hz");
+        assert_eq!(PEAK_AMPLITUDE.word, "peak_amplitude_m");
     }
 
     #[test]
     fn names_end_with_their_unit_or_have_none() {
-        assert_eq!(name_and_unit("peak_amplitude_m"), ("peak_amplitude", "m"));
-        assert_eq!(
-            name_and_unit("static_pressure_pa"),
-            ("static_pressure", "Pa")
-        );
-        assert_eq!(name_and_unit("peak_ratio"), ("peak_ratio", ""));
-        assert_eq!(name_and_unit("opening_pairs"), ("opening_pairs", ""));
-        assert_eq!(name_and_unit("left_normal_force_n").1, "N");
+        for (word, name, unit) in [
+            ("peak_amplitude_m", "peak amplitude", "m"),
+            ("peak_friction_energy_j_m2", "peak friction energy", "J/m²"),
+            ("stiffness_n_m", "stiffness", "N/m"),
+            ("force_n", "force", "N"),
+            ("speed_rpm", "speed", "rpm"),
+            ("peak_ratio", "peak ratio", ""),
+            ("stuck_modes", "stuck modes", ""),
+        ] {
+            assert_eq!(name_and_unit(word), (name.to_owned(), unit));
+        }
+        assert_eq!(with_unit("force", "N"), "force (N)");
+        assert_eq!(with_unit("friction", ""), "friction");
+    }
+
+    #[test]
+    fn figures_have_words_for_what_they_are_and_for_their_values() {
+        let summary = Summary {
+            response: Some(ResponseSummary {
+                observation: Some("tip".into()),
+                peak_amplitude_m: Some(6.4913e-3),
+                peak_ratio: Some(0.3828),
+                pairs_that_open: 120,
+                ..ResponseSummary::default()
+            }),
+            ..Summary::default()
+        };
+        let figures = ALL.iter().flat_map(|q| q.figures(&summary));
+        let words = figures.map(|(f, v)| format!("{}: {}", f.name, f.words(v)));
+        let expected = [
+            "peak amplitude of tip: 6.4913 mm",
+            "ratio of the peak to the linear peak: 0.38280",
+            "pairs that open: 120",
+        ];
+        assert_eq!(words.collect::<Vec<_>>()[..3], expected);
     }
 
     #[test]
@@ -210,6 +260,11 @@ mod tests {
         };
         let figures: Vec<_> = ALL.iter().flat_map(|q| q.figures(&summary)).collect();
         let expected = [("stuck_frequency_hz", 450.5), ("left_normal_force_n", 10.0)];
-        assert_eq!(figures, expected.map(|(h, v)| (h.to_owned(), v)));
+        let found: Vec<_> = figures
+            .iter()
+            .map(|(f, v)| (f.heading.as_str(), *v))
+            .collect();
+        assert_eq!(found, expected);
+        assert_eq!(figures[1].0.name, "static normal force of left");
     }
 }

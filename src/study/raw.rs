@@ -6,6 +6,9 @@ use toml::Value;
 
 use crate::scene::raw::{Located, Number};
 
+/// What a parameter can be.
+pub(super) const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawStudy {
@@ -18,18 +21,9 @@ pub(super) struct RawStudy {
     #[serde(default)]
     pub fields: bool,
     #[serde(default)]
-    pub knob: Vec<Spanned<RawKnob>>,
-    #[serde(default)]
-    pub recommend: Vec<Spanned<RawTarget>>,
+    pub parameter: Vec<Spanned<RawParameter>>,
     #[serde(default)]
     pub minimise: Vec<Spanned<RawMinimum>>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawTarget {
-    pub quantity: Located<String>,
-    pub accuracy: Located<Number>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -41,7 +35,7 @@ pub(super) struct RawMinimum {
 /// Mirror of the table.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RawKnob {
+pub struct RawParameter {
     pub name: Located<String>,
     pub key: Located<String>,
     pub is: Located<String>,

@@ -4,6 +4,7 @@ use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
 use super::folder::{self, Found, Settings};
+use super::quantity::Figure;
 use crate::export::manifest::{StageSummary, Summary};
 use crate::stage::Stage;
 
@@ -27,36 +28,25 @@ pub enum Ended {
 /// The figures of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
-    /// Heading and value; what the run does not have is not there.
-    pub values: Vec<(String, f64)>,
+    /// What the run does not have is not there.
+    pub values: Vec<(Figure, f64)>,
     /// The displacement whose peak is meant.
     pub observation: Option<String>,
-    pub cost: Cost,
+    /// What the case took, without the modes with held flanks, which only the study asks for: by the
+    /// clock, and of all threads and of gmsh, where the system tells.
+    pub seconds: f64,
+    pub processor_seconds: Option<f64>,
+    /// Largest resident memory.
+    pub peak_memory_mib: Option<f64>,
+    /// Stages that came from the cache: what they took is not in the figures above.
+    pub from_cache: Vec<Stage>,
     /// The largest amplitude is at an end of the frequencies: it may be higher outside.
     pub peak_at_end_of_range: bool,
     /// Frequencies, and how many of them did not converge.
     pub points: usize,
     pub unconverged: usize,
-}
-
-/// What a case took, without the modes with held flanks, which only the study asks for.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Cost {
-    /// Wall clock.
-    pub seconds: f64,
-    /// Of all threads and of gmsh, where the system tells.
-    pub processor_seconds: Option<f64>,
-    /// Largest resident memory.
-    pub peak_memory_mib: Option<f64>,
-    /// Stages that came from the cache: their cost is not in the figures above.
-    pub from_cache: Vec<Stage>,
-}
-
-impl Cost {
-    /// By which cases are compared: processor seconds, else the wall clock.
-    pub fn compared_s(&self) -> f64 {
-        self.processor_seconds.unwrap_or(self.seconds)
-    }
+    /// The day on which it was run, in universal time: `2004-02-29`.
+    pub day: String,
 }
 
 impl CaseResult {
@@ -69,7 +59,10 @@ impl CaseResult {
 
     pub fn value(&self, heading: &str) -> Option<f64> {
         let values = &self.figures()?.values;
-        values.iter().find(|(h, _)| h == heading).map(|(_, v)| *v)
+        values
+            .iter()
+            .find(|(f, _)| f.heading == heading)
+            .map(|(_, v)| *v)
     }
 
     /// The frequencies may not hold the peak.
@@ -98,7 +91,7 @@ pub fn collect(
         let record = folder::record(study, case, settings)?;
         let ended = match folder::find(&record, &settings.folder(case))? {
             Found::Complete(summary) => {
-                figures(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
+                of_run(study, &summary).map_or(Ended::NotRun, Ended::WithFigures)
             }
             Found::Failed { exit_code, message } => Ended::Failed { exit_code, message },
             Found::Nothing => Ended::NotRun,
@@ -109,14 +102,15 @@ pub fn collect(
     cases.iter().map(read).collect()
 }
 
-/// Headings of the figures of all cases, in the order of the study's quantities.
-pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
-    let mut found: Vec<String> = Vec::new();
+/// The figures that cases have, in the order of the study's quantities.
+pub fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
+    let mut found: Vec<Figure> = Vec::new();
     for quantity in &study.quantities {
-        let figures = results.iter().filter_map(CaseResult::figures);
-        for (heading, _) in figures.flat_map(|f| &f.values) {
-            if quantity.has_heading(heading) && !found.contains(heading) {
-                found.push(heading.clone());
+        let values = results.iter().filter_map(CaseResult::figures);
+        for (figure, _) in values.flat_map(|f| &f.values) {
+            let is_known = found.iter().any(|known| known.heading == figure.heading);
+            if figure.quantity == *quantity && !is_known {
+                found.push(figure.clone());
             }
         }
     }
@@ -124,7 +118,7 @@ pub fn headings(study: &Study, results: &[CaseResult]) -> Vec<String> {
 }
 
 /// The figures of a run; none where it has no response.
-fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
+fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let response = summary.response.as_ref()?;
     let (held, counted): (Vec<&StageSummary>, Vec<&StageSummary>) = summary
         .stages
@@ -138,15 +132,14 @@ fn figures(study: &Study, summary: &Summary) -> Option<Figures> {
     Some(Figures {
         values: quantities.flat_map(|q| q.figures(summary)).collect(),
         observation: response.observation.clone(),
-        cost: Cost {
-            seconds: summary.seconds - held_s,
-            processor_seconds: summary.processor_seconds.map(|s| s - held_processor_s),
-            peak_memory_mib: memory.reduce(f64::max),
-            from_cache: cached.map(|s| s.id).collect(),
-        },
+        seconds: summary.seconds - held_s,
+        processor_seconds: summary.processor_seconds.map(|s| s - held_processor_s),
+        peak_memory_mib: memory.reduce(f64::max),
+        from_cache: cached.map(|s| s.id).collect(),
         peak_at_end_of_range: response.peak_at_end_of_range,
         points: response.points,
         unconverged: response.points.saturating_sub(response.converged_points),
+        day: summary.begun.split('T').next().unwrap_or("").to_owned(),
     })
 }
 
@@ -170,6 +163,7 @@ mod tests {
         };
         let mut summary = Summary {
             seconds: 6.0,
+            begun: "2004-02-29T23:59:59Z".into(),
             processor_seconds: Some(11.0),
             stages: vec![
                 stage(Stage::Reduction, 0.5, 60.0, true),
@@ -178,8 +172,8 @@ mod tests {
             ],
             ..Summary::default()
         };
-        let study = study(Mode::Grid, 0.1);
-        assert_eq!(figures(&study, &summary), None);
+        let study = study(Mode::Grid);
+        assert_eq!(of_run(&study, &summary), None);
         summary.response = Some(ResponseSummary {
             points: 3,
             converged_points: 2,
@@ -187,16 +181,20 @@ mod tests {
             peak_at_end_of_range: true,
             ..ResponseSummary::default()
         });
-        let figures = figures(&study, &summary).unwrap();
-        assert_eq!(figures.values, [("peak_amplitude_m".to_owned(), 0.25)]);
+        let figures = of_run(&study, &summary).unwrap();
+        let (figure, value) = &figures.values[0];
+        assert_eq!(
+            (figure.heading.as_str(), *value),
+            ("peak_amplitude_m", 0.25)
+        );
+        assert_eq!(figures.day, "2004-02-29");
         assert_eq!((figures.points, figures.unconverged), (3, 1));
         assert!(figures.peak_at_end_of_range);
-        let expected = Cost {
-            seconds: 3.5,
-            processor_seconds: Some(6.0),
-            peak_memory_mib: Some(350.0),
-            from_cache: vec![Stage::Reduction],
-        };
-        assert_eq!(figures.cost, expected);
+        assert_eq!(
+            (figures.seconds, figures.processor_seconds),
+            (3.5, Some(6.0))
+        );
+        assert_eq!(figures.peak_memory_mib, Some(350.0));
+        assert_eq!(figures.from_cache, [Stage::Reduction]);
     }
 }

@@ -44,41 +44,35 @@ pub fn run(
         ));
     }
     let program = program()?;
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let failure: Mutex<Option<StudyError>> = Mutex::new(None);
-    let lock = || failure.lock().unwrap_or_else(PoisonError::into_inner);
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.min(pending.len()) {
-            scope.spawn(|| {
-                while let Some((case, record)) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if lock().is_some() {
-                        return;
-                    }
-                    match run_case(&program, record, &settings.folder(case)) {
-                        Ok(outcome) => {
-                            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-                            progress.note(&format!(
-                                "[{done}/{}] {:<28} {:8.2} s{}",
-                                pending.len(),
-                                case.slug,
-                                outcome.seconds,
-                                remark(&outcome)
-                            ));
-                        }
-                        Err(error) => {
-                            lock().get_or_insert(error);
-                            return;
-                        }
-                    }
-                }
-            });
+    let (queue, done) = (Mutex::new(pending.iter()), AtomicUsize::new(0));
+    let queue = || queue.lock().unwrap_or_else(PoisonError::into_inner);
+    let next = || queue().next();
+    let work = || {
+        while let Some((case, record)) = next() {
+            let outcome = run_case(&program, record, &settings.folder(case));
+            // Nothing more is begun after a failure.
+            let outcome = outcome.inspect_err(|_| *queue() = [].iter())?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            progress.note(&format!(
+                "[{done}/{}] {:<28} {:8.2} s{}",
+                pending.len(),
+                case.slug,
+                outcome.seconds,
+                remark(&outcome)
+            ));
         }
-    });
-    let failed = lock().take();
-    match failed {
-        Some(error) => Err(error),
-        None => Ok(()),
-    }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers = (0..jobs.min(pending.len())).map(|_| scope.spawn(work));
+        let workers: Vec<_> = workers.collect();
+        let ends = workers.into_iter().map(|worker| {
+            let end = worker.join();
+            end.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        // All of them are waited for.
+        ends.collect::<Vec<_>>().into_iter().collect()
+    })
 }
 
 fn remark(outcome: &OutcomeRecord) -> String {
@@ -129,20 +123,20 @@ pub fn make(study: &Study, piece: &Piece, settings: &Settings) -> Result<(), Stu
         Some(0) => Ok(()),
         _ => Err(StudyError::PieceFailed {
             name: piece.name.clone(),
-            message: folder::logged_error(&folder.join("log.txt")),
+            log: folder.join("log.txt"),
         }),
     }
 }
 
 fn program() -> Result<PathBuf, StudyError> {
-    std::env::current_exe().map_err(failed("finding", Path::new("dovetail")))
+    std::env::current_exe().map_err(StudyError::io("finding", Path::new("dovetail")))
 }
 
 /// Runs a command about a folder, in which it writes its log and records how the command ended.
 fn one(mut command: Command, folder: &Path) -> Result<OutcomeRecord, StudyError> {
     let path = folder.join("log.txt");
-    let log = std::fs::File::create(&path).map_err(failed("creating", &path))?;
-    let also = log.try_clone().map_err(failed("creating", &path))?;
+    let log = std::fs::File::create(&path).map_err(StudyError::io("creating", &path))?;
+    let also = log.try_clone().map_err(StudyError::io("creating", &path))?;
     let begin = Instant::now();
     // The pipe to its standard input ends with this process, however it ends, and the case with it:
     // nobody writes into the folder any more when the study is taken up again.
@@ -152,9 +146,11 @@ fn one(mut command: Command, folder: &Path) -> Result<OutcomeRecord, StudyError>
         .stdout(log)
         .stderr(also)
         .spawn()
-        .map_err(failed("starting", &program))?;
+        .map_err(StudyError::io("starting", &program))?;
     let held = child.stdin.take();
-    let status = child.wait().map_err(failed("waiting for", &program))?;
+    let status = child
+        .wait()
+        .map_err(StudyError::io("waiting for", &program))?;
     drop(held);
     let outcome = OutcomeRecord {
         exit_code: status.code(),
@@ -162,12 +158,4 @@ fn one(mut command: Command, folder: &Path) -> Result<OutcomeRecord, StudyError>
     };
     folder::write_json(&folder.join("outcome.json"), &outcome)?;
     Ok(outcome)
-}
-
-fn failed(action: &'static str, path: &Path) -> impl Fn(std::io::Error) -> StudyError {
-    move |source| StudyError::Io {
-        action,
-        path: path.to_owned(),
-        source,
-    }
 }

@@ -1,4 +1,4 @@
-//! An accuracy in place of knobs: the error it leaves, against a response with many harmonics.
+//! An accuracy in place of settings: the error it leaves, against a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::dlft::settings::Resolution;

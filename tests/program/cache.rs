@@ -521,8 +521,8 @@ impl SharedPieces {
         let bench = Bench::new(name);
         let text = format!(
             "name = \"shared\"\nscene = \"{}\"\nset = [\"body.*.fixed_interface_modes=0\"]\nmode = \"grid\"\n\
-             [[knob]]\nkey = \"load.0.pressure_pa\"\nvalues = [50e6, 60e6]\n\
-             [[knob]]\nkey = \"contact.0.friction\"\nvalues = [0.3, 0.01]\n",
+             [[parameter]]\nkey = \"load.0.pressure_pa\"\nvalues = [50e6, 60e6]\n\
+             [[parameter]]\nkey = \"contact.0.friction\"\nvalues = [0.3, 0.01]\n",
             Path::new(env!("CARGO_MANIFEST_DIR")).join(SCENE).display()
         );
         std::fs::write(bench.0.join("study.toml"), text).unwrap();

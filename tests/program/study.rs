@@ -37,27 +37,19 @@ name = "small"
 scene = "scene.toml"
 set = ["response.samples=32"]
 
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 2, 3]
 base = 2
 size = "1/(value+1)"
 
-[[knob]]
+[[parameter]]
 name = "grid"
 values = [
     { label = "3 points", set = { "response.points" = 3, "response.times_first_linear_mode" = [0.99, 1.01] } },
     { label = "5 points", set = { "response.points" = 5, "response.times_first_linear_mode" = [0.99, 1.01] } },
 ]
 base = "3 points"
-
-[[recommend]]
-quantity = "peak_amplitude_m"
-accuracy = 0.5
-
-[[recommend]]
-quantity = "peak_amplitude_m"
-accuracy = 1e-12
 "#;
 
 impl Folder {
@@ -154,15 +146,15 @@ fn a_study_runs_its_cases_and_answers() {
         table(by_hand.join("response.csv")),
         table(folder.case("harmonics_3", "response.csv"))
     );
-    // What it recommends was run, and its error is one of the table.
     let report = folder.text("out/report.html");
     for words in [
-        "<li>peak_amplitude_m within 50 %: harmonics ",
-        "<li>peak_amplitude_m within 0.0000000001 %: no settings; the least error of each knob: harmonics ",
-        "<h3>Knob harmonics</h3>",
-        "<h3>Knob grid</h3>",
-        "<th>error of peak amplitude</th>",
+        "<h3>harmonics</h3>",
+        "<h3>grid</h3>",
+        "<td>– estimated error</td>",
         "<a href=\"cases/harmonics_3/report.html\">",
+        "<th>peak amplitude of tip (",
+        "In brackets stands the difference from the finest case.",
+        "<figcaption>Errors by harmonics.</figcaption>",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
@@ -182,30 +174,37 @@ fn a_study_runs_its_cases_and_answers() {
             "{dom}"
         );
     }
-    let told = "peak_amplitude_m within 50 %: ";
-    assert!(ended.stdout.starts_with(told), "{}", ended.stdout);
-    for plot in ["harmonics", "harmonics_seconds", "pareto_peak_amplitude_m"] {
-        let svg = folder.text(&format!("out/plots/{plot}.svg"));
-        assert!(svg.contains("</svg>"));
+    // Nothing is chosen: the study asks for no least value.
+    assert_eq!(ended.stdout, "");
+    let svg = folder.text("out/plots/harmonics.svg");
+    for words in [
+        "1/(harmonics+1)",
+        "peak amplitude of tip",
+        "estimated error (%)",
+    ] {
+        assert!(svg.lines().any(|l| l == words), "{words}: {svg}");
     }
     let answers = folder.json("out/summary.json");
-    let recommended = &answers["recommendations"][0];
-    assert_eq!(recommended["accuracy"], 0.5);
-    assert!(recommended["error"].as_f64().unwrap() <= 0.5);
-    let row = rows
-        .iter()
-        .find(|r| cell(r, "case") == recommended["case"])
-        .unwrap();
+    let day = answers["day"].as_str().unwrap();
+    assert!(day.len() == 10 && report.contains(&format!("<time>{day}</time>")));
+    // Differences are those from the finest value of the parameter that is varied.
+    let peak = |row: usize| number(&rows[row], "peak_amplitude_m");
+    let difference = |row: usize| number(&rows[row], "difference_peak_amplitude_m");
+    let from = |row: usize, finest: usize| (peak(row) - peak(finest)).abs() / peak(finest);
+    assert_eq!([difference(2), difference(3)], [0.0; 2]);
+    assert!((difference(1) - from(1, 2)).abs() < 1e-12 && difference(1) > 0.0);
+    let of_base = from(0, 2).max(from(0, 3));
+    assert!((difference(0) - of_base).abs() < 1e-12 && of_base > 0.0);
+    let refinement = &answers["refinements"][0];
+    assert_eq!(refinement["parameter"], "harmonics");
+    let cases = ["harmonics_1", "base", "harmonics_3"];
+    assert_eq!(refinement["cases"], serde_json::json!(cases));
+    let figures = refinement["figures"].as_array().unwrap();
+    let of_peak = figures.iter().find(|f| f["figure"] == "peak_amplitude_m");
+    let of_peak = &of_peak.unwrap()["differences"];
     assert_eq!(
-        cell(row, "error_peak_amplitude_m").parse::<f64>().unwrap(),
-        recommended["error"]
-    );
-    for knob in ["harmonics", "grid"] {
-        assert_eq!(cell(row, knob), recommended["settings"][knob]);
-    }
-    assert_eq!(
-        answers["recommendations"][1]["settings"],
-        serde_json::Value::Null
+        *of_peak,
+        serde_json::json!([difference(1), from(0, 2), 0.0])
     );
     // Again: nothing is left to do.
     let before: Vec<SystemTime> = slugs.iter().map(|s| folder.changed(s)).collect();
@@ -230,13 +229,15 @@ fn a_study_runs_its_cases_and_answers() {
     );
 }
 
-/// Of rows of a table those with this value of a knob.
+/// Of rows of a table those with this value of a parameter.
 fn rows_at<'t>(
     rows: &'t [Vec<(String, String)>],
-    knob: &str,
+    parameter: &str,
     label: &str,
 ) -> Vec<&'t Vec<(String, String)>> {
-    rows.iter().filter(|r| cell(r, knob) == label).collect()
+    rows.iter()
+        .filter(|r| cell(r, parameter) == label)
+        .collect()
 }
 
 fn number(row: &[(String, String)], heading: &str) -> f64 {
@@ -249,11 +250,11 @@ scene = "scene.toml"
 mode = "grid"
 quantities = ["stuck_frequency_hz", "peak_amplitude_m", "peak_ratio"]
 
-[[knob]]
+[[parameter]]
 key = "reduced_model.friction"
 values = [0.3, 0.05]
 
-[[knob]]
+[[parameter]]
 key = "reduced_model.force_n"
 values = [1.0, 2.0, 4.0]
 
@@ -270,7 +271,7 @@ fn a_study_of_designs_answers_without_errors() {
     let rows = folder.table();
     assert_eq!(rows.len(), 6);
     let headings: Vec<&str> = rows[0].iter().map(|(h, _)| h.as_str()).collect();
-    let of_knobs_and_figures = [
+    let of_parameters_and_figures = [
         "case",
         "friction",
         "force_n",
@@ -279,34 +280,40 @@ fn a_study_of_designs_answers_without_errors() {
         "peak_ratio",
         "processor_seconds",
     ];
-    assert_eq!(headings[..7], of_knobs_and_figures);
-    // The least of the table, and where its knobs stand among their values.
-    let by_amplitude = |a: &&Vec<(String, String)>, b: &&Vec<(String, String)>| {
-        number(a, "peak_amplitude_m").total_cmp(&number(b, "peak_amplitude_m"))
-    };
-    let least = rows.iter().min_by(by_amplitude).unwrap();
+    assert_eq!(headings[..7], of_parameters_and_figures);
+    // The least of the table at each force, and where its friction stands among the values.
     let answers = folder.json("out/summary.json");
-    let minimum = &answers["minima"][0];
-    assert_eq!(minimum["figure"], "peak_amplitude_m");
-    assert_eq!(minimum["value"], number(least, "peak_amplitude_m"));
-    assert_eq!(minimum["case"], cell(least, "case"));
-    for knob in ["friction", "force_n"] {
-        assert_eq!(minimum["knobs"][knob], cell(least, knob));
+    let minima = answers["minima"].as_array().unwrap();
+    assert_eq!(minima.len(), 3);
+    for (minimum, force) in minima.iter().zip(["1.0", "2.0", "4.0"]) {
+        let own = rows_at(&rows, "force_n", force);
+        let by_amplitude = |r: &&&Vec<(String, String)>| number(r, "peak_amplitude_m").to_bits();
+        let least = own.iter().min_by_key(by_amplitude).unwrap();
+        assert_eq!(minimum["figure"], "peak_amplitude_m");
+        assert_eq!(minimum["loads"], serde_json::json!({ "force_n": force }));
+        assert_eq!(minimum["value"], number(least, "peak_amplitude_m"));
+        assert_eq!(minimum["case"], cell(least, "case"));
+        let friction = cell(least, "friction");
+        let end = if friction == "0.05" {
+            "lowest"
+        } else {
+            "highest"
+        };
+        assert_eq!(
+            minimum["design"],
+            serde_json::json!({ "friction": friction })
+        );
+        assert_eq!(minimum["at_ends"], serde_json::json!({ "friction": end }));
+        assert_eq!(minimum["other_cases"], 0);
     }
-    let ends = serde_json::json!({ "friction": "lowest", "force_n": "lowest" });
-    assert_eq!(minimum["at_ends"], ends);
-    assert_eq!(minimum["other_cases"], 0);
-    assert!(
-        ended.stdout.starts_with("least peak_amplitude_m: "),
-        "{}",
-        ended.stdout
-    );
+    let told = "least peak amplitude of tip at force 1.0 N: ";
+    assert!(ended.stdout.starts_with(told), "{}", ended.stdout);
     let report = folder.text("out/report.html");
     for words in [
-        &format!("<li>{}</li>", ended.stdout.trim()),
-        "at friction 0.05, force_n 1.0 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
-        "The same for all designs, and in no picture of them: stuck_frequency_hz.",
-        "<figcaption>peak_ratio over force_n, by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
+        &format!("<li>{}</li>", ended.stdout.lines().next().unwrap()),
+        "µm with friction 0.05 (case friction_0.05__force_n_1.0, converged); this is the lowest value of friction",
+        "The same for all designs, and in no picture of them: first stuck frequency.",
+        "<figcaption>Ratio of the peak to the linear peak over force (N), by friction.</figcaption><img src=\"data:image/svg+xml;base64,",
     ] {
         assert!(report.contains(words), "{words}: {report}");
     }
@@ -320,14 +327,15 @@ fn a_study_of_designs_answers_without_errors() {
     ] {
         let text = text.to_lowercase();
         assert!(
-            !text.contains("error") && !text.contains("recommended settings"),
+            !text.contains("error") && !text.contains("difference"),
             "{text}"
         );
     }
-    assert_eq!(answers["knobs"][0]["is"], "design");
+    assert_eq!(answers["parameters"][0]["is"], "design");
+    assert_eq!(answers["parameters"][1]["is"], "load");
     // Low values come first, whatever the order in the file.
     assert_eq!(
-        answers["knobs"][0]["values"],
+        answers["parameters"][0]["values"],
         serde_json::json!(["0.05", "0.3"])
     );
     let mut plots: Vec<String> = std::fs::read_dir(folder.0.join("out/plots"))
@@ -343,13 +351,13 @@ fn a_study_of_designs_answers_without_errors() {
         ]
     });
     assert_eq!(plots, expected.concat());
-    // A line of the curves for each value of the other knob, and a cell for each case.
+    // A line of the curves for each value of the other parameter, and a cell for each case.
     let curves = folder.text("out/plots/peak_amplitude_m_over_friction_by_force_n.svg");
     let lines = curves
         .lines()
         .filter(|l| l.contains("<polyline") && l.contains("stroke-width=\"30\""));
     assert_eq!(lines.count(), 3);
-    for words in ["force_n 4.0", "peak_amplitude (mm)", "0.05"] {
+    for words in ["force 4.0 N", "peak amplitude of tip (mm)", "0.05"] {
         assert!(curves.lines().any(|l| l == words), "{words}: {curves}");
     }
     let map = folder.text("out/plots/peak_amplitude_m_over_friction_and_force_n.svg");
@@ -380,7 +388,7 @@ fn a_study_of_designs_answers_without_errors() {
     assert_eq!(minimum["peak_at_end_of_range"], true);
 }
 
-/// The errors of numerical knobs are those at one design: another friction is no error.
+/// The errors of numerical parameters are those at one design: another friction is no error.
 #[test]
 fn errors_of_a_mixed_study_are_taken_at_each_design() {
     let study = r#"
@@ -388,15 +396,12 @@ name = "mixed"
 scene = "scene.toml"
 mode = "grid"
 quantities = ["peak_amplitude_m"]
-[[knob]]
+[[parameter]]
 key = "reduced_model.friction"
 values = [0.05, 0.3]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 3]
-[[recommend]]
-quantity = "peak_amplitude_m"
-accuracy = 0.9
 [[minimise]]
 quantity = "peak_amplitude_m"
 "#;
@@ -414,25 +419,24 @@ quantity = "peak_amplitude_m"
         let [coarse, fine] = [0, 1].map(|i| number(own[i], "peak_amplitude_m"));
         let expected = [(coarse - fine).abs() / fine, 0.0];
         for (row, expected) in own.iter().zip(expected) {
-            let found = number(row, "error_peak_amplitude_m");
+            let found = number(row, "difference_peak_amplitude_m");
             assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
         }
         errors.push(expected[0]);
         of_fine.push(fine);
-        let recommended = &answers["recommendations"][at];
+        let refinement = &answers["refinements"][at];
         assert_eq!(
-            recommended["at"],
+            refinement["at"],
             serde_json::json!({ "friction": friction })
         );
-        assert!(recommended["settings"]["friction"].is_null());
-        let told = format!("peak_amplitude_m within 90 % at friction {friction}: harmonics ");
-        assert!(ended.stdout.contains(&told), "{}", ended.stdout);
-        assert!(report.contains(&format!("<h3>Knob harmonics at friction {friction}</h3>")));
-        folder.text(&format!(
-            "out/plots/harmonics_seconds__friction_{friction}.svg"
-        ));
+        assert!(report.contains(&format!("<h3>harmonics at friction {friction}</h3>")));
+        // A parameter without sizes is drawn over its values.
+        let svg = folder.text(&format!("out/plots/harmonics__friction_{friction}.svg"));
+        for words in ["harmonics", "1", "3", "estimated error (%)"] {
+            assert!(svg.lines().any(|l| l == words), "{words}: {svg}");
+        }
     }
-    assert!(!report.contains("Knob friction</h3>"), "{report}");
+    assert!(!report.contains("<h3>friction"), "{report}");
     // The friction changes the figure by far more.
     let by_friction = (of_fine[0] - of_fine[1]).abs() / of_fine[1];
     assert!(
@@ -465,12 +469,14 @@ fn the_study_of_friction_and_force_answers() {
     ]);
     assert_eq!(ended.code, 0, "{}", ended.stderr);
     assert_eq!(folder.table().len(), 24);
-    for quantity in ["peak_ratio", "peak_amplitude_m"] {
-        assert!(
-            ended.stdout.contains(&format!("least {quantity}: ")),
-            "{}",
-            ended.stdout
-        );
+    for (quantity, name) in [
+        ("peak_ratio", "ratio of the peak to the linear peak"),
+        ("peak_amplitude_m", "peak amplitude of tip"),
+    ] {
+        for force in ["0.5", "1.0", "2.0", "4.0"] {
+            let told = format!("least {name} at force {force} N: ");
+            assert!(ended.stdout.contains(&told), "{}", ended.stdout);
+        }
         folder.text(&format!(
             "out/plots/{quantity}_over_friction_and_force_n.svg"
         ));
@@ -600,7 +606,7 @@ fn a_case_that_was_broken_off_goes_on_with_its_frequencies() {
 name = "long"
 scene = "scene.toml"
 set = ["response.points=3000"]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1]
 base = 1
@@ -734,10 +740,10 @@ name = "gap"
 scene = "scene.toml"
 mode = "grid"
 quantities = ["peak_amplitude_m"]
-[[knob]]
+[[parameter]]
 key = "reduced_model.gap_m"
 values = [1.0, 0.0]
-[[knob]]
+[[parameter]]
 key = "response.points"
 values = [3]
 "#;
@@ -779,7 +785,7 @@ fn frequencies_that_do_not_converge_are_marked() {
     let study = r#"
 name = "hard"
 scene = "scene.toml"
-[[knob]]
+[[parameter]]
 key = "response.max_newton_iterations"
 values = [1, 60]
 "#;
@@ -884,7 +890,7 @@ set = [
     "mesh.file=ROOT/meshes/dovetail_small.msh", "response.points=3", "response.harmonics=1", "response.samples=32",
     "response.compare_harmonics=",
 ]
-[[knob]]
+[[parameter]]
 key = "response.harmonics"
 values = [1, 2]
 "#;
@@ -1026,10 +1032,10 @@ fn every_study_of_the_repository_is_possible() {
     assert_eq!(checked, 5);
 }
 
-/// A scene that is possible only with what the knobs set: each case counts, not the scene alone.
+/// A scene that is possible only with what the parameters set: each case counts, not the scene alone.
 #[test]
-fn a_scene_may_leave_out_what_a_knob_sets() {
-    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[knob]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
+fn a_scene_may_leave_out_what_a_parameter_sets() {
+    let study = "name = \"x\"\nscene = \"scene.toml\"\n[[parameter]]\nkey = \"reduced_model.friction\"\nvalues = [0.2, 0.3]\n";
     let folder = Folder::new("leaves-out", study);
     let scene = folder.text("scene.toml").replace("friction = 0.3\n", "");
     std::fs::write(folder.0.join("scene.toml"), scene).unwrap();
@@ -1059,39 +1065,39 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &[
             "`name` is missing",
             "`scene` is missing",
-            "`knob` is missing",
-            "[[knob]] key = ",
+            "`parameter` is missing",
+            "[[parameter]] key = ",
         ],
     );
     told(
         "key",
         &changed("base = 2", "bse = 2"),
         &[
-            "unknown key `knob.0.bse`",
+            "unknown key `parameter.0.bse`",
             "did you mean `base`?",
-            "the keys of `knob` are: name, key, is, values, base, size, order",
+            "the keys of `parameter` are: name, key, is, values, base, size, order",
         ],
     );
     told(
         "no-base",
         &changed("base = 2", ""),
-        &["`knob.0.base` is missing", "base = 1"],
+        &["`parameter.0.base` is missing", "base = 1"],
     );
     told(
         "base",
         &changed("base = 2", "base = 9"),
         &[
-            "`knob.0.base` is not one of the values",
+            "`parameter.0.base` is not one of the values",
             "the values are: 1, 2, 3",
         ],
     );
-    // The knob's name becomes part of the names of folders.
+    // The parameter's name becomes part of the names of folders.
     told(
         "name-of-key",
         &changed("response.harmonics", "mesh.parameters./tmp/nu"),
         &[
-            "`knob.0.key`: \"/tmp/nu\", the last word of the key, is no name for the knob",
-            "give the knob a `name` of its own",
+            "`parameter.0.key`: \"/tmp/nu\", the last word of the key, is no name for the parameter",
+            "give the parameter a `name` of its own",
         ],
     );
     told(
@@ -1135,7 +1141,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     told(
         "sizes",
         &changed("\"1/(value+1)\"", "[1, 2]"),
-        &["`knob.0.size` has the wrong type: a rule, or 3 numbers, one a value"],
+        &["`parameter.0.size` has the wrong type: a rule, or 3 numbers, one a value"],
     );
     told(
         "values",
@@ -1152,7 +1158,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &changed("\"response.points\" = 5", "\"response.harmonics\" = 5"),
         &[
             "both harmonics and grid set `response.harmonics`",
-            "one knob set both together",
+            "one parameter set both together",
         ],
     );
     told(
@@ -1162,7 +1168,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     );
     told(
         "mode",
-        &changed("[[knob]]", "mode = \"gird\"\n[[knob]]"),
+        &changed("[[parameter]]", "mode = \"gird\"\n[[parameter]]"),
         &[
             "there is no choice \"gird\"",
             "did you mean `grid`?",
@@ -1171,13 +1177,21 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
     );
     told(
         "quantity",
-        &changed("\"peak_amplitude_m\"", "\"peak_amplitude\""),
+        &FRICTION_AND_FORCE.replace("\"peak_amplitude_m\",", "\"peak_amplitude\","),
         &["did you mean `peak_amplitude_m`?", "\"normal_force_n\""],
     );
     told(
-        "accuracy",
-        &changed("accuracy = 0.5", "accuracy = 5"),
-        &["`recommend.0.accuracy` is 5; it must be greater than 0 and less than 1"],
+        "recommend",
+        &format!("{HARMONICS}\n[[recommend]]\nquantity = \"peak_ratio\"\naccuracy = 0.1\n"),
+        &[
+            "unknown section or key `recommend`",
+            "leave [[recommend]] out: the report has the error of every value",
+        ],
+    );
+    told(
+        "former",
+        &changed("[[parameter]]", "[[knob]]"),
+        &["unknown section or key `knob`", "did you mean `parameter`?"],
     );
     told(
         "joint",
@@ -1188,16 +1202,16 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "is",
         &changed("base = 2", "base = 2\nis = \"numeric\""),
         &[
-            "`knob.0.is`: there is no choice \"numeric\"",
+            "`parameter.0.is`: there is no choice \"numeric\"",
             "did you mean `numerical`?",
-            "\"numerical\", \"design\"",
+            "\"numerical\", \"load\", \"design\"",
         ],
     );
     told(
         "design-size",
         &changed("base = 2", "base = 2\nis = \"design\""),
         &[
-            "`knob.0.size` belongs to errors, and a design value has none",
+            "`parameter.0.size` belongs to errors, which numerical parameters alone have",
             "leave `size` out",
         ],
     );
@@ -1205,7 +1219,7 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "no-design",
         &format!("{HARMONICS}\n[[minimise]]\nquantity = \"peak_ratio\"\n"),
         &[
-            "`minimise.0` asks for the best design, and no knob is a design value (harmonics, grid)",
+            "`minimise.0` asks for the best design, and no parameter is a design value (harmonics, grid)",
             "is = \"design\"",
         ],
     );
@@ -1232,14 +1246,6 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         "no-quantity",
         &FRICTION_AND_FORCE.replace("quantity = \"peak_amplitude_m\"", ""),
         &["`minimise.0.quantity` is missing"],
-    );
-    told(
-        "no-numerical",
-        &FRICTION_AND_FORCE.replace("[[minimise]]", "[[recommend]]\naccuracy = 0.1"),
-        &[
-            "`recommend.0` asks for an accuracy, and no knob is numerical (friction, force_n)",
-            "[[minimise]] quantity = \"peak_amplitude_m\"",
-        ],
     );
     // The scene of one case: the place is the value in the study, the remedy the scene's.
     told(
@@ -1271,15 +1277,15 @@ fn what_is_wrong_is_told_with_its_remedy_before_anything_runs() {
         &["1 samples of a period cannot carry"],
     );
     let grid = "name = \"x\"\nscene = \"scene.toml\"\nmode = \"grid\"\n";
-    let knob = |k: usize| {
+    let parameter = |k: usize| {
         format!(
-            "[[knob]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {:?}\n",
+            "[[parameter]]\nname = \"k{k}\"\nkey = \"a{k}\"\nvalues = {:?}\n",
             (0..30).collect::<Vec<_>>()
         )
     };
     told(
         "many",
-        &format!("{grid}{}{}{}", knob(0), knob(1), knob(2)),
+        &format!("{grid}{}{}{}", parameter(0), parameter(1), parameter(2)),
         &["a grid of 27000 cases is more than 10000"],
     );
     let folder = Folder::new("folder", &changed("scene = ", "scene = "));

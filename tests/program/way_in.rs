@@ -232,16 +232,16 @@ fn the_schemas_refuse_wrong_keys_types_and_values() {
         (
             &study,
             &quick,
-            "[[knob]]\n",
-            "[[knob]]\nis = \"numeric\"\n",
-            "/knob/0/is",
+            "[[parameter]]\n",
+            "[[parameter]]\nis = \"numeric\"\n",
+            "/parameter/0/is",
         ),
         (
             &study,
             &quick,
-            "[[knob]]\n",
-            "[[knob]]\nvalue = [1]\n",
-            "/knob/0",
+            "[[parameter]]\n",
+            "[[parameter]]\nvalue = [1]\n",
+            "/parameter/0",
         ),
         (&study, &quick, "scene = ", "scenes = ", "scene"),
     ] {

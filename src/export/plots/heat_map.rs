@@ -1,4 +1,4 @@
-//! Draws a figure over the values of two design knobs, one cell for each pair of values.
+//! Draws a figure over the values of two parameters, one cell for each pair of values.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ const EMPTY: RGBColor = RGBColor(214, 219, 224);
 /// A value is written in its cell where the cell is as large as this.
 const ROOM: (i32, i32) = (at_px(76), at_px(28));
 
-/// A figure over two knobs.
+/// A figure over two parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
     pub title: String,

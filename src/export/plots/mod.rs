@@ -173,7 +173,7 @@ fn si_prefix(largest: f64) -> (&'static str, f64) {
 
 /// A unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
 /// without a unit stay as they are.
-fn in_unit(unit: &str, largest: f64) -> (String, f64) {
+pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
     match unit {
         "" => (String::new(), 1.0),
         unit => {

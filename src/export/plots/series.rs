@@ -214,6 +214,7 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
             .y_desc(titles[1].as_str())
             .max_light_lines(0),
     )?;
+    let extra = extra_widths(series);
     let mut taken = Taken::default();
     for one in series {
         let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
@@ -231,10 +232,11 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         let places: Vec<Option<(f64, f64)>> = one.points.iter().map(place).collect();
         for run in places.split(Option::is_none).filter(|_| one.joined) {
             let run = run.iter().copied().flatten();
-            chart.draw_series(LineSeries::new(run, colour.stroke_width(px(3))))?;
+            let style = colour.stroke_width(px(3 + extra[i]));
+            chart.draw_series(LineSeries::new(run, style))?;
         }
         let dots = places.iter().flatten();
-        let dots = dots.map(|p| Circle::new(*p, px(6), colour.filled()));
+        let dots = dots.map(|p| Circle::new(*p, px(6 + extra[i] / 2), colour.filled()));
         chart.draw_series(dots)?;
         let named = places.iter().zip(&one.names);
         let named: Vec<((i32, i32), &String)> = named
@@ -251,6 +253,28 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
         }
     }
     Ok(())
+}
+
+/// What the line of each series is wider by, pixels, so that it is seen beside those that coincide
+/// with it and are drawn on it.
+fn extra_widths(series: &[Series]) -> Vec<u32> {
+    let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * a.abs().max(b.abs());
+    let coincide = |a: &Series, b: &Series| {
+        let both = a.points.iter().zip(&b.points);
+        a.points.len() == b.points.len()
+            && both
+                .filter_map(|(p, q)| Some((p.0, q.0, p.1?, q.1?)))
+                .all(|(x, at, y, v)| near(x, at) && near(y, v))
+    };
+    let over = |i: usize| {
+        series[i + 1..]
+            .iter()
+            .filter(|s| coincide(&series[i], s))
+            .count()
+    };
+    (0..series.len())
+        .map(|i| 6 * over(i).min(4) as u32)
+        .collect()
 }
 
 /// What a name beside a point must not cover: lines, dots, and names that stand.
@@ -483,6 +507,27 @@ mod tests {
         let same = svg(&axes, &[joined(&[(1.0, value(5.0)), (2.0, value(5.0))])]);
         assert!(same.contains("amplitude (µm)"), "{same}");
         svg(&axes, &[joined(&[(1.0, None)])]);
+    }
+
+    /// The lower line is seen on both sides of the upper one.
+    #[test]
+    fn lines_that_coincide_are_both_seen() {
+        let axes = ["x", "y"].map(Axis::logarithmic);
+        let line = |v: f64| joined(&[(1.0, Some(v)), (2.0, Some(2.0 * v))]);
+        let widths = |series: &[Series]| {
+            let text = svg(&axes, series);
+            let wide = text.lines().filter(|l| l.contains("<polyline"));
+            let width = |l: &str| -> u32 {
+                let after = l.split("stroke-width=\"").nth(1).unwrap();
+                after.split('"').next().unwrap().parse().unwrap()
+            };
+            let widths = wide.map(width).filter(|w| *w >= px(3));
+            widths.collect::<Vec<_>>()
+        };
+        let [first, apart, last] = [px(9), px(3), px(3)];
+        let found = widths(&[line(0.1), line(0.5), line(0.1002)]);
+        assert_eq!(found, [first, apart, last]);
+        assert_eq!(widths(&[line(0.1), line(0.2)]), [px(3); 2]);
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! `[[knob]]`: what is turned, whether it is numerical or a design value, its values in order, and
-//! how fine each is.
+//! `[[parameter]]`: a key of the scene, or several together, with its values in order, what kind of
+//! key it is, and how fine each value is.
 
 use std::ops::Range;
 
@@ -8,7 +8,8 @@ use serde_spanned::Spanned;
 use toml::Value;
 
 use super::keys::STUDY;
-use super::raw::RawKnob;
+use super::quantity::{name_and_unit, with_unit};
+use super::raw::{KIND_WORDS, RawParameter};
 use crate::scene::Fault;
 use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::kinds::Limits;
@@ -16,62 +17,65 @@ use crate::scene::raw::Located;
 
 /// Most cases of a grid.
 pub const MOST_CASES: usize = 10_000;
-/// What is shown where a value, or a knob, sets several keys together.
+/// What is shown where a value, or a parameter, sets several keys together.
 const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
+/// The size h of a number, by rule.
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
-/// h of a number, by rule.
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
-/// What a knob turns.
+/// What a parameter says of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// How the model is solved: its values have errors.
     Numerical,
-    /// What is built: its values have none.
+    /// What acts on it: values are compared at each load by itself.
+    Load,
+    /// What is built.
     Design,
 }
 
-const KINDS: [Kind; 2] = [Kind::Numerical, Kind::Design];
-const KIND_WORDS: [&str; 2] = ["numerical", "design"];
+const KINDS: [Kind; 3] = [Kind::Numerical, Kind::Load, Kind::Design];
 
 impl Kind {
-    /// As in a study file.
+    /// The word of a study file.
     pub fn word(self) -> &'static str {
-        match self {
-            Self::Numerical => KIND_WORDS[0],
-            Self::Design => KIND_WORDS[1],
-        }
+        KIND_WORDS[self as usize]
     }
 
-    /// Of a key of the scene, where the study does not say it.
+    /// The kind of a key of the scene, where the study does not say it.
     fn of_key(key: &str) -> Self {
-        let section = key.split('.').next().map(str::trim);
-        let is_numerical = matches!(section, Some("mesh" | "response" | "static"));
-        match is_numerical || key.trim_end().ends_with("_modes") {
-            true => Self::Numerical,
-            false => Self::Design,
+        let words: Vec<&str> = key.split('.').map(str::trim).collect();
+        let last = words[words.len() - 1];
+        match words[0] {
+            _ if last.ends_with("_modes") => Self::Numerical,
+            "mesh" | "response" | "static" => Self::Numerical,
+            "excitation" | "load" | "rotation" => Self::Load,
+            "reduced_model" if last == "force_n" => Self::Load,
+            _ => Self::Design,
         }
     }
 }
 
-/// Something that is turned: one key of the scene or several together.
+/// One key of the scene that is varied, or several together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Knob {
+pub struct Parameter {
     pub name: String,
     pub kind: Kind,
     /// Numerical ones from coarse to fine: by falling size, or as written where they have none.
-    /// Design values from low to high, or as written where they are not numbers.
-    pub values: Vec<KnobValue>,
-    /// Which of them stands while other knobs are turned.
+    /// Others from low to high, or as written where they are not numbers.
+    pub values: Vec<ParameterValue>,
+    /// Which of them stands while other parameters are varied.
     pub base: usize,
+    /// What the size is, in words: `1/(harmonics+1)`.
+    pub size_name: String,
     /// Order expected of the errors in the size.
     pub order: f64,
-    /// Of its table in the file.
+    /// Where its table stands in the file.
     pub span: Range<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct KnobValue {
+pub struct ParameterValue {
     pub label: String,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
@@ -82,9 +86,13 @@ pub struct KnobValue {
     pub span: Range<usize>,
 }
 
-impl Knob {
-    pub fn is_design(&self) -> bool {
-        self.kind == Kind::Design
+impl Parameter {
+    pub fn is(&self, kind: Kind) -> bool {
+        self.kind == kind
+    }
+
+    pub fn is_numerical(&self) -> bool {
+        self.is(Kind::Numerical)
     }
 
     /// The values themselves, where all are numbers.
@@ -97,13 +105,28 @@ impl Knob {
         self.values.iter().map(|v| v.size).collect()
     }
 
+    /// `force (N)`.
+    pub fn title(&self) -> String {
+        let (name, unit) = name_and_unit(&self.name);
+        with_unit(&name, unit)
+    }
+
+    /// `force 0.5 N`.
+    pub fn words(&self, value: usize) -> String {
+        let ((name, unit), value) = (name_and_unit(&self.name), &self.values[value]);
+        let unit = if value.number.is_some() { unit } else { "" };
+        format!("{name} {} {unit}", value.label)
+            .trim_end()
+            .to_owned()
+    }
+
     fn keys(&self) -> impl Iterator<Item = &str> {
         keys(&self.values)
     }
 }
 
 /// The keys that values set.
-fn keys(values: &[KnobValue]) -> impl Iterator<Item = &str> {
+fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
     let set = values.iter().flat_map(|v| &v.set);
     set.map(|s| s.split('=').next().unwrap_or(s).trim())
 }
@@ -117,16 +140,34 @@ struct JointValue {
     size: Option<f64>,
 }
 
-/// Checks one `[[knob]]`; `needs_base`: it has to say which value the other knobs are turned
-/// around.
+/// A fault of studies alone.
+pub fn fault(message: String, label: &'static str, remedy: impl Into<String>) -> Fault {
+    Fault::Particular {
+        message,
+        label,
+        remedy: remedy.into(),
+    }
+}
+
+/// A list that holds nothing, where something is expected.
+pub fn nothing(path: String, what: &str, example: &'static str) -> Fault {
+    Fault::WrongType {
+        path,
+        message: format!("at least one {what} is expected"),
+        example,
+    }
+}
+
+/// Checks one `[[parameter]]`; `needs_base`: it has to say which value stands while others are
+/// varied.
 pub fn check(
     checker: &mut Checker,
     index: usize,
-    raw: &Spanned<RawKnob>,
+    raw: &Spanned<RawParameter>,
     needs_base: bool,
-) -> Option<Knob> {
+) -> Option<Parameter> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let at = Table::of("knob", span.clone(), Some((index, &None)));
+    let at = Table::of("parameter", span.clone(), Some((index, &None)));
     let name = match (&raw.name, &raw.key) {
         (None, Some(key)) => name_of_key(checker, &at, key),
         (name, _) => checker.required_name(&at, name),
@@ -137,29 +178,28 @@ pub fn check(
         return None;
     };
     if items.get_ref().is_empty() {
-        let fault = Fault::WrongType {
-            path: at.key("values"),
-            message: "at least one value is expected".to_owned(),
-            example: STUDY.example("knob", "values"),
-        };
-        checker.fault(items.span(), fault);
+        let example = STUDY.example("parameter", "values");
+        checker.fault(items.span(), nothing(at.key("values"), "value", example));
         return None;
     }
     let items = items.get_ref();
     let values = items.iter().map(|item| value(checker, &at, &raw.key, item));
-    let values: Vec<Option<KnobValue>> = values.collect();
-    let mut values: Vec<KnobValue> = values.into_iter().collect::<Option<_>>()?;
+    let values: Vec<Option<ParameterValue>> = values.collect();
+    let mut values: Vec<ParameterValue> = values.into_iter().collect::<Option<_>>()?;
     let labels = values
         .iter()
         .map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     checker.distinct(&labels.collect::<Vec<_>>());
     let kind = kind(checker, &at, raw, &values)?;
-    sizes(checker, &at, raw, items, &mut values)?;
+    let rule = sizes(checker, &at, raw, items, &mut values)?;
     let base = base(checker, &at, &raw.base, items, &values, needs_base)?;
     let base_label = values[base].label.clone();
     sort(kind, &mut values);
-    Some(Knob {
-        name: name?,
+    let name = name?;
+    let words = name_and_unit(&name).0;
+    Some(Parameter {
+        size_name: rule.map_or(format!("size of {words}"), |r| r.replace("value", &words)),
+        name,
         kind,
         base: values.iter().position(|v| v.label == base_label)?,
         values,
@@ -168,39 +208,37 @@ pub fn check(
     })
 }
 
-/// The last word of a key, which names the knob where nothing else does.
+/// The last word of a key, which names the parameter where nothing else does.
 fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Option<String> {
     let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
     if is_name(word) {
         return Some(word.to_owned());
     }
-    let fault = Fault::Particular {
-        message: format!(
-            "`{}`: \"{word}\", the last word of the key, is no name for the knob",
-            at.key("key")
-        ),
-        label: "names the knob",
-        remedy: "give the knob a `name` of its own, which begins with a letter and has letters, \
-                 digits, `_` and `-`: it becomes part of the names of folders"
-            .to_owned(),
-    };
-    checker.fault(key.span(), fault);
+    let message = format!(
+        "`{}`: \"{word}\", the last word of the key, is no name for the parameter",
+        at.key("key")
+    );
+    let remedy = "give the parameter a `name` of its own, which begins with a letter and has \
+                  letters, digits, `_` and `-`: it becomes part of the names of folders";
+    checker.fault(key.span(), fault(message, "names the parameter", remedy));
     None
 }
 
-/// What `is` says, else what the keys are: a knob that sets a design value is one. Sizes and orders
-/// are those of errors, which design values do not have.
-fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) -> Option<Kind> {
+/// What `is` says, else the last of the kinds of its keys. Sizes and orders are those of errors,
+/// which numerical parameters alone have.
+fn kind(
+    checker: &mut Checker,
+    at: &Table,
+    raw: &RawParameter,
+    values: &[ParameterValue],
+) -> Option<Kind> {
+    let own = raw.key.iter().map(|key| key.get_ref().as_str());
+    let kinds = own.chain(keys(values)).map(Kind::of_key);
     let kind = match &raw.is {
         Some(_) => checker.choice(at, "is", &raw.is, &KIND_WORDS, &KINDS)?,
-        None => {
-            let own = raw.key.iter().map(|key| key.get_ref().as_str());
-            let mut kinds = own.chain(keys(values)).map(Kind::of_key);
-            match kinds.any(|kind| kind == Kind::Design) {
-                true => Kind::Design,
-                false => Kind::Numerical,
-            }
-        }
+        None => kinds
+            .max_by_key(|kind| *kind as usize)
+            .unwrap_or(Kind::Numerical),
     };
     let of_value = values.iter().find(|v| v.size.is_some());
     let of_errors = [
@@ -208,34 +246,28 @@ fn kind(checker: &mut Checker, at: &Table, raw: &RawKnob, values: &[KnobValue]) 
         ("size", of_value.map(|v| v.span.clone())),
         ("order", raw.order.as_ref().map(Spanned::span)),
     ];
-    let given = of_errors
-        .into_iter()
-        .find_map(|(key, span)| Some((key, span?)));
-    match (kind, given) {
-        (Kind::Design, Some((key, span))) => {
-            let fault = Fault::Particular {
-                message: format!(
-                    "`{}` belongs to errors, and a design value has none",
-                    at.key(key)
-                ),
-                label: "of a design value",
-                remedy: format!(
-                    "leave `{key}` out, or write is = \"numerical\" where the knob is a setting of \
-                     the computation"
-                ),
-            };
-            checker.fault(span, fault);
+    let mut given = of_errors.into_iter().filter_map(|(k, s)| Some((k, s?)));
+    match given.next().filter(|_| kind != Kind::Numerical) {
+        None => Some(kind),
+        Some((key, span)) => {
+            let path = at.key(key);
+            let message =
+                format!("`{path}` belongs to errors, which numerical parameters alone have");
+            let remedy = format!(
+                "leave `{key}` out, or write is = \"numerical\" where the parameter is a setting of \
+                 the computation"
+            );
+            checker.fault(span, fault(message, "of no numerical parameter", remedy));
             None
         }
-        _ => Some(kind),
     }
 }
 
-/// Numerical values with sizes from coarse to fine, numbers of a design from low to high.
-fn sort(kind: Kind, values: &mut [KnobValue]) {
-    let place = |v: &KnobValue| match kind {
+/// Puts numerical values with sizes in order from coarse to fine, other numbers from low to high.
+fn sort(kind: Kind, values: &mut [ParameterValue]) {
+    let place = |v: &ParameterValue| match kind {
         Kind::Numerical => v.size.map(|size| -size),
-        Kind::Design => v.number,
+        Kind::Load | Kind::Design => v.number,
     };
     if values.iter().all(|v| place(v).is_some()) {
         values.sort_by(|a, b| {
@@ -245,34 +277,35 @@ fn sort(kind: Kind, values: &mut [KnobValue]) {
     }
 }
 
-/// What only shows when all knobs are known: names taken twice, keys set twice, grids too large.
-pub fn check_together(checker: &mut Checker, knobs: &[Knob], grid: bool) {
-    let named = knobs.iter().enumerate();
-    let named = named.map(|(i, k)| (format!("knob.{i}.name"), k.name.clone(), k.span.clone()));
+/// Checks what only shows when all parameters are known: names taken twice, keys set twice, grids
+/// too large.
+pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: bool) {
+    let named = parameters.iter().enumerate();
+    let named = named.map(|(i, p)| {
+        let path = format!("parameter.{i}.name");
+        (path, p.name.clone(), p.span.clone())
+    });
     checker.distinct(&named.collect::<Vec<_>>());
-    for (i, knob) in knobs.iter().enumerate() {
-        for other in &knobs[..i] {
-            if let Some(key) = knob.keys().find(|key| other.keys().any(|k| k == *key)) {
-                let fault = Fault::Particular {
-                    message: format!("both {} and {} set `{key}`", other.name, knob.name),
-                    label: "set again",
-                    remedy: format!("let one knob set both together: {JOINT}"),
-                };
-                checker.fault(knob.span.clone(), fault);
+    for (i, parameter) in parameters.iter().enumerate() {
+        for other in &parameters[..i] {
+            let mut keys = parameter.keys();
+            if let Some(key) = keys.find(|key| other.keys().any(|k| k == *key)) {
+                let message = format!("both {} and {} set `{key}`", other.name, parameter.name);
+                let remedy = format!("let one parameter set both together: {JOINT}");
+                checker.fault(parameter.span.clone(), fault(message, "set again", remedy));
             }
         }
     }
-    let cases = knobs
-        .iter()
-        .try_fold(1usize, |product, k| product.checked_mul(k.values.len()));
-    if let (true, Some(first)) = (grid && cases.is_none_or(|c| c > MOST_CASES), knobs.first()) {
+    let mut counts = parameters.iter().map(|p| p.values.len());
+    let cases = counts.try_fold(1usize, usize::checked_mul);
+    if let (true, Some(first)) = (
+        grid && cases.is_none_or(|c| c > MOST_CASES),
+        parameters.first(),
+    ) {
         let cases = cases.map_or("very many".to_owned(), |c| c.to_string());
-        let fault = Fault::Particular {
-            message: format!("a grid of {cases} cases is more than {MOST_CASES}"),
-            label: "too many",
-            remedy: "take fewer values, or mode = \"one_at_a_time\"".to_owned(),
-        };
-        checker.fault(first.span.clone(), fault);
+        let message = format!("a grid of {cases} cases is more than {MOST_CASES}");
+        let remedy = "take fewer values, or mode = \"one_at_a_time\"";
+        checker.fault(first.span.clone(), fault(message, "too many", remedy));
     }
 }
 
@@ -282,12 +315,12 @@ fn value(
     at: &Table,
     key: &Located<String>,
     item: &Spanned<Value>,
-) -> Option<KnobValue> {
+) -> Option<ParameterValue> {
     let span = item.span();
     if let Some(key) = key {
         let text = checker.source.text.get(span.clone()).unwrap_or_default();
         let set = setting(key.get_ref(), item.get_ref(), text.to_owned());
-        return Some(KnobValue {
+        return Some(ParameterValue {
             label: label(checker, item),
             set: set.into_iter().collect(),
             number: Some(number(item.get_ref())).filter(|v| v.is_finite()),
@@ -308,11 +341,10 @@ fn value(
         }
     };
     let settings = joint.set.iter();
-    Some(KnobValue {
+    let set = settings.filter_map(|(key, value)| setting(key, value, value.to_string()));
+    Some(ParameterValue {
         label: joint.label,
-        set: settings
-            .filter_map(|(key, value)| setting(key, value, value.to_string()))
-            .collect(),
+        set: set.collect(),
         number: None,
         size: joint.size,
         span,
@@ -324,17 +356,14 @@ fn setting(key: &str, value: &Value, text: String) -> Option<String> {
     (value.as_str() != Some("")).then(|| format!("{}={text}", key.trim()))
 }
 
-/// As the file has it.
-fn text_of(checker: &Checker, item: &Spanned<Value>) -> String {
-    let text = checker.source.text.get(item.span()).unwrap_or_default();
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 fn label(checker: &Checker, item: &Spanned<Value>) -> String {
     match item.get_ref().as_str() {
         Some("") => "as in the scene".to_owned(),
         Some(text) => text.to_owned(),
-        None => text_of(checker, item),
+        None => {
+            let text = checker.source.text.get(item.span()).unwrap_or_default();
+            text.split_whitespace().collect::<Vec<_>>().join(" ")
+        }
     }
 }
 
@@ -347,18 +376,22 @@ fn number(value: &Value) -> f64 {
     }
 }
 
-/// Sizes by the rule or from the list of `size`; values that set several keys may have their own.
+/// Sets sizes by the rule or from the list of `size`; values that set several keys may have their
+/// own. Gives the rule.
 fn sizes(
     checker: &mut Checker,
     at: &Table,
-    raw: &RawKnob,
+    raw: &RawParameter,
     items: &[Spanned<Value>],
-    values: &mut [KnobValue],
-) -> Option<()> {
+    values: &mut [ParameterValue],
+) -> Option<Option<String>> {
+    let path = at.key("size");
+    let mut by_rule = None;
     match raw.size.as_ref().map(|size| (size.span(), size.get_ref())) {
         None => {}
         Some((span, Value::String(rule))) => {
             let compact: String = rule.split_whitespace().collect();
+            by_rule = Some(compact.clone());
             let rule = Some(Spanned::new(span, compact));
             let size = checker.choice(at, "size", &rule, &RULES, &SIZES)?;
             for (value, item) in values.iter_mut().zip(items) {
@@ -372,52 +405,49 @@ fn sizes(
         }
         Some((span, _)) => {
             let fault = Fault::WrongType {
-                path: at.key("size"),
+                path,
                 message: format!("a rule, or {} numbers, one a value", values.len()),
-                example: STUDY.example("knob", "size"),
+                example: STUDY.example("parameter", "size"),
             };
             checker.fault(span, fault);
             return None;
         }
     }
-    let mut fault = |span: &Range<usize>, message: String, label, remedy: &str| {
-        let remedy = remedy.to_owned();
-        checker.fault(
-            span.clone(),
-            Fault::Particular {
-                message,
-                label,
-                remedy,
-            },
-        );
-        None
-    };
-    let path = at.key("size");
-    let sized = values.iter().filter(|v| v.size.is_some()).count();
-    for (i, value) in values.iter().enumerate().filter(|_| sized > 0) {
-        let KnobValue { label, span, .. } = value;
-        let Some(size) = value.size else {
-            let message = format!("`{path}`: some values have a size, {label} has none");
-            return fault(
-                span,
-                message,
+    let has_sizes = values.iter().any(|v| v.size.is_some());
+    for (
+        i,
+        ParameterValue {
+            label, span, size, ..
+        },
+    ) in values.iter().enumerate()
+    {
+        let of_earlier = || values[..i].iter().any(|v| v.size == *size);
+        let (message, words, remedy) = match *size {
+            None if has_sizes => (
+                format!("some values have a size, {label} has none"),
                 "no size",
                 "give each value a `size`, or none",
-            );
+            ),
+            Some(size) if !(size > 0.0 && size.is_finite()) => (
+                format!("{label} has the size {size}, which is not above 0"),
+                "no size above 0",
+                "give one size above 0 for each value, as a list: size = [1.0, 0.5]",
+            ),
+            Some(size) if of_earlier() => (
+                format!("two values have the size {size}"),
+                "the same size",
+                "a size says how fine a value is; leave out `size` where the values are not finer \
+                 and coarser (they then count from coarse to fine as they are written)",
+            ),
+            _ => continue,
         };
-        if !(size > 0.0 && size.is_finite()) {
-            let message = format!("`{path}`: {label} has the size {size}, which is not above 0");
-            let remedy = "give one size above 0 for each value, as a list: size = [1.0, 0.5]";
-            return fault(span, message, "no size above 0", remedy);
-        }
-        if values[..i].iter().any(|v| v.size == Some(size)) {
-            let message = format!("`{path}`: two values have the size {size}");
-            let remedy = "a size says how fine a value is; leave out `size` where the values are not \
-                          finer and coarser (they then count from coarse to fine as they are written)";
-            return fault(span, message, "the same size", remedy);
-        }
+        checker.fault(
+            span.clone(),
+            fault(format!("`{path}`: {message}"), words, remedy),
+        );
+        return None;
     }
-    Some(())
+    Some(by_rule)
 }
 
 /// The value of `base`: equal to one of the values, or its label.
@@ -426,14 +456,14 @@ fn base(
     at: &Table,
     base: &Located<Value>,
     items: &[Spanned<Value>],
-    values: &[KnobValue],
+    values: &[ParameterValue],
     needed: bool,
 ) -> Option<usize> {
     let (span, problem) = match base {
         None if !needed || values.len() == 1 => return Some(0),
         None => (
             at.span.clone(),
-            "is missing: with several knobs one at a time, each needs a base",
+            "is missing: with several parameters one at a time, each needs a base",
         ),
         Some(base) => {
             let text = label(checker, base);
@@ -452,16 +482,10 @@ fn base(
         Err(_) => format!("\"{}\"", v.label),
     });
     let shown: Vec<String> = shown.collect();
-    let fault = Fault::Particular {
-        message: format!("`{}` {problem}", at.key("base")),
-        label: "not one of the values",
-        remedy: format!(
-            "the values are: {}; for example: base = {}",
-            dovetail_solver::text::list(&shown),
-            shown[0]
-        ),
-    };
-    checker.fault(span, fault);
+    let all = dovetail_solver::text::list(&shown);
+    let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
+    let message = format!("`{}` {problem}", at.key("base"));
+    checker.fault(span, fault(message, "not one of the values", remedy));
     None
 }
 
@@ -470,7 +494,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_of_the_mesh_the_solution_and_numbers_of_modes_are_numerical() {
+    fn a_key_is_a_setting_a_load_or_a_design_value() {
         for key in [
             "mesh.parameters.nu",
             "mesh.file",
@@ -483,30 +507,34 @@ mod tests {
         }
         for key in [
             "contact.*.friction",
-            "reduced_model.force_n",
+            "reduced_model.friction",
             "damping.ratio",
-            "rotation.speed_rpm",
             "body.blade.young_pa",
-            "load.0.force_n",
         ] {
             assert_eq!(Kind::of_key(key), Kind::Design, "{key}");
         }
-        for kind in KINDS {
-            let at = KIND_WORDS.iter().position(|word| *word == kind.word());
-            assert_eq!(KINDS[at.unwrap()], kind);
+        for key in [
+            "reduced_model.force_n",
+            "excitation.*.force_n",
+            "rotation.speed_rpm",
+            " load.0.force_n",
+        ] {
+            assert_eq!(Kind::of_key(key), Kind::Load, "{key}");
         }
+        assert_eq!(KINDS.map(Kind::word), KIND_WORDS);
     }
 
     #[test]
     fn numbers_of_a_design_are_put_in_order_and_sizes_of_a_setting() {
-        let value = |number: Option<f64>, size: Option<f64>| KnobValue {
+        let value = |number: Option<f64>, size: Option<f64>| ParameterValue {
             label: String::new(),
             set: vec![],
             number,
             size,
             span: 0..0,
         };
-        let numbers = |values: &[KnobValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
+        let numbers =
+            |values: &[ParameterValue]| values.iter().map(|v| v.number).collect::<Vec<_>>();
         let mut values = [0.3, 0.1, 0.2].map(|v| value(Some(v), None));
         sort(Kind::Numerical, &mut values);
         assert_eq!(numbers(&values), [0.3, 0.1, 0.2].map(Some));
