@@ -173,11 +173,12 @@ fn news(orbit: &Orbit, failed: usize) -> String {
     )
 }
 
-/// The residuals of Newton's method, attempt by attempt.
+/// The first and the last residual of each attempt of Newton's method, with its iterations.
 fn residuals(orbit: &Orbit) -> String {
-    let attempt = |residuals: &Vec<f64>| {
-        let all = residuals.iter().map(|r| format!("{r:.1e}"));
-        all.collect::<Vec<_>>().join(" ")
+    let attempt = |residuals: &Vec<f64>| match residuals[..] {
+        [only] => format!("{only:.1e} in 0"),
+        [first, .., last] => format!("{first:.1e} to {last:.1e} in {}", residuals.len() - 1),
+        [] => String::new(),
     };
     let attempts = orbit.newton_residuals.iter().map(attempt);
     attempts.collect::<Vec<_>>().join(" | ")

@@ -83,7 +83,7 @@ pub(super) struct Shared {
     #[arg(long, short, global = true)]
     pub(super) quiet: bool,
 
-    /// Every frequency with its Newton residuals
+    /// Every frequency, what is tried and the residuals
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub(super) verbose: bool,
 }

@@ -191,3 +191,21 @@ fn the_estimated_error_covers_what_eps_and_truncation_move() {
 fn the_estimated_error_covers_three_percent_too() {
     assert_estimates(0.03);
 }
+
+#[test]
+fn a_fine_accuracy_is_met_or_said_to_be_missed() {
+    let (friction, hz) = (0.3, 3.5);
+    let exact_m = integrated_m(friction, hz);
+    for accuracy in [0.01, 1e-3] {
+        let orbit = solve(friction, hz, Resolution::Accuracy(accuracy), 1.0);
+        let error = (orbit.observed_amplitude_m[0] / exact_m - 1.0).abs();
+        let estimated = orbit.estimated_error.unwrap();
+        println!(
+            "F {friction}, {hz} Hz, to {accuracy}: {} harmonics, off by {error:.4}, estimated {estimated:.4}, {:?}",
+            orbit.harmonics, orbit.outcome
+        );
+        assert!(error < estimated + OF_INTEGRATION, "{accuracy}: {error}");
+        let converged = orbit.outcome == Outcome::Converged;
+        assert_eq!(converged, estimated <= accuracy, "{accuracy}");
+    }
+}
