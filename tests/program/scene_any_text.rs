@@ -86,7 +86,7 @@ fn the_seeds_of_fuzzing_are_possible() {
     let file = fuzz.join("seeds/study/grid.toml");
     let text = std::fs::read_to_string(&file).unwrap();
     let study = StudyText::of(&text, &file).parse(&[]);
-    assert_eq!(cases(&study.unwrap()).len(), 12);
+    assert_eq!(cases(&study.unwrap()).len(), 24);
 }
 
 /// Pieces likely to bring a scene to the edge of validity.
