@@ -1,37 +1,33 @@
 //! The tests of the program and of the way through all packages, one module a subject. They are one
 //! binary, which links the program once: no test may change what the process has only one of (its
 //! environment, its folder, its number of threads), and names of temporary files begin with the
-//! module's.
+//! module's. Tests that need the library alone stand beside it, in crates/solver/tests/library.
 
 mod shared_browser;
 mod shared_folder;
 mod shared_program;
 mod shared_runs;
-mod shared_scenes;
 
-mod accuracy;
+#[path = "../../crates/solver/tests/library/shared_bodies.rs"]
+mod shared_bodies;
+#[path = "../../crates/solver/tests/library/shared_rigid_body.rs"]
+mod shared_rigid_body;
+
 mod bad_input;
-mod binding;
 mod blade_frequencies;
 mod body_meshes;
 mod cache;
-mod clearance;
 mod closed_forms;
 mod command_line;
-mod curved_flanks;
-mod elements;
 mod excitation;
 mod export_files;
 mod extremes;
-mod gross_slip;
 mod interruption;
 mod limits;
 mod memory;
-mod mesh_files;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;
-mod mortar;
 mod only_what_is_asked;
 mod open_at_rest;
 mod output_folder;
@@ -39,12 +35,8 @@ mod pair_counts;
 mod paper_findings;
 mod prestress;
 mod reduced_scenes;
-mod reduction;
 mod reference;
-mod reference_dovetail72;
 mod report;
-mod rigid_slider;
-mod rubbing_beam;
 mod run_as_value;
 mod scene_any_text;
 mod scene_errors;
@@ -55,9 +47,6 @@ mod springs;
 mod stacked_blocks;
 mod study;
 mod tidy;
-mod time_integration;
-mod transitions;
 mod tutorial;
-mod two_motions;
 mod way_in;
 mod words_of_a_run;

@@ -1,34 +1,6 @@
-//! A folder for the files of one test, gone at its end.
+//! A folder for the files of one test, and the files of a run without what no two runs share.
 
-use std::ffi::OsStr;
-use std::ops::Deref;
-use std::path::Path;
-
-use tempfile::TempDir;
-
-pub struct Folder(TempDir);
-
-impl Folder {
-    /// A new one, whatever the tests beside do; the name helps to find it while the test runs.
-    pub fn new(name: &str) -> Self {
-        let prefix = format!("dovetail-{name}-");
-        Self(TempDir::with_prefix(prefix).unwrap())
-    }
-}
-
-impl Deref for Folder {
-    type Target = Path;
-
-    fn deref(&self) -> &Path {
-        self.0.path()
-    }
-}
-
-impl AsRef<OsStr> for Folder {
-    fn as_ref(&self) -> &OsStr {
-        self.0.path().as_os_str()
-    }
-}
+pub use dovetail_testkit::folder::Folder;
 
 /// The bytes of a file of a run, of a report without the time that it began at and the sections of
 /// these names.

@@ -9,9 +9,9 @@ use std::process::Command;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use crate::shared_bodies::{assembly, body, ready};
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
-use crate::shared_scenes::{assembly, body, ready};
 use dovetail::scene;
 use dovetail_numerics::eigen::dense::modes;
 use dovetail_numerics::sparse::dense;

@@ -4,8 +4,8 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use crate::gross_slip::{BASE_M_S2, SPRING_HZ, amplitude_in_time_m};
 use crate::shared_folder::Folder;
+use crate::shared_rigid_body::{BASE_M_S2, SPRING_HZ, amplitude_in_time_m};
 use crate::shared_runs::{Run, number};
 
 /// Sides of a block, mm, and its elements along each.

@@ -489,6 +489,65 @@ fn paths_that_the_book_names_exist() {
     assert!(checked > 80, "only {checked} paths found");
 }
 
+/// The binaries of tests that commands of the prose name, and where their modules stand.
+const TESTS: [(&str, &str); 2] = [
+    ("program", "tests/program"),
+    ("library", "crates/solver/tests/library"),
+];
+
+#[test]
+fn commands_of_the_prose_name_tests_that_exist() {
+    let (mut checked, mut wrong) = (0, Vec::new());
+    for page in prose() {
+        let text = text_of(&page).replace('`', " ");
+        let words: Vec<&str> = text.split_whitespace().collect();
+        for words in words.windows(3).filter(|words| words[0] == "--test") {
+            let [_, binary, filter] = words else { continue };
+            let tests = TESTS.iter().find(|(name, _)| name == binary);
+            let (module, name) = filter.split_once("::").unwrap_or((filter, ""));
+            let exists = tests.is_some_and(|(_, folder)| {
+                let (_, code): (Vec<String>, Vec<String>) = sources(&root().join(folder))
+                    .into_iter()
+                    .filter(|(file, _)| first_word(file) == module)
+                    .unzip();
+                let begins = |code: &String| {
+                    let definitions = [format!("fn {name}"), format!("mod {name}")];
+                    definitions.iter().any(|begin| code.contains(begin))
+                };
+                code.iter().any(begins)
+            });
+            checked += 1;
+            if !exists {
+                wrong.push(format!("{page}: --test {binary} {filter}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 20, "only {checked} commands found");
+}
+
+#[test]
+fn comments_name_files_of_tests_that_exist() {
+    let (mut checked, mut wrong) = (0, Vec::new());
+    let mut files = Vec::new();
+    for folder in ["benches", "crates", "src", "tests"] {
+        rust_files(&root().join(folder), &mut files);
+    }
+    for file in files {
+        let text = std::fs::read_to_string(&file).unwrap();
+        for (at, _) in TESTS.iter().flat_map(|(_, f)| text.match_indices(f)) {
+            let is_part = |c: &char| c.is_alphanumeric() || matches!(c, '_' | '/' | '.');
+            let path: String = text[at..].chars().take_while(is_part).collect();
+            checked += 1;
+            if !root().join(path.trim_end_matches('.')).exists() {
+                wrong.push(format!("{} names {path}", file.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(checked > 5, "only {checked} files found");
+}
+
 /// Rows of tables and lines that are one link may be longer.
 #[test]
 fn lines_of_prose_have_at_most_100_letters() {

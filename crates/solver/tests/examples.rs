@@ -55,7 +55,7 @@ fn modes_of_a_mesh_are_those_of_other_programs() {
 }
 
 /// One harmonic has a closed form (tests/program/closed_forms.rs of the program), and so have all of them
-/// (tests/program/time_integration.rs).
+/// (crates/solver/tests/library/time_integration.rs).
 #[test]
 fn a_jenkins_oscillator_from_its_matrices_has_the_known_amplitude() {
     let amplitude_m = |harmonics| reduced_from_matrices::amplitude_m(harmonics).unwrap();

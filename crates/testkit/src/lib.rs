@@ -1,4 +1,5 @@
-//! What the unit tests of several packages share. Packages name it under `[dev-dependencies]` alone.
+//! What the tests of several packages share. Packages name it under `[dev-dependencies]` alone.
 
 pub mod differences;
+pub mod folder;
 pub mod lattice;

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::shared_folder::Folder;
 use crate::shared_scenes::*;
 use dovetail_solver::mesh::block::{block, map_nodes, straighten};
 use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
@@ -10,6 +9,7 @@ use dovetail_solver::model::{
     AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
+use dovetail_testkit::folder::Folder;
 
 // --------------------------------------------------------------------------- binding a scene
 

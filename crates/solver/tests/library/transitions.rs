@@ -8,7 +8,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{PairLaw, superelement};
-use std::path::Path;
+use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-9,
@@ -19,7 +19,7 @@ const RATIOS: [f64; 6] = [0.985, 0.995, 0.998, 0.9995, 1.0005, 1.003];
 /// Solves the six frequencies one after the other (warm) and each alone (cold) for every force and
 /// returns (cases, failures, Newton iterations).
 fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let folder = root().join("tests/data/dovetail72");
     let (mut count, mut failures, mut iterations, mut held) = (0, 0, 0, 0);
     for force_n in [0.1, 1.0, 1.5, 3.0] {
         let law = PairLaw {

@@ -1,47 +1,17 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 
-use std::path::{Path, PathBuf};
-
+use dovetail_solver::mesh::Mesh;
 use dovetail_solver::mesh::block::side_by_side;
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
-use dovetail_solver::mesh::{self, Mesh};
-use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material,
-    ObservationSpec, Prestress, RotationSpec,
-};
+use dovetail_solver::model::{Assembly, ContactSpec};
 
-pub const MM: f64 = 1e-3;
-
-pub fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
+pub use crate::shared_bodies::{MM, assembly, body, ready};
+pub use dovetail_testkit::folder::root;
 
 pub fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(root().join("meshes").join(name)).unwrap()
 }
 
-pub fn ready(name: &str) -> Mesh {
-    mesh::read(&root().join("meshes").join(name), MM).unwrap()
-}
-
 // ---------------------------------------------------------------------------------- assemblies
-
-pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
-    BodySpec {
-        name: name.into(),
-        mesh: BodyMesh::Shared,
-        volume: name.into(),
-        material: Material {
-            young_pa: 113.8e9,
-            poisson: 0.34,
-            density_kg_m3: 4430.0,
-        }
-        .into(),
-        fixed: fixed.iter().map(|s| s.to_string()).collect(),
-        fixed_along: Default::default(),
-        fixed_interface_modes: None,
-    }
-}
 
 pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
     ContactSpec {
@@ -55,39 +25,6 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         search_distance_m: None,
         slave: None,
         crown: None,
-    }
-}
-
-pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {
-    Assembly {
-        springs: Vec::new(),
-        mesh: Some(MeshSource {
-            kind: MeshKind::File {
-                path: PathBuf::from("test.msh"),
-            },
-            units: MM.into(),
-        }),
-        rotation: Some(RotationSpec {
-            point_m: [0.0; 3],
-            axis: [1.0, 0.0, 0.0],
-            speed_rad_s: 523.6,
-            bodies: vec![bodies[0].name.clone()],
-            prestress: Prestress::HeldFlanks,
-        }),
-        bodies,
-        contacts,
-        loads: Vec::new(),
-        excitations: vec![ExcitationSpec {
-            kind: ExcitationKind::force(probe, [0.0, 1.0, 0.0]),
-            amplitude: 6.0,
-            harmonic: 1,
-            phase_rad: 0.0,
-        }],
-        observations: vec![ObservationSpec {
-            name: "tip".into(),
-            points: probe.into(),
-            direction: [0.0, 0.6, 0.8],
-        }],
     }
 }
 

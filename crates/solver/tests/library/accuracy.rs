@@ -7,8 +7,8 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
+use dovetail_testkit::folder::root;
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::sync::OnceLock;
 
 const FORCE_N: f64 = 1.5;
@@ -16,7 +16,7 @@ const FORCE_N: f64 = 1.5;
 fn model() -> &'static RelativeModel {
     static MODEL: OnceLock<RelativeModel> = OnceLock::new();
     MODEL.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+        let folder = root().join("tests/data/dovetail72");
         let law = PairLaw {
             friction: 0.3,
             gap_m: 0.0,

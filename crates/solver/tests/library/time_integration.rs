@@ -13,9 +13,9 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel, superelement,
 };
+use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
-use std::path::Path;
 
 const UNDAMPED: Rayleigh = Rayleigh {
     stiffness_s: 0.0,
@@ -279,7 +279,7 @@ const SETTLE: NewtonOptions = NewtonOptions {
 };
 
 fn dovetail72() -> RelativeModel {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let folder = root().join("tests/data/dovetail72");
     let law = PairLaw {
         friction: 0.3,
         gap_m: 0.0,

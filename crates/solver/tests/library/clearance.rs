@@ -18,9 +18,9 @@ use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
     HarmonicLoad, Highest, Load, PairLaw, RelativeModel, StuckModes, reduce, superelement,
 };
+use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
-use std::path::Path;
 
 use crate::shared_scenes::{blocks_assembly, two_blocks};
 
@@ -232,7 +232,7 @@ fn an_interference_grows_with_the_load_that_opposes_it() {
 // ----------------------------------------------------------------------- 72 pairs, moved apart
 
 fn dovetail(force_n: f64) -> RelativeModel {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let folder = root().join("tests/data/dovetail72");
     let law = PairLaw {
         friction: 0.3,
         gap_m: 0.0,

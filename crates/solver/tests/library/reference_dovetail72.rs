@@ -12,7 +12,7 @@ use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_solver::reduction::{PairLaw, RelativeModel};
-use std::path::Path;
+use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -20,7 +20,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
 };
 
 fn model(force_n: f64) -> RelativeModel {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72");
+    let folder = root().join("tests/data/dovetail72");
     superelement::read(
         &folder,
         PairLaw {
@@ -34,7 +34,7 @@ fn model(force_n: f64) -> RelativeModel {
 }
 
 fn expected() -> serde_json::Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/dovetail72/expected.json");
+    let path = root().join("tests/data/dovetail72/expected.json");
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 

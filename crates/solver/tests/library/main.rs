@@ -1,0 +1,27 @@
+//! The tests of the library from outside, one module a subject: finite elements, reduction, contact,
+//! harmonic balance, steps in time. None knows the program. They are one binary, as those of
+//! tests/program, and no test changes what the process has only one of (its environment, its folder,
+//! its number of threads).
+
+mod shared_bodies;
+mod shared_rigid_body;
+mod shared_scenes;
+
+mod accuracy;
+mod binding;
+mod body_meshes;
+mod clearance;
+mod curved_flanks;
+mod elements;
+mod excitation;
+mod extremes;
+mod gross_slip;
+mod mesh_files;
+mod mortar;
+mod reduction;
+mod reference_dovetail72;
+mod rigid_slider;
+mod rubbing_beam;
+mod time_integration;
+mod transitions;
+mod two_motions;
