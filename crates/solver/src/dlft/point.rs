@@ -614,7 +614,8 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// From the static state by rounded laws; `None` where there is nothing to retain and the mean is to be retained.
+    /// From the static state by rounded laws; `None` where there is nothing to retain and the mean is to be retained, or
+    /// where the frequency has taken what it may on the way.
     fn with_rounded_laws(
         &self,
         frequency_hz: f64,
@@ -623,6 +624,9 @@ impl<'a> FrequencySolver<'a> {
     ) -> Option<Solution<'_>> {
         let mut u = self.static_start();
         for step in self.rounded_steps() {
+            if self.budget_exhausted(work) {
+                return None;
+            }
             u = self.take_step(&step, frequency_hz, mean, u, work)?;
         }
         let balance = self.balance(frequency_hz, mean)?;
