@@ -12,21 +12,24 @@ const LEAST_MEAN: f64 = 0.2;
 /// distance where the bodies allow it. They part to the sides on which they lie: a root leaves its slot outwards, though its
 /// flanks press inwards. Rigid ground stays. Zero for all where no contact has a direction.
 pub(super) fn apart(model: &Model) -> Vec<[f64; 3]> {
-    let mut moved = vec![[0.0; 3]; model.bodies.len()];
     let contacts: Vec<Opening> = (0..model.contact_names.len())
         .filter_map(|contact| Opening::of(model, contact))
         .collect();
-    // Kaczmarz's method from zero: the shortest vectors by which all contacts open by 1.
-    for _ in 0..SWEEPS {
-        for contact in &contacts {
-            contact.open(&mut moved);
-        }
-    }
+    let mut moved = opened(&contacts, model.bodies.len());
     let longest = moved.iter().map(|m| dot(*m, *m).sqrt()).fold(0.0, f64::max);
     if longest > 0.0 {
         for component in moved.as_flattened_mut() {
             *component /= longest;
         }
+    }
+    moved
+}
+
+/// The shortest vectors by which all contacts open by 1: Kaczmarz's method from zero.
+fn opened(contacts: &[Opening], bodies: usize) -> Vec<[f64; 3]> {
+    let mut moved = vec![[0.0; 3]; bodies];
+    for _ in 0..SWEEPS {
+        contacts.iter().for_each(|contact| contact.open(&mut moved));
     }
     moved
 }
@@ -41,9 +44,10 @@ impl Opening {
     fn of(model: &Model, contact: usize) -> Option<Self> {
         let own = || model.pairs.iter().filter(|pair| pair.contact == contact);
         let mut mean = [0.0; 3];
+        let pairs = own().count() as f64;
         for pair in own() {
             for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
-                *sum += n / own().count() as f64;
+                *sum += n / pairs;
             }
         }
         let first = own().next()?;
@@ -86,14 +90,6 @@ fn middle(points_m: &[[f64; 3]]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn opened(contacts: &[Opening], bodies: usize) -> Vec<[f64; 3]> {
-        let mut moved = vec![[0.0; 3]; bodies];
-        for _ in 0..SWEEPS {
-            contacts.iter().for_each(|contact| contact.open(&mut moved));
-        }
-        moved
-    }
 
     fn opening(bodies: [Option<usize>; 2], direction: [f64; 3]) -> Opening {
         Opening { bodies, direction }
