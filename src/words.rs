@@ -65,6 +65,14 @@ const DIGITS_OF_UNKNOWN: usize = 3;
 /// Below this an estimated error changes no digit.
 const NO_ERROR: f64 = 1e-4;
 
+/// A number without the zeros at the end of its fraction.
+pub fn without_zeros(number: &str) -> &str {
+    match number.contains('.') && !number.contains('e') {
+        true => number.trim_end_matches('0').trim_end_matches('.'),
+        false => number,
+    }
+}
+
 /// How many digits of a number its estimated relative error supports: the last one is of the power of ten of the error.
 /// `None` is an error that is not known.
 pub fn supported_digits(v: f64, error: Option<f64>) -> usize {

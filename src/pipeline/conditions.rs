@@ -1,6 +1,6 @@
 //! Says in a few words under what a scene rests and shakes, for the headings of pictures.
 
-use crate::words::{counted, figure, quantity};
+use crate::words::{counted, figure, quantity, without_zeros};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::model::{Assembly, ContactLaw, ExcitationKind, ExcitationSpec};
 
@@ -112,12 +112,5 @@ fn given(v: f64, unit: &str) -> String {
     match text.split_once(' ') {
         Some((number, unit)) => format!("{} {unit}", without_zeros(number)),
         None => text,
-    }
-}
-
-fn without_zeros(number: &str) -> &str {
-    match number.contains('.') && !number.contains('e') {
-        true => number.trim_end_matches('0').trim_end_matches('.'),
-        false => number,
     }
 }

@@ -15,6 +15,7 @@ use super::{
     px, round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
+use crate::words::without_zeros;
 
 const SIZE: (u32, u32) = (1280, 860);
 /// Letters of names beside points.
@@ -378,8 +379,7 @@ fn ticks((low, high): (f64, f64)) -> Vec<f64> {
 fn short(v: f64) -> String {
     if (0.001..10_000.0).contains(&v) {
         // Powers of ten are not exact: no digits beyond the sixth.
-        let text = format!("{v:.6}");
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        without_zeros(&format!("{v:.6}")).to_owned()
     } else {
         format!("{v:.0e}")
     }
