@@ -14,15 +14,16 @@ use super::newton_krylov::{
     relative_residual, step_length,
 };
 use super::orbit::observed_amplitudes_m;
-use super::pair_signals::{Periods, Rounding};
+use super::pair_signals::Periods;
 use super::retention::{Holding, Mean, Retention, may_have_walked_off};
 use super::{Orbit, Told};
 use crate::dlft::settings::Solver;
-use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, correction, newton};
 use dovetail_numerics::vector::norm;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+
+mod rounded_path;
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
@@ -35,23 +36,6 @@ const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Up to this many unknowns Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
-
-/// Rounded laws, from one that Newton's method finds from far away to one close to the law: the sharpness of the friction
-/// cones, and the width of lift-off as a fraction of the mean compression of the pairs.
-const ROUNDINGS: [(f64, f64); 5] = [
-    (2.0, 1.0),
-    (4.0, 0.5),
-    (8.0, 0.2),
-    (16.0, 0.1),
-    (32.0, 0.05),
-];
-/// The balances on the way are solved to this, ...
-const ROUNDED_TOLERANCE: f64 = 1e-2;
-/// ... and the last of them, and the law with the softer eps, to this.
-const LAST_ROUNDED_TOLERANCE: f64 = 1e-3;
-/// Fraction of eps on the way. Where bodies slide as a whole, eps, which is their elasticity, makes of every reversal of
-/// friction a step that Newton's method does not find; the motion hardly depends on eps, and follows it in a few steps.
-const SOFTER: f64 = 1e-2;
 
 /// Fractions of the retention's stiffness from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
@@ -234,16 +218,6 @@ enum Strategy {
     /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
     /// start on the straight line in 1 / mu through the last two.
     InFriction { from: f64, growth: f64 },
-}
-
-/// A balance on the way to the one that is asked for.
-struct Step {
-    harmonics: usize,
-    rounding: Option<Rounding>,
-    /// As in [`Balance`].
-    eps_scale: f64,
-    method: Method,
-    tolerance: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -536,10 +510,12 @@ impl<'a> FrequencySolver<'a> {
             ]
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
-        methods
-            .iter()
-            .flat_map(|method| directly(*method))
-            .chain([InSharpness])
+        let in_gross_slip = self.is_in_gross_slip(frequency_hz);
+        in_gross_slip
+            .then_some(InSharpness)
+            .into_iter()
+            .chain(methods.iter().flat_map(|method| directly(*method)))
+            .chain((!in_gross_slip).then_some(InSharpness))
             .chain(in_friction)
             .chain(steps)
             .chain(is_small.then_some(dogleg).into_iter().flatten())
@@ -612,101 +588,6 @@ impl<'a> FrequencySolver<'a> {
                 self.with_growing_friction((from, growth), frequency_hz, mean, work)
             }
         }
-    }
-
-    /// From the static state by rounded laws; `None` where there is nothing to retain and the mean is to be retained, or
-    /// where the frequency has taken what it may on the way.
-    fn with_rounded_laws(
-        &self,
-        frequency_hz: f64,
-        mean: Mean,
-        work: &mut Work,
-    ) -> Option<Solution<'_>> {
-        let mut u = self.static_start();
-        for step in self.rounded_steps() {
-            if self.budget_exhausted(work) {
-                return None;
-            }
-            u = self.take_step(&step, frequency_hz, mean, u, work)?;
-        }
-        let balance = self.balance(frequency_hz, mean)?;
-        Some(self.iterate(balance, u, self.stepping(), self.newton, work))
-    }
-
-    /// The rounded laws have as many harmonics as exact corrections are cheap for, the law itself more and more.
-    fn rounded_steps(&self) -> Vec<Step> {
-        let setting = &self.setting;
-        let n = setting.system.unknowns();
-        let all = setting.fourier.harmonics();
-        let cheap = (MOST_EXACT_UNKNOWNS / n).saturating_sub(1) / 2;
-        let mut harmonics = cheap.max(1).min(all);
-        let is_affordable = (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
-        let (method, softer) = if is_affordable && self.solver == Solver::NewtonKrylov {
-            (Method::Exact, SOFTER)
-        } else {
-            (self.stepping(), 1.0)
-        };
-        let compression_n = setting.pressing_n / (n / 3) as f64;
-        let roundings = ROUNDINGS.map(|(sharpness, width)| {
-            let width_n = width * compression_n;
-            Some(Rounding { sharpness, width_n })
-        });
-        let mut steps: Vec<Step> = roundings
-            .into_iter()
-            .chain([None])
-            .map(|rounding| Step {
-                harmonics,
-                rounding,
-                eps_scale: softer,
-                method,
-                tolerance: ROUNDED_TOLERANCE,
-            })
-            .collect();
-        // The sharpest of them, and the law, are what is followed from here.
-        let last = steps.len() - 2;
-        steps[last..]
-            .iter_mut()
-            .for_each(|step| step.tolerance = LAST_ROUNDED_TOLERANCE);
-        while harmonics < all {
-            steps.push(Step {
-                harmonics,
-                rounding: None,
-                eps_scale: 1.0,
-                method: self.stepping(),
-                tolerance: LAST_ROUNDED_TOLERANCE,
-            });
-            harmonics = 2 * harmonics + 1;
-        }
-        steps
-    }
-
-    /// Goes on from `u` to the solution of a balance on the way, or stays at `u` where it is not found.
-    fn take_step(
-        &self,
-        step: &Step,
-        frequency_hz: f64,
-        mean: Mean,
-        u: Vec<f64>,
-        work: &mut Work,
-    ) -> Option<Vec<f64>> {
-        let fourier = Fourier::new(step.harmonics, self.setting.fourier.samples());
-        let fewer = FrequencySolver {
-            setting: Setting {
-                fourier: &fourier,
-                ..self.setting
-            },
-            ..*self
-        };
-        let mut balance = fewer.balance(frequency_hz, mean)?;
-        (balance.rounding, balance.eps_scale) = (step.rounding, step.eps_scale);
-        let options = NewtonOptions {
-            tolerance: step.tolerance.max(self.newton.tolerance),
-            ..self.newton
-        };
-        let start = resized(&u, fewer.unknowns());
-        let solved = fewer.iterate(balance, start, step.method, options, work);
-        let next = if solved.is_converged() { solved.u } else { u };
-        Some(resized(&next, self.unknowns()))
     }
 
     /// `None` where a coefficient on the way has no solution, or none is above the first.
