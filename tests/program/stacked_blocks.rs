@@ -8,9 +8,9 @@ use crate::shared_folder::Folder;
 use crate::shared_rigid_body::{BASE_M_S2, SPRING_HZ, amplitude_in_time_m};
 use crate::shared_runs::{Run, number};
 
-/// Sides of a block, mm, and its elements along each.
+/// Sides of a block, mm, and its elements along its height.
 const BLOCK_MM: [f64; 3] = [10.0, 10.0, 3.0];
-const CELLS: usize = 2;
+const LAYERS: usize = 2;
 const BLOCKS: usize = 3;
 const DENSITY_KG_M3: f64 = 7800.0;
 /// What presses the blocks, N, and the coefficient of friction.
@@ -22,16 +22,19 @@ fn block_mass_kg() -> f64 {
     DENSITY_KG_M3 * BLOCK_MM.iter().product::<f64>() * 1e-9
 }
 
-fn deck() -> String {
-    let side = CELLS + 1;
-    let node =
-        |block: usize, at: [usize; 3]| 1 + at[0] + side * (at[1] + side * (at[2] + side * block));
+/// With so many elements along the long sides of a block.
+fn deck(along: usize) -> String {
+    let cells = [along, along, LAYERS];
+    let nodes = cells.map(|count| count + 1);
+    let node = |block: usize, at: [usize; 3]| {
+        1 + at[0] + nodes[0] * (at[1] + nodes[1] * (at[2] + nodes[2] * block))
+    };
     let mut text = String::from("*NODE\n");
     let mut element = 0;
     for block in 0..BLOCKS {
-        for (k, j, i) in cells(side) {
-            let at = [i, j, k];
-            let mm: [f64; 3] = std::array::from_fn(|c| BLOCK_MM[c] * at[c] as f64 / CELLS as f64);
+        for at in places(nodes) {
+            let mm: [f64; 3] =
+                std::array::from_fn(|c| BLOCK_MM[c] * at[c] as f64 / cells[c] as f64);
             let z = mm[2] + BLOCK_MM[2] * block as f64;
             writeln!(text, "{}, {:?}, {:?}, {z:?}", node(block, at), mm[0], mm[1]).unwrap();
         }
@@ -39,7 +42,7 @@ fn deck() -> String {
     for block in 0..BLOCKS {
         writeln!(text, "*ELEMENT, TYPE=C3D8, ELSET=B{block}").unwrap();
         let (mut lower, mut upper) = (String::new(), String::new());
-        for (k, j, i) in cells(CELLS) {
+        for [i, j, k] in places(cells) {
             element += 1;
             write!(text, "{element}").unwrap();
             for level in [k, k + 1] {
@@ -51,11 +54,11 @@ fn deck() -> String {
             if k == 0 {
                 writeln!(lower, "{element}, S1").unwrap();
             }
-            if k + 1 == CELLS {
+            if k + 1 == LAYERS {
                 writeln!(upper, "{element}, S2").unwrap();
             }
         }
-        let (first, last) = (node(block, [0; 3]), node(block, [CELLS; 3]));
+        let (first, last) = (node(block, [0; 3]), node(block, cells));
         writeln!(text, "*NSET, NSET=ALL{block}, GENERATE\n{first}, {last}").unwrap();
         writeln!(text, "*NSET, NSET=CORNER{block}\n{last}").unwrap();
         write!(text, "*SURFACE, NAME=LOWER{block}\n{lower}").unwrap();
@@ -64,9 +67,10 @@ fn deck() -> String {
     text
 }
 
-/// Places along three axes, the last one fastest.
-fn cells(along: usize) -> impl Iterator<Item = (usize, usize, usize)> {
-    (0..along.pow(3)).map(move |n| (n / along / along, n / along % along, n % along))
+/// All places of a lattice with so many along each axis, the first axis fastest.
+fn places(along: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+    let [x, y, z] = along;
+    (0..x * y * z).map(move |n| [n % x, n / x % y, n / x / y])
 }
 
 fn scene() -> String {
@@ -104,9 +108,9 @@ fn scene() -> String {
 
 /// Runs the blocks; each frequency has to converge within so many Newton iterations, and to be as far from the motion of one rigid body in time as is
 /// estimated, or less.
-fn assert_slides_as_one_body(resolution: &str, most_iterations: f64) {
+fn assert_slides_as_one_body(cells: usize, resolution: &str, most_iterations: f64) {
     let folder = Folder::new("stacked-blocks");
-    std::fs::write(folder.join("blocks.inp"), deck()).unwrap();
+    std::fs::write(folder.join("blocks.inp"), deck(cells)).unwrap();
     let file = folder.join("scene.toml");
     std::fs::write(&file, scene() + resolution).unwrap();
     let run = Run::of_file("run", &file, "stacked-blocks", &[]);
@@ -143,16 +147,23 @@ const OF_INTEGRATION: f64 = 1e-3;
 #[test]
 fn stacked_blocks_in_gross_slip_move_as_one_rigid_body() {
     for resolution in ["harmonics = 1", "harmonics = 3"] {
-        assert_slides_as_one_body(resolution, MOST_ITERATIONS);
+        assert_slides_as_one_body(2, resolution, MOST_ITERATIONS);
     }
     // Several numbers of harmonics at each frequency.
-    assert_slides_as_one_body("accuracy = 0.01", 2.0 * MOST_ITERATIONS);
+    assert_slides_as_one_body(2, "accuracy = 0.01", 2.0 * MOST_ITERATIONS);
+}
+
+/// The base accelerates the centres of the blocks, above the ground: a moment, which some of the pairs would carry by pulls
+/// that exceed what presses them. It is no pull away from the ground.
+#[test]
+fn blocks_that_tend_to_tip_do_not_leave_the_ground() {
+    assert_slides_as_one_body(4, "harmonics = 1", 3.0 * MOST_ITERATIONS);
 }
 
 #[test]
 #[ignore = "slow: make verify"]
 fn stacked_blocks_converge_with_many_harmonics_too() {
     for resolution in ["harmonics = 9", "harmonics = 15", "harmonics = 31"] {
-        assert_slides_as_one_body(resolution, MOST_ITERATIONS);
+        assert_slides_as_one_body(2, resolution, MOST_ITERATIONS);
     }
 }

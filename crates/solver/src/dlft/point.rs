@@ -390,20 +390,17 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
-    /// static state: sums of the pairs' normal forces. Bodies that are held without contact cannot be pulled away.
+    /// static state: sums of the pairs' normal forces, so that a moment does not count. Bodies that are held without
+    /// contact cannot be pulled away.
     pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
-        let omega = std::f64::consts::TAU * frequency_hz;
-        let pulling: f64 = (0..setting.system.unknowns())
-            .step_by(3)
-            .map(|i| {
-                let loads = setting.system.model.excitations.iter();
-                loads
-                    .map(|l| l.factor(omega) * l.cosine.on_x[i].hypot(l.sine.on_x[i]))
-                    .sum::<f64>()
-            })
+        let omega = TAU * frequency_hz;
+        let normal = |on_x: &[f64]| on_x.iter().step_by(3).sum::<f64>();
+        let loads = setting.system.model.excitations.iter();
+        let pulling_n: f64 = loads
+            .map(|l| l.factor(omega) * normal(&l.cosine.on_x).hypot(normal(&l.sine.on_x)))
             .sum();
-        pulling > setting.pressing_n && !self.holding.without_contact()
+        pulling_n > setting.pressing_n && !self.holding.without_contact()
     }
 
     fn solve_by(
