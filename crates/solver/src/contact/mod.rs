@@ -11,3 +11,8 @@
 pub mod dynamic_stiffness;
 pub mod inexact;
 pub mod law;
+
+/// The tangential ones of `n` unknowns, 3 per pair, ascending.
+pub(crate) fn tangential(n: usize) -> Vec<usize> {
+    (0..n).filter(|i| i % 3 != 0).collect()
+}

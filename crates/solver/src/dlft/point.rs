@@ -389,18 +389,25 @@ impl<'a> FrequencySolver<'a> {
         Truncation::between(&solved.balance, &u, solved.u, frequency_hz)
     }
 
-    /// Even applied slowly, the excitation pulls harder at the stuck flanks than what presses them together in the
-    /// static state: sums of the pairs' normal forces, so that a moment does not count. Bodies that are held without
-    /// contact cannot be pulled away.
+    /// Even applied slowly, the excitation pulls harder at the flanks than what presses them together in the static
+    /// state, whether they stick or slide: sums of the pairs' normal forces. Bodies that are held without contact cannot
+    /// be pulled away.
     pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
-        let omega = TAU * frequency_hz;
-        let normal = |on_x: &[f64]| on_x.iter().step_by(3).sum::<f64>();
-        let loads = setting.system.model.excitations.iter();
-        let pulling_n: f64 = loads
-            .map(|l| l.factor(omega) * normal(&l.cosine.on_x).hypot(normal(&l.sine.on_x)))
-            .sum();
-        pulling_n > setting.pressing_n && !self.holding.without_contact()
+        let loads = &setting.system.model.excitations;
+        let factors = loads.iter().map(|load| load.factor(TAU * frequency_hz));
+        let stuck_n = factors.clone().zip(loads).map(|(factor, load)| {
+            let parts = load.cosine.on_x.iter().zip(&load.sine.on_x).step_by(3);
+            factor * parts.map(|(c, s)| c.hypot(*s)).sum::<f64>()
+        });
+        if stuck_n.sum::<f64>() <= setting.pressing_n || self.holding.without_contact() {
+            return false;
+        }
+        let sliding_n = factors.zip(self.holding.pulls()).map(|(factor, pulls)| {
+            let sizes = pulls.iter().map(|pull| pull.norm());
+            factor * sizes.sum::<f64>()
+        });
+        sliding_n.sum::<f64>() > setting.pressing_n
     }
 
     fn solve_by(

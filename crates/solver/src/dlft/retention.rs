@@ -10,10 +10,11 @@
 //! Friction holds a body where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
-use crate::reduction::{FREE, RelativeModel};
+use crate::contact::tangential;
+use crate::reduction::{FREE, HarmonicLoad, RelativeModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::vector::{axpy, dot, norm};
-use faer::Mat;
+use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
@@ -46,6 +47,7 @@ pub struct Holding<'a> {
     model: &'a RelativeModel,
     without_contact: OnceLock<bool>,
     retention: OnceLock<Retention>,
+    pulls: OnceLock<Vec<Vec<c64>>>,
 }
 
 impl<'a> Holding<'a> {
@@ -55,6 +57,7 @@ impl<'a> Holding<'a> {
             model,
             without_contact: OnceLock::new(),
             retention: OnceLock::new(),
+            pulls: OnceLock::new(),
         }
     }
 
@@ -83,6 +86,34 @@ impl<'a> Holding<'a> {
             .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
         found.is_needed().then_some(found)
     }
+
+    /// Amplitudes of the normal forces of the pairs under each excitation applied slowly, N, where nothing lifts off and
+    /// nothing rubs: a pair that slides carries no part of what acts along the contact. Not finite where nothing at all
+    /// holds a motion that is excited.
+    pub fn pulls(&self) -> &[Vec<c64>] {
+        self.pulls.get_or_init(|| {
+            let stiffness = &self.model.stiffness;
+            let along = tangential(stiffness.nrows());
+            let count = along.len();
+            let k = Mat::from_fn(count, count, |i, j| stiffness[(along[i], along[j])]);
+            let factor = dense::Lu::new(k);
+            let normals = |on_x: &[f64]| -> Vec<f64> {
+                let mut x: Vec<f64> = along.iter().map(|&i| on_x[i]).collect();
+                factor.solve_column_in_place(&mut x);
+                let carried = |i: usize| {
+                    let by = along.iter().zip(&x).map(|(&j, x)| stiffness[(i, j)] * x);
+                    on_x[i] - by.sum::<f64>()
+                };
+                (0..on_x.len()).step_by(3).map(carried).collect()
+            };
+            let of = |load: &HarmonicLoad| {
+                let [cosine, sine] = [&load.cosine, &load.sine].map(|part| normals(&part.on_x));
+                let both = cosine.into_iter().zip(sine);
+                both.map(|(c, s)| c64::new(c, -s)).collect()
+            };
+            self.model.excitations.iter().map(of).collect()
+        })
+    }
 }
 
 /// The motions of the pairs that nothing but friction holds, and the spring that can.
@@ -99,7 +130,7 @@ impl Retention {
     /// `own`, that of each pair.
     pub fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
         let n = stiffness.nrows();
-        let tangential: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+        let tangential = tangential(n);
         let size = tangential.len();
         let mean_stiffness = tangential.iter().map(|&i| own[i]).sum::<f64>() / size.max(1) as f64;
         let mut retention = Self {

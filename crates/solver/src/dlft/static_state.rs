@@ -14,6 +14,7 @@ use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
 use crate::contact::inexact::{Inexact, InexactModel};
 use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
+use crate::contact::tangential;
 use crate::reduction::{LinearReference, PairLaw, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
@@ -127,7 +128,7 @@ fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
     for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
         *x = -pair.gap_m;
     }
-    let along: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+    let along = tangential(n);
     let size = along.len();
     let matrix = Mat::from_fn(size, size, |i, j| {
         let ground = if i == j { GROUND * eps[along[i]] } else { 0.0 };

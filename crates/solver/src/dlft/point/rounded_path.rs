@@ -4,6 +4,7 @@
 use super::{
     FrequencySolver, MOST_DENSE_UNKNOWNS, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized,
 };
+use crate::contact::tangential;
 use crate::dlft::balance::{Balance, Setting, gather};
 use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
@@ -220,7 +221,7 @@ impl Path<'_, '_> {
 /// The vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics that are excited.
 fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
     let n = balance.unknowns_per_block();
-    let along: Vec<usize> = (0..n).filter(|i| i % 3 != 0).collect();
+    let along = tangential(n);
     let count = along.len();
     let mut out = vec![0.0; balance.force.len()];
     for k in 1..=balance.stiffness.harmonics() {
