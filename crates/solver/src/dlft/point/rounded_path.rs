@@ -129,7 +129,10 @@ impl FrequencySolver<'_> {
 impl Path<'_, '_> {
     /// Rounded laws, sharper and sharper, and the law itself.
     fn sharpen(&mut self, work: &mut Work) {
-        self.solve(work);
+        if !self.solve(work) && matches!(self.method, Method::Exact) {
+            self.eps_scale = SOFTEST;
+            self.solve(work);
+        }
         self.most_iterations = STEP_ITERATIONS.min(self.most_iterations);
         let (mut reached, mut growth) = (BLUNTEST, MOST_GROWTH);
         while growth >= LEAST_GROWTH {
