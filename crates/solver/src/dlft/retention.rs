@@ -320,6 +320,8 @@ fn orthonormalise(block: &mut Mat<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::balance::apply_real;
+    use crate::reduction::dovetail72::dovetail72;
 
     /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded, and
     /// `ground` N/m on the first tangential of pair 0.
@@ -339,6 +341,39 @@ mod tests {
         }
         k[(1, 1)] += ground;
         k
+    }
+
+    #[test]
+    fn pulls_are_what_the_normals_carry_where_nothing_rubs() {
+        let mut model = dovetail72(1.0);
+        let n = model.stiffness.nrows();
+        let wave = |seed: f64| (0..n).map(move |i| (seed + 1.7 * i as f64).sin());
+        // A sliding motion and normal forces give the load that they answer to.
+        let mut sought = vec![];
+        for (seed, part) in [(0.3, 0), (1.1, 1)] {
+            let slides = wave(seed).enumerate();
+            let slides: Vec<f64> = slides
+                .map(|(i, x)| if i % 3 == 0 { 0.0 } else { 1e-6 * x })
+                .collect();
+            let mut load = vec![0.0; n];
+            apply_real(&model.stiffness, &slides, &mut load);
+            let normals: Vec<f64> = wave(seed + 0.5).step_by(3).collect();
+            for (pair, normal) in normals.iter().enumerate() {
+                load[3 * pair] += normal;
+            }
+            let excitation = &mut model.excitations[0];
+            let parts = [&mut excitation.cosine, &mut excitation.sine];
+            parts[part].on_x.copy_from_slice(&load);
+            sought.push(normals);
+        }
+        let holding = Holding::of(&model);
+        let [pulls] = holding.pulls() else {
+            panic!("one excitation has one list of pulls");
+        };
+        for (pair, pull) in pulls.iter().enumerate() {
+            let exact = c64::new(sought[0][pair], -sought[1][pair]);
+            assert!((pull - exact).norm() < 1e-6, "{pair}: {pull} {exact}");
+        }
     }
 
     #[test]

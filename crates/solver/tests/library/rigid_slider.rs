@@ -14,6 +14,7 @@ use dovetail_solver::reduction::{
     HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
 };
 use faer::Mat;
+use std::time::Instant;
 
 const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 0.0,
@@ -85,11 +86,22 @@ fn range(count: u32) -> Vec<f64> {
     (0..count).map(|i| 0.05 + step * f64::from(i)).collect()
 }
 
-/// Newton iterations of the frequency that took most.
+/// Newton iterations of the frequency that took most; prints the seconds that frequencies took from their neighbours, on
+/// average, and cold, at most.
 fn most_iterations(friction: f64, harmonics: usize) -> usize {
+    let began = Instant::now();
     let warm = respond(friction, range(21), harmonics);
-    let cold = range(8).into_iter();
-    let cold = cold.flat_map(|hz| respond(friction, vec![hz], harmonics));
+    let warm_s = began.elapsed().as_secs_f64() / 21.0;
+    let mut cold_s = 0.0_f64;
+    let cold: Vec<Orbit> = range(8)
+        .into_iter()
+        .flat_map(|hz| {
+            let began = Instant::now();
+            let orbits = respond(friction, vec![hz], harmonics);
+            cold_s = cold_s.max(began.elapsed().as_secs_f64());
+            orbits
+        })
+        .collect();
     let mut most = 0;
     for orbit in warm.into_iter().chain(cold) {
         let hz = orbit.frequency_hz;
@@ -98,7 +110,10 @@ fn most_iterations(friction: f64, harmonics: usize) -> usize {
         assert!(orbit.estimated_error.unwrap().is_finite(), "{what}");
         most = most.max(orbit.newton_iterations);
     }
-    println!("mu {friction}, H {harmonics}: at most {most} Newton iterations");
+    println!(
+        "mu {friction}, H {harmonics}: at most {most} Newton iterations; from neighbours {warm_s:.2} s a frequency, \
+         cold at most {cold_s:.2} s"
+    );
     most
 }
 

@@ -24,7 +24,8 @@ const LEAST_GROWTH: f64 = 1.1;
 /// From the first sharpness on the law itself is tried after each, and no sharper one than the second.
 const SHARP: f64 = 32.0;
 const SHARPEST: f64 = 1024.0;
-/// Newton iterations allowed to a balance after the first: one that needs more is too far.
+/// Newton iterations allowed to the first law and to the law itself, and to those between: one that needs more is too far.
+const END_ITERATIONS: usize = 45;
 const STEP_ITERATIONS: usize = 25;
 /// What balances are solved to: below [`SHARP`], from there on, and with the law itself.
 const BLUNT_TOLERANCE: f64 = 1e-2;
@@ -34,8 +35,10 @@ const LAW_TOLERANCE: f64 = 1e-4;
 /// eps. What is their elasticity makes of every reversal of friction a step that Newton's method does not find, and the
 /// motion hardly depends on it: eps is lowered on the way until it is no more than so many times, ...
 const GROSS_SLIP: f64 = 1e5;
-/// ... but not further than to this fraction.
+/// ... but not further than to this fraction. Where the first law is not found, and the pairs move more than so many times
+/// as far, eps is lowered to it at once.
 const SOFTEST: f64 = 1e-2;
+const SLIP: f64 = 1e2;
 
 /// The way to a motion: the balance that is solved next, and the solution of the last that was.
 struct Path<'a, 'b> {
@@ -47,8 +50,9 @@ struct Path<'a, 'b> {
     sharpness: Option<f64>,
     /// As in [`Balance`].
     eps_scale: f64,
+    /// Where the first law is not found, eps_scale becomes this.
+    softest: f64,
     method: Method,
-    most_iterations: usize,
     u: Vec<f64>,
 }
 
@@ -69,15 +73,9 @@ impl FrequencySolver<'_> {
         let harmonics = cheap.max(1).min(self.setting.fourier.harmonics());
         let is_exact =
             self.solver == Solver::NewtonKrylov && (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
-        let (method, eps_scale) = match is_exact {
-            true => {
-                let slides_past = self.slides_past(frequency_hz);
-                (
-                    Method::Exact,
-                    (GROSS_SLIP / slides_past).clamp(SOFTEST, 1.0),
-                )
-            }
-            false => (self.stepping(), 1.0),
+        let (method, slides_past) = match is_exact {
+            true => (Method::Exact, self.slides_past(frequency_hz)),
+            false => (self.stepping(), 0.0),
         };
         let mut path = Path {
             solver: self,
@@ -85,9 +83,9 @@ impl FrequencySolver<'_> {
             mean,
             harmonics,
             sharpness: Some(BLUNTEST),
-            eps_scale,
+            eps_scale: (GROSS_SLIP / slides_past).clamp(SOFTEST, 1.0),
+            softest: if slides_past > SLIP { SOFTEST } else { 1.0 },
             method,
-            most_iterations: self.newton.max_iterations,
             u: self.static_start(),
         };
         path.sharpen(work);
@@ -129,11 +127,10 @@ impl FrequencySolver<'_> {
 impl Path<'_, '_> {
     /// Rounded laws, sharper and sharper, and the law itself.
     fn sharpen(&mut self, work: &mut Work) {
-        if !self.solve(work) && matches!(self.method, Method::Exact) {
-            self.eps_scale = SOFTEST;
+        if !self.solve(work) && self.softest < self.eps_scale {
+            self.eps_scale = self.softest;
             self.solve(work);
         }
-        self.most_iterations = STEP_ITERATIONS.min(self.most_iterations);
         let (mut reached, mut growth) = (BLUNTEST, MOST_GROWTH);
         while growth >= LEAST_GROWTH {
             self.sharpness = Some(reached * growth);
@@ -172,7 +169,6 @@ impl Path<'_, '_> {
 
     /// The law with more and more harmonics, up to where the next are all.
     fn refine(&mut self, work: &mut Work) {
-        self.most_iterations = self.solver.newton.max_iterations;
         while self.harmonics < self.solver.setting.fourier.harmonics() {
             self.solve(work);
             self.harmonics = 2 * self.harmonics + 1;
@@ -208,9 +204,14 @@ impl Path<'_, '_> {
             Some(_) => SHARP_TOLERANCE,
             None => LAW_TOLERANCE,
         };
+        let most_iterations = match self.sharpness {
+            Some(sharpness) if sharpness > BLUNTEST => STEP_ITERATIONS,
+            _ => END_ITERATIONS,
+        };
+        let newton = self.solver.newton;
         let options = NewtonOptions {
-            tolerance: tolerance.max(self.solver.newton.tolerance),
-            max_iterations: self.most_iterations,
+            tolerance: tolerance.max(newton.tolerance),
+            max_iterations: most_iterations.min(newton.max_iterations),
         };
         let start = resized(&self.u, fewer.unknowns());
         let solved = fewer.iterate(balance, start, self.method, options, work);
