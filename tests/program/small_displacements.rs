@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
+use crate::shared_runs::{Run, number};
 
 /// Of the softer prism.
 const YOUNG_PA: f64 = 100e9;
@@ -141,4 +142,21 @@ fn a_static_state_that_moves_by_more_than_its_body_is_none() {
     let words = said_in_one_line(&said);
     assert!(words.contains("more than the body is long"), "{words}");
     assert!(out.join("static.vtu").exists() && !out.join("response.csv").exists());
+}
+
+/// Friction holds the blade anywhere along its slot: a Newton step may take it 94 mm along, and so short a flank is not
+/// there any more. With all its pairs slipping nothing but the static state tells where along the slot it vibrates.
+#[test]
+fn a_blade_on_a_flank_of_2_x_2_nodes_vibrates_where_it_is_at_rest() {
+    let set = [
+        "mesh.parameters={nu=2,nv=2,order=1}",
+        "response.points=11",
+        "response.compare_harmonics=",
+    ];
+    let run = Run::new("run", "paper", "flank_2x2", &set.map(String::from));
+    for row in run.table("response.csv") {
+        assert_eq!(row["outcome"], "converged", "{} Hz", row["frequency_hz"]);
+        let amplitude_m = number(&row, "tip_amplitude_m");
+        assert!(amplitude_m > 1e-4 && amplitude_m < 3e-3, "{amplitude_m}");
+    }
 }

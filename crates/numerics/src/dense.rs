@@ -15,6 +15,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::perm::PermRef;
 use faer::prelude::ReborrowMut;
+use faer::traits::ComplexField;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
 
 /// a b.
@@ -25,20 +26,20 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// P A = L U with partial pivoting. Of a singular matrix the solutions are not finite.
-pub struct Lu {
+pub struct Lu<T = f64> {
     /// L without its unit diagonal, and U.
-    factors: Mat<f64>,
+    factors: Mat<T>,
     forward: Vec<usize>,
     backward: Vec<usize>,
 }
 
-impl Lu {
+impl<T: ComplexField> Lu<T> {
     /// Factors a square matrix.
-    pub fn new(mut a: Mat<f64>) -> Self {
+    pub fn new(mut a: Mat<T>) -> Self {
         let n = a.nrows();
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
         let params = Spec::default();
-        let scratch = factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, params);
+        let scratch = factor::lu_in_place_scratch::<usize, T>(n, n, Par::Seq, params);
         factor::lu_in_place(
             a.as_mut(),
             &mut forward,
@@ -55,9 +56,9 @@ impl Lu {
     }
 
     /// Replaces the columns of `rhs` by the solutions.
-    pub fn solve_in_place(&self, rhs: MatMut<'_, f64>) {
+    pub fn solve_in_place(&self, rhs: MatMut<'_, T>) {
         let n = self.factors.nrows();
-        let scratch = solve::solve_in_place_scratch::<usize, f64>(n, rhs.ncols(), Par::Seq);
+        let scratch = solve::solve_in_place_scratch::<usize, T>(n, rhs.ncols(), Par::Seq);
         solve::solve_in_place(
             self.factors.as_ref(),
             self.factors.as_ref(),
@@ -69,7 +70,7 @@ impl Lu {
     }
 
     /// [`Lu::solve_in_place`] of one column.
-    pub fn solve_column_in_place(&self, rhs: &mut [f64]) {
+    pub fn solve_column_in_place(&self, rhs: &mut [T]) {
         let n = rhs.len();
         self.solve_in_place(MatMut::from_column_major_slice_mut(rhs, n, 1));
     }

@@ -186,6 +186,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             pressing_n: 1.0,
             periods: Periods::UntilPeriodic,
             slip_threshold_m: 0.0,
+            free_slips_m: &[],
         };
         let mut balance = Balance::new(&setting, OMEGA_RAD_S);
         if mean == Mean::Retained {

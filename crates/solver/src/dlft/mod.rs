@@ -280,6 +280,7 @@ mod between_samples;
 mod coarse;
 pub mod demand;
 pub mod dense;
+mod gross_slip;
 #[cfg(test)]
 pub(crate) mod jacobians;
 pub mod linear_curve;

@@ -9,6 +9,7 @@
 
 use super::balance::{Balance, Deadline, Evaluation, Setting};
 use super::dense::{exact_correction, exact_newton, powell};
+use super::gross_slip::{GROSS_SLIP, slides_past};
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
     relative_residual, step_length,
@@ -31,8 +32,8 @@ const MOST_ATTEMPTS: usize = 10;
 /// stiffness of the pairs.
 const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 
-/// The dense dogleg is tried up to this many unknowns.
-const MOST_DENSE_UNKNOWNS: usize = 2000;
+/// The dense dogleg and rounded laws with exact corrections are tried up to this many unknowns.
+pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Up to this many unknowns Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
@@ -454,10 +455,14 @@ impl<'a> FrequencySolver<'a> {
                             .with_mean_released(frequency_hz, &solved, work)
                             .unwrap_or(solved);
                     }
-                    if retained || self.is_blocked_by_friction(&solved) {
+                    if retained {
                         return solved;
                     }
+                    // Friction holds bodies anywhere along a slot, also far from where they are at rest.
                     if !self.walked_off(&solved.u) {
+                        if self.is_blocked_by_friction(&solved) {
+                            return solved;
+                        }
                         return self
                             .with_mean_retained(frequency_hz, &solved, work)
                             .unwrap_or(solved);
@@ -514,7 +519,7 @@ impl<'a> FrequencySolver<'a> {
             ]
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
-        let in_gross_slip = self.is_in_gross_slip(frequency_hz);
+        let in_gross_slip = slides_past(&self.setting) > GROSS_SLIP;
         in_gross_slip
             .then_some(InSharpness)
             .into_iter()

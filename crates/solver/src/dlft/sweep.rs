@@ -7,6 +7,7 @@
 
 use super::accuracy::{Refinement, Resolved, levels};
 use super::balance::Setting;
+use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
@@ -87,10 +88,9 @@ pub fn sweep(
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
     let system = ContactSystem::new(model, damping);
+    let omega = middle(&settings.frequencies_hz);
     let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
-        settings
-            .eps
-            .of(&system, middle(&settings.frequencies_hz), harmonics)
+        settings.eps.of(&system, omega, harmonics)
     });
     let linear = static_state.linear.model(model);
     let holding = Holding::of(model);
@@ -105,7 +105,7 @@ pub fn sweep(
         Solver::NewtonKrylov => InexactModel::new(model),
         Solver::Powell => InexactModel::unprepared(model),
     };
-    let setting = Setting {
+    let mut setting = Setting {
         system: &system,
         inexact: &inexact,
         fourier: &levels[0].fourier,
@@ -119,7 +119,10 @@ pub fn sweep(
         pressing_n: static_state.lambda.iter().step_by(3).map(|n| -n).sum(),
         periods: settings.periods,
         slip_threshold_m,
+        free_slips_m: &[],
     };
+    let free_slips_m = free_slips_m(&setting, omega);
+    setting.free_slips_m = &free_slips_m;
     let run = Run {
         linear: ContactSystem::new(&linear, damping),
         refinement: Refinement::new(
@@ -160,7 +163,8 @@ pub fn sweep(
     }
 }
 
-/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps is the same along it.
+/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps and the course of a solution are the same
+/// along it.
 fn middle(frequencies_hz: &[f64]) -> f64 {
     let ends = frequencies_hz.first().zip(frequencies_hz.last());
     ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))

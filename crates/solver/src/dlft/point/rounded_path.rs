@@ -4,17 +4,13 @@
 use super::{
     FrequencySolver, MOST_DENSE_UNKNOWNS, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized,
 };
-use crate::contact::tangential;
-use crate::dlft::balance::{Balance, Setting, gather};
+use crate::dlft::balance::Setting;
+use crate::dlft::gross_slip::{GROSS_SLIP, slides_past};
 use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
-use dovetail_numerics::dense::Lu;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_numerics::vector::norm;
-use faer::Mat;
-use std::f64::consts::TAU;
 
 /// Sharpness of the friction cones of the first law.
 const BLUNTEST: f64 = 2.0;
@@ -31,12 +27,9 @@ const STEP_ITERATIONS: usize = 25;
 const BLUNT_TOLERANCE: f64 = 1e-2;
 const SHARP_TOLERANCE: f64 = 1e-3;
 const LAW_TOLERANCE: f64 = 1e-4;
-/// Bodies slide as a whole where without friction the pairs move more times than this as far as friction deforms them by
-/// eps. What is their elasticity makes of every reversal of friction a step that Newton's method does not find, and the
-/// motion hardly depends on it: eps is lowered on the way until it is no more than so many times, ...
-const GROSS_SLIP: f64 = 1e5;
-/// ... but not further than to this fraction. Where the first law is not found, and the pairs move more than so many times
-/// as far, eps is lowered to it at once.
+/// eps is lowered on the way until bodies no longer slide as a whole ([`crate::dlft::gross_slip`]), but not further than to
+/// this fraction. Where the first law is not found, and pairs slide more times than `SLIP` as far as friction deforms them,
+/// eps is lowered to it at once.
 const SOFTEST: f64 = 1e-2;
 const SLIP: f64 = 1e2;
 
@@ -74,7 +67,7 @@ impl FrequencySolver<'_> {
         let is_exact =
             self.solver == Solver::NewtonKrylov && (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
         let (method, slides_past) = match is_exact {
-            true => (Method::Exact, self.slides_past(frequency_hz)),
+            true => (Method::Exact, slides_past(&self.setting)),
             false => (self.stepping(), 0.0),
         };
         let mut path = Path {
@@ -94,33 +87,6 @@ impl FrequencySolver<'_> {
         let u = path.u;
         (!self.budget_exhausted(work))
             .then(|| self.iterate(balance, u, self.stepping(), self.newton, work))
-    }
-
-    /// Whether bodies slide as a whole, as far as is affordable to know.
-    pub(super) fn is_in_gross_slip(&self, frequency_hz: f64) -> bool {
-        let is_affordable = 3 * self.setting.system.unknowns() <= MOST_DENSE_UNKNOWNS;
-        is_affordable && self.slides_past(frequency_hz) > GROSS_SLIP
-    }
-
-    /// The motion of the pairs along the contact, the largest of them, without friction and without lift-off, over their
-    /// mean elastic displacement under friction, mu N / eps. 0 where there is no friction.
-    fn slides_past(&self, frequency_hz: f64) -> f64 {
-        let setting = &self.setting;
-        let pairs = &setting.system.model.pairs;
-        let count = pairs.len() as f64;
-        let friction = pairs.iter().map(|p| p.computed_friction()).sum::<f64>() / count;
-        let limit_n = friction * setting.pressing_n / count;
-        if limit_n <= 0.0 {
-            return 0.0;
-        }
-        let balance = Balance::new(setting, TAU * frequency_hz);
-        let x = without_friction(&balance);
-        let moved_n = (0..pairs.len()).map(|pair| {
-            let width = setting.fourier.width();
-            let own = gather(&x, balance.unknowns_per_block(), pair, width);
-            balance.eps_at(3 * pair + 1) * norm(&own)
-        });
-        moved_n.fold(0.0, f64::max) / limit_n
     }
 }
 
@@ -219,65 +185,5 @@ impl Path<'_, '_> {
             self.u = resized(&solved.u, self.solver.unknowns());
         }
         solved.is_converged()
-    }
-}
-
-/// The vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics that are excited.
-fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
-    let n = balance.unknowns_per_block();
-    let along = tangential(n);
-    let count = along.len();
-    let mut out = vec![0.0; balance.force.len()];
-    for k in 1..=balance.stiffness.harmonics() {
-        let of = |i: usize| match i < count {
-            true => (2 * k - 1) * n + along[i],
-            false => 2 * k * n + along[i - count],
-        };
-        let mut x: Vec<f64> = (0..2 * count).map(|i| balance.force[of(i)]).collect();
-        if norm(&x) == 0.0 {
-            continue;
-        }
-        let [re, im] = balance.stiffness.formed(k);
-        let matrix = Mat::from_fn(2 * count, 2 * count, |i, j| {
-            let at = (along[i % count], along[j % count]);
-            match (i < count, j < count) {
-                (true, true) | (false, false) => re[at],
-                (true, false) => im[at],
-                (false, true) => -im[at],
-            }
-        });
-        Lu::new(matrix).solve_column_in_place(&mut x);
-        x.iter().enumerate().for_each(|(i, x)| out[of(i)] = *x);
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dlft::jacobians::at_sample_points;
-
-    #[test]
-    fn without_friction_nothing_acts_along_the_contact_and_nothing_lifts_off() {
-        at_sample_points(|_, balance, _| {
-            let x = without_friction(balance);
-            let n = balance.unknowns_per_block();
-            let mut forces = vec![0.0; x.len()];
-            balance.apply_stiffness(&x, &mut forces);
-            let mut moves = false;
-            for i in n..x.len() {
-                if i % n % 3 == 0 {
-                    assert_eq!(x[i], 0.0);
-                } else {
-                    let load = balance.force[i];
-                    assert!(
-                        (forces[i] - load).abs() < 1e-9 * norm(&balance.force),
-                        "{i}"
-                    );
-                    moves |= x[i] != 0.0;
-                }
-            }
-            assert!(moves);
-        });
     }
 }

@@ -1,0 +1,131 @@
+//! How far pairs would slide if nothing rubbed, beside how far friction deforms them.
+//!
+//! Where that is far, bodies slide as a whole, and each reversal of friction is a step in time that is as wide as the
+//! elastic displacement mu N / eps: Newton's method does not find it, and the motion hardly depends on it.
+
+use super::balance::{Balance, Setting, gather};
+use super::point::MOST_DENSE_UNKNOWNS;
+use crate::contact::tangential;
+use dovetail_numerics::dense::Lu;
+use dovetail_numerics::vector::norm;
+use faer::{Mat, c64};
+
+/// Bodies slide as a whole where pairs slide more times than this as far as friction deforms them.
+pub const GROSS_SLIP: f64 = 1e5;
+
+/// The motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off, as the norm of its
+/// harmonics, m; of no pair where there are too many for a balance of one harmonic to have exact corrections.
+pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
+    let pairs = setting.system.model.pairs.len();
+    if 3 * setting.system.unknowns() > MOST_DENSE_UNKNOWNS {
+        return vec![];
+    }
+    let balance = Balance::new(setting, omega);
+    let x = without_friction(&balance);
+    let width = setting.fourier.width();
+    let own = |pair| gather(&x, balance.unknowns_per_block(), pair, width);
+    (0..pairs).map(|pair| norm(&own(pair))).collect()
+}
+
+/// The largest of the free slips over the mean elastic displacement under friction, mu N / eps. 0 where nothing rubs, and
+/// where the free slips are not known.
+pub fn slides_past(setting: &Setting<'_>) -> f64 {
+    let pairs = &setting.system.model.pairs;
+    let count = pairs.len() as f64;
+    let friction = pairs.iter().map(|p| p.computed_friction()).sum::<f64>() / count;
+    let limit_n = friction * setting.pressing_n / count;
+    if limit_n <= 0.0 {
+        return 0.0;
+    }
+    let along = setting.eps.iter().skip(1).step_by(3);
+    let forces_n = along
+        .zip(setting.free_slips_m)
+        .map(|(eps, slip)| eps * slip);
+    forces_n.fold(0.0, f64::max) / limit_n
+}
+
+/// The vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics that are excited.
+fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
+    let n = balance.unknowns_per_block();
+    let along = tangential(n);
+    let mut out = vec![0.0; balance.force.len()];
+    for k in 1..=balance.stiffness.harmonics() {
+        let [cosine, sine] = [(2 * k - 1) * n, 2 * k * n];
+        let of = |i: &usize| c64::new(balance.force[cosine + i], -balance.force[sine + i]);
+        let mut x: Vec<c64> = along.iter().map(of).collect();
+        if x.iter().all(|f| *f == c64::new(0.0, 0.0)) {
+            continue;
+        }
+        let [re, im] = balance.stiffness.formed(k);
+        let matrix = Mat::from_fn(along.len(), along.len(), |i, j| {
+            let at = (along[i], along[j]);
+            c64::new(re[at], im[at])
+        });
+        Lu::new(matrix).solve_column_in_place(&mut x);
+        for (i, x) in along.iter().zip(&x) {
+            (out[cosine + i], out[sine + i]) = (x.re, -x.im);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+
+    #[test]
+    fn without_friction_nothing_acts_along_the_contact_and_nothing_lifts_off() {
+        at_sample_points(|_, balance, _| {
+            let x = without_friction(balance);
+            let n = balance.unknowns_per_block();
+            let mut forces = vec![0.0; x.len()];
+            balance.apply_stiffness(&x, &mut forces);
+            let mut moves = false;
+            for i in n..x.len() {
+                if i % n % 3 == 0 {
+                    assert_eq!(x[i], 0.0);
+                } else {
+                    let load = balance.force[i];
+                    assert!(
+                        (forces[i] - load).abs() < 1e-9 * norm(&balance.force),
+                        "{i}"
+                    );
+                    moves |= x[i] != 0.0;
+                }
+            }
+            assert!(moves);
+        });
+    }
+
+    #[test]
+    fn pairs_slide_past_the_elastic_displacement_of_the_mean_limit_of_friction() {
+        at_sample_points(|_, balance, _| {
+            let free_slips_m = free_slips_m(balance.setting, OMEGA_RAD_S);
+            let setting = Setting {
+                free_slips_m: &free_slips_m,
+                pressing_n: 6.0,
+                ..*balance.setting
+            };
+            let pairs = &setting.system.model.pairs;
+            let count = pairs.len() as f64;
+            let friction: f64 = pairs.iter().map(|p| p.friction).sum::<f64>() / count;
+            let x = without_friction(&Balance::new(&setting, OMEGA_RAD_S));
+            let n = 3 * pairs.len();
+            let mut farthest = 0.0_f64;
+            for pair in 0..pairs.len() {
+                let own = (n..x.len()).filter(|i| i % n / 3 == pair);
+                let moved_m = own.map(|i| x[i].powi(2)).sum::<f64>().sqrt();
+                farthest = farthest.max(moved_m * setting.eps[3 * pair + 2]);
+            }
+            let expected = farthest / (friction * 6.0 / count);
+            assert!((slides_past(&setting) / expected - 1.0).abs() < 1e-12);
+            let unpressed = Setting {
+                pressing_n: 0.0,
+                ..setting
+            };
+            assert_eq!(slides_past(&unpressed), 0.0);
+            assert_eq!(slides_past(balance.setting), 0.0);
+        });
+    }
+}
