@@ -15,11 +15,12 @@ use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::sparse::submatrix;
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::contact::inexact::InexactModel;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
 use dovetail_solver::dlft::pair_signals::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
@@ -28,9 +29,7 @@ use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    Highest, PairLaw, RelativeModel, StuckModes, reduce, superelement,
-};
+use dovetail_solver::reduction::{Highest, RelativeModel, StuckModes, reduce, superelement};
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
@@ -109,10 +108,7 @@ const WANTED: StuckModes = StuckModes {
 };
 
 fn reduced_dovetail() -> RelativeModel {
-    let law = PairLaw {
-        friction: 0.3,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(0.3, 0.0);
     let folder = root().join("tests/data/dovetail72");
     superelement::read(&folder, law, FORCE_N).unwrap().relative
 }
@@ -162,7 +158,7 @@ fn dlft(c: &mut Criterion) {
     };
     let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
-    let eps = Penalty::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
+    let eps = Eps::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
     let inexact = InexactModel::new(&model);
     let setting = Setting {
         system: &system,
@@ -170,11 +166,13 @@ fn dlft(c: &mut Criterion) {
         fourier: &fourier,
         eps: &eps,
         x_static: &statics.x,
+        lambda_static: &statics.lambda,
         at_rest: &statics.status,
         static_mean: Mean::Free,
         pressing_n: f64::INFINITY,
         periods: Periods::UntilPeriodic,
         slip_threshold_m: 0.0,
+        free_slips_m: &[],
     };
     group.bench_function("condense_one_frequency", |b| {
         b.iter(|| Balance::new(&setting, black_box(omega)));

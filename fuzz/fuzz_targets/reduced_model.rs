@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use dovetail_solver::reduction::superelement::FILES;
-use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::reduction::{RelativeModel, superelement};
 use dovetail_solver::text;
 
 const MARK: &[u8] = b"=== ";
@@ -20,10 +21,7 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     write(bytes);
-    let law = PairLaw {
-        friction: 0.3,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(0.3, 0.0);
     match superelement::read(&FOLDER, law, 1.0) {
         Ok(element) => {
             check(&element.relative);

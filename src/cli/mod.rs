@@ -286,7 +286,7 @@ fn with_files(
                 Some(lines) => progress.note(&lines),
                 None => progress.warning(
                     Weight::Doubt,
-                    "the contacts differ in friction or clearance, of which [reduced_model] has one value for all pairs",
+                    "the pairs differ in friction, stiffness or clearance, of which [reduced_model] has one value for all",
                 ),
             }
             finish(files, &condensed.summary, &Ok(()), console)

@@ -19,7 +19,7 @@ pub(super) fn in_motion(scene: &Scene) -> String {
         }
         Subject::ReducedModel(model) => vec![
             given(model.force_n, "N"),
-            format!("friction {}", short(model.friction)),
+            format!("friction {}", short(model.law.friction)),
         ],
     };
     parts.join(", ")
@@ -35,7 +35,7 @@ pub(super) fn at_rest(scene: &Scene) -> String {
             };
             [vec![speed(assembly)], loads, vec![friction(assembly)]].concat()
         }
-        Subject::ReducedModel(model) => vec![format!("friction {}", short(model.friction))],
+        Subject::ReducedModel(model) => vec![format!("friction {}", short(model.law.friction))],
     };
     parts.join(", ")
 }

@@ -38,10 +38,10 @@ use crate::export::manifest::{self, Summary};
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use dovetail_numerics::eigen::Modes;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::model::Assembly;
-use dovetail_solver::reduction::PairLaw;
 use dovetail_solver::reduction::damping::rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
 use dovetail_solver::results::small::{Moved, Sizes};
@@ -351,10 +351,17 @@ impl Condensed {
         let law = law?;
         // A scene counts paths from its own folder, wherever that will be.
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let springs = law.stiffness.map(|springs| {
+            format!(
+                "normal_stiffness_n_m = {:?}\ntangential_stiffness_n_m = {:?}\n",
+                springs.normal_n_m, springs.tangential_n_m
+            )
+        });
         Some(format!(
-            "[reduced_model]\nfolder = {}\nfriction = {:?}\ngap_m = {:?}\nforce_n = {:?}",
+            "[reduced_model]\nfolder = {}\nfriction = {:?}\n{}gap_m = {:?}\nforce_n = {:?}",
             toml::Value::String(folder.display().to_string()),
             law.friction,
+            springs.unwrap_or_default(),
             law.gap_m,
             self.force_n
         ))

@@ -55,7 +55,8 @@ pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
     let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
     if !of_contact {
         for contact in &mut assembly.contacts {
-            (contact.friction, contact.gap_m, contact.crown) = (0.0, 0.0, None);
+            (contact.friction, contact.gap_m) = (0.0, 0.0);
+            (contact.stiffness, contact.crown) = (None, None);
         }
     }
     for excitation in &mut assembly.excitations {

@@ -9,11 +9,12 @@ use crate::export::manifest::TruncationSummary;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use crate::words::percent;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::reduction::superelement;
-use dovetail_solver::reduction::{Highest, LISTED_MODES, PairLaw, RelativeModel, StuckModes};
+use dovetail_solver::reduction::{Highest, LISTED_MODES, RelativeModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
 
 /// Above this a prestress of held flanks is warned of.
@@ -211,11 +212,7 @@ fn truncation_note(modes: usize, truncation: &TruncationSummary) -> String {
 }
 
 fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, RunError> {
-    let law = PairLaw {
-        friction: spec.friction,
-        gap_m: spec.gap_m,
-    };
-    Ok(superelement::read(&spec.folder, law, spec.force_n)?)
+    Ok(superelement::read(&spec.folder, spec.law, spec.force_n)?)
 }
 
 /// That the folder can be read.

@@ -20,9 +20,9 @@ use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
 use dovetail_solver::dlft::accuracy::samples_for;
 use dovetail_solver::dlft::demand;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
-use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, Response, StaticState, Told};
@@ -209,7 +209,7 @@ impl Responses<'_, '_> {
         let blocks = 2 * resolution.most_harmonics() + 1;
         stage.solves(blocks * relative.stiffness.nrows());
         let settings = SweepSettings {
-            eps: Penalty {
+            eps: Eps {
                 choice: spec.eps,
                 scale: spec.eps_scale,
             },

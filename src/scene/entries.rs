@@ -166,7 +166,7 @@ const TOP: [Key; 1] = [key(
     "name = \"paper\"",
 )];
 
-const REDUCED_MODEL: [Key; 4] = [
+const REDUCED_MODEL: [Key; 6] = [
     key(
         "folder",
         Kind::Text("path of a folder"),
@@ -180,6 +180,20 @@ const REDUCED_MODEL: [Key; 4] = [
         "-",
         "Coulomb coefficient of every pair; above 1000 computed as 1000, with a warning",
         "friction = 0.3",
+    ),
+    key(
+        "normal_stiffness_n_m",
+        Kind::Number("N/m", Limits::POSITIVE),
+        "none: the contact is rigid",
+        "spring of every pair against penetration, with `tangential_stiffness_n_m`",
+        "normal_stiffness_n_m = 1e9",
+    ),
+    key(
+        "tangential_stiffness_n_m",
+        Kind::Number("N/m", Limits::POSITIVE),
+        "none: the contact is rigid",
+        "spring of every pair against shear, with `normal_stiffness_n_m`",
+        "tangential_stiffness_n_m = 1e9",
     ),
     key(
         "gap_m",
@@ -444,7 +458,7 @@ const ROTATION: [Key; 5] = [
     ),
 ];
 
-const CONTACT: [Key; 12] = [
+const CONTACT: [Key; 14] = [
     key(
         "name",
         Kind::Name,
@@ -480,7 +494,8 @@ const CONTACT: [Key; 12] = [
         Kind::Choice(&["unilateral_coulomb", "bonded"]),
         "`\"unilateral_coulomb\"`",
         "`\"unilateral_coulomb\"`: compression only, dry friction; `\"bonded\"`: both sides \
-         move as one, and `friction` (then not required), `gap_m` and the crown are not used",
+         move as one, and `friction` (then not required), the stiffnesses, `gap_m` and the crown are not \
+         used",
         "law = \"bonded\"",
     ),
     key(
@@ -490,6 +505,22 @@ const CONTACT: [Key; 12] = [
         "Coulomb coefficient, 0 for a frictionless contact; above 1000 computed as 1000, with a \
          warning",
         "friction = 0.3",
+    ),
+    key(
+        "normal_stiffness_n_m3",
+        Kind::Number("N/m3", Limits::POSITIVE),
+        "none: the contact is rigid",
+        "springs per area against penetration (penalty contact), with `tangential_stiffness_n_m3`: \
+         a pressure p presses the sides p / `normal_stiffness_n_m3` into each other",
+        "normal_stiffness_n_m3 = 1e14",
+    ),
+    key(
+        "tangential_stiffness_n_m3",
+        Kind::Number("N/m3", Limits::POSITIVE),
+        "none: the contact is rigid",
+        "springs per area against shear, which stretch before the sides slide, with \
+         `normal_stiffness_n_m3`",
+        "tangential_stiffness_n_m3 = 1e14",
     ),
     key(
         "gap",

@@ -43,6 +43,8 @@ pub struct RawScene {
 pub struct RawReducedModel {
     pub folder: Located<String>,
     pub friction: Located<Number>,
+    pub normal_stiffness_n_m: Located<Number>,
+    pub tangential_stiffness_n_m: Located<Number>,
     pub gap_m: Located<Number>,
     pub force_n: Located<Number>,
 }
@@ -103,6 +105,8 @@ pub struct RawContact {
     pub slave: Located<String>,
     pub law: Located<String>,
     pub friction: Located<Number>,
+    pub normal_stiffness_n_m3: Located<Number>,
+    pub tangential_stiffness_n_m3: Located<Number>,
     pub gap: Located<String>,
     pub gap_m: Located<Number>,
     pub search_distance_m: Located<Number>,

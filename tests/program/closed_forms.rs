@@ -7,11 +7,10 @@ use crate::shared_folder::Folder;
 use dovetail::export::folder::OtherScene;
 use dovetail::pipeline::{self, Beginning, Context, Files};
 use dovetail::scene;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::superelement::{self, Superelement};
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 
 /// What a run says of its only frequency.
@@ -294,10 +293,7 @@ fn bar(elements: usize) -> Superelement {
     }
 }
 
-const LAW: PairLaw = PairLaw {
-    friction: 1.0,
-    gap_m: 0.0,
-};
+const LAW: PairLaw = PairLaw::rigid(1.0, 0.0);
 
 #[test]
 fn the_committed_bar_is_the_bar_of_this_file() {

@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, program, said_in_one_line};
-use crate::shared_runs::Run;
+use crate::shared_runs::{Run, number};
 
 /// A sentence of the section "Limits" of the README; the page breaks its lines elsewhere.
 #[track_caller]
@@ -58,9 +58,19 @@ fn what_a_scene_cannot_ask_for_is_refused() {
             "expected a finite number",
         ),
         (
-            "There is no contact stiffness",
-            "contact.left.stiffness_n_m3=1e12",
-            "unknown key `contact.left.stiffness_n_m3`",
+            "There is no wear",
+            "contact.left.wear_m3_j=1e-15",
+            "unknown key `contact.left.wear_m3_j`",
+        ),
+        (
+            "and one stiffness per area",
+            "contact.left.normal_stiffness_n_m3=[1e14,1e13]",
+            "expected a finite number",
+        ),
+        (
+            "on linear springs between them",
+            "contact.left.normal_stiffness_n_m3=1e14",
+            "tangential_stiffness_n_m3",
         ),
         (
             "There are no subharmonics",
@@ -167,4 +177,47 @@ fn any_number_of_bodies_and_contacts_is_taken() {
     assert_eq!(counts("mesh", "platform_damper", &[]), (3, 2, true));
     let (bodies, contacts, _) = counts("mesh", "shroud", &[]);
     assert_eq!((bodies, contacts), (4, 5));
+}
+
+/// The paper's joint with springs between its flanks: it tends to the rigid one, and soft springs lower its resonance.
+#[test]
+fn flanks_on_springs_are_taken() {
+    readme_says("rigid or on linear springs between them");
+    let run = |name: &str, springs_n_m3: Option<f64>| {
+        let mut set = vec![
+            "mesh.file=../meshes/dovetail_small.msh".to_owned(),
+            "response.points=5".to_owned(),
+            "response.compare_harmonics=".to_owned(),
+            "response.most_added_points=0".to_owned(),
+            "response.frequency_hz=[440,460]".to_owned(),
+        ];
+        for side in ["left", "right"] {
+            for key in ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"] {
+                set.extend(springs_n_m3.map(|n_m3| format!("contact.{side}.{key}={n_m3:e}")));
+            }
+        }
+        let run = Run::new("run", "paper", name, &set);
+        let amplitudes: Vec<f64> = run
+            .table("response.csv")
+            .iter()
+            .map(|row| {
+                assert_eq!(row["outcome"], "converged");
+                number(row, "tip_amplitude_m")
+            })
+            .collect();
+        let linear_hz = run.summary()["linear_frequency_hz"].as_f64().unwrap();
+        (amplitudes, linear_hz)
+    };
+    let (rigid, rigid_hz) = run("rigid", None);
+    let (stiff, stiff_hz) = run("stiff", Some(1e17));
+    let (soft, soft_hz) = run("soft", Some(1e13));
+    let differences = |other: &[f64]| {
+        let ratios = other.iter().zip(&rigid).map(|(a, b)| (a / b - 1.0).abs());
+        ratios.fold(0.0, f64::max)
+    };
+    let [to_stiff, to_soft] = [&stiff, &soft].map(|of| differences(of));
+    println!("{to_stiff:.1e} {to_soft:.1e}, {rigid_hz} {stiff_hz} {soft_hz} Hz");
+    assert!(to_stiff < 0.01 && to_soft > 10.0 * to_stiff);
+    assert!((stiff_hz / rigid_hz - 1.0).abs() < 1e-4);
+    assert!(soft_hz < 0.999 * rigid_hz);
 }

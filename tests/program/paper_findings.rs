@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use dovetail::scene;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -110,7 +110,7 @@ fn respond_with(
 ) -> Response {
     let joint = joint();
     let settings = SweepSettings {
-        eps: Penalty {
+        eps: Eps {
             choice: joint.scene.response.eps,
             scale: joint.scene.response.eps_scale,
         },

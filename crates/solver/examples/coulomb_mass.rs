@@ -8,14 +8,13 @@
 use std::f64::consts::{PI, TAU};
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 
 /// Frequency of the force over that of the mass on its spring.
@@ -66,10 +65,7 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
             on_x: along_ground(),
             on_modes: Vec::new(),
         }],
-        pairs: vec![PairLaw {
-            friction: FRICTION,
-            gap_m: 0.0,
-        }],
+        pairs: vec![PairLaw::rigid(FRICTION, 0.0)],
     };
     let undamped = Rayleigh {
         stiffness_s: 0.0,

@@ -7,13 +7,14 @@ use std::error::Error;
 use std::path::Path;
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
-use dovetail_solver::reduction::{PairLaw, superelement};
+use dovetail_solver::reduction::superelement;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let comparison = comparison()?;
@@ -36,10 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A frequency near the peak, where pairs slip and some open.
 pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
-    let law = PairLaw {
-        friction: 0.3,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(0.3, 0.0);
     let force_n = 1.0;
     let model = superelement::read(&folder, law, force_n)?.relative;
     let ratio = DampingSpec::Ratio {

@@ -68,6 +68,7 @@ fn assembly() -> Assembly {
         second: Some(format!("jaw_flank_{side}")),
         law: ContactLaw::UnilateralCoulomb,
         friction: 0.3,
+        stiffness: None,
         gap_m: 0.0,
         gap_from_mesh: false,
         search_distance_m: None,

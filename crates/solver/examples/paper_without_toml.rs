@@ -147,6 +147,7 @@ fn contact(side: &str) -> ContactSpec {
         second: Some(format!("jaw_flank_{side}")),
         law: ContactLaw::UnilateralCoulomb,
         friction: 0.3,
+        stiffness: None,
         gap_m: 0.0,
         gap_from_mesh: false,
         search_distance_m: None,

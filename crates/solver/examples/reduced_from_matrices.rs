@@ -12,15 +12,14 @@ use std::f64::consts::TAU;
 use dovetail_numerics::dense::product;
 use dovetail_numerics::eigen::dense::{cholesky, modes, solve_in_place};
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::{Mat, MatRef};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -57,10 +56,7 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
             force: &[0.0, 0.0, 0.0, 0.25],
             observed: &[0.0, 0.0, 0.0, 1.0],
         },
-        &[PairLaw {
-            friction: 0.2,
-            gap_m: 0.0,
-        }],
+        &[PairLaw::rigid(0.2, 0.0)],
     )?;
     let damping = Rayleigh {
         stiffness_s: 0.0,
@@ -78,7 +74,7 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     let mut settings = SweepSettings::new(vec![1.05 / TAU], resolution);
     // The parameter eps of the method stands for the stiffness that the harmonics left out feel. They
     // leave the mass at rest: it is the slider's spring, where K of the pair has both in series.
-    settings.eps = Penalty {
+    settings.eps = Eps {
         choice: EpsChoice::Pair,
         scale: (spring + slider) / spring,
     };

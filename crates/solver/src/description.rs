@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::contact::law::PairLaw;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::model::Assembly;
 use crate::reduction::damping::DampingSpec;
@@ -45,10 +46,8 @@ pub enum Subject {
 pub struct ReducedModelSpec {
     /// Where its files are.
     pub folder: PathBuf,
-    /// Coulomb coefficient of every pair.
-    pub friction: f64,
-    /// Initial clearance of every pair, m.
-    pub gap_m: f64,
+    /// The contact law of every pair.
+    pub law: PairLaw,
     /// The folder's unit excitation is multiplied by this.
     pub force_n: f64,
 }

@@ -572,8 +572,13 @@ fn computed(contents: &Contents<'_>) -> Markup {
                 Subject::ReducedModel(spec) => {
                     p {
                         "A reduced model was read from " code { (spec.folder.display()) } ": "
-                        (contents.pairs.rows.len()) " pairs, friction " (figure(spec.friction, 3)) ", clearance "
-                        (quantity(spec.gap_m, "m", 3)) ", excitation " (quantity(spec.force_n, "N", 3)) "."
+                        (contents.pairs.rows.len()) " pairs, friction " (figure(spec.law.friction, 3)) ", clearance "
+                        (quantity(spec.law.gap_m, "m", 3))
+                        @if let Some(stiffness) = spec.law.stiffness {
+                            ", springs of " (quantity(stiffness.normal_n_m, "N/m", 3)) " against penetration and "
+                            (quantity(stiffness.tangential_n_m, "N/m", 3)) " against shear"
+                        }
+                        ", excitation " (quantity(spec.force_n, "N", 3)) "."
                     }
                 }
             }
@@ -761,6 +766,10 @@ fn contact_words(contact: &ContactSpec) -> Markup {
             ContactLaw::Bonded => "bonded.",
             ContactLaw::UnilateralCoulomb => {
                 "it opens, and slides with dry friction of " (figure(contact.friction, 3))
+                @if let Some(stiffness) = contact.stiffness {
+                    ", springs of " (quantity(stiffness.normal_n_m3, "N/m3", 3)) " against penetration and "
+                    (quantity(stiffness.tangential_n_m3, "N/m3", 3)) " against shear"
+                }
                 @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
                 @if contact.gap_m < 0.0 { ", interference " (quantity(-contact.gap_m, "m", 3)) }
                 @if contact.gap_from_mesh { ", the distance in the mesh being clearance too" }

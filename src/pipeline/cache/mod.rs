@@ -178,7 +178,7 @@ pub(super) fn reduction_inputs(
     let mut model = model.clone();
     if statics.is_none() {
         for pair in &mut model.pairs {
-            (pair.friction, pair.gap_m) = (0.0, 0.0);
+            (pair.friction, pair.gap_m, pair.stiffness) = (0.0, 0.0, None);
         }
     }
     for excitation in &mut model.excitations {

@@ -6,9 +6,9 @@ use super::fields::{Checker, Table};
 use crate::scene::entries;
 use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
-use crate::scene::raw::{RawContact, RawDamping};
+use crate::scene::raw::{Number, RawContact, RawDamping};
 use dovetail_solver::description::ResponseSpec;
-use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, Side};
+use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FlankStiffness, Side};
 use dovetail_solver::reduction::damping::DampingSpec;
 
 pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Vec<ContactSpec>> {
@@ -47,6 +47,9 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
                 .number(&at, "search_distance_m", given, Limits::POSITIVE, None)
                 .map(Some),
         };
+        let keys = ["normal_stiffness_n_m3", "tangential_stiffness_n_m3"];
+        let given = [&raw.normal_stiffness_n_m3, &raw.tangential_stiffness_n_m3];
+        let stiffness = stiffness(checker, &at, keys, given);
         let crown = crown(checker, &at, raw);
         specs.push((|| {
             Some(ContactSpec {
@@ -56,6 +59,10 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
                 slave: slave?,
                 law: law?,
                 friction: friction?,
+                stiffness: stiffness?.map(|[normal_n_m3, tangential_n_m3]| FlankStiffness {
+                    normal_n_m3,
+                    tangential_n_m3,
+                }),
                 gap_m: gap_m?,
                 gap_from_mesh: gap_from_mesh?,
                 search_distance_m: reach?,
@@ -104,6 +111,32 @@ fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<S
     let sides = [Side::First, Side::Second];
     let side = checker.choice(at, "slave", &raw.slave, &["first", "second"], &sides);
     side.map(Some)
+}
+
+/// The springs of a contact, normal and tangential, `Some(None)` where it is rigid.
+pub fn stiffness(
+    checker: &mut Checker,
+    at: &Table,
+    keys: [&'static str; 2],
+    given: [&Option<Spanned<Number>>; 2],
+) -> Option<Option<[f64; 2]>> {
+    let remedy = "give both, or leave both out: rigid contact";
+    match given {
+        [None, None] => Some(None),
+        [Some(normal), None] => {
+            checker.lacks(at, keys[0], keys[1], normal.span(), remedy);
+            None
+        }
+        [None, Some(tangential)] => {
+            checker.lacks(at, keys[1], keys[0], tangential.span(), remedy);
+            None
+        }
+        [normal, tangential] => {
+            let normal = checker.number(at, keys[0], normal, Limits::POSITIVE, None);
+            let tangential = checker.number(at, keys[1], tangential, Limits::POSITIVE, None);
+            Some(Some([normal?, tangential?]))
+        }
+    }
 }
 
 /// The crown of a flank, `Some(None)` where it has none.

@@ -5,10 +5,13 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
+use super::contacts::stiffness;
 use super::fields::{Checker, Table};
 use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawReducedModel, RawScene};
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ReducedModelSpec;
 
 pub fn reduced_model(
@@ -20,12 +23,21 @@ pub fn reduced_model(
     let raw = raw.get_ref();
     let folder = checker.text(&at, "folder", &raw.folder);
     let friction = checker.number(&at, "friction", &raw.friction, Limits::NOT_NEGATIVE, None);
+    let keys = ["normal_stiffness_n_m", "tangential_stiffness_n_m"];
+    let given = [&raw.normal_stiffness_n_m, &raw.tangential_stiffness_n_m];
+    let stiffness = stiffness(checker, &at, keys, given);
     let gap_m = checker.number(&at, "gap_m", &raw.gap_m, Limits::NOT_NEGATIVE, Some(0.0));
     let force_n = checker.number(&at, "force_n", &raw.force_n, Limits::NOT_NEGATIVE, None);
     Some(ReducedModelSpec {
         folder: base_dir.join(folder?),
-        friction: friction?,
-        gap_m: gap_m?,
+        law: PairLaw {
+            friction: friction?,
+            gap_m: gap_m?,
+            stiffness: stiffness?.map(|[normal_n_m, tangential_n_m]| PairStiffness {
+                normal_n_m,
+                tangential_n_m,
+            }),
+        },
         force_n: force_n?,
     })
 }

@@ -143,6 +143,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
                     area_m2: du * dv * border(iv, nv) * border(iu, nu),
                     gap_m: if iu == 0 && iv == 0 { 2e-6 } else { 0.0 },
                     friction: 0.3,
+                    stiffness: None,
                 });
             }
         }

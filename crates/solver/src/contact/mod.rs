@@ -8,9 +8,11 @@
 //! COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
 //! X_N = -g; g < 0 is an interference.
 
+pub mod coulomb;
 pub mod dynamic_stiffness;
 pub mod inexact;
 pub mod law;
+pub mod penalty;
 
 /// The tangential ones of `n` unknowns, 3 per pair, ascending.
 pub(crate) fn tangential(n: usize) -> Vec<usize> {

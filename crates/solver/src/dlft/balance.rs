@@ -1,7 +1,7 @@
 //! The harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian
 //! J = (I - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
 //!
-//! A pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
+//! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
 //! once, and only the other ("active") pairs enter the linear solve.
 
 use super::PairStatus;
@@ -10,7 +10,7 @@ use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;
-use crate::reduction::PairLaw;
+use crate::contact::law::PredictedLaw;
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
@@ -31,6 +31,8 @@ pub struct Setting<'a> {
     pub eps: &'a [f64],
     /// Static relative displacement, m, n: where the time evaluation of a pair starts.
     pub x_static: &'a [f64],
+    /// Contact forces in the static state, N, n.
+    pub lambda_static: &'a [f64],
     /// What each pair does in the static state.
     pub at_rest: &'a [PairStatus],
     /// The mean of the static state along the motions that only friction holds; where it is retained, so is that of every motion about it.
@@ -127,7 +129,7 @@ impl<'a, 'b> Evaluator<'a, 'b> {
 
 /// J at one U.
 pub struct Jacobian {
-    /// Pairs that do not stick throughout, ascending.
+    /// Pairs that do not stick throughout, and those with springs, ascending.
     pub active: Vec<usize>,
     /// D of each active pair, 3(2H+1) square, row-major, component-major indices.
     pub derivatives: Vec<Vec<f64>>,
@@ -216,24 +218,32 @@ impl<'a> Balance<'a> {
         self.setting.system.unknowns()
     }
 
-    fn law(&self, pair: usize) -> PairLaw {
-        let law = self.setting.system.model.pairs[pair];
-        PairLaw {
-            friction: law.computed_friction().min(self.most_friction),
-            ..law
+    fn law(&self, pair: usize) -> PredictedLaw {
+        let eps = [0, 1].map(|c| self.eps_at(3 * pair + c));
+        self.setting.system.model.pairs[pair].predicted(eps, self.most_friction)
+    }
+
+    /// What counts of the predicted force of a pair: component-major coefficients, N.
+    fn prediction(&self, lambda_u: &[f64], pair: usize) -> Vec<f64> {
+        let width = self.setting.fourier.width();
+        let mut force = gather(lambda_u, self.unknowns_per_block(), pair, width);
+        let shares = self.law(pair).shares;
+        for (component, share) in force.chunks_exact_mut(width).zip(shares) {
+            component.iter_mut().for_each(|f| *f *= share);
         }
+        force
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
-        let (eps_n, eps_t) = (self.eps_at(3 * pair), self.eps_at(3 * pair + 1));
         let law = self.law(pair);
-        let x = &self.setting.x_static[3 * pair..3 * pair + 3];
+        let tangential = |v: &[f64]| [v[3 * pair + 1], v[3 * pair + 2]];
+        let [x, lambda] = [self.setting.x_static, self.setting.lambda_static].map(tangential);
         PairInput {
             periods: self.setting.periods,
             force,
-            shift_n: eps_n * law.gap_m,
+            shift_n: law.shift_n,
             friction: law.friction,
-            start: [eps_t * x[1], eps_t * x[2]],
+            start: law.state_at_rest(x, lambda),
             rounding: self.rounding,
         }
     }
@@ -268,7 +278,7 @@ impl<'a> Balance<'a> {
             .map_init(
                 || Signals::new(fourier.samples()),
                 |signals, pair| {
-                    let force = gather(&lambda_u, n, pair, width);
+                    let force = self.prediction(&lambda_u, pair);
                     let mut lambda = vec![0.0; 3 * width];
                     let input = self.input(pair, &force);
                     let end = contact_forces(fourier, input, signals, &mut lambda);
@@ -299,7 +309,7 @@ impl<'a> Balance<'a> {
     pub fn compressions_n(&self, pair: usize, lambda_u: &[f64], signals: &mut Signals) -> Vec<f64> {
         let fourier = self.setting.fourier;
         let width = fourier.width();
-        let force = gather(lambda_u, self.unknowns_per_block(), pair, width);
+        let force = self.prediction(lambda_u, pair);
         let input = self.input(pair, &force);
         contact_forces(fourier, input, signals, &mut vec![0.0; 3 * width]);
         // 0 - x rather than -x: an open pair carries 0, not -0.
@@ -317,12 +327,19 @@ impl<'a> Balance<'a> {
             .map_init(
                 || (Signals::new(fourier.samples()), vec![0.0; 3 * width]),
                 |(signals, lambda), pair| {
-                    let force = gather(lambda_u, n, pair, width);
+                    let force = self.prediction(lambda_u, pair);
                     let input = self.input(pair, &force);
+                    let law = self.law(pair);
                     let end = contact_forces(fourier, input, signals, lambda);
-                    (!end.always_stuck).then(|| {
+                    (!(end.always_stuck && law.is_rigid)).then(|| {
                         let mut derivative = vec![0.0; 9 * width * width];
                         contact_force_derivative(fourier, input, signals, &end, &mut derivative);
+                        if !law.is_rigid {
+                            let parts = derivative.chunks_exact_mut(width);
+                            for (part, share) in parts.zip(law.shares.into_iter().cycle()) {
+                                part.iter_mut().for_each(|d| *d *= share);
+                            }
+                        }
                         derivative
                     })
                 },
@@ -343,7 +360,7 @@ impl<'a> Balance<'a> {
 
     /// Distance that a pair slides in a period, m.
     pub fn slid_m(&self, pair: usize, end: &PairEnd) -> f64 {
-        end.slid_n / self.eps_at(3 * pair + 1)
+        self.law(pair).slid_m(end.slid_n)
     }
 
     /// Whether a pair slides farther than the threshold in a period.
@@ -455,7 +472,11 @@ mod tests {
                 .map(|i| (1 + i / 3) as f64 * if i % 3 == 0 { 5.0 } else { 2.0 })
                 .collect();
             let x_static: Vec<f64> = (0..n).map(|i| 0.1 * (i + 1) as f64).collect();
+            let mut model = sample.setting.system.model.clone();
+            model.pairs.iter_mut().for_each(|law| law.stiffness = None);
+            let system = ContactSystem::new(&model, sample.setting.system.damping);
             let setting = Setting {
+                system: &system,
                 eps: &eps,
                 x_static: &x_static,
                 at_rest: &[],
@@ -500,7 +521,7 @@ mod tests {
             };
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             let friction = |pair: usize| balance.input(pair, &sample.force).friction;
-            assert_eq!(friction(0), PairLaw::MOST_FRICTION);
+            assert_eq!(friction(0), crate::contact::law::PairLaw::MOST_FRICTION);
             assert_eq!(friction(1), model.pairs[1].friction);
         });
     }

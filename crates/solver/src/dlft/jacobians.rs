@@ -4,16 +4,18 @@
 
 use super::PairStatus;
 use super::balance::{Balance, Setting};
+use super::eps::Eps;
 use super::newton_krylov::{KrylovSystem, Preconditioner};
 use super::pair_signals::Periods;
-use super::penalty::Penalty;
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
+use crate::contact::law::PairLaw;
+use crate::contact::penalty::PairStiffness;
 use crate::dlft::settings::EpsChoice;
 use crate::model::Growth;
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
+use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -92,10 +94,7 @@ pub fn model(pairs: usize) -> RelativeModel {
             })
             .to_vec(),
         pairs: (0..pairs)
-            .map(|p| PairLaw {
-                friction: 0.3 + 0.05 * p as f64,
-                gap_m: 0.1 * (p % 3) as f64,
-            })
+            .map(|p| PairLaw::rigid(0.3 + 0.05 * p as f64, 0.1 * (p % 3) as f64))
             .collect(),
         stiffness,
     }
@@ -128,7 +127,7 @@ const FEW: [Motion; 9] = [
     Motion::Sticks,
 ];
 
-/// lambda_u of a pair that moves so, in one block of 3 per coefficient; `shift_n` is what the law
+/// What counts of lambda_u of a pair that moves so, in one block of 3 per coefficient; `shift_n` is what the law
 /// adds to N.
 fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[f64; 3]> {
     let (press, shake, rub) = match motion {
@@ -149,28 +148,38 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
 }
 
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
-/// with the mean free and retained. The forces are such that the pairs do at U what they are meant to.
+/// rigid and with springs, with the mean free and retained. The forces are such that the pairs do at U what they are meant to.
 pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     let means = [Mean::Free, Mean::Retained];
-    for (motions, mean) in [MANY, FEW]
+    let kinds = [(MANY, false), (FEW, false), (MANY, true), (FEW, true)];
+    for ((motions, has_springs), mean) in kinds
         .into_iter()
-        .flat_map(|m| means.map(|mean| (m, mean)))
+        .flat_map(|kind| means.map(|mean| (kind, mean)))
     {
-        let model = model(motions.len());
+        let mut model = model(motions.len());
+        if has_springs {
+            for (pair, law) in model.pairs.iter_mut().enumerate() {
+                law.stiffness = Some(PairStiffness {
+                    normal_n_m: 4.0 + mixed(pair, 90),
+                    tangential_n_m: 3.0 + mixed(pair, 91),
+                });
+            }
+        }
         let damping = Rayleigh {
             stiffness_s: 0.1,
             mass_per_s: 0.15,
         };
         let n = model.stiffness.nrows();
         let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
+        let lambda_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 92)).collect();
         let mut at_rest = vec![PairStatus::Stuck; n / 3];
         at_rest[OPEN_AT_REST] = PairStatus::Open;
         let system = ContactSystem::new(&model, damping);
-        let penalty = Penalty {
+        let asked = Eps {
             choice: EpsChoice::Pair,
             scale: 1.3,
         };
-        let eps = penalty.of(&system, OMEGA_RAD_S, HARMONICS);
+        let eps = asked.of(&system, OMEGA_RAD_S, HARMONICS);
         let inexact = InexactModel::new(&model);
         let fourier = Fourier::new(HARMONICS, SAMPLES);
         let retention = Retention::new(&model.stiffness, &eps);
@@ -181,6 +190,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             fourier: &fourier,
             eps: &eps,
             x_static: &x_static,
+            lambda_static: &lambda_static,
             at_rest: &at_rest,
             static_mean: Mean::Free,
             pressing_n: 1.0,
@@ -199,13 +209,18 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         let mut force = vec![0.0; u.len()];
         balance.apply_stiffness(&u, &mut force);
         for (pair, motion) in motions.into_iter().enumerate() {
-            let [eps_n, eps_t] = [eps[3 * pair], eps[3 * pair + 1]];
-            let start = [1, 2].map(|c| eps_t * x_static[3 * pair + c]);
-            let shift_n = eps_n * model.pairs[pair].gap_m;
-            for (h, block) in lambda_u(motion, pair, shift_n, start).iter().enumerate() {
-                for (c, lambda_u) in block.iter().enumerate() {
+            let law =
+                model.pairs[pair].predicted([eps[3 * pair], eps[3 * pair + 1]], f64::INFINITY);
+            let [x, lambda] =
+                [&x_static, &lambda_static].map(|v| [v[3 * pair + 1], v[3 * pair + 2]]);
+            let start = law.state_at_rest(x, lambda);
+            for (h, block) in lambda_u(motion, pair, law.shift_n, start)
+                .iter()
+                .enumerate()
+            {
+                for (c, trial) in block.iter().enumerate() {
                     let i = h * n + 3 * pair + c;
-                    force[i] += lambda_u - eps[3 * pair + c] * u[i];
+                    force[i] += trial / law.shares[c] - eps[3 * pair + c] * u[i];
                 }
             }
         }
@@ -221,7 +236,12 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             assert!((end.slid_n > 0.1) == matches!(motion, Motion::Slides | Motion::LiftsOff));
         }
         let moving = motions.iter().filter(|m| **m != Motion::Sticks).count();
-        check(&format!("{moving} pairs move, mean {mean:?}"), &balance, &u);
+        let springs = if has_springs { ", springs" } else { "" };
+        check(
+            &format!("{moving} pairs move, mean {mean:?}{springs}"),
+            &balance,
+            &u,
+        );
     }
 }
 

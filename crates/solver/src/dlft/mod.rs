@@ -280,6 +280,7 @@ mod between_samples;
 mod coarse;
 pub mod demand;
 pub mod dense;
+pub mod eps;
 mod gross_slip;
 #[cfg(test)]
 pub(crate) mod jacobians;
@@ -290,7 +291,6 @@ pub mod orbit;
 pub mod pair_signals;
 pub mod pair_status;
 pub mod peaks;
-pub mod penalty;
 mod point;
 pub mod retention;
 mod rounded;

@@ -535,6 +535,10 @@ mod tests {
         at_sample_points(|_, balance, u| {
             let setting = balance.setting;
             let (model, n) = (setting.system.model, setting.system.unknowns());
+            let law = |pair: usize| {
+                let eps = [setting.eps[3 * pair], setting.eps[3 * pair + 1]];
+                model.pairs[pair].predicted(eps, f64::INFINITY)
+            };
             let modes = model.omega2.len();
             let (orbit, evaluation) = orbit_of(balance, u);
             assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
@@ -559,8 +563,9 @@ mod tests {
                 // The normal law has no history: what is predicted, unless that pulls.
                 let [predicted, ..] = at_phase(&evaluation.lambda_u, n, phase);
                 for (pair, compression) in compressions.iter_mut().enumerate() {
-                    let shift_n = setting.eps[3 * pair] * model.pairs[pair].gap_m;
-                    compression.push((-predicted[3 * pair] - shift_n).max(0.0));
+                    let law = law(pair);
+                    let trial = law.shares[0] * predicted[3 * pair] + law.shift_n;
+                    compression.push((-trial).max(0.0));
                 }
             }
             let farthest_m = orbit.cycles.iter().fold(0.0_f64, |m, c| m.max(c.slid_m));
@@ -577,7 +582,7 @@ mod tests {
             }
             for (pair, cycle) in orbit.cycles.iter().enumerate() {
                 let (end, compression) = (&evaluation.ends[pair], &compressions[pair]);
-                assert_near(cycle.slid_m * setting.eps[3 * pair + 1], end.slid_n);
+                assert_near(law(pair).slid_m(end.slid_n), cycle.slid_m);
                 let expected = match (pair == OPEN_AT_REST, end.open_samples) {
                     (true, open) if open == samples => CycleStatus::Open,
                     (true, _) => CycleStatus::Closing,

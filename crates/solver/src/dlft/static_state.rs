@@ -12,10 +12,11 @@ use super::linear_system::LinearSystem;
 use super::retention::{Holding, Retention};
 use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
+use crate::contact::coulomb::{Contact, slip_tangent};
 use crate::contact::inexact::{Inexact, InexactModel};
-use crate::contact::law::{Contact, slip_tangent, unilateral_coulomb};
+use crate::contact::law::{PairLaw, PredictedLaw};
 use crate::contact::tangential;
-use crate::reduction::{LinearReference, PairLaw, RelativeModel};
+use crate::reduction::{LinearReference, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use dovetail_numerics::refresh::RefreshPolicy;
@@ -146,7 +147,7 @@ fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
 fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let start = x.to_vec();
     let mut end = newton(system, x, options);
-    let full = system.friction.clone();
+    let full = system.friction();
     if full.iter().all(|f| *f <= FIRST_FRICTION) {
         return end;
     }
@@ -156,7 +157,7 @@ fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOption
         }
         let mut y = start.clone();
         let last = with_growing_friction(system, &mut y, &full, growth, options);
-        system.friction.copy_from_slice(&full);
+        system.most_friction = f64::INFINITY;
         end.iterations += last.iterations;
         if last.status == NewtonStatus::Converged {
             x.copy_from_slice(&y);
@@ -180,17 +181,17 @@ fn with_growing_friction(
 ) -> NewtonEnd {
     let mut most = FIRST_FRICTION;
     let mut iterations = 0;
-    system.friction = full.iter().map(|f| f.min(most)).collect();
+    system.most_friction = most;
     loop {
         let end = newton(system, x, options);
         iterations += end.iterations;
-        if end.status != NewtonStatus::Converged || system.friction == full {
+        if end.status != NewtonStatus::Converged || full.iter().all(|f| *f <= most) {
             return NewtonEnd { iterations, ..end };
         }
         most *= growth;
         let next: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
         system.predict(x, &next);
-        system.friction = next;
+        system.most_friction = most;
     }
 }
 
@@ -201,12 +202,12 @@ struct StaticSystem<'a> {
     eps: &'a [f64],
     /// Load of this step.
     load: Vec<f64>,
-    /// Clearance of each pair in this step: interference grows with the load.
-    gap_m: Vec<f64>,
-    /// lambda_x (tangential) of the last step.
+    /// The law of each pair in this step: interference grows with the load.
+    laws: Vec<PairLaw>,
+    /// Coefficients of friction above this count as this.
+    most_friction: f64,
+    /// The state of the last step ([`PredictedLaw::state_at_rest`]).
     slid_force: Vec<[f64; 2]>,
-    /// Coefficient of each pair.
-    friction: Vec<f64>,
     /// What residuals are relative to, N.
     scale: f64,
     linear: LinearSystem,
@@ -233,9 +234,9 @@ impl<'a> StaticSystem<'a> {
             stiffness,
             eps,
             load: vec![0.0; n],
-            gap_m: model.pairs.iter().map(|p| p.gap_m.max(0.0)).collect(),
+            laws: model.pairs.clone(),
+            most_friction: f64::INFINITY,
             slid_force: vec![[0.0; 2]; n / 3],
-            friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
             scale: force_scale_n(model, eps),
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
@@ -256,6 +257,7 @@ impl<'a> StaticSystem<'a> {
             Start::Unloaded => vec![0.0; n],
             Start::ClearancesClosed => with_clearances_closed(self.model, self.eps),
         };
+        let mut forces = vec![[0.0; 3]; n / 3];
         let mut end = NewtonEnd {
             status: NewtonStatus::Converged,
             iterations: 0,
@@ -263,7 +265,7 @@ impl<'a> StaticSystem<'a> {
             residuals: Vec::new(),
         };
         for step in 1..=load_steps {
-            self.set_load(step as f64 / load_steps as f64, &x);
+            self.set_load(step as f64 / load_steps as f64, &x, &forces);
             let last = load_step(&mut self, &mut x, options);
             end = NewtonEnd {
                 iterations: end.iterations + last.iterations,
@@ -272,29 +274,55 @@ impl<'a> StaticSystem<'a> {
             if end.status != NewtonStatus::Converged {
                 break;
             }
+            forces = self
+                .forces(&x)
+                .into_iter()
+                .map(|(_, force)| force)
+                .collect();
         }
         self.state(x, end)
     }
 
-    /// The load step that ends at this fraction of the load, and begins at `x`.
-    fn set_load(&mut self, fraction: f64, x: &[f64]) {
+    /// The load step that ends at this fraction of the load, and begins at `x` with these forces of the pairs.
+    fn set_load(&mut self, fraction: f64, x: &[f64], forces: &[[f64; 3]]) {
         for (f, full) in self.load.iter_mut().zip(&self.model.static_load.on_x) {
             *f = fraction * full;
         }
-        for (gap, pair) in self.gap_m.iter_mut().zip(&self.model.pairs) {
-            *gap = pair.gap_m.max(fraction * pair.gap_m);
+        for (law, pair) in self.laws.iter_mut().zip(&self.model.pairs) {
+            law.gap_m = pair.gap_m.max(fraction * pair.gap_m);
         }
-        for (pair, s) in self.slid_force.iter_mut().enumerate() {
+        let state = |(pair, force): (usize, &[f64; 3])| {
             let t = 3 * pair + 1;
-            *s = [self.eps[t] * x[t], self.eps[t + 1] * x[t + 1]];
-        }
+            let law = self.law(pair);
+            law.state_at_rest([x[t], x[t + 1]], [force[1], force[2]])
+        };
+        self.slid_force = forces.iter().enumerate().map(state).collect();
+    }
+
+    /// The law of a pair in this step.
+    fn law(&self, pair: usize) -> PredictedLaw {
+        let eps = [self.eps[3 * pair], self.eps[3 * pair + 1]];
+        self.laws[pair].predicted(eps, self.most_friction)
+    }
+
+    /// Coefficient of friction of each pair.
+    fn friction(&self) -> Vec<f64> {
+        let pairs = 0..self.laws.len();
+        pairs.map(|pair| self.law(pair).friction).collect()
+    }
+
+    /// What each pair does at `x`, and its contact force, N.
+    fn forces(&self, x: &[f64]) -> Vec<(Contact, [f64; 3])> {
+        let trials = self.trials(x).into_iter().enumerate();
+        trials
+            .map(|(pair, trial)| self.law(pair).force(trial))
+            .collect()
     }
 
     /// Contact forces and status of all pairs at `x`, where the last load step ended.
     fn state(&self, x: Vec<f64>, end: NewtonEnd) -> StaticState {
         let (mut lambda, mut status) = (vec![], vec![]);
-        for (predicted, friction) in self.predicted(&x).into_iter().zip(&self.friction) {
-            let (contact, force) = unilateral_coulomb(predicted, *friction);
+        for (contact, force) in self.forces(&x) {
             lambda.extend(force);
             status.push(match contact {
                 Contact::Stick => PairStatus::Stuck,
@@ -315,16 +343,13 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// lambda_u shifted by the clearance and the slid force, per pair.
-    fn predicted(&self, x: &[f64]) -> Vec<[f64; 3]> {
+    /// The trial force of each pair, N.
+    fn trials(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let lambda_u = self.lambda_u(x);
         (0..self.slid_force.len())
             .map(|pair| {
-                [
-                    lambda_u[3 * pair] + self.eps[3 * pair] * self.gap_m[pair],
-                    lambda_u[3 * pair + 1] - self.slid_force[pair][0],
-                    lambda_u[3 * pair + 2] - self.slid_force[pair][1],
-                ]
+                let own = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
+                self.law(pair).trial(own, self.slid_force[pair])
             })
             .collect()
     }
@@ -333,11 +358,12 @@ impl<'a> StaticSystem<'a> {
     /// as the normal force of a pair that slides under a given shear goes.
     fn predict(&mut self, x: &mut [f64], next: &[f64]) {
         let mut change = vec![0.0; x.len()];
-        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let (now, next) = (self.friction[pair], next[pair]);
-            if unilateral_coulomb(predicted, now).0 == Contact::Slip && next > 0.0 {
-                let [e1, e2] = slip_tangent(predicted, now).direction;
-                let force = -predicted[0] * now * (next - now) / next;
+        for (pair, trial) in self.trials(x).into_iter().enumerate() {
+            let law = self.law(pair);
+            let (now, next) = (law.friction, next[pair]);
+            if law.force(trial).0 == Contact::Slip && next > 0.0 {
+                let [e1, e2] = slip_tangent(trial, now).direction;
+                let force = -trial[0] * now * (next - now) / next;
                 change[3 * pair + 1] = force * e1;
                 change[3 * pair + 2] = force * e2;
             }
@@ -384,8 +410,7 @@ impl NonlinearSystem for StaticSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
-        for (pair, predicted) in self.predicted(x).into_iter().enumerate() {
-            let (_, force) = unilateral_coulomb(predicted, self.friction[pair]);
+        for (pair, (_, force)) in self.forces(x).into_iter().enumerate() {
             for (c, force) in force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
@@ -398,27 +423,14 @@ impl NonlinearSystem for StaticSystem<'_> {
     }
 
     fn linearise(&mut self, x: &[f64]) {
-        let predicted = self.predicted(x);
-        let derivatives = self.linear.derivatives.chunks_exact_mut(9);
-        for ((predicted, friction), out) in
-            predicted.into_iter().zip(&self.friction).zip(derivatives)
-        {
-            let friction = *friction;
-            let (contact, _) = unilateral_coulomb(predicted, friction);
-            let derivative: [[f64; 3]; 3] = match contact {
-                Contact::Open => [[0.0; 3]; 3],
-                Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-                Contact::Slip => {
-                    let t = slip_tangent(predicted, friction);
-                    let [e1, e2] = t.direction;
-                    let k = t.kappa;
-                    [
-                        [1.0, 0.0, 0.0],
-                        [-friction * e1, k * (1.0 - e1 * e1), -k * e1 * e2],
-                        [-friction * e2, -k * e1 * e2, k * (1.0 - e2 * e2)],
-                    ]
-                }
-            };
+        let derivatives: Vec<[[f64; 3]; 3]> = self
+            .trials(x)
+            .into_iter()
+            .enumerate()
+            .map(|(pair, trial)| self.law(pair).derivative(trial))
+            .collect();
+        let outs = self.linear.derivatives.chunks_exact_mut(9);
+        for (derivative, out) in derivatives.into_iter().zip(outs) {
             for (i, out) in out.iter_mut().enumerate() {
                 *out = derivative[i % 3][i / 3] as f32;
             }
@@ -469,7 +481,7 @@ mod tests {
 
     /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
     /// from where they would do something else; the coefficients are between 0.3 and 0.7.
-    const PREDICTED: [[f64; 3]; 9] = [
+    const TRIALS: [[f64; 3]; 9] = [
         [-10.0, 0.3, -0.2],
         [-1.0, 0.9, -1.4],
         [2.0, 1.0, 1.0],
@@ -483,10 +495,10 @@ mod tests {
 
     /// A system and a point x at which its pairs have those predicted forces.
     fn with_system(mean: Mean, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
-        let model = model(PREDICTED.len());
+        let model = model(TRIALS.len());
         let n = model.stiffness.nrows();
         let eps: Vec<f64> = model.diagonal_stiffness().iter().map(|v| 1.3 * v).collect();
-        let all: Vec<usize> = (0..PREDICTED.len()).collect();
+        let all: Vec<usize> = (0..TRIALS.len()).collect();
         let inexact = InexactModel::new(&model).taking_part(&all, None);
         let retention = (mean == Mean::Retained).then(|| Retention::new(&model.stiffness, &eps));
         let mut stiffness = Cow::Borrowed(&model.stiffness);
@@ -499,9 +511,9 @@ mod tests {
             stiffness,
             eps: &eps,
             load: vec![0.0; n],
-            gap_m: model.pairs.iter().map(|p| p.gap_m.max(0.0)).collect(),
+            laws: model.pairs.clone(),
+            most_friction: f64::INFINITY,
             slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
-            friction: model.pairs.iter().map(PairLaw::computed_friction).collect(),
             scale: 1.0,
             linear: LinearSystem {
                 inexact,
@@ -514,10 +526,11 @@ mod tests {
             refresh: RefreshPolicy::default(),
         };
         let x: Vec<f64> = (0..n).map(|i| 0.1 * mixed(i, 9)).collect();
-        let without_load = system.predicted(&x).into_iter().flatten();
+        let without_load = system.trials(&x).into_iter().flatten();
         system.load = without_load
-            .zip(PREDICTED.iter().flatten())
-            .map(|(without, wanted)| wanted - without)
+            .zip(TRIALS.iter().flatten())
+            .enumerate()
+            .map(|(i, (without, wanted))| (wanted - without) / system.law(i / 3).shares[i % 3])
             .collect();
         check(&mut system, &x);
     }
@@ -530,10 +543,7 @@ mod tests {
         };
         let [at_most, above] = [1.0, 1e3].map(|times| {
             let mut model = model(1);
-            model.pairs = vec![PairLaw {
-                friction: times * PairLaw::MOST_FRICTION,
-                gap_m: 0.0,
-            }];
+            model.pairs = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
             // Sticks with a coefficient above 1e5.
             model.static_load.on_x = vec![-1e-5, 0.0, 1.0];
             static_state(&model, 1, options)
@@ -555,13 +565,7 @@ mod tests {
     fn the_dense_jacobian_is_that_by_differences() {
         for mean in [Mean::Free, Mean::Retained] {
             with_system(mean, |system, x| {
-                let of_contact = |(p, mu): (&[f64; 3], &f64)| unilateral_coulomb(*p, *mu).0;
-                let found: Vec<Contact> = system
-                    .predicted(x)
-                    .iter()
-                    .zip(&system.friction)
-                    .map(of_contact)
-                    .collect();
+                let found: Vec<Contact> = system.forces(x).iter().map(|f| f.0).collect();
                 let each = [Contact::Stick, Contact::Slip, Contact::Open];
                 assert_eq!(found, [each, each, each].concat());
                 let by_differences = differences(system, x);

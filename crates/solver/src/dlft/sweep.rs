@@ -7,12 +7,12 @@
 
 use super::accuracy::{Refinement, Resolved, levels};
 use super::balance::Setting;
+use super::eps::Eps;
 use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
 use super::peaks::Top;
-use super::penalty::Penalty;
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
 use super::second_motion::second_motions;
@@ -40,7 +40,7 @@ pub struct SweepSettings {
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// The parameter eps of DLFT.
-    pub eps: Penalty,
+    pub eps: Eps,
     /// When the iterations of a frequency end.
     pub newton: NewtonOptions,
     /// How long pairs are marched.
@@ -62,7 +62,7 @@ impl SweepSettings {
         Self {
             frequencies_hz,
             resolution,
-            eps: Penalty::new(EpsChoice::Dynamic),
+            eps: Eps::new(EpsChoice::Dynamic),
             newton: NewtonOptions {
                 tolerance: 1e-8,
                 max_iterations: 60,
@@ -111,6 +111,7 @@ pub fn sweep(
         fourier: &levels[0].fourier,
         eps: &levels[0].eps,
         x_static: &static_state.x,
+        lambda_static: &static_state.lambda,
         at_rest: &static_state.status,
         static_mean: match static_state.retention_n {
             None => Mean::Free,

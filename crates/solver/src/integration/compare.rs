@@ -2,7 +2,7 @@
 
 use super::IntegrationError;
 use super::steady::{Settled, Until, integrate};
-use super::step::{State, Stepper};
+use super::step::{State, Stepper, touching};
 use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
 use crate::reduction::RelativeModel;
 use crate::reduction::damping::Rayleigh;
@@ -102,7 +102,7 @@ pub fn compare(
     let model = retained.as_ref().unwrap_or(model);
     let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
-        Start::Orbit => on_orbit(orbit),
+        Start::Orbit => on_orbit(model, orbit),
         Start::Rest(rest) => State::at_rest(model, &rest.x, &rest.lambda),
     };
     let settled = integrate(&mut stepper, &mut state, until)?;
@@ -132,7 +132,7 @@ fn with_retention_force(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
 }
 
 /// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
-pub fn on_orbit(orbit: &Orbit) -> State {
+pub fn on_orbit(model: &RelativeModel, orbit: &Orbit) -> State {
     let omega = std::f64::consts::TAU * orbit.frequency_hz;
     let blocks = 2 * orbit.harmonics + 1;
     let at_start = |v: &[f64]| {
@@ -151,6 +151,7 @@ pub fn on_orbit(orbit: &Orbit) -> State {
     let (q, q_rate) = at_start(&orbit.modal);
     let (lambda, _) = at_start(&orbit.lambda);
     State {
+        touching: touching(model, &x, &lambda),
         x,
         v,
         q,
@@ -199,7 +200,7 @@ fn of_integration(settled: &Settled, orbit: &Orbit, slip_threshold_m: f64) -> Fi
 mod tests {
     use super::*;
 
-    use crate::dlft::penalty::Penalty;
+    use crate::dlft::eps::Eps;
     use crate::dlft::settings::{EpsChoice, Resolution};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
@@ -220,7 +221,7 @@ mod tests {
         };
         let rest = static_state(&model, 10, newton);
         let settings = SweepSettings {
-            eps: Penalty::new(EpsChoice::Pair),
+            eps: Eps::new(EpsChoice::Pair),
             newton,
             ..SweepSettings::new(
                 vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],

@@ -19,6 +19,10 @@
 //!   phase; with k = 1 a pair that stops would go on to and fro for ever; so the lag is a tenth of a
 //!   step, and what is left of the velocity of a pair that stops falls by k at every step.
 //!
+//! A pair with springs of stiffness kappa touches at a point that stands at w while the mean displacement of the step is
+//! Xm = X + h (V + V+)/4. Its law is that of the motion of that point in the step, Xm - lambda / kappa - w (N: w = -gap), here
+//! as a velocity, times 4/h: `V+ + V + 4 (X - w) / h - 4 lambda / (kappa h)`. What the springs store they give back.
+//!
 //! The trapezoidal rule dissipates nothing of its own: but for what landing pairs penetrate,
 //! input = damping + contact work, step by step.
 //!
@@ -28,8 +32,9 @@
 
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
+use crate::contact::law::PairLaw;
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Load, PairLaw, RelativeModel};
+use crate::reduction::{Load, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -56,6 +61,8 @@ pub struct State {
     pub q_rate: Vec<f64>,
     /// Mean contact force of the step that led here, N.
     pub lambda: Vec<f64>,
+    /// Where the points stand that touch, of pairs with springs, m.
+    pub touching: Vec<f64>,
 }
 
 impl State {
@@ -68,6 +75,7 @@ impl State {
             q: on_modes.zip(&model.omega2).map(|(f, w2)| f / w2).collect(),
             q_rate: vec![0.0; model.omega2.len()],
             lambda: lambda.to_vec(),
+            touching: touching(model, x, lambda),
         }
     }
 
@@ -111,6 +119,27 @@ pub struct Stepper<'a> {
     kx: Vec<f64>,
     mv: Vec<f64>,
     pv: Vec<f64>,
+}
+
+/// 1 / kappa of a pair (N, t1, t2), m/N; 0 for rigid contact.
+fn compliances(law: &PairLaw) -> [f64; 3] {
+    law.stiffness.map_or([0.0; 3], |springs| {
+        let along = 1.0 / springs.tangential_n_m;
+        [1.0 / springs.normal_n_m, along, along]
+    })
+}
+
+/// Where the points stand that touch while the pairs are displaced by `x` under `lambda`: in N at the clearance.
+pub fn touching(model: &RelativeModel, x: &[f64], lambda: &[f64]) -> Vec<f64> {
+    let mut touching = vec![0.0; x.len()];
+    for (pair, law) in model.pairs.iter().enumerate() {
+        let [_, along, across] = compliances(law);
+        touching[3 * pair] = -law.gap_m;
+        for (i, compliance) in [(3 * pair + 1, along), (3 * pair + 2, across)] {
+            touching[i] = x[i] - compliance * lambda[i];
+        }
+    }
+    touching
 }
 
 impl<'a> Stepper<'a> {
@@ -162,7 +191,12 @@ impl<'a> Stepper<'a> {
         }
         let friction = model.pairs.iter().map(PairLaw::computed_friction).collect();
         // V+ = 2 Vm - V.
-        let delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
+        let mut delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
+        for (pair, law) in model.pairs.iter().enumerate() {
+            for (c, compliance) in compliances(law).into_iter().enumerate() {
+                delassus[(3 * pair + c, 3 * pair + c)] += 4.0 / h * compliance;
+            }
+        }
         Ok(Self {
             model,
             damping,
@@ -236,8 +270,15 @@ impl<'a> Stepper<'a> {
         let free = self.velocity_without_contact(state, &load.on_x, &known);
         let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
         for (pair, law) in model.pairs.iter().enumerate() {
-            offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
+            if law.stiffness.is_none() {
+                offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
+                continue;
+            }
+            for i in 3 * pair..3 * pair + 3 {
+                offset[i] = state.v[i] + 4.0 / h * (state.x[i] - state.touching[i]);
+            }
         }
+        let mut middle: Vec<f64> = state.x.iter().map(|x| 0.5 * x).collect();
         let mut v = vec![0.0; state.v.len()];
         match self
             .contact
@@ -246,6 +287,12 @@ impl<'a> Stepper<'a> {
             ContactEnd::Solved => {}
             ContactEnd::NotSolved { residual } => return Err(residual),
         }
+        // The springs are no part of the motion.
+        for (pair, law) in model.pairs.iter().enumerate() {
+            for (c, compliance) in compliances(law).into_iter().enumerate() {
+                v[3 * pair + c] += 4.0 / h * compliance * state.lambda[3 * pair + c];
+            }
+        }
         let mut pv = vec![0.0; self.modal.len()];
         apply(&self.coupling_t, &v, &mut pv);
         let rates = self.mean_rates(&state.v, &v, &pv, &known);
@@ -253,8 +300,15 @@ impl<'a> Stepper<'a> {
             *x += h * v;
         }
         for (pair, law) in model.pairs.iter().enumerate() {
-            state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
+            if law.stiffness.is_none() {
+                state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
+            }
         }
+        middle
+            .iter_mut()
+            .zip(&state.x)
+            .for_each(|(m, x)| *m += 0.5 * x);
+        state.touching = touching(model, &middle, &state.lambda);
         state.v = v;
         for ((q, rate), mean) in state.q.iter_mut().zip(&mut state.q_rate).zip(&rates.q) {
             *q += h * mean;
@@ -392,10 +446,7 @@ mod tests {
     fn a_coefficient_of_friction_above_the_most_counts_as_the_most() {
         let [at_most, above] = [1.0, 1e3].map(|times| {
             let mut model = jacobians::model(1);
-            model.pairs = vec![PairLaw {
-                friction: times * PairLaw::MOST_FRICTION,
-                gap_m: 0.0,
-            }];
+            model.pairs = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
             model.excitations.clear();
             model.mass = Mat::identity(3, 3);
             model.coupling = Mat::zeros(3, model.omega2.len());

@@ -167,6 +167,7 @@ pub(super) fn contact(
             area_m2: row.area_m2,
             gap_m: spec.gap_m + in_mesh,
             friction: spec.friction,
+            stiffness: spec.stiffness.map(|s| s.of_area(row.area_m2)),
         }));
     }
     let mut contact = ordered(pairs, &own.flank, along, slave);
@@ -235,6 +236,7 @@ pub(super) fn ground_contact(
         area_m2: flank.areas_m2[i],
         gap_m: spec.gap_m,
         friction: spec.friction,
+        stiffness: spec.stiffness.map(|s| s.of_area(flank.areas_m2[i])),
     };
     let pairs = (0..flank.nodes.len()).map(|i| Some(pair(i))).collect();
     let mut contact = ordered(pairs, flank, flank.along, Side::First);

@@ -75,6 +75,7 @@ mod tests {
                     area_m2: weight(i) * weight(j),
                     gap_m: 1e-6,
                     friction: 0.0,
+                    stiffness: None,
                 }
             })
             .collect()

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::penalty::PairStiffness;
 use crate::mesh::parts::Placement;
 use crate::mesh::source::{MeshSource, Units};
 use crate::mesh::surface_field::SurfaceField;
@@ -151,6 +152,8 @@ pub struct ContactSpec {
     pub law: ContactLaw,
     /// Coulomb coefficient.
     pub friction: f64,
+    /// Springs between the flanks; `None`: rigid contact.
+    pub stiffness: Option<FlankStiffness>,
     /// Initial clearance along the normal, m (0: the flanks touch; negative: they interfere).
     pub gap_m: f64,
     /// Whether the distance of the flanks in the mesh counts as clearance too.
@@ -172,12 +175,31 @@ pub enum Side {
     Second,
 }
 
+/// Springs between two flanks, per area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlankStiffness {
+    /// Against penetration, N/m3.
+    pub normal_n_m3: f64,
+    /// Against shear, N/m3.
+    pub tangential_n_m3: f64,
+}
+
+impl FlankStiffness {
+    /// That of a pair with this tributary area, m2.
+    pub fn of_area(self, area_m2: f64) -> PairStiffness {
+        PairStiffness {
+            normal_n_m: self.normal_n_m3 * area_m2,
+            tangential_n_m: self.tangential_n_m3 * area_m2,
+        }
+    }
+}
+
 /// What joins the two sides of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactLaw {
     /// Compression only, dry friction.
     UnilateralCoulomb,
-    /// Nothing moves: friction, clearance and crown are not used.
+    /// Nothing moves: friction, springs, clearance and crown are not used.
     Bonded,
 }
 

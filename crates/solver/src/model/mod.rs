@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::penalty::PairStiffness;
 use crate::mesh::{Connectivity, ElementType};
 
 mod bind;
@@ -32,8 +33,8 @@ mod springs;
 pub use bind::bind;
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
-    ExcitationSpec, FieldSource, LoadKind, LoadSpec, Material, MaterialSpec, ObservationSpec,
-    Prestress, RotationSpec, Side, SpringSpec,
+    ExcitationSpec, FieldSource, FlankStiffness, LoadKind, LoadSpec, Material, MaterialSpec,
+    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec,
 };
 pub use error::ModelError;
 pub use mapping::FieldMap;
@@ -340,6 +341,8 @@ pub struct ContactPair {
     pub gap_m: f64,
     /// Coulomb coefficient.
     pub friction: f64,
+    /// Its springs; `None`: rigid contact.
+    pub stiffness: Option<PairStiffness>,
 }
 
 impl ContactPair {

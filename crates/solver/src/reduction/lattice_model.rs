@@ -50,6 +50,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
             area_m2: 1e-6,
             gap_m: 1e-7 * i as f64,
             friction: 0.3,
+            stiffness: None,
         })
         .collect();
     let (tip, tied) = (bar.node([3, 2, 2]), bar.nodes());

@@ -38,20 +38,30 @@ struct Released {
 }
 
 impl LinearReference {
-    /// About a state in which the pairs of these numbers are open. Where nothing holds the assembly with them
-    /// released, or no modes are found, all pairs stick.
+    /// About a state in which the pairs of these numbers are open, and the others stick, with springs where they have
+    /// any. Where nothing holds the assembly so, or no modes are found, nothing moves in any pair.
     pub fn about(relative: &RelativeModel, open_pairs: &[usize]) -> Self {
-        if open_pairs.is_empty() {
+        let mut rows = Vec::new();
+        for (pair, law) in relative.pairs.iter().enumerate() {
+            let springs_n_m = match law.stiffness {
+                _ if open_pairs.contains(&pair) => [0.0; 3],
+                Some(s) => [s.normal_n_m, s.tangential_n_m, s.tangential_n_m],
+                None => continue,
+            };
+            rows.extend((3 * pair..).zip(springs_n_m));
+        }
+        if rows.is_empty() {
             return Self::stuck(relative);
         }
-        let of_pair = |pair: &usize| 3 * pair..3 * pair + 3;
-        let rows: Vec<usize> = open_pairs.iter().flat_map(of_pair).collect();
         match modes(relative, &rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
                 omega2,
                 with_mass,
                 not_released: None,
-                released: Some(Released { rows, vectors }),
+                released: Some(Released {
+                    rows: rows.into_iter().map(|(row, _)| row).collect(),
+                    vectors,
+                }),
             },
             Err(error) => Self {
                 not_released: Some(error.to_string()),
@@ -113,18 +123,19 @@ impl LinearReference {
     }
 }
 
-/// With these rows of X free, all others held.
-fn modes(relative: &RelativeModel, rows: &[usize]) -> Result<(Modes, usize), EigenError> {
+/// With these rows of X on springs, N/m, all others held.
+fn modes(relative: &RelativeModel, rows: &[(usize, f64)]) -> Result<(Modes, usize), EigenError> {
     let (n, m) = (rows.len(), relative.omega2.len());
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => relative.stiffness[(rows[i], rows[j])],
+        (true, true) if i == j => relative.stiffness[(rows[i].0, rows[i].0)] + rows[i].1,
+        (true, true) => relative.stiffness[(rows[i].0, rows[j].0)],
         (false, false) if i == j => relative.omega2[i - n],
         _ => 0.0,
     });
     let mass = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => relative.mass[(rows[i], rows[j])],
-        (true, false) => relative.coupling[(rows[i], j - n)],
-        (false, true) => relative.coupling[(rows[j], i - n)],
+        (true, true) => relative.mass[(rows[i].0, rows[j].0)],
+        (true, false) => relative.coupling[(rows[i].0, j - n)],
+        (false, true) => relative.coupling[(rows[j].0, i - n)],
         (false, false) => f64::from(u8::from(i == j)),
     });
     dense::modes_with_massless(stiffness.as_ref(), mass.as_ref())

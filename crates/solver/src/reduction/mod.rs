@@ -24,6 +24,7 @@ use faer::Mat;
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::law::PairLaw;
 use crate::model::{ContactPair, Excitation, Growth, Model};
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
@@ -246,6 +247,7 @@ impl RelativeModel {
         let law = |pair: &ContactPair| PairLaw {
             friction: pair.friction,
             gap_m: pair.gap_m,
+            stiffness: pair.stiffness,
         };
         self.pairs = model.pairs.iter().map(law).collect();
         self.excitations = excited(&model.excitations, unit_loads);
@@ -344,25 +346,4 @@ pub struct ObservedDisplacement {
     pub on_x: Vec<f64>,
     /// Weights of the modal amplitudes, m.
     pub on_modes: Vec<f64>,
-}
-
-/// What the contact law needs of one pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PairLaw {
-    /// Coulomb coefficient.
-    pub friction: f64,
-    /// Initial clearance, m.
-    pub gap_m: f64,
-}
-
-impl PairLaw {
-    /// A coefficient of friction above this is computed as this. A pair then sticks as long as it is
-    /// pressed, which a larger one does not change (1e3 and 1e4 give the same peak to 1e-5), but
-    /// friction is known to the coefficient times the rounding of the normal force only.
-    pub const MOST_FRICTION: f64 = 1e3;
-
-    /// The coefficient of friction that is computed with.
-    pub fn computed_friction(&self) -> f64 {
-        self.friction.min(Self::MOST_FRICTION)
-    }
 }

@@ -26,7 +26,8 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
-use super::{HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel};
+use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use crate::contact::law::PairLaw;
 use crate::model::Growth;
 use dovetail_numerics::eigen::dense;
 
@@ -590,13 +591,7 @@ mod tests {
                     on_x: vector(n, 40),
                     on_modes: vector(m, 50),
                 }],
-                pairs: vec![
-                    PairLaw {
-                        friction: 0.3,
-                        gap_m: 1e-6
-                    };
-                    2
-                ],
+                pairs: vec![PairLaw::rigid(0.3, 1e-6); 2],
             },
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
             areas_m2: Some(vec![1e-6, 2.5e-7]),
@@ -832,16 +827,9 @@ mod tests {
     #[test]
     fn a_missing_file_is_named() {
         let folder = folder("missing");
-        let message = read(
-            &folder,
-            PairLaw {
-                friction: 0.3,
-                gap_m: 0.0,
-            },
-            1.0,
-        )
-        .unwrap_err()
-        .to_string();
+        let message = read(&folder, PairLaw::rigid(0.3, 0.0), 1.0)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("xyz.mtx"), "{message}");
         std::fs::remove_dir_all(folder).unwrap();
     }

@@ -356,6 +356,7 @@ mod tests {
             area_m2,
             gap_m: 1e-6,
             friction: 0.3,
+            stiffness: None,
         }
     }
 

@@ -1,12 +1,13 @@
 //! An accuracy in place of settings: the error it leaves, against a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
+use dovetail_solver::reduction::{RelativeModel, superelement};
 use dovetail_testkit::folder::root;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -17,10 +18,7 @@ fn model() -> &'static RelativeModel {
     static MODEL: OnceLock<RelativeModel> = OnceLock::new();
     MODEL.get_or_init(|| {
         let folder = root().join("tests/data/dovetail72");
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
+        let law = PairLaw::rigid(0.3, 0.0);
         superelement::read(&folder, law, FORCE_N).unwrap().relative
     })
 }

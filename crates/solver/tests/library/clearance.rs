@@ -2,7 +2,8 @@
 //! interference takes is pressed besides, and moving the bodies apart changes no motion.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -16,7 +17,7 @@ use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
-    HarmonicLoad, Highest, Load, PairLaw, RelativeModel, StuckModes, reduce, superelement,
+    HarmonicLoad, Highest, Load, RelativeModel, StuckModes, reduce, superelement,
 };
 use dovetail_testkit::folder::root;
 use faer::Mat;
@@ -37,7 +38,7 @@ fn respond(
     frequencies_hz: Vec<f64>,
 ) -> Response {
     let settings = SweepSettings {
-        eps: Penalty::new(EpsChoice::Pair),
+        eps: Eps::new(EpsChoice::Pair),
         newton: NEWTON,
         ..SweepSettings::new(
             frequencies_hz,
@@ -100,10 +101,7 @@ fn one_pair(gap_m: f64) -> RelativeModel {
             growth: Growth::Constant,
         }],
         observations: vec![],
-        pairs: vec![PairLaw {
-            friction: 0.5,
-            gap_m,
-        }],
+        pairs: vec![PairLaw::rigid(0.5, gap_m)],
     }
 }
 
@@ -233,10 +231,7 @@ fn an_interference_grows_with_the_load_that_opposes_it() {
 
 fn dovetail(force_n: f64) -> RelativeModel {
     let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw {
-        friction: 0.3,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(0.3, 0.0);
     superelement::read(&folder, law, force_n).unwrap().relative
 }
 
@@ -305,7 +300,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     let orbit = &a.orbits[1];
     let states = [&touching, &apart_model].map(|model| {
         let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, 64).unwrap();
-        let mut state = on_orbit(orbit);
+        let mut state = on_orbit(model, orbit);
         if model.pairs[0].gap_m > 0.0 {
             let places = state.x.iter_mut().zip(&shift_m);
             places.for_each(|(x, shift)| *x -= shift);

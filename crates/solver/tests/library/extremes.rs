@@ -1,13 +1,14 @@
 //! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so. The whole table: `make extremes`, docs/extremes.md.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{PairLaw, RelativeModel, superelement};
+use dovetail_solver::reduction::{RelativeModel, superelement};
 use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -17,10 +18,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
 
 fn model(friction: f64, force_n: f64) -> RelativeModel {
     let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw {
-        friction,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(friction, 0.0);
     superelement::read(&folder, law, force_n).unwrap().relative
 }
 

@@ -2,7 +2,7 @@
 //! in a period, at instants that no sample meets.
 
 use crate::shared_rigid_body::{DAMPING, NEWTON, amplitude_in_time_m, body};
-use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -17,7 +17,7 @@ const FREQUENCIES_HZ: [f64; 4] = [60.0, 90.0, 120.0, 150.0];
 fn solve(frequency_hz: f64, resolution: Resolution, eps_scale: f64) -> Orbit {
     let model = body(MASS_KG, FRICTION_N);
     let settings = SweepSettings {
-        eps: Penalty {
+        eps: Eps {
             choice: EpsChoice::Dynamic,
             scale: eps_scale,
         },

@@ -18,6 +18,7 @@ mod extremes;
 mod gross_slip;
 mod mesh_files;
 mod mortar;
+mod penalty_contact;
 mod reduction;
 mod reference_dovetail72;
 mod rigid_slider;

@@ -3,15 +3,16 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::pair_signals::Periods;
-use dovetail_solver::dlft::penalty::Penalty;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
+use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
-use dovetail_solver::reduction::{PairLaw, RelativeModel};
 use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -21,16 +22,9 @@ const NEWTON: NewtonOptions = NewtonOptions {
 
 fn model(force_n: f64) -> RelativeModel {
     let folder = root().join("tests/data/dovetail72");
-    superelement::read(
-        &folder,
-        PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        },
-        force_n,
-    )
-    .unwrap()
-    .relative
+    superelement::read(&folder, PairLaw::rigid(0.3, 0.0), force_n)
+        .unwrap()
+        .relative
 }
 
 fn expected() -> serde_json::Value {
@@ -57,7 +51,7 @@ fn respond(
     solver: Solver,
 ) -> Response {
     let settings = SweepSettings {
-        eps: Penalty::new(eps),
+        eps: Eps::new(eps),
         newton: NEWTON,
         // The reference evaluated three periods, whether the forces were periodic by then or not.
         periods: Periods::Exactly(3),
@@ -250,7 +244,7 @@ fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     model.pairs.iter_mut().for_each(|p| p.friction = 1e6);
     let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
     let settings = SweepSettings {
-        eps: Penalty::new(EpsChoice::Pair),
+        eps: Eps::new(EpsChoice::Pair),
         newton: NEWTON,
         ..SweepSettings::new(
             [0.99, 1.0, 1.01].map(|r| r * f1).to_vec(),

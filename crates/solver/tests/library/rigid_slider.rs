@@ -2,6 +2,7 @@
 //! frequency, from its neighbour or cold, within few iterations, and its error is estimated.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -10,9 +11,7 @@ use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 use std::time::Instant;
 
@@ -56,10 +55,7 @@ fn two_masses(friction: f64) -> RelativeModel {
             on_x: vec![0.0, 1.0, 0.0],
             on_modes: vec![1.0],
         }],
-        pairs: vec![PairLaw {
-            friction,
-            gap_m: 0.0,
-        }],
+        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 

@@ -3,7 +3,8 @@
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::dlft::penalty::Penalty;
+use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -12,9 +13,7 @@ use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
@@ -87,10 +86,7 @@ fn beam(friction: f64) -> RelativeModel {
             on_x: along(bent(0.5)),
             on_modes: at_middle,
         }],
-        pairs: vec![PairLaw {
-            friction,
-            gap_m: 0.0,
-        }],
+        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 
@@ -98,7 +94,7 @@ fn solve(friction: f64, frequency_hz: f64, resolution: Resolution, scale: f64) -
     let model = beam(friction);
     let state = static_state(&model, 10, NEWTON);
     let settings = SweepSettings {
-        eps: Penalty {
+        eps: Eps {
             choice: EpsChoice::Dynamic,
             scale,
         },

@@ -1,14 +1,13 @@
 //! A rigid body on a spring, pressed onto rigid ground and shaken at its base, and its motion by steps in time.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -50,10 +49,7 @@ pub fn body(mass_kg: f64, friction: f64) -> RelativeModel {
             on_x: vec![0.0, 1.0, 0.0],
             on_modes: vec![],
         }],
-        pairs: vec![PairLaw {
-            friction,
-            gap_m: 0.0,
-        }],
+        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 

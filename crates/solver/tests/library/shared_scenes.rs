@@ -20,6 +20,7 @@ pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
         second: Some(second.into()),
         law: dovetail_solver::model::ContactLaw::UnilateralCoulomb,
         friction: 0.3,
+        stiffness: None,
         gap_m: 0.0,
         gap_from_mesh: false,
         search_distance_m: None,

@@ -1,6 +1,7 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -11,7 +12,7 @@ use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel, superelement,
+    HarmonicLoad, Load, ObservedDisplacement, RelativeModel, superelement,
 };
 use dovetail_testkit::folder::root;
 use faer::Mat;
@@ -70,10 +71,7 @@ impl OnePair {
                 on_x: along(self.share),
                 on_modes: vec![1.0; modes],
             }],
-            pairs: vec![PairLaw {
-                friction: self.friction,
-                gap_m: 0.0,
-            }],
+            pairs: vec![PairLaw::rigid(self.friction, 0.0)],
         }
     }
 }
@@ -280,10 +278,7 @@ const SETTLE: NewtonOptions = NewtonOptions {
 
 fn dovetail72() -> RelativeModel {
     let folder = root().join("tests/data/dovetail72");
-    let law = PairLaw {
-        friction: 0.3,
-        gap_m: 0.0,
-    };
+    let law = PairLaw::rigid(0.3, 0.0);
     superelement::read(&folder, law, 1.0).unwrap().relative
 }
 

@@ -3,11 +3,12 @@
 //! point converges, its mean near the static state.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{PairLaw, superelement};
+use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -22,10 +23,7 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
     let folder = root().join("tests/data/dovetail72");
     let (mut count, mut failures, mut iterations, mut held) = (0, 0, 0, 0);
     for force_n in [0.1, 1.0, 1.5, 3.0] {
-        let law = PairLaw {
-            friction: 0.3,
-            gap_m: 0.0,
-        };
+        let law = PairLaw::rigid(0.3, 0.0);
         let model = superelement::read(&folder, law, force_n).unwrap().relative;
         let first = model.omega2[0].sqrt();
         let damping = Rayleigh {

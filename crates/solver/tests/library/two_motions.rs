@@ -1,15 +1,14 @@
 //! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both are named.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, PairLaw, RelativeModel,
-};
+use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -54,10 +53,7 @@ fn oscillator() -> RelativeModel {
             on_x: along(of_x),
             on_modes: vec![1.0],
         }],
-        pairs: vec![PairLaw {
-            friction: 0.0,
-            gap_m: GAP_M,
-        }],
+        pairs: vec![PairLaw::rigid(0.0, GAP_M)],
     }
 }
 

@@ -15,14 +15,14 @@ const FEWEST_HARMONICS: usize = 3;
 
 /// eps as it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Penalty {
+pub struct Eps {
     /// What eps is.
     pub choice: EpsChoice,
     /// The choice is multiplied by this.
     pub scale: f64,
 }
 
-impl Penalty {
+impl Eps {
     /// The choice itself.
     pub const fn new(choice: EpsChoice) -> Self {
         Self { choice, scale: 1.0 }
@@ -106,7 +106,7 @@ mod tests {
         let own = model.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
         for (harmonics, looked_at) in [(1, 3), (3, 3), (6, 6)] {
-            let eps = Penalty::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
+            let eps = Eps::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
             for pair in 0..4 {
                 let along = |c: usize, k: usize| {
                     let [re, im] = system.stiffness_at(0.4 * k as f64);
@@ -143,15 +143,15 @@ mod tests {
             EpsChoice::Pair,
             EpsChoice::SpectralRadius,
         ] {
-            let one = Penalty::new(choice).of(&system, 0.4, 3);
-            let half = Penalty { choice, scale: 0.5 }.of(&system, 0.4, 3);
+            let one = Eps::new(choice).of(&system, 0.4, 3);
+            let half = Eps { choice, scale: 0.5 }.of(&system, 0.4, 3);
             assert!(
                 one.iter()
                     .zip(&half)
                     .all(|(o, h)| *h == 0.5 * o && *h > 0.0)
             );
         }
-        let rho = Penalty::new(EpsChoice::SpectralRadius).of(&system, 0.4, 3)[0];
+        let rho = Eps::new(EpsChoice::SpectralRadius).of(&system, 0.4, 3)[0];
         let values = model.stiffness.self_adjoint_eigenvalues(faer::Side::Lower);
         let largest = values.unwrap().into_iter().fold(0.0, f64::max);
         assert!((rho / largest - 1.0).abs() < 1e-10, "{rho} {largest}");

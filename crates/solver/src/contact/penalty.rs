@@ -1,0 +1,53 @@
+//! Contact through springs (penalty): flanks that are pressed together penetrate, and shear before they slide.
+//!
+//! In DLFT a spring is one factor. With kappa the stiffness of a pair, eps the parameter of DLFT, g the clearance and w
+//! where the slider stands along the contact,
+//!
+//! ```text
+//! lambda_N = kappa_N / (kappa_N + eps_N) min(0, lambda_u_N + eps_N g)
+//! trial_T  = kappa_T / (kappa_T + eps_T) (lambda_u_T - eps_T w)
+//! ```
+//!
+//! As kappa grows, the factor tends to 1: that is rigid contact.
+
+use serde::{Deserialize, Serialize};
+
+/// Springs of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PairStiffness {
+    /// Against penetration, N/m.
+    pub normal_n_m: f64,
+    /// Against shear in any direction along the contact, N/m.
+    pub tangential_n_m: f64,
+}
+
+impl PairStiffness {
+    /// kappa / (kappa + eps), normal and tangential; `eps` likewise, N/m.
+    pub fn shares(self, eps: [f64; 2]) -> [f64; 2] {
+        // The same number, also where kappa is infinite.
+        let share = |kappa: f64, eps: f64| 1.0 / (1.0 + eps / kappa);
+        [
+            share(self.normal_n_m, eps[0]),
+            share(self.tangential_n_m, eps[1]),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spring_takes_its_share_of_the_prediction() {
+        let springs = PairStiffness {
+            normal_n_m: 3.0,
+            tangential_n_m: 1.0,
+        };
+        assert_eq!(springs.shares([1.0, 4.0]), [0.75, 0.2]);
+        let stiff = PairStiffness {
+            normal_n_m: f64::INFINITY,
+            tangential_n_m: f64::INFINITY,
+        };
+        assert_eq!(stiff.shares([1.0, 4.0]), [1.0, 1.0]);
+    }
+}
