@@ -12,7 +12,9 @@ use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState}
 use dovetail_solver::model::Model;
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{peak, peak_is_at_an_end, peak_rise};
+use dovetail_solver::results::quantities::{
+    linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
+};
 use dovetail_solver::results::small::{
     AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
     Sizes,
@@ -299,6 +301,15 @@ fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warni
             "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
              or response.times_first_linear_mode",
             peak.frequency_hz
+        )));
+    } else if let Some(linear) = linear_peak(response, observation)
+        .filter(|_| linear_peak_is_at_an_end(response, observation))
+    {
+        warnings.push(doubt(format!(
+            "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
+             the two peaks then says nothing; widen response.frequency_hz or response.times_first_linear_mode, or give the range of \
+             another mode",
+            linear.frequency_hz
         )));
     }
     if let Some(rise) = peak_rise(response, observation).filter(|rise| *rise > LEAST_RISE) {

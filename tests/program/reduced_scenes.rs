@@ -118,6 +118,31 @@ fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
     assert_eq!(folder.text("response.csv").matches("time_limit").count(), 5);
 }
 
+/// The free mass has its resonance at 1 Hz and the stuck one at 1.22 Hz. A force that slides the slider far has its
+/// peak near the first, so that a range around it ends before the linear peak.
+#[test]
+fn a_range_without_the_linear_peak_is_warned_of() {
+    let scene = Path::new("scenes/verification/jenkins.toml");
+    let said = |range: &str| {
+        let folder = Folder::new("range");
+        let range = format!("response.frequency_hz={range}");
+        let set = [
+            "reduced_model.force_n=1",
+            range.as_str(),
+            "response.points=15",
+        ];
+        let (code, _, stderr) = dovetail("run", scene, &folder.0, &set);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(!stderr.contains("largest amplitude of tip"), "{stderr}");
+        stderr
+    };
+    let warning = "the largest linear amplitude of tip is at an end of the range, 1.150 Hz";
+    let narrow = said("[0.8, 1.15]");
+    assert!(narrow.contains(warning), "{narrow}");
+    let wide = said("[0.8, 1.4]");
+    assert!(!wide.contains("largest linear amplitude"), "{wide}");
+}
+
 /// Frequencies that are added count among those to be solved, and each way that is tried has a line.
 #[test]
 fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {

@@ -284,6 +284,14 @@ pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
     }))
 }
 
+/// Whether the largest linear amplitude is at an end of a range of several frequencies: the linear resonance may lie
+/// outside, and what is compared with it is compared with no peak.
+pub fn linear_peak_is_at_an_end(response: &Response, observation: usize) -> bool {
+    let last = response.linear_curve.len().saturating_sub(1);
+    let top = linear_peak(response, observation).filter(|top| top.amplitude_m > 0.0);
+    last > 0 && top.is_some_and(|top| top.index == 0 || top.index == last)
+}
+
 /// Peak amplitude over the linear peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
 pub fn peak_ratio(response: &Response, observation: usize) -> Option<f64> {
     let (with, without) = (
@@ -632,6 +640,21 @@ mod tests {
         assert_eq!(peak_rise(&curve, 0), None);
         curve.orbits.truncate(1);
         assert!(!peak_is_at_an_end(&curve, 0));
+    }
+
+    #[test]
+    fn a_linear_curve_that_rises_to_an_end_has_no_peak_inside() {
+        let mut curve = response();
+        assert!(!linear_peak_is_at_an_end(&curve, 0));
+        curve.linear_curve.truncate(2);
+        assert!(linear_peak_is_at_an_end(&curve, 0));
+        curve.linear_curve.truncate(1);
+        assert!(!linear_peak_is_at_an_end(&curve, 0));
+        let mut still = response();
+        for point in &mut still.linear_curve {
+            point.observed_amplitude_m = vec![0.0];
+        }
+        assert!(!linear_peak_is_at_an_end(&still, 0));
     }
 
     #[test]
