@@ -96,7 +96,7 @@ impl<'a> Shown<'a> {
             related.push(Self::message(format!("{more} more errors are not shown")));
         }
         Self {
-            cause: Cause::of(error.source(), MOST_CAUSES),
+            cause: Cause::of(error.source(), &error.to_string(), MOST_CAUSES),
             severity: error.severity(),
             help: error.help().map(|help| text::plain(&help.to_string())),
             source,
@@ -120,11 +120,20 @@ impl<'a> Shown<'a> {
 }
 
 impl Cause {
-    fn of(error: Option<&(dyn std::error::Error + 'static)>, most: usize) -> Option<Self> {
+    /// Of an error that says `said`. A cause whose words stand there is not told again.
+    fn of(
+        error: Option<&(dyn std::error::Error + 'static)>,
+        said: &str,
+        most: usize,
+    ) -> Option<Self> {
         let error = error.filter(|_| most > 0)?;
+        let message = error.to_string();
+        if said.contains(&message) {
+            return Self::of(error.source(), said, most - 1);
+        }
         Some(Self {
-            message: text::plain(&error.to_string()),
-            cause: Self::of(error.source(), most - 1).map(Box::new),
+            cause: Self::of(error.source(), &message, most - 1).map(Box::new),
+            message: text::plain(&message),
         })
     }
 }
