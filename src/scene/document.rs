@@ -40,7 +40,8 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
 }
 
 /// Finds the first syntax error of each line. What follows on the same line is mostly a
-/// consequence.
+/// consequence. A file in which so many lines are no TOML is of another kind, a mesh perhaps, and its
+/// first line says enough.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
     let ends: Vec<usize> = source.text.match_indices('\n').map(|(at, _)| at).collect();
     let line = |at: usize| ends.partition_point(|end| *end < at);
@@ -56,6 +57,7 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
         let message = error.message().to_owned();
         problems.push(source.problem(span, Fault::Syntax { message }));
         if problems.len() == MOST_PROBLEMS {
+            problems.truncate(1);
             break;
         }
     }

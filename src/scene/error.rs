@@ -290,7 +290,8 @@ impl Fault {
     fn remedy(&self) -> String {
         match self {
             Self::Syntax { .. } => "the file has to be TOML (https://toml.io): lines `key = value` under \
-                 [section] or [[section]] headings; texts stand in double quotes"
+                 [section] or [[section]] headings; texts stand in double quotes. A mesh is named in a scene, and \
+                 `dovetail groups FILE` lists what it has"
                 .to_owned(),
             Self::UnknownKey { section, valid, .. } => {
                 let place = match *section {

@@ -198,6 +198,27 @@ fn twenty_thousand_faults_are_one_short_report() {
 }
 
 #[test]
+fn a_mesh_in_place_of_a_scene_is_one_error_that_says_where_meshes_go() {
+    let folder = Folder::new("deck");
+    let (code, said) = dovetail(&folder, &["run", &root("meshes/decks/joint.inp")]);
+    let said = in_one_line(&said);
+    assert_eq!(code, 2, "{said}");
+    assert_eq!(said.matches("this is not TOML").count(), 1, "{said}");
+    assert!(said.contains("`dovetail groups FILE`"), "{said}");
+}
+
+#[test]
+fn a_cause_that_a_message_names_is_not_told_again() {
+    let folder = Folder::new("cause");
+    let (paper, missing) = (root("scenes/paper.toml"), "mesh.file=missing.msh");
+    let (code, said) = dovetail(&folder, &["mesh", &paper, "--set", missing]);
+    let said = in_one_line(&said);
+    assert_ne!(code, 0, "{said}");
+    assert!(said.contains("missing.msh"), "{said}");
+    assert_eq!(said.matches("No such file").count(), 1, "{said}");
+}
+
+#[test]
 fn many_faults_of_one_line_are_told() {
     let folder = Folder::new("one-line");
     let scene = folder.write("a.toml", format!("name = \"{}\"\n", "\\q".repeat(500_000)));
