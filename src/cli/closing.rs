@@ -203,14 +203,21 @@ fn lines(summary: &Summary, peaks: &[PeakLines], report: &Path) -> String {
     text + &format!("{}{}\n", heading("open first"), report.display())
 }
 
-/// The share of the whole that each stage took, the longest first.
+/// The share of the whole that each stage took, the longest first. One that was repeated is told once.
 fn shares(stages: &[StageSummary], seconds: f64) -> String {
-    let share = |stage: &StageSummary| stage.seconds / seconds;
-    let mut long: Vec<&StageSummary> = stages.iter().filter(|s| share(s) >= LEAST_SHARE).collect();
-    long.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-    let words = long
+    let mut taken: Vec<(&str, f64)> = Vec::new();
+    for stage in stages {
+        match taken.iter_mut().find(|(name, _)| *name == stage.name) {
+            Some((_, seconds)) => *seconds += stage.seconds,
+            None => taken.push((&stage.name, stage.seconds)),
+        }
+    }
+    let share = |taken: f64| taken / seconds;
+    taken.retain(|(_, taken)| share(*taken) >= LEAST_SHARE);
+    taken.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let words = taken
         .iter()
-        .map(|stage| format!("{} {}", stage.name, percent(share(stage).min(1.0), 2)));
+        .map(|(name, taken)| format!("{name} {}", percent(share(*taken).min(1.0), 2)));
     match words.collect::<Vec<_>>().join("; ") {
         none if none.is_empty() => none,
         words => format!(": {words}"),
@@ -282,8 +289,9 @@ mod tests {
         };
         let stages = [
             stage(Stage::Mesh, 0.5),
-            stage(Stage::Reduction, 3.0),
+            stage(Stage::Reduction, 1.0),
             stage(Stage::Response, 6.0),
+            stage(Stage::Reduction, 2.0),
         ];
         assert_eq!(shares(&stages, 10.0), ": response 60 %; reduction 30 %");
         assert_eq!(shares(&stages, 1e3), "");

@@ -320,6 +320,6 @@ fn title(resolution: Resolution) -> String {
     match resolution {
         Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
         Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
-        Resolution::Accuracy(accuracy) => format!("response to {accuracy}"),
+        Resolution::Accuracy(accuracy) => format!("response, accuracy {accuracy}"),
     }
 }
