@@ -136,9 +136,9 @@ impl Other {
         let meshio = || format!("convert it: `meshio convert {file} {stem}.vtu`");
         let remedy = match self {
             Self::OldMsh => format!("convert it: `gmsh -0 {file} -format msh41 -o {stem}_41.msh`"),
-            Self::GmshScript => {
-                "give it as mesh.geometry, or mesh it: `gmsh -3` with `-format msh41`".to_owned()
-            }
+            Self::GmshScript => format!(
+                "give it as mesh.geometry, or mesh it: `gmsh -3 {file} -format msh41 -o {stem}.msh`"
+            ),
             Self::Nastran | Self::Universal => format!(
                 "convert it to a deck with its groups: `gmsh -0 {file} -o {stem}.inp`, or write a deck of Abaqus in the program that made it"
             ),
@@ -470,7 +470,7 @@ mod tests {
                 b"Point(1) = {0, 0, 0};\n",
                 "m.geo",
                 "a Gmsh script",
-                "mesh.geometry",
+                "mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`",
             ),
             (b"unknown", "m.mesh", "a Medit mesh", "meshio"),
             (b"unknown", "m.key", "a deck of LS-DYNA", "lsdyna"),

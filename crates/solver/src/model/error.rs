@@ -159,7 +159,7 @@ pub enum ModelError {
         tags: Vec<u64>,
     },
     #[error(
-        "{used_by}: {count} nodes of group `{group}` (first tags {}) are fixed: they cannot move",
+        "{used_by}: group `{group}` has nodes that are fixed and cannot move, {count} of them (first tags {}): name another group, or hold less by `fixed`",
         list(tags)
     )]
     NodesFixed {

@@ -58,7 +58,7 @@ fn of_mesh(found: &MeshMaterial, body: &str) -> Result<Material, ModelError> {
         return Err(wrong(reason.to_owned()));
     }
     let given = |value: Option<f64>, what: &str| {
-        value.ok_or_else(|| wrong(format!("the mesh file gives it no {what}")))
+        value.ok_or_else(|| wrong(format!("the mesh file gives it no {what}: add it there")))
     };
     let material = Material {
         young_pa: given(found.young_pa, "isotropic Young's modulus (*ELASTIC)")?,

@@ -751,15 +751,24 @@ impl Reader {
         }
         if !self.aside.is_empty() {
             let keywords = crate::text::list(&self.aside);
+            let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
+            let scene = match self
+                .aside
+                .iter()
+                .any(|k| of_the_scene.contains(&k.as_str()))
+            {
+                true => " What holds, touches and loads the bodies stands in the scene.",
+                false => "",
+            };
             let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
                 true => {
                     " What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\"."
                 }
                 false => "",
             };
-            self.deck
-                .remarks
-                .push(format!("These keywords were not read: {keywords}.{tie}"));
+            self.deck.remarks.push(format!(
+                "These keywords were not read: {keywords}.{scene}{tie}"
+            ));
         }
         if !self.aside_parameters.is_empty() {
             let parameters = crate::text::list(&self.aside_parameters);

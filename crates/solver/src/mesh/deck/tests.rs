@@ -262,7 +262,7 @@ fn sets_of_parts_and_of_the_assembly_are_groups() {
     assert_eq!(
         content.remarks,
         [
-            "These keywords were not read: *STEP, *STATIC, *BOUNDARY.",
+            "These keywords were not read: *STEP, *STATIC, *BOUNDARY. What holds, touches and loads the bodies stands in the scene.",
             "These sets are no groups, as nothing in them belongs to a solid element: `m_Set-1`.",
         ]
     );
@@ -327,7 +327,12 @@ fn keywords_lines_and_comments_follow_the_rules() {
     );
     assert_eq!(names(&content), ["A body, left", "Nall"]);
     assert_eq!(nodes(&content, "Nall"), [1, 2, 3, 4]);
-    assert_eq!(content.remarks, ["These keywords were not read: *STEP."]);
+    assert_eq!(
+        content.remarks,
+        [
+            "These keywords were not read: *STEP. What holds, touches and loads the bodies stands in the scene."
+        ]
+    );
 }
 
 #[test]
