@@ -99,8 +99,8 @@ mutants: setup checks
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
 	mkdir -p output
 	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
-	    -f crates/solver/src/contact/coulomb.rs -f crates/solver/src/contact/law.rs \
-	    -f crates/solver/src/contact/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
+	    -f crates/solver/src/law/coulomb.rs -f crates/solver/src/law/mod.rs \
+	    -f crates/solver/src/law/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
 	    -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: \

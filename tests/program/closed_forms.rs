@@ -7,7 +7,7 @@ use crate::shared_folder::Folder;
 use dovetail::export::folder::OtherScene;
 use dovetail::pipeline::{self, Beginning, Context, Files};
 use dovetail::scene;
-use dovetail_solver::contact::law::PairLaw;
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};

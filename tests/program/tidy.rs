@@ -5,9 +5,10 @@
 use std::path::{Path, PathBuf};
 
 /// The modules of the library. Each may import itself and what stands before it.
-const SOLVER: [&str; 11] = [
+const SOLVER: [&str; 12] = [
     "input",
     "text",
+    "law",
     "mesh",
     "model",
     "fem",

@@ -7,12 +7,12 @@ use std::error::Error;
 use std::path::Path;
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::superelement;
 

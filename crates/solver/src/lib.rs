@@ -16,6 +16,7 @@ pub mod dlft;
 pub mod fem;
 pub mod input;
 pub mod integration;
+pub mod law;
 pub mod mesh;
 pub mod model;
 pub mod reduction;

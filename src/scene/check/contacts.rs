@@ -120,22 +120,21 @@ pub fn stiffness(
     keys: [&'static str; 2],
     given: [&Option<Spanned<Number>>; 2],
 ) -> Option<Option<[f64; 2]>> {
-    let remedy = "give both, or leave both out: rigid contact";
-    match given {
-        [None, None] => Some(None),
-        [Some(normal), None] => {
-            checker.lacks(at, keys[0], keys[1], normal.span(), remedy);
-            None
-        }
-        [None, Some(tangential)] => {
-            checker.lacks(at, keys[1], keys[0], tangential.span(), remedy);
-            None
-        }
-        [normal, tangential] => {
-            let normal = checker.number(at, keys[0], normal, Limits::POSITIVE, None);
-            let tangential = checker.number(at, keys[1], tangential, Limits::POSITIVE, None);
-            Some(Some([normal?, tangential?]))
-        }
+    let [normal, tangential] = [0, 1].map(|i| {
+        given[i]
+            .as_ref()
+            .map(|_| checker.number(at, keys[i], given[i], Limits::POSITIVE, None))
+    });
+    let mut lacks = |key: usize, other: usize, span| {
+        let remedy = "give both, or leave both out: rigid contact";
+        checker.lacks(at, keys[key], keys[other], span, remedy);
+        None
+    };
+    match (normal, tangential) {
+        (None, None) => Some(None),
+        (Some(normal), Some(tangential)) => Some(Some([normal?, tangential?])),
+        (Some(_), None) => lacks(0, 1, given[0].as_ref()?.span()),
+        (None, Some(_)) => lacks(1, 0, given[1].as_ref()?.span()),
     }
 }
 

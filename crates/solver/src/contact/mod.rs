@@ -1,4 +1,4 @@
-//! Contact of the flanks: signs once, dynamic stiffness, laws.
+//! Contact of the flanks: signs once, and dynamic stiffness. The laws are in [`crate::law`].
 //!
 //! A *pair* joins the point b of the first flank of a contact to the point j of the second (or of
 //! rigid ground) opposite; one of the two is a node, the other a weighted mean of nodes.
@@ -8,11 +8,8 @@
 //! COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
 //! X_N = -g; g < 0 is an interference.
 
-pub mod coulomb;
 pub mod dynamic_stiffness;
 pub mod inexact;
-pub mod law;
-pub mod penalty;
 
 /// The tangential ones of `n` unknowns, 3 per pair, ascending.
 pub(crate) fn tangential(n: usize) -> Vec<usize> {

@@ -10,7 +10,7 @@ use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::contact::inexact::InexactModel;
-use crate::contact::law::PredictedLaw;
+use crate::law::PredictedLaw;
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
@@ -521,7 +521,7 @@ mod tests {
             };
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             let friction = |pair: usize| balance.input(pair, &sample.force).friction;
-            assert_eq!(friction(0), crate::contact::law::PairLaw::MOST_FRICTION);
+            assert_eq!(friction(0), crate::law::PairLaw::MOST_FRICTION);
             assert_eq!(friction(1), model.pairs[1].friction);
         });
     }

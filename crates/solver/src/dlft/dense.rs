@@ -14,6 +14,9 @@ use dovetail_numerics::newton::{
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
+/// The dense dogleg and rounded laws with exact corrections are tried up to this many unknowns.
+pub const MOST_DENSE_UNKNOWNS: usize = 2000;
+
 /// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`]; with the
 /// evaluation where it ends.
 pub fn exact_newton(

@@ -25,6 +25,11 @@ pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (us
     numbered.filter_map(move |(i, orbit)| Some((i, height(orbit, observation)?)))
 }
 
+/// The largest amplitude of an observation, with its position; of equal ones the first.
+pub fn highest(orbits: &[Orbit], observation: usize) -> Option<(usize, f64)> {
+    heights(orbits, observation).reduce(|a, b| if b.1 > a.1 { b } else { a })
+}
+
 /// The highest of three points and its neighbours, each a frequency (Hz) and an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Top {
@@ -40,8 +45,7 @@ impl Top {
     /// Around the largest amplitude of an observation. `None` where that one did not converge, at an end of the range, and
     /// beside a frequency without a result.
     pub fn of(orbits: &[Orbit], observation: usize) -> Option<Self> {
-        // Of equal ones the first.
-        let (top, _) = heights(orbits, observation).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+        let (top, _) = highest(orbits, observation)?;
         if !orbits[top].outcome.is_converged() {
             return None;
         }

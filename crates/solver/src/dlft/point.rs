@@ -8,7 +8,7 @@
 //! nothing else holds, else the retained one.
 
 use super::balance::{Balance, Deadline, Evaluation, Setting};
-use super::dense::{exact_correction, exact_newton, powell};
+use super::dense::{MOST_DENSE_UNKNOWNS, exact_correction, exact_newton, powell};
 use super::gross_slip::{GROSS_SLIP, slides_past};
 use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, Preconditioner, load_scale,
@@ -31,9 +31,6 @@ const MOST_ATTEMPTS: usize = 10;
 /// Nor once it has taken so many iterations of GMRES: a preconditioner that far from serving goes with an eps far from the
 /// stiffness of the pairs.
 const MOST_KRYLOV_ITERATIONS: usize = 40_000;
-
-/// The dense dogleg and rounded laws with exact corrections are tried up to this many unknowns.
-pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 
 /// Up to this many unknowns Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
@@ -519,7 +516,7 @@ impl<'a> FrequencySolver<'a> {
             ]
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
-        let in_gross_slip = slides_past(&self.setting) > GROSS_SLIP;
+        let in_gross_slip = slides_past(&self.setting, self.setting.free_slips_m) > GROSS_SLIP;
         in_gross_slip
             .then_some(InSharpness)
             .into_iter()

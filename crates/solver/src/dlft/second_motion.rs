@@ -1,8 +1,8 @@
 //! Where a curve has two motions at one frequency: a fold.
 //!
 //! A sweep follows one motion until that ends, and goes on with another: where it went up a fold, it comes down elsewhere
-//! than a sweep from the other side would. So where a curve steps, and where its two halves meet, each side is followed
-//! beyond the step, until its motion ends or is that of the curve.
+//! than a sweep from the other side would. So where a curve steps, where its two halves meet, and beside its peak, each side
+//! is followed beyond that place, until its motion ends or is that of the curve.
 
 use super::orbit::observed_amplitudes_m;
 use super::point::{FrequencySolver, Neighbour, Work};
@@ -10,8 +10,12 @@ use super::{Orbit, SecondMotion};
 
 /// Amplitudes that differ by less, relative to the larger, are of one motion.
 const SAME: f64 = 0.05;
-/// Between two frequencies of a half the curve is looked at as a step where an amplitude changes by more than this factor.
+/// Between two frequencies of a half the curve is looked at as a step where an amplitude changes by more than this factor, ...
 const STEP: f64 = 1.3;
+/// ... or is not [`SAME`], and changes so many times as fast as on either side of them.
+const ABRUPT: f64 = 1.5;
+/// A step is gone over in so many parts.
+const PARTS: u32 = 4;
 
 /// Two motions of a curve, and where the curve steps from one to the other.
 #[derive(Debug, Default)]
@@ -22,14 +26,39 @@ pub struct TwoMotions {
     pub steps_hz: Vec<[f64; 2]>,
 }
 
+impl TwoMotions {
+    /// Adds the ranges of `later` that are apart from those found before.
+    pub fn add(&mut self, later: Self) {
+        let apart = |a: &SecondMotion, b: &SecondMotion| a.to_hz < b.from_hz || b.to_hz < a.from_hz;
+        for range in later.ranges {
+            if self.ranges.iter().all(|known| apart(known, &range)) {
+                self.ranges.push(range);
+            }
+        }
+        self.ranges.sort_by(|a, b| a.from_hz.total_cmp(&b.from_hz));
+        self.steps_hz.extend(later.steps_hz);
+    }
+}
+
 /// The amplitudes of another motion at a frequency.
 type Other = Option<Vec<f64>>;
 
-/// Finds a second motion beside the curve `orbits`, of which the first `middle` were swept upwards, and the others
-/// downwards. `solver_of` gives a solver with so many harmonics.
+/// Whether a second motion is looked for between two orbits beside each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Look {
+    /// In any case.
+    Always,
+    /// Where the curve steps from one to the other.
+    AtSteps,
+    /// Not at all.
+    Never,
+}
+
+/// Finds a second motion beside the curve `orbits`, looking between two of them as `look` says. `solver_of` gives a solver
+/// with so many harmonics.
 pub fn second_motions<'s, 'a: 's>(
     orbits: &[Orbit],
-    middle: usize,
+    look: impl Fn([&Orbit; 2]) -> Look,
     solver_of: impl Fn(usize) -> &'s FrequencySolver<'a>,
 ) -> TwoMotions {
     let mut others: Vec<Other> = vec![None; orbits.len()];
@@ -37,23 +66,31 @@ pub fn second_motions<'s, 'a: 's>(
     let mut work = Work::default();
     for above in 1..orbits.len() {
         let below = above - 1;
-        let meet = above == middle;
-        if !orbits[below].outcome.holds() || !orbits[above].outcome.holds() {
+        let ends = [&orbits[below], &orbits[above]];
+        if ends.iter().any(|orbit| !orbit.outcome.holds()) {
             continue;
         }
-        if !meet && !is_step(&orbits[below], &orbits[above]) {
-            continue;
+        let is_step = is_step(orbits, above);
+        match look(ends) {
+            Look::Always => {}
+            Look::AtSteps if is_step => {}
+            Look::AtSteps | Look::Never => continue,
         }
-        let mut differ = false;
-        if meet || above > middle {
-            let way: Vec<usize> = (above..orbits.len()).collect();
-            differ |= follow(orbits, below, &way, &solver_of, &mut others, &mut work);
-        }
-        if meet || above < middle {
-            let way: Vec<usize> = (0..=below).rev().collect();
-            differ |= follow(orbits, above, &way, &solver_of, &mut others, &mut work);
-        }
-        if differ {
+        let parts = if is_step { PARTS } else { 1 };
+        let upwards: Vec<usize> = (above..orbits.len()).collect();
+        let downwards: Vec<usize> = (0..=below).rev().collect();
+        let differ = [(below, upwards), (above, downwards)].map(|(start, way)| {
+            follow(
+                orbits,
+                start,
+                &way,
+                parts,
+                &solver_of,
+                &mut others,
+                &mut work,
+            )
+        });
+        if differ.contains(&true) {
             found
                 .steps_hz
                 .push([orbits[below].frequency_hz, orbits[above].frequency_hz]);
@@ -63,11 +100,26 @@ pub fn second_motions<'s, 'a: 's>(
     found
 }
 
-/// Whether an amplitude changes much from one frequency to the next.
-fn is_step(below: &Orbit, above: &Orbit) -> bool {
-    let amplitudes = [below, above].map(|o| &o.observed_amplitude_m);
-    let mut both = amplitudes[0].iter().zip(amplitudes[1]);
-    both.any(|(a, b)| a.max(*b) > STEP * a.min(*b))
+/// Whether an amplitude changes much, or abruptly, from the frequency before to this one.
+fn is_step(orbits: &[Orbit], above: usize) -> bool {
+    let [before, after] = [above.checked_sub(2), Some(above + 1)].map(|i| orbits.get(i?));
+    let (from, to) = (&orbits[above - 1], &orbits[above]);
+    (0..to.observed_amplitude_m.len()).any(|observation| {
+        let [a, b] = [from, to].map(|o| o.observed_amplitude_m[observation]);
+        let rate = |[from, to]: [Option<&Orbit>; 2]| {
+            let [from, to] =
+                [from?, to?].map(|o| (o.frequency_hz, o.observed_amplitude_m.get(observation)));
+            Some((to.1? - from.1?).abs() / (to.0 - from.0))
+        };
+        let sides = [[before, Some(from)], [Some(to), after]].map(rate);
+        let is_abrupt = sides.iter().flatten().count() == 2
+            && sides
+                .iter()
+                .flatten()
+                .all(|side| (b - a).abs() / (to.frequency_hz - from.frequency_hz) > ABRUPT * side);
+        let differs = differ(&[a], &[b]);
+        a.max(b) > STEP * a.min(b) || differs && is_abrupt
+    })
 }
 
 /// Whether two motions have other amplitudes.
@@ -77,34 +129,48 @@ fn differ(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Follows the motion of orbit `start` along `way` until it ends or is that of the curve, and notes its amplitudes; says
-/// whether there are any.
+/// whether there are any. The first of the way is reached at once or, where it is not, or with the motion of the curve, in
+/// so many parts.
 fn follow<'s, 'a: 's>(
     orbits: &[Orbit],
     start: usize,
     way: &[usize],
+    parts: u32,
     solver_of: &impl Fn(usize) -> &'s FrequencySolver<'a>,
     others: &mut [Other],
     work: &mut Work,
 ) -> bool {
     let solver = solver_of(orbits[start].harmonics);
+    let mut reach = |from: &Neighbour, hz: f64| {
+        work.start_counting(None);
+        let solved = solver.follow(hz, from, work)?;
+        let amplitudes = observed_amplitudes_m(&solved.balance, &solved.u, hz);
+        let mean = solved.balance.mean();
+        Some((Neighbour::after(Some(from), hz, solved.u, mean), amplitudes))
+    };
     let mut neighbour = Neighbour::of(&orbits[start], None);
+    let mut parts = parts;
     let mut any = false;
     for &i in way {
         let orbit = &orbits[i];
-        work.start_counting(None);
-        let Some(solved) = solver.follow(orbit.frequency_hz, &neighbour, work) else {
+        let is_other = |(_, amplitudes): &(Neighbour, Vec<f64>)| {
+            orbit.outcome.holds() && differ(amplitudes, &orbit.observed_amplitude_m)
+        };
+        let (from_hz, to_hz) = (neighbour.frequency_hz, orbit.frequency_hz);
+        let mut reached = reach(&neighbour, to_hz).filter(is_other);
+        if reached.is_none() && parts > 1 {
+            let part = |k: u32| from_hz + (to_hz - from_hz) * f64::from(k) / f64::from(parts);
+            let mut at = Some((Neighbour::of(&orbits[start], None), vec![]));
+            for k in 1..=parts {
+                at = at.and_then(|(from, _)| reach(&from, part(k)));
+            }
+            reached = at.filter(is_other);
+        }
+        parts = 1;
+        let Some((next, amplitudes)) = reached else {
             break;
         };
-        let amplitudes = observed_amplitudes_m(&solved.balance, &solved.u, orbit.frequency_hz);
-        if !orbit.outcome.holds() || !differ(&amplitudes, &orbit.observed_amplitude_m) {
-            break;
-        }
-        neighbour = Neighbour::after(
-            Some(&neighbour),
-            orbit.frequency_hz,
-            solved.u,
-            solved.balance.mean(),
-        );
+        neighbour = next;
         others[i] = Some(amplitudes);
         any = true;
     }

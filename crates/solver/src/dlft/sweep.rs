@@ -12,10 +12,10 @@ use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
-use super::peaks::Top;
+use super::peaks::{Top, highest};
 use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
-use super::second_motion::second_motions;
+use super::second_motion::{Look, second_motions};
 use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
 use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::contact::inexact::InexactModel;
@@ -152,20 +152,35 @@ pub fn sweep(
     let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
         solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
     run.retry_from_other_side(&mut orbits, middle);
-    let two = second_motions(&orbits, middle, |harmonics| run.refinement.with(harmonics));
+    let solver_of = |harmonics| run.refinement.with(harmonics);
+    let at_meeting = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point + 1) {
+        [below, above] if below == middle && above == middle + 1 => Look::Always,
+        _ => Look::AtSteps,
+    };
+    let mut two = second_motions(&orbits, at_meeting, solver_of);
+    let asked = orbits.len();
     run.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
+    let tops: Vec<usize> = (0..model.observations.len())
+        .filter_map(|observation| highest(&orbits, observation))
+        .map(|(i, _)| orbits[i].point)
+        .collect();
+    let at_added = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point) {
+        [below, above] if below.max(above) < asked => Look::Never,
+        ends if ends.iter().any(|point| tops.contains(point)) => Look::Always,
+        _ => Look::AtSteps,
+    };
+    two.add(second_motions(&orbits, at_added, solver_of));
     Response {
         linear,
         linear_curve: linear_curve(&run.linear, run.harmonics(), frequencies_hz),
         orbits,
-        asked: frequencies_hz.len(),
+        asked,
         second_motions: two.ranges,
         slip_threshold_m,
     }
 }
 
-/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps and the course of a solution are the same
-/// along it.
+/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps, and what is tried first, are the same along it.
 fn middle(frequencies_hz: &[f64]) -> f64 {
     let ends = frequencies_hz.first().zip(frequencies_hz.last());
     ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))

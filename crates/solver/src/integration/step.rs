@@ -32,7 +32,7 @@
 
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
-use crate::contact::law::PairLaw;
+use crate::law::PairLaw;
 use crate::reduction::damping::Rayleigh;
 use crate::reduction::{Load, RelativeModel};
 use dovetail_numerics::dense::Lu;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::penalty::PairStiffness;
+use crate::law::penalty::PairStiffness;
 use crate::mesh::{Connectivity, ElementType};
 
 mod bind;

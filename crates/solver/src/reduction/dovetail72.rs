@@ -2,7 +2,7 @@
 
 use super::RelativeModel;
 use super::superelement::read;
-use crate::contact::law::PairLaw;
+use crate::law::PairLaw;
 
 /// With a friction of 0.3 and no clearance, excited by `force_n`.
 pub fn dovetail72(force_n: f64) -> RelativeModel {

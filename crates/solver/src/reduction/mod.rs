@@ -24,7 +24,7 @@ use faer::Mat;
 
 use serde::{Deserialize, Serialize};
 
-use crate::contact::law::PairLaw;
+use crate::law::PairLaw;
 use crate::model::{ContactPair, Excitation, Growth, Model};
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;

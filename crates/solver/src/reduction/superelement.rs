@@ -27,7 +27,7 @@ use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
 use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
-use crate::contact::law::PairLaw;
+use crate::law::PairLaw;
 use crate::model::Growth;
 use dovetail_numerics::eigen::dense;
 

@@ -1,11 +1,11 @@
 //! An accuracy in place of settings: the error it leaves, against a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{RelativeModel, superelement};
 use dovetail_testkit::folder::root;

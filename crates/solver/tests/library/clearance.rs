@@ -2,7 +2,6 @@
 //! interference takes is pressed besides, and moving the bodies apart changes no motion.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
@@ -12,6 +11,7 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};

@@ -1,11 +1,11 @@
 //! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so. The whole table: `make extremes`, docs/extremes.md.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{RelativeModel, superelement};

@@ -3,14 +3,14 @@
 use std::f64::consts::TAU;
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
-use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
+use dovetail_solver::law::penalty::PairStiffness;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{

@@ -3,13 +3,13 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::pair_signals::Periods;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::RelativeModel;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;

@@ -2,13 +2,13 @@
 //! frequency, from its neighbour or cold, within few iterations, and its error is estimated.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, StaticState};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};

@@ -3,7 +3,6 @@
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
@@ -11,6 +10,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};

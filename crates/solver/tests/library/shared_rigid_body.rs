@@ -1,10 +1,10 @@
 //! A rigid body on a spring, pressed onto rigid ground and shaken at its base, and its motion by steps in time.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};

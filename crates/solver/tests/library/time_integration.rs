@@ -1,7 +1,6 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -9,6 +8,7 @@ use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{

@@ -3,10 +3,10 @@
 //! point converges, its mean near the static state.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;

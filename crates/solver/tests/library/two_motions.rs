@@ -1,11 +1,11 @@
 //! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both are named.
 
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::law::PairLaw;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
+use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
@@ -57,13 +57,14 @@ fn oscillator() -> RelativeModel {
     }
 }
 
-fn respond(from_hz: f64, to_hz: f64) -> Response {
+fn respond(from_hz: f64, to_hz: f64, points: u32) -> Response {
     let model = oscillator();
     let newton = NewtonOptions {
         tolerance: 1e-8,
         max_iterations: 60,
     };
-    let frequencies_hz = (0..121).map(|i| from_hz + (to_hz - from_hz) * f64::from(i) / 120.0);
+    let spacing_hz = (to_hz - from_hz) / f64::from(points - 1);
+    let frequencies_hz = (0..points).map(|i| from_hz + spacing_hz * f64::from(i));
     let resolution = Resolution::Fixed {
         harmonics: 7,
         samples: 256,
@@ -120,7 +121,7 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
     println!("by steps in time at 0.185 Hz: {by_time:.3?} m");
     assert!(by_time[0] > 1.5 * by_time[1], "{by_time:?}");
     for (from_hz, to_hz) in [(0.12, 0.26), (0.12, 0.32), (0.15, 0.45)] {
-        let response = respond(from_hz, to_hz);
+        let response = respond(from_hz, to_hz, 121);
         let spacing_hz = (to_hz - from_hz) / 120.0;
         println!("{from_hz} to {to_hz} Hz: {:?}", response.second_motions);
         assert!(response.orbits.iter().all(|o| o.outcome.is_converged()));
@@ -145,5 +146,21 @@ fn whatever_the_range_both_motions_of_a_fold_are_named() {
             .map(|o| o.frequency_hz)
             .collect();
         assert!(added.len() <= 1, "{added:?}");
+    }
+}
+
+/// Few frequencies: with 14 the halves meet in a step that is too far at once, with 20 the peak is above the meeting, and
+/// its motion ends among the frequencies that are added.
+#[test]
+fn a_fold_between_few_frequencies_and_one_among_those_that_are_added_are_named() {
+    for points in [14, 20] {
+        let response = respond(0.1, 0.42, points);
+        println!("{points}: {:?}", response.second_motions);
+        let [two] = &response.second_motions[..] else {
+            panic!("{points}: {:?}", response.second_motions);
+        };
+        // By steps in time both exist from 0.170 to 0.200 Hz.
+        assert!((two.from_hz - 0.170).abs() < 5e-3, "{points}: {two:?}");
+        assert!((two.to_hz - 0.200).abs() < 5e-3, "{points}: {two:?}");
     }
 }

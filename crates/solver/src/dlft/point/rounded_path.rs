@@ -1,16 +1,16 @@
 //! One frequency from the static state by rounded laws ([`crate::dlft::rounded`]), each solution the start of the next
 //! sharper one.
 
-use super::{
-    FrequencySolver, MOST_DENSE_UNKNOWNS, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized,
-};
+use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized};
 use crate::dlft::balance::Setting;
-use crate::dlft::gross_slip::{GROSS_SLIP, slides_past};
+use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
+use crate::dlft::gross_slip::{GROSS_SLIP, free_slips_m, slides_past};
 use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
+use std::f64::consts::TAU;
 
 /// Sharpness of the friction cones of the first law.
 const BLUNTEST: f64 = 2.0;
@@ -67,7 +67,10 @@ impl FrequencySolver<'_> {
         let is_exact =
             self.solver == Solver::NewtonKrylov && (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
         let (method, slides_past) = match is_exact {
-            true => (Method::Exact, slides_past(&self.setting)),
+            true => {
+                let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
+                (Method::Exact, slides_past(&self.setting, &slips_m))
+            }
             false => (self.stepping(), 0.0),
         };
         let mut path = Path {

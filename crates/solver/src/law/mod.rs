@@ -1,12 +1,15 @@
 //! The law of a contact pair, and the form in which DLFT evaluates it.
 //!
 //! DLFT predicts the force lambda_u with which a rigid pair would stick. The law makes of it a trial force, a share of the
-//! prediction ([`super::penalty`]) counted from the clearance and from where the pair has slid to, and brings that back
-//! to the cone of friction ([`super::coulomb`]). What it keeps from instant to instant is
+//! prediction ([`penalty`]) counted from the clearance and from where the pair has slid to, and brings that back
+//! to the cone of friction ([`coulomb`]). What it keeps from instant to instant is
 //! `state = share lambda_u_T - lambda_T`, for rigid contact and for springs alike.
 
-use super::coulomb::{Contact, slip_tangent, unilateral_coulomb};
-use super::penalty::PairStiffness;
+pub mod coulomb;
+pub mod penalty;
+
+use coulomb::{Contact, slip_tangent, unilateral_coulomb};
+use penalty::PairStiffness;
 
 /// The contact law of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
