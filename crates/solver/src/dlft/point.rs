@@ -218,6 +218,18 @@ enum Strategy {
     InFriction { from: f64, growth: f64 },
 }
 
+impl Strategy {
+    /// Without balances on the way.
+    fn is_direct(self) -> bool {
+        match self {
+            Self::FromNeighbour(method) | Self::FromRest(method) => {
+                !matches!(method, Method::Dogleg)
+            }
+            _ => false,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 enum Method {
     /// Newton-GMRES with this relative residual of the linear solves.
@@ -293,12 +305,9 @@ impl<'a> FrequencySolver<'a> {
         work: &mut Work,
     ) -> Solution<'_> {
         let mut strategies = self.strategies(frequency_hz);
-        strategies.retain(|strategy| match strategy {
-            Strategy::FromNeighbour(method) | Strategy::FromRest(method) => {
-                !matches!(method, Method::Dogleg)
-            }
-            Strategy::InFrequency(_) | Strategy::InSharpness => true,
-            Strategy::InForce(_) | Strategy::InFriction { .. } => false,
+        strategies.retain(|strategy| {
+            let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
+            strategy.is_direct() || is_short
         });
         if strategies.is_empty() {
             strategies = self.strategies(frequency_hz);
@@ -416,13 +425,16 @@ impl<'a> FrequencySolver<'a> {
         work: &mut Work,
     ) -> Solution<'_> {
         let mut best: Option<Solution<'_>> = None;
+        let mut far: Option<Solution<'_>> = None;
         let means: &[Mean] = match (self.must_be_retained(), last.map(|l| l.mean)) {
             (true, _) => &[Mean::Retained],
             (false, Some(Mean::Retained)) => &[Mean::Retained, Mean::Free],
             (false, Some(Mean::Free) | None) => &[Mean::Free, Mean::Retained],
         };
         for &strategy in strategies {
-            if best.is_some() && self.budget_exhausted(work) {
+            if best.is_some() && self.budget_exhausted(work)
+                || far.is_some() && !strategy.is_direct()
+            {
                 break;
             }
             (self.tell)(Told::Tries {
@@ -455,14 +467,19 @@ impl<'a> FrequencySolver<'a> {
                     if retained {
                         return solved;
                     }
-                    // Friction holds bodies anywhere along a slot, also far from where they are at rest.
+                    let is_held = self.is_blocked_by_friction(&solved);
                     if !self.walked_off(&solved.u) {
-                        if self.is_blocked_by_friction(&solved) {
-                            return solved;
-                        }
-                        return self
-                            .with_mean_retained(frequency_hz, &solved, work)
-                            .unwrap_or(solved);
+                        return match is_held {
+                            true => solved,
+                            false => self
+                                .with_mean_retained(frequency_hz, &solved, work)
+                                .unwrap_or(solved),
+                        };
+                    }
+                    // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.
+                    if is_held {
+                        far.get_or_insert(solved);
+                        continue;
                     }
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
@@ -474,6 +491,9 @@ impl<'a> FrequencySolver<'a> {
                     best = Some(solved);
                 }
             }
+        }
+        if let Some(far) = far {
+            return far;
         }
         let mut best = best.expect("the static state is always a start");
         if work.deadline.is_over() {
