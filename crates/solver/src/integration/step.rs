@@ -274,8 +274,9 @@ impl<'a> Stepper<'a> {
                 offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
                 continue;
             }
-            for i in 3 * pair..3 * pair + 3 {
-                offset[i] = state.v[i] + 4.0 / h * (state.x[i] - state.touching[i]);
+            let own = 3 * pair..3 * pair + 3;
+            for (i, offset) in own.clone().zip(&mut offset[own]) {
+                *offset = state.v[i] + 4.0 / h * (state.x[i] - state.touching[i]);
             }
         }
         let mut middle: Vec<f64> = state.x.iter().map(|x| 0.5 * x).collect();
