@@ -6,8 +6,8 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::law::PairLaw;
+use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::reduction::{RelativeModel, superelement};
 use dovetail_solver::text;
 

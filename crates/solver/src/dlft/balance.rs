@@ -43,7 +43,7 @@ pub struct Setting<'a> {
     pub periods: Periods,
     /// A pair that slides less than this in a period sticks, m.
     pub slip_threshold_m: f64,
-    /// How far each pair slides at the middle of the curve where nothing rubs ([`super::gross_slip`]), m; empty: not known.
+    /// How far each pair slides at the middle of the curve where nothing rubs, m; empty: not known.
     pub free_slips_m: &'a [f64],
 }
 
