@@ -575,7 +575,7 @@ fn computed(contents: &Contents<'_>) -> Markup {
                         (contents.pairs.rows.len()) " pairs, friction " (figure(spec.law.friction, 3)) ", clearance "
                         (quantity(spec.law.gap_m, "m", 3))
                         @if let Some(stiffness) = spec.law.stiffness {
-                            ", springs of " (figure(stiffness.normal_n_m, 3)) " N/m against penetration and "
+                            ", on springs of " (figure(stiffness.normal_n_m, 3)) " N/m against penetration and "
                             (figure(stiffness.tangential_n_m, 3)) " N/m against shear"
                         }
                         ", excitation " (quantity(spec.force_n, "N", 3)) "."
@@ -767,7 +767,7 @@ fn contact_words(contact: &ContactSpec) -> Markup {
             ContactLaw::UnilateralCoulomb => {
                 "it opens, and slides with dry friction of " (figure(contact.friction, 3))
                 @if let Some(stiffness) = contact.stiffness {
-                    ", springs of " (figure(stiffness.normal_n_m3, 3)) " N/m3 against penetration and "
+                    ", on springs of " (figure(stiffness.normal_n_m3, 3)) " N/m3 against penetration and "
                     (figure(stiffness.tangential_n_m3, 3)) " N/m3 against shear"
                 }
                 @if contact.gap_m > 0.0 { ", clearance " (quantity(contact.gap_m, "m", 3)) }
