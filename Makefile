@@ -103,7 +103,7 @@ mutants: setup checks
 	    -f crates/solver/src/law/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
 	    -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
-	    -f crates/solver/src/results/quantities.rs -- -- contact:: \
+	    -f crates/solver/src/results/quantities.rs -- -- law:: contact:: \
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
 	    dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
