@@ -105,20 +105,21 @@ fn is_step(orbits: &[Orbit], above: usize) -> bool {
     let [before, after] = [above.checked_sub(2), Some(above + 1)].map(|i| orbits.get(i?));
     let (from, to) = (&orbits[above - 1], &orbits[above]);
     (0..to.observed_amplitude_m.len()).any(|observation| {
-        let [a, b] = [from, to].map(|o| o.observed_amplitude_m[observation]);
-        let rate = |[from, to]: [Option<&Orbit>; 2]| {
-            let [from, to] =
-                [from?, to?].map(|o| (o.frequency_hz, o.observed_amplitude_m.get(observation)));
-            Some((to.1? - from.1?).abs() / (to.0 - from.0))
+        let amplitude = |orbit: &Orbit| orbit.observed_amplitude_m.get(observation).copied();
+        let rate = |from: Option<&Orbit>, to: Option<&Orbit>| {
+            let (from, to) = (from?, to?);
+            let change = amplitude(to)? - amplitude(from)?;
+            Some(change.abs() / (to.frequency_hz - from.frequency_hz))
         };
-        let sides = [[before, Some(from)], [Some(to), after]].map(rate);
-        let is_abrupt = sides.iter().flatten().count() == 2
-            && sides
-                .iter()
-                .flatten()
-                .all(|side| (b - a).abs() / (to.frequency_hz - from.frequency_hz) > ABRUPT * side);
-        let differs = differ(&[a], &[b]);
-        a.max(b) > STEP * a.min(b) || differs && is_abrupt
+        let [Some(a), Some(b)] = [from, to].map(amplitude) else {
+            return false;
+        };
+        let own = rate(Some(from), Some(to));
+        let sides = [rate(before, Some(from)), rate(Some(to), after)];
+        let is_abrupt = sides
+            .iter()
+            .all(|side| side.is_some_and(|side| own > Some(ABRUPT * side)));
+        a.max(b) > STEP * a.min(b) || differ(&[a], &[b]) && is_abrupt
     })
 }
 
@@ -141,32 +142,34 @@ fn follow<'s, 'a: 's>(
     work: &mut Work,
 ) -> bool {
     let solver = solver_of(orbits[start].harmonics);
-    let mut reach = |from: &Neighbour, hz: f64| {
-        work.start_counting(None);
-        let solved = solver.follow(hz, from, work)?;
-        let amplitudes = observed_amplitudes_m(&solved.balance, &solved.u, hz);
-        let mean = solved.balance.mean();
-        Some((Neighbour::after(Some(from), hz, solved.u, mean), amplitudes))
+    let mut reach = |from: &Neighbour, to_hz: f64, parts: u32| {
+        let mut at: Option<(Neighbour, Vec<f64>)> = None;
+        for k in 1..=parts {
+            let last = at.as_ref().map_or(from, |(neighbour, _)| neighbour);
+            let way = f64::from(k) / f64::from(parts);
+            let hz = match k == parts {
+                true => to_hz,
+                false => from.frequency_hz + (to_hz - from.frequency_hz) * way,
+            };
+            work.start_counting(None);
+            let solved = solver.follow(hz, last, work)?;
+            let amplitudes = observed_amplitudes_m(&solved.balance, &solved.u, hz);
+            let mean = solved.balance.mean();
+            at = Some((Neighbour::after(Some(last), hz, solved.u, mean), amplitudes));
+        }
+        at
     };
     let mut neighbour = Neighbour::of(&orbits[start], None);
-    let mut parts = parts;
     let mut any = false;
-    for &i in way {
+    for (step, &i) in way.iter().enumerate() {
         let orbit = &orbits[i];
         let is_other = |(_, amplitudes): &(Neighbour, Vec<f64>)| {
             orbit.outcome.holds() && differ(amplitudes, &orbit.observed_amplitude_m)
         };
-        let (from_hz, to_hz) = (neighbour.frequency_hz, orbit.frequency_hz);
-        let mut reached = reach(&neighbour, to_hz).filter(is_other);
-        if reached.is_none() && parts > 1 {
-            let part = |k: u32| from_hz + (to_hz - from_hz) * f64::from(k) / f64::from(parts);
-            let mut at = Some((Neighbour::of(&orbits[start], None), vec![]));
-            for k in 1..=parts {
-                at = at.and_then(|(from, _)| reach(&from, part(k)));
-            }
-            reached = at.filter(is_other);
+        let mut reached = reach(&neighbour, orbit.frequency_hz, 1).filter(is_other);
+        if reached.is_none() && step == 0 && parts > 1 {
+            reached = reach(&neighbour, orbit.frequency_hz, parts).filter(is_other);
         }
-        parts = 1;
         let Some((next, amplitudes)) = reached else {
             break;
         };
