@@ -99,11 +99,11 @@ mutants: setup checks
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
 	mkdir -p output
 	$(MUTANTS) --output output/mutants_core --package dovetail-solver -C=--lib \
-	    -f crates/solver/src/law/coulomb.rs -f crates/solver/src/law/mod.rs \
-	    -f crates/solver/src/law/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
+	    -f crates/solver/src/contact/coulomb.rs -f crates/solver/src/contact/mod.rs \
+	    -f crates/solver/src/contact/penalty.rs -f crates/solver/src/dlft/gross_slip.rs \
 	    -f crates/solver/src/dlft/balance.rs \
 	    -f crates/solver/src/dlft/orbit.rs -f crates/solver/src/dlft/retention.rs \
-	    -f crates/solver/src/results/quantities.rs -- -- law:: contact:: \
+	    -f crates/solver/src/results/quantities.rs -- -- contact:: problem:: \
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
 	    dlft::retention results::
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \

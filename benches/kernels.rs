@@ -13,8 +13,7 @@ use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
 use dovetail_numerics::sparse::submatrix;
-use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
-use dovetail_solver::contact::inexact::InexactModel;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
 use dovetail_solver::dlft::eps::Eps;
@@ -24,12 +23,14 @@ use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
+use dovetail_solver::problem::Problem;
+use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
+use dovetail_solver::problem::inexact::InexactModel;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, RelativeModel, StuckModes, reduce, superelement};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce, superelement};
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 128;
@@ -107,10 +108,10 @@ const WANTED: StuckModes = StuckModes {
     kept: Highest::OfFirstStuckMode(1.05),
 };
 
-fn reduced_dovetail() -> RelativeModel {
+fn reduced_dovetail() -> Problem {
     let law = PairLaw::rigid(0.3, 0.0);
     let folder = root().join("tests/data/dovetail72");
-    superelement::read(&folder, law, FORCE_N).unwrap().relative
+    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, FORCE_N)
 }
 
 /// Newton-GMRES from `start`, with no preconditioner left over from another frequency.
@@ -150,7 +151,7 @@ fn dlft(c: &mut Criterion) {
 
     let statics = static_state(&model, 10, STATIC_NEWTON);
     assert!(statics.outcome.is_converged());
-    let first = model.omega2[0].sqrt();
+    let first = model.reduced.omega2[0].sqrt();
     let omega = FREQUENCY_RATIO * first;
     let damping = Rayleigh {
         stiffness_s: 2.0 * 0.001 / first,
@@ -159,7 +160,7 @@ fn dlft(c: &mut Criterion) {
     let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
     let eps = Eps::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
-    let inexact = InexactModel::new(&model);
+    let inexact = InexactModel::new(&model.reduced);
     let setting = Setting {
         system: &system,
         inexact: &inexact,
@@ -197,7 +198,7 @@ fn dlft(c: &mut Criterion) {
         krylov.iterations,
         hybrid.iterations,
         balance.linearise(&lambda_u).active.len(),
-        model.pairs.len()
+        model.laws.len()
     );
 
     group.bench_function("evaluation", |b| {

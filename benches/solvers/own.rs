@@ -121,7 +121,7 @@ fn stages(mesh: &str, count: Option<usize>) {
         reduce(&model, &structure, wanted).unwrap()
     });
     let dofs: usize = structure.bodies.iter().map(|b| b.stiffness.ncols()).sum();
-    let omega2 = &reduced.relative.omega2[..reduced.stuck_modes];
+    let omega2 = reduced.model.stuck_omega2();
     let hertz: Vec<String> = omega2
         .iter()
         .map(|w2| format!("{:.6}", w2.sqrt() / std::f64::consts::TAU))

@@ -6,9 +6,8 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::superelement::FILES;
-use dovetail_solver::reduction::{RelativeModel, superelement};
+use dovetail_solver::reduction::{ReducedModel, superelement};
 use dovetail_solver::text;
 
 const MARK: &[u8] = b"=== ";
@@ -21,11 +20,10 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     write(bytes);
-    let law = PairLaw::rigid(0.3, 0.0);
-    match superelement::read(&FOLDER, law, 1.0) {
+    match superelement::read(&FOLDER) {
         Ok(element) => {
-            check(&element.relative);
-            assert_eq!(element.positions_m.len(), element.relative.pairs.len());
+            check(&element.model);
+            assert_eq!(element.positions_m.len(), element.model.pairs());
             assert!(element.positions_m.iter().flatten().all(|x| x.is_finite()));
             let areas = element.areas_m2.iter().flatten();
             assert!(areas.clone().all(|a| *a > 0.0 && a.is_finite()));
@@ -62,8 +60,8 @@ fn write(bytes: &[u8]) {
 }
 
 /// Every array has its shape, and every number is finite.
-fn check(model: &RelativeModel) {
-    let (n, m) = (3 * model.pairs.len(), model.omega2.len());
+fn check(model: &ReducedModel) {
+    let (n, m) = (3 * model.pairs(), model.omega2.len());
     for (a, rows, columns) in [
         (&model.stiffness, n, n),
         (&model.mass, n, n),
@@ -72,8 +70,7 @@ fn check(model: &RelativeModel) {
         assert_eq!((a.nrows(), a.ncols()), (rows, columns));
         assert!((0..columns).all(|j| a.col_as_slice(j).iter().all(|x| x.is_finite())));
     }
-    let loads = model.excitations.iter().flat_map(|e| [&e.cosine, &e.sine]);
-    for load in loads.chain([&model.static_load]) {
+    for load in model.unit_loads.iter().chain([&model.static_load]) {
         assert_eq!((load.on_x.len(), load.on_modes.len()), (n, m));
         assert!(
             load.on_x

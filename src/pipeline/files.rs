@@ -30,11 +30,11 @@ use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
 use crate::stage::Stage;
 use crate::warning::{Warning, by_weight};
 use crate::words::counted;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency, StaticState};
 use dovetail_solver::fem::{expand_to_nodes, stress};
 use dovetail_solver::integration::compare::Comparison;
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Model;
 use dovetail_solver::reduction::Recovery;
 use dovetail_solver::reduction::superelement::{self, Superelement};
@@ -360,16 +360,16 @@ impl Files {
         progress: &Progress,
     ) -> Result<Option<PairLaw>, RunError> {
         let _stage = progress.stage(Stage::ReducedModelFiles);
-        let (relative, rows) = (reduced.relative(), &reduced.pairs.rows);
+        let (problem, rows) = (reduced.problem(), &reduced.pairs.rows);
         let element = Superelement {
-            relative: relative.clone(),
+            model: problem.of_one_load()?,
             positions_m: rows.iter().map(|p| p.position_m).collect(),
             areas_m2: rows.iter().map(|p| p.area_m2).collect(),
         };
         self.out.list(superelement::FILES.map(str::to_owned))?;
         superelement::write(self.out.path(), &element)?;
-        let first = relative.pairs.first().copied();
-        Ok(first.filter(|law| relative.pairs.iter().all(|p| p == law)))
+        let first = problem.laws.first().copied();
+        Ok(first.filter(|law| problem.laws.iter().all(|other| other == law)))
     }
 
     /// The journal, where it holds nothing to go on from.
@@ -777,7 +777,7 @@ pub(super) fn mode_rows(
             add("fixed_interface", &body.name, omega2);
         }
     }
-    add("stuck", "assembly", reduced.stuck_omega2());
+    add("stuck", "assembly", reduced.model().stuck_omega2());
     if let Some(state) = state {
         add(LINEAR, "assembly", reduced.linear_omega2(state));
     }

@@ -54,7 +54,7 @@ fn retained(
     anchor: &[f64],
     progress: &Progress,
 ) -> Result<String, RunError> {
-    let holding = Holding::of(reduced.relative());
+    let holding = Holding::of(reduced.problem());
     let (Some(meshed), Some(retention)) = (reduced.meshed(), holding.retention()) else {
         return Ok(UNKNOWN.to_owned());
     };
@@ -77,7 +77,7 @@ pub(super) fn held_by_nothing(reduced: &Reduced) -> String {
     let Some(meshed) = reduced.meshed() else {
         return UNKNOWN.to_owned();
     };
-    let free = Holding::of(reduced.relative()).free_motions();
+    let free = Holding::of(reduced.problem()).free_motions();
     let moved: Vec<Vec<RigidMotion>> = free
         .iter()
         .filter_map(|motion| displacements_m(meshed, motion))
@@ -115,7 +115,7 @@ pub(super) fn prepare(
 /// Of all nodes of each body, by relative displacements that no force goes with.
 fn displacements_m(meshed: &Meshed, x: &[f64]) -> Option<Vec<NodalField>> {
     let x = MatRef::from_column_major_slice(x, x.len(), 1);
-    let still = Mat::zeros(meshed.relative.omega2.len(), 1);
+    let still = Mat::zeros(meshed.problem.reduced.omega2.len(), 1);
     let moved = meshed.recovery()?.full_motion(x, still.as_ref());
     let bodies = meshed.model.bodies.iter().zip(&moved);
     let on_nodes = bodies.map(|(body, u)| expand_to_nodes(&body.dofs, u.col_as_slice(0)));

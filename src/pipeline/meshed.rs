@@ -27,17 +27,14 @@ use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
 use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{self, Assembly, ContactSpec, Model, Side, SpringSpec};
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
-use dovetail_solver::reduction::{
-    LISTED_MODES, Load, Recovery, RelativeModel, StuckModes, Truncation,
-};
+use dovetail_solver::reduction::{LISTED_MODES, Recovery, ReducedModel, StuckModes, Truncation};
 use dovetail_solver::results::recovery::NodalField;
 
 /// What is known of the modes of a reduction.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ReductionModes {
-    /// Modes that the reduced model begins with; residual vectors follow.
-    pub stuck: usize,
     pub truncation: Truncation,
     /// Squared angular frequencies of each body; none where it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
@@ -59,7 +56,7 @@ pub(super) struct Bound {
 #[derive(Debug)]
 pub(super) struct Meshed {
     pub model: Model,
-    pub relative: RelativeModel,
+    pub problem: Problem,
     pub modes: ReductionModes,
     wanted: StuckModes,
     structure: OnceCell<Structure>,
@@ -115,37 +112,31 @@ impl Meshed {
             [Kind::ReducedModel, Kind::Recovery, Kind::HeldModes]
                 .map(|kind| cache.key(kind, &inputs));
         let (structure, recovery) = (OnceCell::new(), OnceCell::new());
-        let (relative, modes, displacement) = match kept(&cache, key.as_ref(), &model, progress) {
+        let (problem, modes, displacement) = match kept(&cache, key.as_ref(), &model, progress) {
             Ok(kept) => kept,
             Err(_turn) => {
                 let settled = settle(&model, wanted, scene, progress)?;
-                let (reduced, displacement) = (settled.reduced, settled.displacement);
+                let displacement = settled.displacement;
                 let modes = ReductionModes {
-                    stuck: reduced.stuck_modes,
-                    truncation: reduced.truncation,
-                    fixed_interface_omega2: reduced.fixed_interface_omega2,
+                    truncation: settled.truncation,
+                    fixed_interface_omega2: settled.fixed_interface_omega2,
                     prestress_passes: settled.passes,
                     held_flanks_error: settled.held_flanks_error,
                 };
                 if key.is_some() {
                     let _stage = progress.stage(Stage::Keeping);
-                    let parts = (
-                        &reduced.relative,
-                        &reduced.unit_loads,
-                        &modes,
-                        &displacement,
-                    );
+                    let parts = (&settled.problem.reduced, &modes, &displacement);
                     cache.put(key.as_ref(), &parts, progress);
-                    cache.put(recovery_key.as_ref(), &reduced.recovery, progress);
+                    cache.put(recovery_key.as_ref(), &settled.recovery, progress);
                 }
                 structure.get_or_init(|| settled.structure);
-                recovery.get_or_init(|| reduced.recovery);
-                (reduced.relative, modes, displacement)
+                recovery.get_or_init(|| settled.recovery);
+                (settled.problem, modes, displacement)
             }
         };
         Ok(Self {
             model,
-            relative,
+            problem,
             modes,
             wanted,
             structure,
@@ -190,9 +181,9 @@ impl Meshed {
             }
             None => {
                 let matrices = self.structure(progress)?;
-                let reduced = reduce(&self.model, matrices, self.wanted, progress)?;
-                self.cache.put(key, &reduced.recovery, progress);
-                reduced.recovery
+                let reduction = reduce(&self.model, matrices, self.wanted, progress)?;
+                self.cache.put(key, &reduction.recovery, progress);
+                reduction.recovery
             }
         };
         self.recovery.get_or_init(|| recovery);
@@ -252,8 +243,9 @@ impl Meshed {
         };
         let mut shapes = Vec::new();
         if let Some(recovery) = self.recovery() {
-            let all = self.relative.omega2.len();
-            let count = self.modes.stuck.min(LISTED_MODES);
+            let reduced = &self.problem.reduced;
+            let all = reduced.omega2.len();
+            let count = reduced.stuck_modes.min(LISTED_MODES);
             let still = Mat::zeros(3 * self.model.pairs.len(), count);
             let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
             let motion = recovery.full_motion(still.as_ref(), each.as_ref());
@@ -262,7 +254,7 @@ impl Meshed {
                     shape: (0..bodies.len())
                         .map(|b| on_nodes(b, motion[b].col_as_slice(j)))
                         .collect(),
-                    ..shape("stuck", None, j, self.relative.omega2[j])
+                    ..shape("stuck", None, j, reduced.omega2[j])
                 }
             }));
         }
@@ -472,12 +464,12 @@ fn kept(
     key: Option<&Key>,
     model: &Model,
     progress: &Progress,
-) -> Result<(RelativeModel, ReductionModes, Option<Displacement>), Option<Turn>> {
+) -> Result<(Problem, ReductionModes, Option<Displacement>), Option<Turn>> {
     let begin = Instant::now();
-    let (relative, unit_loads, modes, displacement): (RelativeModel, Vec<Load>, _, _) =
+    let (reduced, modes, displacement): (ReducedModel, _, _) =
         cache.get_or_turn(key, Ok, progress)?;
-    let relative = relative.under(model, &unit_loads);
+    let problem = Problem::new(reduced, model);
     progress.kept_stage(Stage::FiniteElements, Duration::ZERO);
     progress.kept_stage(Stage::Reduction, begin.elapsed());
-    Ok((relative, modes, displacement))
+    Ok((problem, modes, displacement))
 }

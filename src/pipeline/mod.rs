@@ -38,9 +38,9 @@ use crate::export::manifest::{self, Summary};
 use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use dovetail_numerics::eigen::Modes;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::dlft::{Response, StaticState};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::reduction::damping::rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
@@ -114,7 +114,6 @@ pub fn solve(
 ) -> Result<Run, RunError> {
     let progress = &Progress::new(observer);
     let reduced = Reduced::of(scene, context, progress)?;
-    let relative = reduced.relative();
     let Static {
         state: static_state,
         slide,
@@ -138,7 +137,13 @@ pub fn solve(
     let damping = rayleigh(&scene.damping, linear_omega2)?;
     let frequencies_hz = solve::frequencies_hz(&scene.response, linear_omega2)?;
     let harmonics = scene.response.resolution.most_harmonics();
-    solve::off_undamped_modes(relative, &static_state, damping, &frequencies_hz, harmonics)?;
+    solve::off_undamped_modes(
+        reduced.model(),
+        &static_state,
+        damping,
+        &frequencies_hz,
+        harmonics,
+    )?;
     let responses = solve::Responses {
         spec: &scene.response,
         reduced: &reduced,

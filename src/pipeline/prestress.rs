@@ -1,4 +1,4 @@
-//! Takes a model to its reduced model with the prestress that it asks for. That of the static state with contact
+//! Takes a model to its problem with the prestress that it asks for. That of the static state with contact
 //! depends on the reduced model itself: both are repeated until the normal forces no longer move. The first pass takes
 //! the stress of the static state with all pairs stuck, which one linear system gives.
 
@@ -12,9 +12,10 @@ use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::fem::statics::{prestressing, solve_by_cholesky};
 use dovetail_solver::fem::{self, FemError, Structure, assemble_stressed, expand_to_nodes};
-use dovetail_solver::model::{Model, Prestress};
+use dovetail_solver::model::{BodyPrestress, Model};
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::{
-    self, ReducedModel, StuckModes, frequency_change, stuck_displacement,
+    self, Recovery, Reduction, StuckModes, Truncation, frequency_change, stuck_displacement,
 };
 use nalgebra_sparse::CscMatrix;
 
@@ -26,10 +27,14 @@ const STILL: f64 = 1e-3;
 /// Static displacement of the nodes of each body that the prestress comes from.
 pub(super) type Displacement = Vec<Vec<[f64; 3]>>;
 
-/// A reduced model, and what it is made of.
+/// A problem, and what it is made of.
 pub(super) struct Settled {
     pub structure: Structure,
-    pub reduced: ReducedModel,
+    pub problem: Problem,
+    pub truncation: Truncation,
+    /// As in [`Reduction`].
+    pub fixed_interface_omega2: Vec<Vec<f64>>,
+    pub recovery: Recovery,
     /// Of the static state that the prestress comes from; `None`: [`assemble`] finds the stress, or there is none.
     pub displacement: Option<Displacement>,
     /// Where the prestress is that of the held flanks: see [`held_flanks_error`].
@@ -40,11 +45,10 @@ pub(super) struct Settled {
 
 /// Whether the prestress of a model is that of its static state.
 pub(super) fn is_of_contact(model: &Model) -> bool {
-    prestress(model) == Some(Prestress::Contact)
-}
-
-fn prestress(model: &Model) -> Option<Prestress> {
-    Some(model.rotation.as_ref()?.prestress)
+    model
+        .rotation
+        .as_ref()
+        .is_some_and(|r| r.prestress_of_contact)
 }
 
 /// # Errors
@@ -57,16 +61,19 @@ pub(super) fn settle(
     progress: &Progress,
 ) -> Result<Settled, RunError> {
     let structure = assemble(model, progress)?;
-    let (reduced, held_flanks_error) = {
+    let (reduction, held_flanks_error) = {
         let stage = reduction_stage(model, progress);
-        let reduced = reduction::reduce(model, &structure, wanted)?;
-        let error = held_flanks_error(model, &structure, &reduced)?;
+        let reduction = reduction::reduce(model, &structure, wanted)?;
+        let error = held_flanks_error(model, &structure, &reduction)?;
         drop(stage);
-        (reduced, error)
+        (reduction, error)
     };
     let mut settled = Settled {
         structure,
-        reduced,
+        problem: Problem::new(reduction.model, model),
+        truncation: reduction.truncation,
+        fixed_interface_omega2: reduction.fixed_interface_omega2,
+        recovery: reduction.recovery,
         displacement: None,
         held_flanks_error,
         passes: Vec::new(),
@@ -74,7 +81,7 @@ pub(super) fn settle(
     if !is_of_contact(model) {
         return Ok(settled);
     }
-    let mut state = static_state(scene, &settled.reduced.relative, progress);
+    let mut state = static_state(scene, &settled.problem, progress);
     settled.take_down(None, progress);
     loop {
         // Without a state there is nothing to go on from: the run says why, by the one of this model.
@@ -91,10 +98,10 @@ pub(super) fn settle(
                 change,
             });
         }
-        let before = (state, settled.reduced.relative.omega2.first().copied());
+        let before = (state, settled.first_omega2());
         settled.again(model, &before.0, wanted, progress)?;
-        state = static_state(scene, &settled.reduced.relative, progress);
-        let after = (&state, settled.reduced.relative.omega2.first().copied());
+        state = static_state(scene, &settled.problem, progress);
+        let after = (&state, settled.first_omega2());
         let change = match state.status.is_empty() {
             false => change_of_normal_forces(&before.0, &state),
             true => relative(before.1, after.1),
@@ -104,7 +111,11 @@ pub(super) fn settle(
 }
 
 impl Settled {
-    /// The reduced model with the stress of a static state of the one before.
+    fn first_omega2(&self) -> Option<f64> {
+        self.problem.reduced.omega2.first().copied()
+    }
+
+    /// The problem with the stress of a static state of the one before.
     fn again(
         &mut self,
         model: &Model,
@@ -112,16 +123,20 @@ impl Settled {
         wanted: StuckModes,
         progress: &Progress,
     ) -> Result<(), RunError> {
-        let free = self.reduced.recovery.full_static(&state.x);
+        let free = self.recovery.full_static(&state.x);
         let displacement = on_nodes(model, &free);
         self.structure = stressed(model, &displacement, progress)?;
-        self.reduced = reduce(model, &self.structure, wanted, progress)?;
+        let reduction = reduce(model, &self.structure, wanted, progress)?;
+        self.problem = Problem::new(reduction.model, model);
+        self.truncation = reduction.truncation;
+        self.fixed_interface_omega2 = reduction.fixed_interface_omega2;
+        self.recovery = reduction.recovery;
         self.displacement = Some(displacement);
         Ok(())
     }
 
     fn take_down(&mut self, change: Option<f64>, progress: &Progress) {
-        let stuck_frequency_hz = self.reduced.relative.omega2.first().copied().map(hertz);
+        let stuck_frequency_hz = self.first_omega2().map(hertz);
         let moved = match change {
             None => "pairs stuck".to_string(),
             Some(change) => format!("normal forces moved by {change:.1e}"),
@@ -194,16 +209,17 @@ pub(super) fn assemble(model: &Model, progress: &Progress) -> Result<Structure, 
 fn held_flanks_error(
     model: &Model,
     structure: &Structure,
-    reduced: &ReducedModel,
+    reduction: &Reduction,
 ) -> Result<Option<f64>, FemError> {
     let joined = !model.pairs.is_empty() || !model.bonded.is_empty();
-    if prestress(model) != Some(Prestress::HeldFlanks) || !joined {
+    let rotation = model.rotation.as_ref();
+    if rotation.map(|r| r.prestress) != Some(BodyPrestress::HeldFlanks) || !joined {
         return Ok(None);
     }
     let stuck = vec![0.0; 3 * model.pairs.len()];
-    let displacement = on_nodes(model, &reduced.recovery.full_static(&stuck));
+    let displacement = on_nodes(model, &reduction.recovery.full_static(&stuck));
     let other = assemble_stressed(model, &displacement)?;
-    Ok(frequency_change(reduced, structure, &other))
+    Ok(frequency_change(reduction, structure, &other))
 }
 
 /// Displacements of all nodes of each body, of those of its free dofs.
@@ -225,7 +241,7 @@ pub(super) fn reduce(
     structure: &Structure,
     wanted: StuckModes,
     progress: &Progress,
-) -> Result<ReducedModel, RunError> {
+) -> Result<Reduction, RunError> {
     let _stage = reduction_stage(model, progress);
     Ok(reduction::reduce(model, structure, wanted)?)
 }

@@ -9,12 +9,13 @@ use crate::export::manifest::TruncationSummary;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use crate::words::percent;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, Scene, Subject};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Response, StaticState};
-use dovetail_solver::law::PairLaw;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::superelement;
-use dovetail_solver::reduction::{Highest, LISTED_MODES, RelativeModel, StuckModes};
+use dovetail_solver::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
 use dovetail_solver::results::pairs::PairTable;
 
 /// Above this a prestress of held flanks is warned of.
@@ -30,7 +31,7 @@ pub struct Reduced {
 #[derive(Debug)]
 enum Origin {
     Mesh(Box<Meshed>),
-    Folder(Box<RelativeModel>),
+    Folder(Box<Problem>),
 }
 
 impl Reduced {
@@ -50,32 +51,36 @@ impl Reduced {
             }
             Subject::ReducedModel(spec) => {
                 let _stage = progress.stage(Stage::ReducedModel);
-                let element = read(spec)?;
-                let pairs = PairTable::of_superelement(&element);
+                let element = superelement::read(&spec.folder)?;
+                let pairs = PairTable::of_superelement(&element, spec.law.gap_m);
                 progress.note(&format!("{} contact pairs", pairs.rows.len()));
-                let relative = match scene.response.stuck_modes {
-                    Some(modes) => element.relative.with_modes(modes),
-                    None => element.relative,
+                let reduced = match scene.response.stuck_modes {
+                    Some(modes) => element.model.with_modes(modes),
+                    None => element.model,
                 };
+                let problem = Problem::of_one_law(reduced, spec.law, spec.force_n);
                 Self {
                     pairs,
-                    origin: Origin::Folder(Box::new(relative)),
+                    origin: Origin::Folder(Box::new(problem)),
                 }
             }
         };
         reduced.warn_of_much_friction(progress);
-        if let Some(omega2) = reduced.stuck_omega2().first() {
+        if let Some(omega2) = reduced.model().stuck_omega2().first() {
             progress.note(&format!("first stuck mode {:.4} Hz", hertz(*omega2)));
         }
         if let Some(truncation) = reduced.truncation() {
-            progress.note(&truncation_note(reduced.stuck_omega2().len(), &truncation));
+            progress.note(&truncation_note(
+                reduced.model().stuck_omega2().len(),
+                &truncation,
+            ));
         }
         reduced.warn_of_held_flanks(progress);
         Ok(reduced)
     }
 
     fn warn_of_much_friction(&self, progress: &Progress) {
-        let pairs = self.relative().pairs.iter();
+        let pairs = self.problem().laws.iter();
         let largest = pairs.map(|pair| pair.friction).fold(0.0, f64::max);
         if largest > PairLaw::MOST_FRICTION {
             progress.warning(Weight::Remark, format!(
@@ -104,26 +109,23 @@ impl Reduced {
         self.meshed()?.modes.held_flanks_error
     }
 
-    /// What the contact solver sees.
-    pub fn relative(&self) -> &RelativeModel {
+    /// What is to be solved.
+    pub fn problem(&self) -> &Problem {
         match &self.origin {
-            Origin::Mesh(meshed) => &meshed.relative,
-            Origin::Folder(relative) => relative,
+            Origin::Mesh(meshed) => &meshed.problem,
+            Origin::Folder(problem) => problem,
         }
     }
 
-    /// Squared angular frequencies of the stuck modes, without the residual vectors of loads that a
-    /// reduction puts beside them.
-    pub(super) fn stuck_omega2(&self) -> &[f64] {
-        let all = &self.relative().omega2;
-        self.meshed()
-            .map_or(all, |meshed| &all[..meshed.modes.stuck])
+    /// Its matrices.
+    pub fn model(&self) -> &ReducedModel {
+        &self.problem().reduced
     }
 
-    /// Squared angular frequencies of the linear reference about a static state: as many modes as [`Self::stuck_omega2`],
+    /// Squared angular frequencies of the linear reference about a static state: as many modes as [`ReducedModel::stuck_omega2`],
     /// and a few where all that moves are open pairs.
     pub(super) fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
-        let count = match self.stuck_omega2().len() {
+        let count = match self.model().stuck_omega2().len() {
             0 => LISTED_MODES,
             stuck => stuck,
         };
@@ -144,10 +146,10 @@ impl Reduced {
     /// out, or where it is not known.
     pub(super) fn modes_reach(&self, responses: &[&Response]) -> Option<f64> {
         let kept = self.meshed()?;
-        if kept.modes.truncation.amplitude == Some(0.0) || self.relative().pairs.is_empty() {
+        if kept.modes.truncation.amplitude == Some(0.0) || self.problem().laws.is_empty() {
             return None;
         }
-        let last_hz = hertz(*self.stuck_omega2().last()?);
+        let last_hz = hertz(*self.model().stuck_omega2().last()?);
         let orbits = responses.iter().flat_map(|r| &r.orbits);
         let solved = orbits.filter(|o| o.outcome.is_converged());
         let highest_hz = solved.map(|o| o.harmonics as f64 * o.frequency_hz);
@@ -165,7 +167,7 @@ impl Reduced {
 
     /// Names of the observed displacements.
     pub fn observations(&self) -> Vec<&str> {
-        let probes = self.relative().observations.iter();
+        let probes = self.model().observations.iter();
         probes.map(|probe| probe.name.as_str()).collect()
     }
 }
@@ -211,11 +213,8 @@ fn truncation_note(modes: usize, truncation: &TruncationSummary) -> String {
     format!("{modes} stuck modes: {amplitude}{frequencies}")
 }
 
-fn read(spec: &ReducedModelSpec) -> Result<superelement::Superelement, RunError> {
-    Ok(superelement::read(&spec.folder, spec.law, spec.force_n)?)
-}
-
 /// That the folder can be read.
 pub(super) fn check(spec: &ReducedModelSpec) -> Result<(), RunError> {
-    read(spec).map(|_| ())
+    superelement::read(&spec.folder)?;
+    Ok(())
 }

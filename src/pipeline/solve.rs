@@ -16,7 +16,6 @@ use crate::warning::Weight;
 use crate::words::counted;
 use dovetail_numerics::memory;
 use dovetail_numerics::newton::NewtonOptions;
-use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene};
 use dovetail_solver::dlft::accuracy::samples_for;
 use dovetail_solver::dlft::demand;
@@ -26,7 +25,8 @@ use dovetail_solver::dlft::orbit::{linear_orbit, linear_point};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, Response, StaticState, Told};
-use dovetail_solver::reduction::RelativeModel;
+use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
+use dovetail_solver::reduction::ReducedModel;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::results::far_slip::ShorterSides;
 
@@ -39,7 +39,7 @@ pub(super) fn statics(
     reduced: &Reduced,
     progress: &Progress,
 ) -> Result<StaticState, RunError> {
-    let state = static_state(scene, reduced.relative(), progress);
+    let state = static_state(scene, reduced.problem(), progress);
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
         let what = free_motion::retained_at_rest(reduced, &state, progress)?;
         progress.warning(
@@ -122,7 +122,7 @@ const ON_A_MODE: f64 = 1e-9;
 /// # Errors
 /// [`RunError::UndampedMode`] where a harmonic of some frequency lies there.
 pub(super) fn off_undamped_modes(
-    relative: &RelativeModel,
+    reduced: &ReducedModel,
     state: &StaticState,
     damping: Rayleigh,
     frequencies_hz: &[f64],
@@ -131,10 +131,7 @@ pub(super) fn off_undamped_modes(
     if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
         return Ok(());
     }
-    let modes = [
-        ("stuck", &relative.omega2),
-        ("linear", &state.linear.omega2),
-    ];
+    let modes = [("stuck", &reduced.omega2), ("linear", &state.linear.omega2)];
     for (kind, omega2) in modes {
         let modes_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
         for &frequency_hz in frequencies_hz {
@@ -189,7 +186,7 @@ impl Responses<'_, '_> {
         let own = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
         let sides = ShorterSides::of(&self.reduced.pairs);
-        let mut response = match self.reduced.relative().pairs.is_empty() {
+        let mut response = match self.reduced.problem().laws.is_empty() {
             true => self.linear(resolution),
             false => self.with_contact(resolution, compared_harmonics, &sides)?,
         };
@@ -204,10 +201,10 @@ impl Responses<'_, '_> {
         sides: &ShorterSides,
     ) -> Result<Response, RunError> {
         let Self { spec, progress, .. } = self;
-        let relative = self.reduced.relative();
+        let problem = self.reduced.problem();
         let stage = progress.titled_stage(Stage::Response, &title(resolution));
         let blocks = 2 * resolution.most_harmonics() + 1;
-        stage.solves(blocks * relative.stiffness.nrows());
+        stage.solves(blocks * problem.reduced.stiffness.nrows());
         let settings = SweepSettings {
             eps: Eps {
                 choice: spec.eps,
@@ -223,7 +220,7 @@ impl Responses<'_, '_> {
             most_seconds: spec.most_seconds_per_frequency,
             ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
         };
-        memory::ask_for(demand::bytes(relative, &settings))
+        memory::ask_for(demand::bytes(problem, &settings))
             .map_err(|source| RunError::TooLittleMemory { blocks, source })?;
         let begins = ResponseBegins {
             reduced: self.reduced,
@@ -269,20 +266,20 @@ impl Responses<'_, '_> {
             steps.step();
         };
         let (damping, state) = (self.damping, self.state);
-        Ok(sweep(relative, damping, state, &settings, &earlier, &tell))
+        Ok(sweep(problem, damping, state, &settings, &earlier, &tell))
     }
 
     /// A hash of all that the response is computed from, the program included.
     fn inputs(&self, settings: &SweepSettings) -> Inputs {
-        let relative = self.reduced.relative();
+        let problem = self.reduced.problem();
         let mut hasher = blake3::Hasher::new();
         hasher.update(&program::fingerprint().unwrap_or_default());
         // Numbers are written so that they read back to the bit.
         let Self { damping, state, .. } = self;
-        let (loads, laws) = (&relative.excitations, &relative.pairs);
+        let (loads, laws) = (&problem.excitations, &problem.laws);
         let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
         hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}").as_bytes());
-        if postcard::to_io(relative, &mut hasher).is_err() {
+        if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
             unreachable!("a hasher takes all bytes");
         }
         *hasher.finalize().as_bytes()
@@ -293,12 +290,12 @@ impl Responses<'_, '_> {
         let _stage = self
             .progress
             .titled_stage(Stage::Response, "linear response");
-        let relative = self.reduced.relative();
+        let problem = self.reduced.problem();
         let harmonics = match resolution {
             Resolution::Fixed { harmonics, .. } => harmonics,
-            Resolution::Accuracy(_) => relative.highest_excited().max(1),
+            Resolution::Accuracy(_) => problem.highest_excited().max(1),
         };
-        let system = ContactSystem::new(relative, self.damping);
+        let system = ContactSystem::new(problem, self.damping);
         let frequencies = || self.frequencies_hz.iter();
         Response {
             linear: frequencies()

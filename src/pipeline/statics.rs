@@ -6,7 +6,7 @@ use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::static_state::static_state as solve_static;
 use dovetail_solver::dlft::{Outcome, StaticState};
-use dovetail_solver::reduction::{LinearReference, RelativeModel};
+use dovetail_solver::problem::{LinearReference, Problem};
 
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
@@ -21,12 +21,8 @@ pub(super) fn static_options(scene: &Scene) -> (usize, NewtonOptions) {
 }
 
 /// With friction; where no pair can open or slip there is nothing to solve.
-pub(super) fn static_state(
-    scene: &Scene,
-    relative: &RelativeModel,
-    progress: &Progress,
-) -> StaticState {
-    if relative.pairs.is_empty() {
+pub(super) fn static_state(scene: &Scene, problem: &Problem, progress: &Progress) -> StaticState {
+    if problem.laws.is_empty() {
         return StaticState {
             outcome: Outcome::Converged,
             x: Vec::new(),
@@ -35,11 +31,11 @@ pub(super) fn static_state(
             newton_iterations: 0,
             residual: 0.0,
             retention_n: None,
-            linear: LinearReference::stuck(relative),
+            linear: LinearReference::stuck(&problem.reduced),
         };
     }
     let stage = progress.stage(Stage::StaticState);
-    stage.solves(relative.stiffness.nrows());
+    stage.solves(problem.reduced.stiffness.nrows());
     let (load_steps, newton) = static_options(scene);
-    solve_static(relative, load_steps, newton)
+    solve_static(problem, load_steps, newton)
 }

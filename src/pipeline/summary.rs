@@ -47,14 +47,14 @@ pub(super) fn beginning(scene: &Scene, context: &Context) -> Summary {
 pub(super) fn of_reduced(scene: &Scene, context: &Context, reduced: &Reduced) -> Summary {
     Summary {
         mesh: reduced.meshed().map(Meshed::summary),
-        stuck_modes: Some(reduced.stuck_omega2().len()),
+        stuck_modes: Some(reduced.model().stuck_omega2().len()),
         truncation: reduced.truncation(),
         pairs: reduced.pairs.rows.len(),
         prestress_passes: reduced
             .meshed()
             .map_or_else(Vec::new, |m| m.modes.prestress_passes.clone()),
         held_flanks_error: reduced.held_flanks_error(),
-        stuck_frequency_hz: reduced.relative().omega2.first().copied().map(hertz),
+        stuck_frequency_hz: reduced.model().omega2.first().copied().map(hertz),
         bonded_pairs: reduced.meshed().map_or(0, |m| m.model.bonded_pairs()),
         excitation_fields: reduced
             .meshed()

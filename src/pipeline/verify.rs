@@ -81,8 +81,8 @@ pub fn verify(
     }
     let scene = &with_modes_of_harmonics(scene);
     let reduced = Reduced::of(scene, context, progress)?;
-    let relative = reduced.relative();
-    if relative.pairs.is_empty() {
+    let problem = reduced.problem();
+    if problem.laws.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";
         return Err(RunError::AllBonded { why });
     }
@@ -116,7 +116,7 @@ pub fn verify(
                 false => Start::Orbit,
             };
             let done = compare(
-                relative,
+                problem,
                 damping,
                 &response.orbits[*i],
                 start,

@@ -7,10 +7,8 @@ use crate::shared_folder::Folder;
 use dovetail::export::folder::OtherScene;
 use dovetail::pipeline::{self, Beginning, Context, Files};
 use dovetail::scene;
-use dovetail_solver::law::PairLaw;
-use dovetail_solver::model::Growth;
 use dovetail_solver::reduction::superelement::{self, Superelement};
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
 /// What a run says of its only frequency.
@@ -269,41 +267,34 @@ fn bar(elements: usize) -> Superelement {
         _ => 0.0,
     };
     Superelement {
-        relative: RelativeModel {
+        model: ReducedModel {
             stiffness,
             mass: Mat::zeros(n, n),
             coupling: Mat::zeros(n, 0),
             omega2: vec![],
+            stuck_modes: 0,
             static_load: load((0..n).map(preload).collect()),
-            excitations: vec![HarmonicLoad {
-                harmonic: 1,
-                cosine: load(first(1.0)),
-                sine: load(vec![0.0; n]),
-                growth: Growth::Constant,
-            }],
+            unit_loads: vec![load(first(1.0))],
             observations: vec![ObservedDisplacement {
                 name: "tip".into(),
                 on_x: first(1.0),
                 on_modes: vec![],
             }],
-            pairs: vec![LAW; nodes],
         },
         positions_m: (0..nodes).map(|i| [i as f64 * h, 0.0, 0.0]).collect(),
         areas_m2: None,
     }
 }
 
-const LAW: PairLaw = PairLaw::rigid(1.0, 0.0);
-
 #[test]
 fn the_committed_bar_is_the_bar_of_this_file() {
     let folder = root().join("scenes/verification/microslip_bar");
-    let [a, b] = [bar(9), superelement::read(&folder, LAW, 1.0).unwrap()].map(|s| s.relative);
+    let [a, b] = [bar(9), superelement::read(&folder).unwrap()].map(|s| s.model);
     assert!((a.stiffness - b.stiffness).norm_max() < 1e-14);
     for (a, b) in a.static_load.on_x.iter().zip(&b.static_load.on_x) {
         assert!((a - b).abs() < 1e-16);
     }
-    assert_eq!(a.excitations, b.excitations);
+    assert_eq!(a.unit_loads, b.unit_loads);
     assert_eq!(a.observations, b.observations);
 }
 

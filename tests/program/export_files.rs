@@ -20,7 +20,7 @@ use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::mesh::ElementOrder;
 use dovetail_solver::mesh::block::mixed_block;
-use dovetail_solver::model::{Prestress, Rotation};
+use dovetail_solver::model::{BodyPrestress, Rotation};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
 use made_up_run::{Run, observed, run, scaled};
@@ -726,7 +726,8 @@ fn flanks_are_drawn_in_one_sense_to_one_scale_with_named_edges() {
             point_m: [0.0, 0.0, -0.5],
             axis: [x, 0.0, 0.0],
             speed_rad_s: 500.0,
-            prestress: Prestress::None,
+            prestress: BodyPrestress::None,
+            prestress_of_contact: false,
         })
     };
     let ends = ["front end", "rear end"];

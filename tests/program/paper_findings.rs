@@ -17,8 +17,9 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{Model, bind};
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
-use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-10,
@@ -35,7 +36,7 @@ const GRID: [f64; 13] = [
 struct Joint {
     scene: Scene,
     model: Model,
-    reduced: ReducedModel,
+    problem: Problem,
     damping: Rayleigh,
     statics: StaticState,
     /// Centrifugal load of the blade, N.
@@ -65,13 +66,13 @@ fn joint() -> &'static Joint {
             excited: Highest::OfFirstStuckMode(1.05),
             kept: Highest::OfFirstStuckMode(1.05),
         };
-        let reduced = reduce(&model, &structure, wanted).unwrap();
-        let damping = rayleigh(&scene.damping, &reduced.relative.omega2).unwrap();
-        let statics = static_state(&reduced.relative, scene.static_state.load_steps, NEWTON);
+        let problem = Problem::new(reduce(&model, &structure, wanted).unwrap().model, &model);
+        let damping = rayleigh(&scene.damping, &problem.reduced.omega2).unwrap();
+        let statics = static_state(&problem, scene.static_state.load_steps, NEWTON);
         Joint {
             scene,
             model,
-            reduced,
+            problem,
             damping,
             statics,
             blade_load_n,
@@ -83,10 +84,10 @@ fn joint() -> &'static Joint {
 const SAMPLES: usize = 128;
 
 /// The reduced model with another force than the scene's (loads are linear in it).
-fn with_force(force_n: f64) -> RelativeModel {
+fn with_force(force_n: f64) -> Problem {
     let joint = joint();
     let ratio = force_n / joint.scene.assembly().unwrap().excitations[0].amplitude;
-    let mut model = joint.reduced.relative.clone();
+    let mut model = joint.problem.clone();
     for excitation in &mut model.excitations {
         for load in [&mut excitation.cosine, &mut excitation.sine] {
             load.on_x.iter_mut().for_each(|f| *f *= ratio);
@@ -96,14 +97,14 @@ fn with_force(force_n: f64) -> RelativeModel {
     model
 }
 
-fn respond(model: &RelativeModel, harmonics: usize, grid: &[f64]) -> Response {
-    let first_hz = model.omega2[0].sqrt() / TAU;
+fn respond(model: &Problem, harmonics: usize, grid: &[f64]) -> Response {
+    let first_hz = model.reduced.omega2[0].sqrt() / TAU;
     let frequencies_hz = grid.iter().map(|r| r * first_hz).collect();
     respond_with(model, harmonics, SAMPLES, frequencies_hz)
 }
 
 fn respond_with(
-    model: &RelativeModel,
+    model: &Problem,
     harmonics: usize,
     samples: usize,
     frequencies_hz: Vec<f64>,
@@ -136,7 +137,7 @@ fn respond_with(
 /// Three harmonics under the scene's force.
 fn response() -> &'static Response {
     static RESPONSE: OnceLock<Response> = OnceLock::new();
-    RESPONSE.get_or_init(|| respond(&joint().reduced.relative, 3, &GRID))
+    RESPONSE.get_or_init(|| respond(&joint().problem, 3, &GRID))
 }
 
 /// Amplitudes over those of the stuck assembly, frequency by frequency.
@@ -308,7 +309,7 @@ fn rough_flanks_after_the_static_state_give_the_linear_curve() {
     assert!(slippery.orbits.iter().any(|o| o.counts().slipping > 0));
     for (force_n, opens_at) in [(0.2, 0), (0.3, 1)] {
         let mut model = with_force(force_n);
-        model.pairs.iter_mut().for_each(|pair| pair.friction = 1e6);
+        model.laws.iter_mut().for_each(|pair| pair.friction = 1e6);
         let rough = respond(&model, 1, &GRID);
         let mut open_points = 0;
         for (ratio, orbit) in ratios(&rough).iter().zip(&rough.orbits) {
@@ -371,7 +372,8 @@ fn truncation_explains_what_is_left_at_the_peak() {
         excited: Highest::OfFirstStuckMode(1.05),
         kept: Highest::OfFirstStuckMode(1.05),
     };
-    let model = &reduce(&joint().model, &structure, wanted).unwrap().relative;
+    let reduction = reduce(&joint().model, &structure, wanted).unwrap();
+    let model = &Problem::new(reduction.model, &joint().model);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);
         1e3 * response.orbits[0].observed_amplitude_m[0]

@@ -54,7 +54,7 @@ impl Observer for Listener {
         self.steps += steps;
     }
     fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
-        assert_eq!(reduced.relative().pairs.len(), 1);
+        assert_eq!(reduced.problem().laws.len(), 1);
         self.heard.push("reduced");
         Ok(())
     }

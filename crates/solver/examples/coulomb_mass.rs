@@ -8,13 +8,14 @@
 use std::f64::consts::{PI, TAU};
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
 /// Frequency of the force over that of the mass on its spring.
@@ -46,26 +47,30 @@ pub fn amplitude_m(harmonics: usize) -> f64 {
         on_x,
         on_modes: Vec::new(),
     };
-    let model = RelativeModel {
-        stiffness: identity(),
-        mass: identity(),
-        // Nothing moves while the pair sticks: there are no stuck modes.
-        coupling: Mat::zeros(3, 0),
-        omega2: Vec::new(),
-        // Compression is negative.
-        static_load: load(vec![-1.0, 0.0, 0.0]),
+    let model = Problem {
+        reduced: ReducedModel {
+            stiffness: identity(),
+            mass: identity(),
+            // Nothing moves while the pair sticks: there are no stuck modes.
+            coupling: Mat::zeros(3, 0),
+            omega2: Vec::new(),
+            stuck_modes: 0,
+            // Compression is negative.
+            static_load: load(vec![-1.0, 0.0, 0.0]),
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "mass".into(),
+                on_x: along_ground(),
+                on_modes: Vec::new(),
+            }],
+        },
+        laws: vec![PairLaw::rigid(FRICTION, 0.0)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(along_ground()),
             sine: load(vec![0.0; 3]),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "mass".into(),
-            on_x: along_ground(),
-            on_modes: Vec::new(),
-        }],
-        pairs: vec![PairLaw::rigid(FRICTION, 0.0)],
     };
     let undamped = Rayleigh {
         stiffness_s: 0.0,

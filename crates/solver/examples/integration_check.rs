@@ -7,12 +7,13 @@ use std::error::Error;
 use std::path::Path;
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::Until;
-use dovetail_solver::law::PairLaw;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::superelement;
 
@@ -39,12 +40,12 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
     let law = PairLaw::rigid(0.3, 0.0);
     let force_n = 1.0;
-    let model = superelement::read(&folder, law, force_n)?.relative;
+    let model = Problem::of_one_law(superelement::read(&folder)?.model, law, force_n);
     let ratio = DampingSpec::Ratio {
         ratio: 0.001,
         linear_mode: 1,
     };
-    let damping = rayleigh(&ratio, &model.omega2)?;
+    let damping = rayleigh(&ratio, &model.reduced.omega2)?;
     let newton = NewtonOptions {
         tolerance: 1e-10,
         max_iterations: 60,

@@ -19,6 +19,7 @@ use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
     Material, ObservationSpec, Prestress, RotationSpec, bind,
 };
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
@@ -66,25 +67,25 @@ pub fn solve() -> Result<Answer, Box<dyn Error>> {
         excited: Highest::OfFirstStuckMode(1.02),
         kept: Highest::OfFirstStuckMode(1.02),
     };
-    let relative = reduce(&model, &structure, wanted)?.relative;
+    let problem = Problem::new(reduce(&model, &structure, wanted)?.model, &model);
     let ratio = DampingSpec::Ratio {
         ratio: 0.001,
         linear_mode: 1,
     };
-    let damping = rayleigh(&ratio, &relative.omega2)?;
+    let damping = rayleigh(&ratio, problem.reduced.stuck_omega2())?;
     let newton = NewtonOptions {
         tolerance: 1e-10,
         max_iterations: 100,
     };
-    let state = static_state(&relative, 10, newton);
+    let state = static_state(&problem, 10, newton);
     let resolution = Resolution::Fixed {
         harmonics: 3,
         samples: 128,
     };
     let settings = SweepSettings::new(vec![449.5, 450.0977, 451.0], resolution);
-    let response = sweep(&relative, damping, &state, &settings, &[], &|_| ());
+    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
     Ok(Answer {
-        first_stuck_hz: relative.omega2[0].sqrt() / TAU,
+        first_stuck_hz: problem.reduced.omega2[0].sqrt() / TAU,
         state,
         response,
     })

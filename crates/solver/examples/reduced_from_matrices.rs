@@ -12,14 +12,15 @@ use std::f64::consts::TAU;
 use dovetail_numerics::dense::product;
 use dovetail_numerics::eigen::dense::{cholesky, modes, solve_in_place};
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::{Mat, MatRef};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -98,7 +99,7 @@ struct Matrices<'a> {
 }
 
 /// Craig-Bampton: `g = Psi X + Phi q` with `Psi = -K_gg^-1 K_gx` and the modes Phi of g, all kept.
-fn condensed(full: &Matrices, pairs: &[PairLaw]) -> Result<RelativeModel, Box<dyn Error>> {
+fn condensed(full: &Matrices, pairs: &[PairLaw]) -> Result<Problem, Box<dyn Error>> {
     let (n, all) = (3 * pairs.len(), full.stiffness.nrows());
     let inner = all - n;
     let k_gg = full.stiffness.submatrix(n, n, inner, inner);
@@ -129,23 +130,27 @@ fn condensed(full: &Matrices, pairs: &[PairLaw]) -> Result<RelativeModel, Box<dy
         on_modes: onto(&from_q, vector),
     };
     let observed = load(full.observed);
-    Ok(RelativeModel {
-        stiffness: between(&from_x, full.stiffness, &from_x),
-        mass: between(&from_x, full.mass, &from_x),
-        coupling: between(&from_x, full.mass, &from_q),
-        omega2: modes.omega2,
-        static_load: load(full.steady_load),
+    Ok(Problem {
+        reduced: ReducedModel {
+            stiffness: between(&from_x, full.stiffness, &from_x),
+            mass: between(&from_x, full.mass, &from_x),
+            coupling: between(&from_x, full.mass, &from_q),
+            stuck_modes: modes.omega2.len(),
+            omega2: modes.omega2,
+            static_load: load(full.steady_load),
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "mass".into(),
+                on_x: observed.on_x,
+                on_modes: observed.on_modes,
+            }],
+        },
+        laws: pairs.to_vec(),
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(full.force),
             sine: load(&vec![0.0; all]),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "mass".into(),
-            on_x: observed.on_x,
-            on_modes: observed.on_modes,
-        }],
-        pairs: pairs.to_vec(),
     })
 }

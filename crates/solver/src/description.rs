@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::contact::PairLaw;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
-use crate::law::PairLaw;
 use crate::model::Assembly;
 use crate::reduction::damping::DampingSpec;
 

@@ -4,7 +4,8 @@
 //!
 //! [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs; [`fem`] stiffness, mass,
 //! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
-//! dynamic stiffness and laws; [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
+//! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
+//! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
 //! it; [`results`] physical fields. [`description`] is a whole run as a value.
 
 #![forbid(unsafe_code)]
@@ -16,9 +17,10 @@ pub mod dlft;
 pub mod fem;
 pub mod input;
 pub mod integration;
-pub mod law;
+
 pub mod mesh;
 pub mod model;
+pub mod problem;
 pub mod reduction;
 pub mod results;
 pub mod text;

@@ -10,9 +10,9 @@ use super::fields::{Checker, Table};
 use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{RawReducedModel, RawScene};
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::description::ReducedModelSpec;
-use dovetail_solver::law::PairLaw;
-use dovetail_solver::law::penalty::PairStiffness;
 
 pub fn reduced_model(
     checker: &mut Checker,

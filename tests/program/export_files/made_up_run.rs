@@ -11,7 +11,8 @@ use dovetail_solver::model::Material;
 use dovetail_solver::model::{
     Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation, Side, Slave,
 };
-use dovetail_solver::reduction::{LinearReference, Load, RelativeModel};
+use dovetail_solver::problem::LinearReference;
+use dovetail_solver::reduction::{Load, ReducedModel};
 use dovetail_solver::results::recovery::NodalField;
 use faer::Mat;
 
@@ -302,19 +303,19 @@ fn static_state(model: &Model) -> StaticState {
 }
 
 /// One mode that nothing excites.
-fn without_pairs() -> RelativeModel {
-    RelativeModel {
+fn without_pairs() -> ReducedModel {
+    ReducedModel {
         stiffness: Mat::zeros(0, 0),
         mass: Mat::zeros(0, 0),
         coupling: Mat::zeros(0, 1),
         omega2: vec![1.0],
+        stuck_modes: 1,
         static_load: Load {
             on_x: vec![],
             on_modes: vec![0.0],
         },
-        excitations: vec![],
+        unit_loads: Vec::new(),
         observations: vec![],
-        pairs: vec![],
     }
 }
 

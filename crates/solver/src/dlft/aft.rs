@@ -6,7 +6,7 @@
 use super::between_samples::{self, Passed, Visit};
 use super::pair_signals::{PairInput, Periods, Signals};
 use super::rounded;
-use crate::law::coulomb::{Contact, length, slip_tangent, unilateral_coulomb};
+use crate::contact::coulomb::{Contact, length, slip_tangent, unilateral_coulomb};
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};

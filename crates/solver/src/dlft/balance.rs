@@ -8,9 +8,9 @@ use super::PairStatus;
 use super::aft::{PairEnd, contact_force_derivative, contact_forces};
 use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
-use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
-use crate::contact::inexact::InexactModel;
-use crate::law::PredictedLaw;
+use crate::contact::PredictedLaw;
+use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+use crate::problem::inexact::InexactModel;
 use dovetail_numerics::fourier::Fourier;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
@@ -143,8 +143,8 @@ impl<'a> Balance<'a> {
         let n = system.unknowns();
         let stiffness = system.stiffness(omega, harmonics);
         let mut force = vec![0.0; (2 * harmonics + 1) * n];
-        force[..n].copy_from_slice(&system.model.static_load.on_x);
-        for load in &system.model.excitations {
+        force[..n].copy_from_slice(&system.problem.reduced.static_load.on_x);
+        for load in &system.problem.excitations {
             let k = load.harmonic;
             if k == 0 || k > harmonics {
                 continue;
@@ -220,7 +220,7 @@ impl<'a> Balance<'a> {
 
     fn law(&self, pair: usize) -> PredictedLaw {
         let eps = [0, 1].map(|c| self.eps_at(3 * pair + c));
-        self.setting.system.model.pairs[pair].predicted(eps, self.most_friction)
+        self.setting.system.problem.laws[pair].predicted(eps, self.most_friction)
     }
 
     /// What counts of the predicted force of a pair: component-major coefficients, N.
@@ -441,7 +441,8 @@ mod tests {
                     Mean::Free => setting.x_static.to_vec(),
                     Mean::Retained => vec![0.0; n],
                 };
-                let retention = Retention::new(&setting.system.model.stiffness, setting.eps);
+                let retention =
+                    Retention::new(&setting.system.problem.reduced.stiffness, setting.eps);
                 let free = Balance::new(&setting, OMEGA_RAD_S);
                 let retained =
                     Balance::new(&setting, OMEGA_RAD_S).retained_by(Cow::Borrowed(&retention));
@@ -472,9 +473,9 @@ mod tests {
                 .map(|i| (1 + i / 3) as f64 * if i % 3 == 0 { 5.0 } else { 2.0 })
                 .collect();
             let x_static: Vec<f64> = (0..n).map(|i| 0.1 * (i + 1) as f64).collect();
-            let mut model = sample.setting.system.model.clone();
-            model.pairs.iter_mut().for_each(|law| law.stiffness = None);
-            let system = ContactSystem::new(&model, sample.setting.system.damping);
+            let mut problem = sample.setting.system.problem.clone();
+            problem.laws.iter_mut().for_each(|law| law.stiffness = None);
+            let system = ContactSystem::new(&problem, sample.setting.system.damping);
             let setting = Setting {
                 system: &system,
                 eps: &eps,
@@ -488,7 +489,7 @@ mod tests {
                 let [along, across] =
                     [1, 2].map(|c| (1 + pair) as f64 * 2.0 * x_static[3 * pair + c]);
                 assert_eq!(input.start, [along, across]);
-                let gap_m = setting.system.model.pairs[pair].gap_m;
+                let gap_m = setting.system.problem.laws[pair].gap_m;
                 assert_eq!(input.shift_n, (1 + pair) as f64 * 5.0 * gap_m);
             }
         });
@@ -512,17 +513,17 @@ mod tests {
     #[test]
     fn a_coefficient_of_friction_above_what_is_computed_counts_as_that() {
         at_sample_points(|_, sample, _| {
-            let mut model = sample.setting.system.model.clone();
-            model.pairs[0].friction = 1e6;
-            let system = ContactSystem::new(&model, sample.setting.system.damping);
+            let mut problem = sample.setting.system.problem.clone();
+            problem.laws[0].friction = 1e6;
+            let system = ContactSystem::new(&problem, sample.setting.system.damping);
             let setting = Setting {
                 system: &system,
                 ..*sample.setting
             };
             let balance = Balance::new(&setting, OMEGA_RAD_S);
             let friction = |pair: usize| balance.input(pair, &sample.force).friction;
-            assert_eq!(friction(0), crate::law::PairLaw::MOST_FRICTION);
-            assert_eq!(friction(1), model.pairs[1].friction);
+            assert_eq!(friction(0), crate::contact::PairLaw::MOST_FRICTION);
+            assert_eq!(friction(1), problem.laws[1].friction);
         });
     }
 
@@ -533,12 +534,12 @@ mod tests {
             let mut capped = Balance::new(setting, OMEGA_RAD_S);
             capped.force.copy_from_slice(&sample.force);
             capped.most_friction = most;
-            let mut model = setting.system.model.clone();
-            assert!(model.pairs.iter().any(|pair| pair.friction < most));
-            for pair in &mut model.pairs {
+            let mut problem = setting.system.problem.clone();
+            assert!(problem.laws.iter().any(|pair| pair.friction < most));
+            for pair in &mut problem.laws {
                 pair.friction = pair.friction.min(most);
             }
-            let system = ContactSystem::new(&model, setting.system.damping);
+            let system = ContactSystem::new(&problem, setting.system.damping);
             let setting = Setting {
                 system: &system,
                 ..*setting

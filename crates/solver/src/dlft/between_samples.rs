@@ -8,7 +8,7 @@
 //!
 //! All of it is written for real numbers and for numbers with derivatives alike.
 
-use crate::law::coulomb::Contact;
+use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 use nalgebra_sparse::na::{SMatrix, SVector};
 use num_dual::{DualNum, DualSVec64, jacobian};

@@ -6,7 +6,7 @@ use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 
 use super::linear_system::LinearSystem;
-use crate::contact::inexact::Inexact;
+use crate::problem::inexact::Inexact;
 use dovetail_numerics::dense::Lu;
 
 /// Motions of all harmonics together, at most: their factor should cost no more than some linear iterations.

@@ -3,9 +3,9 @@
 use super::point::MOST_EXACT_UNKNOWNS;
 use super::settings::{Resolution, Solver};
 use super::sweep::SweepSettings;
-use crate::contact::inexact::{ALL_FROM, motions};
 use crate::dlft::coarse;
-use crate::reduction::RelativeModel;
+use crate::problem::Problem;
+use crate::problem::inexact::{ALL_FROM, motions};
 
 const F64: u64 = 8;
 const F32: u64 = 4;
@@ -14,16 +14,16 @@ const VECTORS: u64 = 16;
 
 /// Bytes that a sweep takes at least where pairs slip: what both halves share, and the frequency that each of them works
 /// on. An accuracy begins with the harmonics that are excited, and what it goes on to is not counted.
-pub fn bytes(model: &RelativeModel, settings: &SweepSettings) -> u64 {
+pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     let (harmonics, samples) = match settings.resolution {
         Resolution::Fixed { harmonics, samples } => (harmonics, samples),
         Resolution::Accuracy(_) => {
-            let harmonics = model.highest_excited().max(1);
+            let harmonics = problem.highest_excited().max(1);
             (harmonics, Resolution::least_samples(harmonics))
         }
     };
     let size = Size {
-        pairs: model.pairs.len() as u64,
+        pairs: problem.laws.len() as u64,
         width: 2 * harmonics as u64 + 1,
     };
     let halves = settings.frequencies_hz.len().clamp(1, 2) as u64;
@@ -78,7 +78,7 @@ impl Size {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::dovetail72::dovetail72;
 
     fn of(harmonics: usize, solver: Solver) -> u64 {
         let resolution = Resolution::Fixed {

@@ -132,7 +132,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
         let mut out = Mat::<f64>::zeros(x.len(), x.len());
         // Lambda - eps.
-        let mut stiffness = balance.setting.system.model.stiffness.clone();
+        let mut stiffness = balance.setting.system.problem.reduced.stiffness.clone();
         if let Some(retention) = balance.retention() {
             retention.add_to_matrix(&mut stiffness);
         }

@@ -4,9 +4,9 @@
 //! k > H (Nacivet et al. 2003, equation 20), so that eps stands for the dynamic stiffness of the harmonics that
 //! are left out. Its choice moves the solution by no more than the truncation does.
 
-use crate::contact::dynamic_stiffness::ContactSystem;
 use crate::dlft::settings::EpsChoice;
-use crate::reduction::RelativeModel;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::reduction::ReducedModel;
 use dovetail_numerics::vector::{dot, norm};
 
 /// The dynamic stiffness is looked at over this many harmonics at least: with one alone, a resonance of it
@@ -32,8 +32,10 @@ impl Eps {
     pub fn of(&self, system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
         let mut eps = match self.choice {
             EpsChoice::Dynamic => dynamic(system, omega, harmonics.max(FEWEST_HARMONICS)),
-            EpsChoice::Pair => system.model.diagonal_stiffness(),
-            EpsChoice::SpectralRadius => vec![spectral_radius(system.model); system.unknowns()],
+            EpsChoice::Pair => system.problem.reduced.diagonal_stiffness(),
+            EpsChoice::SpectralRadius => {
+                vec![spectral_radius(&system.problem.reduced); system.unknowns()]
+            }
         };
         eps.iter_mut().for_each(|e| *e *= self.scale);
         eps
@@ -50,7 +52,7 @@ fn dynamic(system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64>
             own.iter().map(|v| v.norm()).collect()
         })
         .collect();
-    let mut eps = system.model.diagonal_stiffness();
+    let mut eps = system.problem.reduced.diagonal_stiffness();
     for (pair, eps) in eps.chunks_exact_mut(3).enumerate() {
         let at = |c: usize| diagonals.iter().map(move |d| d[3 * pair + c]);
         let tangential = at(1).zip(at(2)).map(|(t1, t2)| 0.5 * (t1 + t2));
@@ -70,15 +72,15 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Largest eigenvalue of K by power iteration (K is symmetric positive semi-definite).
-fn spectral_radius(model: &RelativeModel) -> f64 {
-    let n = model.stiffness.nrows();
+fn spectral_radius(reduced: &ReducedModel) -> f64 {
+    let n = reduced.stiffness.nrows();
     let mut v: Vec<f64> = (0..n).map(|i| 1.0 + (i as f64).sin()).collect();
     let mut w = vec![0.0; n];
     let mut rho = 0.0;
     for _ in 0..10_000 {
         let length = norm(&v);
         v.iter_mut().for_each(|x| *x /= length);
-        super::balance::apply_real(&model.stiffness, &v, &mut w);
+        super::balance::apply_real(&reduced.stiffness, &v, &mut w);
         let next = dot(&v, &w);
         std::mem::swap(&mut v, &mut w);
         if (next - rho).abs() <= 1e-13 * next {
@@ -92,18 +94,18 @@ fn spectral_radius(model: &RelativeModel) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::model;
+    use crate::dlft::jacobians::problem;
     use crate::reduction::damping::Rayleigh;
 
     #[test]
     fn eps_is_the_median_of_the_dynamic_stiffness_and_no_less_than_the_static_one() {
-        let model = model(4);
+        let problem = problem(4);
         let damping = Rayleigh {
             stiffness_s: 0.1,
             mass_per_s: 0.15,
         };
-        let system = ContactSystem::new(&model, damping);
-        let own = model.diagonal_stiffness();
+        let system = ContactSystem::new(&problem, damping);
+        let own = problem.reduced.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
         for (harmonics, looked_at) in [(1, 3), (3, 3), (6, 6)] {
             let eps = Eps::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
@@ -132,12 +134,12 @@ mod tests {
 
     #[test]
     fn the_scale_multiplies_every_choice() {
-        let model = model(3);
+        let problem = problem(3);
         let damping = Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 0.0,
         };
-        let system = ContactSystem::new(&model, damping);
+        let system = ContactSystem::new(&problem, damping);
         for choice in [
             EpsChoice::Dynamic,
             EpsChoice::Pair,
@@ -152,7 +154,10 @@ mod tests {
             );
         }
         let rho = Eps::new(EpsChoice::SpectralRadius).of(&system, 0.4, 3)[0];
-        let values = model.stiffness.self_adjoint_eigenvalues(faer::Side::Lower);
+        let values = problem
+            .reduced
+            .stiffness
+            .self_adjoint_eigenvalues(faer::Side::Lower);
         let largest = values.unwrap().into_iter().fold(0.0, f64::max);
         assert!((rho / largest - 1.0).abs() < 1e-10, "{rho} {largest}");
     }

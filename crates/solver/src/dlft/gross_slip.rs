@@ -5,7 +5,7 @@
 
 use super::balance::{Balance, Setting, gather};
 use super::dense::MOST_DENSE_UNKNOWNS;
-use crate::contact::tangential;
+use crate::problem::tangential;
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::vector::norm;
 use faer::{Mat, c64};
@@ -16,7 +16,7 @@ pub const GROSS_SLIP: f64 = 1e5;
 /// The motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off, as the norm of its
 /// harmonics, m; of no pair where there are too many for a balance of one harmonic to have exact corrections.
 pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
-    let pairs = setting.system.model.pairs.len();
+    let pairs = setting.system.problem.laws.len();
     if 3 * setting.system.unknowns() > MOST_DENSE_UNKNOWNS {
         return vec![];
     }
@@ -30,7 +30,7 @@ pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
 /// The largest of [`free_slips_m`] over the mean elastic displacement under friction, mu N / eps. 0 where nothing rubs, and
 /// where the free slips are not known.
 pub fn slides_past(setting: &Setting<'_>, free_slips_m: &[f64]) -> f64 {
-    let pairs = &setting.system.model.pairs;
+    let pairs = &setting.system.problem.laws;
     let count = pairs.len() as f64;
     let friction = pairs.iter().map(|p| p.computed_friction()).sum::<f64>() / count;
     let limit_n = friction * setting.pressing_n / count;
@@ -104,7 +104,7 @@ mod tests {
                 pressing_n: 6.0,
                 ..*balance.setting
             };
-            let pairs = &setting.system.model.pairs;
+            let pairs = &setting.system.problem.laws;
             let count = pairs.len() as f64;
             let friction: f64 = pairs.iter().map(|p| p.friction).sum::<f64>() / count;
             let x = without_friction(&Balance::new(&setting, OMEGA_RAD_S));

@@ -8,14 +8,15 @@ use super::eps::Eps;
 use super::newton_krylov::{KrylovSystem, Preconditioner};
 use super::pair_signals::Periods;
 use super::retention::{Mean, Retention};
-use crate::contact::dynamic_stiffness::ContactSystem;
-use crate::contact::inexact::InexactModel;
+use crate::contact::PairLaw;
+use crate::contact::penalty::PairStiffness;
 use crate::dlft::settings::EpsChoice;
-use crate::law::PairLaw;
-use crate::law::penalty::PairStiffness;
 use crate::model::Growth;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::inexact::InexactModel;
+use crate::problem::{HarmonicLoad, Problem};
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_testkit::differences::{assert_close, central};
@@ -48,7 +49,7 @@ pub fn mixed(i: usize, seed: usize) -> f64 {
 
 /// `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing holds the slide
 /// of all along t1.
-pub fn model(pairs: usize) -> RelativeModel {
+pub fn problem(pairs: usize) -> Problem {
     let n = 3 * pairs;
     let slide = 1.0 / (pairs as f64).sqrt();
     let b = Mat::from_fn(n, n, |i, j| {
@@ -72,11 +73,24 @@ pub fn model(pairs: usize) -> RelativeModel {
         on_modes: (0..MODES).map(|i| mixed(i, seed + 1)).collect(),
     };
     let g = Mat::from_fn(n, MASSES, |i, j| 0.3 * mixed(i * MASSES + j, 1));
-    RelativeModel {
+    let reduced = ReducedModel {
+        stiffness,
         mass: &g * g.transpose(),
         coupling: Mat::from_fn(n, MODES, |i, j| 0.2 * mixed(i * MODES + j, 2)),
         omega2: vec![0.9, 2.5, 4.0],
+        stuck_modes: MODES,
         static_load: load(20),
+        unit_loads: Vec::new(),
+        observations: [70, 80]
+            .map(|seed| ObservedDisplacement {
+                name: seed.to_string(),
+                on_x: load(seed).on_x,
+                on_modes: load(seed).on_modes,
+            })
+            .to_vec(),
+    };
+    Problem {
+        reduced,
         // The last is beyond the harmonics of the balances.
         excitations: [1, 2, HARMONICS + 1]
             .map(|harmonic| HarmonicLoad {
@@ -86,17 +100,9 @@ pub fn model(pairs: usize) -> RelativeModel {
                 growth: Growth::Constant,
             })
             .to_vec(),
-        observations: [70, 80]
-            .map(|seed| ObservedDisplacement {
-                name: seed.to_string(),
-                on_x: load(seed).on_x,
-                on_modes: load(seed).on_modes,
-            })
-            .to_vec(),
-        pairs: (0..pairs)
+        laws: (0..pairs)
             .map(|p| PairLaw::rigid(0.3 + 0.05 * p as f64, 0.1 * (p % 3) as f64))
             .collect(),
-        stiffness,
     }
 }
 
@@ -156,9 +162,9 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         .into_iter()
         .flat_map(|kind| means.map(|mean| (kind, mean)))
     {
-        let mut model = model(motions.len());
+        let mut problem = problem(motions.len());
         if has_springs {
-            for (pair, law) in model.pairs.iter_mut().enumerate() {
+            for (pair, law) in problem.laws.iter_mut().enumerate() {
                 law.stiffness = Some(PairStiffness {
                     normal_n_m: 4.0 + mixed(pair, 90),
                     tangential_n_m: 3.0 + mixed(pair, 91),
@@ -169,20 +175,20 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
             stiffness_s: 0.1,
             mass_per_s: 0.15,
         };
-        let n = model.stiffness.nrows();
+        let n = problem.reduced.stiffness.nrows();
         let x_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 5)).collect();
         let lambda_static: Vec<f64> = (0..n).map(|i| 0.02 * mixed(i, 92)).collect();
         let mut at_rest = vec![PairStatus::Stuck; n / 3];
         at_rest[OPEN_AT_REST] = PairStatus::Open;
-        let system = ContactSystem::new(&model, damping);
+        let system = ContactSystem::new(&problem, damping);
         let asked = Eps {
             choice: EpsChoice::Pair,
             scale: 1.3,
         };
         let eps = asked.of(&system, OMEGA_RAD_S, HARMONICS);
-        let inexact = InexactModel::new(&model);
+        let inexact = InexactModel::new(&problem.reduced);
         let fourier = Fourier::new(HARMONICS, SAMPLES);
-        let retention = Retention::new(&model.stiffness, &eps);
+        let retention = Retention::new(&problem.reduced.stiffness, &eps);
         assert!(retention.is_needed());
         let setting = Setting {
             system: &system,
@@ -210,7 +216,7 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
         balance.apply_stiffness(&u, &mut force);
         for (pair, motion) in motions.into_iter().enumerate() {
             let law =
-                model.pairs[pair].predicted([eps[3 * pair], eps[3 * pair + 1]], f64::INFINITY);
+                problem.laws[pair].predicted([eps[3 * pair], eps[3 * pair + 1]], f64::INFINITY);
             let [x, lambda] =
                 [&x_static, &lambda_static].map(|v| [v[3 * pair + 1], v[3 * pair + 2]]);
             let start = law.state_at_rest(x, lambda);

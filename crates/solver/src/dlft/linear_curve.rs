@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use super::LinearPoint;
 use super::orbit::linear_point;
-use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::problem::dynamic_stiffness::ContactSystem;
 
 /// Steps of the search for a peak; each leaves 0.618 of the range that the peak is in.
 const STEPS: usize = 30;
@@ -28,9 +28,14 @@ pub fn linear_curve(
         let ends = frequencies_hz.first().zip(frequencies_hz.last());
         ends.is_some_and(|(first, last)| first < f && f < last)
     };
-    let excitations = system.model.excitations.iter();
+    let excitations = system.problem.excitations.iter();
     let resonances = excitations.flat_map(|load| {
-        let modes = system.model.omega2.iter().map(|w2| w2.max(0.0).sqrt());
+        let modes = system
+            .problem
+            .reduced
+            .omega2
+            .iter()
+            .map(|w2| w2.max(0.0).sqrt());
         modes.map(move |omega| omega / (TAU * load.harmonic as f64))
     });
     points.extend(resonances.filter(inside).map(at));
@@ -85,27 +90,27 @@ fn in_order(points: &mut Vec<LinearPoint>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::problem::dovetail72::dovetail72;
+    use crate::problem::{LinearReference, Problem};
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::dovetail72::dovetail72;
-    use crate::reduction::{LinearReference, RelativeModel};
 
-    fn without_pairs() -> RelativeModel {
-        let model = dovetail72(1.0);
-        LinearReference::stuck(&model).model(&model)
+    fn without_pairs() -> Problem {
+        let problem = dovetail72(1.0);
+        LinearReference::stuck(&problem.reduced).problem(&problem)
     }
 
     /// Of 0.01 % of critical damping the grid is a hundred times coarser than the resonance is wide. Of 10 % the peak
     /// is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
-        let model = without_pairs();
-        let omega = model.omega2[0].sqrt();
+        let problem = without_pairs();
+        let omega = problem.reduced.omega2[0].sqrt();
         for (ratio, step, tolerance) in [(1e-4, 1e-6, 1e-4), (0.1, 1e-4, 1e-6)] {
             let damping = Rayleigh {
                 stiffness_s: 2.0 * ratio / omega,
                 mass_per_s: 0.0,
             };
-            let system = ContactSystem::new(&model, damping);
+            let system = ContactSystem::new(&problem, damping);
             let first_hz = omega / TAU;
             let grid: Vec<f64> = (0..10)
                 .map(|i| first_hz * (0.95 + 0.011 * f64::from(i)))
@@ -132,25 +137,25 @@ mod tests {
 
     #[test]
     fn without_damping_no_peak_is_looked_for() {
-        let model = without_pairs();
+        let problem = without_pairs();
         let damping = Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 0.0,
         };
-        let system = ContactSystem::new(&model, damping);
-        let first_hz = model.omega2[0].sqrt() / TAU;
+        let system = ContactSystem::new(&problem, damping);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
         let grid = [0.9 * first_hz, 0.999 * first_hz, 1.1 * first_hz];
         assert_eq!(linear_curve(&system, 1, &grid).len(), 3);
     }
 
     #[test]
     fn one_frequency_is_one_point() {
-        let model = without_pairs();
+        let problem = without_pairs();
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 0.0,
         };
-        let system = ContactSystem::new(&model, damping);
+        let system = ContactSystem::new(&problem, damping);
         assert_eq!(linear_curve(&system, 1, &[450.0]).len(), 1);
         assert!(linear_curve(&system, 1, &[]).is_empty());
     }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 
 use super::retention::Retention;
-use crate::contact::dynamic_stiffness::Coefficients;
-use crate::contact::inexact::Inexact;
+use crate::problem::dynamic_stiffness::Coefficients;
+use crate::problem::inexact::Inexact;
 
 /// J at one point. Vectors are blocks of m: the mean, then cosine and sine of each harmonic.
 pub struct LinearSystem {

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::reduction::LinearReference;
+use crate::problem::LinearReference;
 
 /// How the solution of one frequency (or of the static state) ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

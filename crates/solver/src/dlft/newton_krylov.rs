@@ -6,7 +6,7 @@ use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
 use super::linear_system::LinearSystem;
 use super::two_level;
-use crate::contact::inexact::Inexact;
+use crate::problem::inexact::Inexact;
 use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_numerics::refresh::RefreshPolicy;
 use dovetail_numerics::vector::norm;
@@ -78,7 +78,7 @@ pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let whole = balance
         .setting
         .system
-        .model
+        .problem
         .steady_force_n()
         .hypot(harmonic);
     if harmonic == 0.0 {
@@ -114,8 +114,8 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
         let balance = self.evaluator.balance;
         let jacobian = balance.linearise(&self.evaluator.at(x).lambda_u);
         let kept = &mut *self.preconditioner;
-        let model = balance.setting.inexact;
-        let inexact = model.taking_part(&jacobian.active, kept.inexact.as_ref());
+        let problem = balance.setting.inexact;
+        let inexact = problem.taking_part(&jacobian.active, kept.inexact.as_ref());
         let columns = inexact.columns();
         let linear = LinearSystem {
             harmonics: balance.stiffness.coefficients(MODES_BELOW),

@@ -3,7 +3,7 @@
 use super::balance::{Balance, Evaluation};
 use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
-use crate::contact::dynamic_stiffness::ContactSystem;
+use crate::problem::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::vector::dot;
 use faer::c64;
@@ -180,8 +180,13 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 
 /// Complex loads on the modes in harmonic k: `cosine - i sine`.
 fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
-    let mut out = vec![c64::new(0.0, 0.0); system.model.omega2.len()];
-    for load in system.model.excitations.iter().filter(|l| l.harmonic == k) {
+    let mut out = vec![c64::new(0.0, 0.0); system.problem.reduced.omega2.len()];
+    for load in system
+        .problem
+        .excitations
+        .iter()
+        .filter(|l| l.harmonic == k)
+    {
         let factor = load.factor(omega);
         for (o, (c, s)) in out
             .iter_mut()
@@ -209,10 +214,14 @@ fn modal_amplitudes(
     omega: f64,
     u: &[f64],
 ) -> Vec<f64> {
-    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    let (n, m) = (system.unknowns(), system.problem.reduced.omega2.len());
     let mut out = vec![0.0; (2 * harmonics + 1) * m];
-    let statics = &system.model.static_load.on_modes;
-    for (i, (f, w2)) in statics.iter().zip(&system.model.omega2).enumerate() {
+    let statics = &system.problem.reduced.static_load.on_modes;
+    for (i, (f, w2)) in statics
+        .iter()
+        .zip(&system.problem.reduced.omega2)
+        .enumerate()
+    {
         out[i] = f / w2;
     }
     for k in 1..=harmonics {
@@ -232,9 +241,10 @@ fn observe(
     u: &[f64],
     modal: &[f64],
 ) -> Vec<Vec<f64>> {
-    let (n, m) = (system.unknowns(), system.model.omega2.len());
+    let (n, m) = (system.unknowns(), system.problem.reduced.omega2.len());
     system
-        .model
+        .problem
+        .reduced
         .observations
         .iter()
         .map(|point| {
@@ -267,8 +277,8 @@ fn powers(
     u: &[f64],
     modal: &[f64],
 ) -> Powers {
-    let model = system.model;
-    let (n, m) = (system.unknowns(), model.omega2.len());
+    let problem = system.problem;
+    let (n, m) = (system.unknowns(), problem.reduced.omega2.len());
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
     let mut product = vec![0.0; n];
     for k in 1..=harmonics {
@@ -277,7 +287,7 @@ fn powers(
             let block = 2 * k - 1 + part;
             v[block * size..(block + 1) * size].to_vec()
         };
-        for load in model.excitations.iter().filter(|l| l.harmonic == k) {
+        for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
             let work = |f: &crate::reduction::Load, part: usize| {
                 dot(&f.on_x, &at(u, n, part)) + dot(&f.on_modes, &at(modal, m, part))
@@ -288,17 +298,17 @@ fn powers(
         for part in 0..2 {
             let (x, q) = (at(u, n, part), at(modal, m, part));
             let mut energy = 0.0;
-            super::balance::apply_real(&model.stiffness, &x, &mut product);
+            super::balance::apply_real(&problem.reduced.stiffness, &x, &mut product);
             let stiff = dot(&x, &product)
                 + q.iter()
-                    .zip(&model.omega2)
+                    .zip(&problem.reduced.omega2)
                     .map(|(q, w2)| w2 * q * q)
                     .sum::<f64>();
             energy += system.damping.stiffness_s * stiff;
-            super::balance::apply_real(&model.mass, &x, &mut product);
+            super::balance::apply_real(&problem.reduced.mass, &x, &mut product);
             let mut mass = dot(&x, &product) + dot(&q, &q);
             for (j, q) in q.iter().enumerate() {
-                mass += 2.0 * q * dot(&x, model.coupling.col_as_slice(j));
+                mass += 2.0 * q * dot(&x, problem.reduced.coupling.col_as_slice(j));
             }
             energy += system.damping.mass_per_s * mass;
             viscous += 0.5 * kw * kw * energy;
@@ -327,7 +337,7 @@ fn pair_cycle(
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
     // Of the law itself: a sum of harmonics would pull at a pair that opens.
     let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
-    let rubs = balance.setting.system.model.pairs[pair].friction > 0.0;
+    let rubs = balance.setting.system.problem.laws[pair].friction > 0.0;
     let mut friction = 0.0;
     for k in (1..=fourier.harmonics()).filter(|_| rubs) {
         let mut work = 0.0;
@@ -357,10 +367,9 @@ mod tests {
     use crate::dlft::balance::Setting;
     use crate::dlft::jacobians::{OMEGA_RAD_S, OPEN_AT_REST, at_sample_points};
     use crate::model::Growth;
+    use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::{
-        HarmonicLoad, LinearReference, Load, ObservedDisplacement, RelativeModel,
-    };
+    use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
     use faer::Mat;
     use std::f64::consts::TAU;
 
@@ -385,10 +394,14 @@ mod tests {
     }
 
     /// All loads of harmonics that the balance has, at the phase w t.
-    fn load_at(model: &RelativeModel, harmonics: usize, phase: f64) -> Load {
-        let mut load = model.static_load.clone();
+    fn load_at(problem: &Problem, harmonics: usize, phase: f64) -> Load {
+        let mut load = problem.reduced.static_load.clone();
         let Load { on_x, on_modes } = &mut load;
-        for part in model.excitations.iter().filter(|l| l.harmonic <= harmonics) {
+        for part in problem
+            .excitations
+            .iter()
+            .filter(|l| l.harmonic <= harmonics)
+        {
             let (s, c) = (part.harmonic as f64 * phase).sin_cos();
             for (sum, (cosine, sine)) in [
                 (&mut *on_x, (&part.cosine.on_x, &part.sine.on_x)),
@@ -429,9 +442,9 @@ mod tests {
     fn loads_stiffness_and_modes_are_those_of_the_equations_in_time() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let (model, damping) = (system.model, system.damping);
+            let (problem, damping) = (system.problem, system.damping);
             let (a, b) = (damping.stiffness_s, damping.mass_per_s);
-            let (n, modes) = (system.unknowns(), model.omega2.len());
+            let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let free = Balance::new(balance.setting, OMEGA_RAD_S);
             let mut of_balance = vec![0.0; u.len()];
             free.apply_stiffness(u, &mut of_balance);
@@ -442,23 +455,26 @@ mod tests {
             let (orbit, _) = orbit_of(balance, u);
             for i in 0..7 {
                 let phase = 0.9 * f64::from(i);
-                let load = load_at(model, orbit.harmonics, phase);
+                let load = load_at(problem, orbit.harmonics, phase);
                 let [x, v, acceleration] = at_phase(u, n, phase);
                 let [q, q_rate, q_second] = at_phase(&orbit.modal, modes, phase);
-                let [kx, kv] = [&x, &v].map(|x| times(&model.stiffness, x));
-                let [mv, ma] = [&v, &acceleration].map(|x| times(&model.mass, x));
+                let [kx, kv] = [&x, &v].map(|x| times(&problem.reduced.stiffness, x));
+                let [mv, ma] = [&v, &acceleration].map(|x| times(&problem.reduced.mass, x));
                 let turned = |i: usize| q_second[i] + b * q_rate[i];
-                let p = times(&model.coupling, &(0..modes).map(turned).collect::<Vec<_>>());
+                let p = times(
+                    &problem.reduced.coupling,
+                    &(0..modes).map(turned).collect::<Vec<_>>(),
+                );
                 for (i, found) in at_phase(&of_balance, n, phase)[0].iter().enumerate() {
                     let damped = kx[i] + a * kv[i] + b * mv[i] + ma[i] + p[i];
                     assert_near(*found, damped - load.on_x[i]);
                 }
                 let moved = |i: usize| acceleration[i] + b * v[i];
                 let of_x = times(
-                    &model.coupling.transpose().to_owned(),
+                    &problem.reduced.coupling.transpose().to_owned(),
                     &(0..n).map(moved).collect::<Vec<_>>(),
                 );
-                for (i, w2) in model.omega2.iter().enumerate() {
+                for (i, w2) in problem.reduced.omega2.iter().enumerate() {
                     let damped = q_second[i] + (a * w2 + b) * q_rate[i] + w2 * q[i] + of_x[i];
                     assert_near(damped, load.on_modes[i]);
                 }
@@ -470,29 +486,29 @@ mod tests {
     fn powers_are_the_means_of_force_times_velocity() {
         at_sample_points(|_, balance, u| {
             let system = balance.setting.system;
-            let (model, damping) = (system.model, system.damping);
+            let (problem, damping) = (system.problem, system.damping);
             let (a, b) = (damping.stiffness_s, damping.mass_per_s);
-            let (n, modes) = (system.unknowns(), model.omega2.len());
+            let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
             let (orbit, evaluation) = orbit_of(balance, u);
             let mut kinetic = 0.0;
             let (mut input, mut viscous) = (0.0, 0.0);
             let mut friction = vec![0.0; n / 3];
             for i in 0..INSTANTS {
                 let phase = TAU * i as f64 / INSTANTS as f64;
-                let load = load_at(model, orbit.harmonics, phase);
+                let load = load_at(problem, orbit.harmonics, phase);
                 let [_, v, _] = at_phase(u, n, phase);
                 let [_, q_rate, _] = at_phase(&orbit.modal, modes, phase);
                 let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
                 input += dot(&load.on_x, &v) + dot(&load.on_modes, &q_rate);
-                viscous += a * dot(&v, &times(&model.stiffness, &v))
-                    + b * dot(&v, &times(&model.mass, &v))
-                    + 2.0 * b * dot(&v, &times(&model.coupling, &q_rate));
-                for (rate, w2) in q_rate.iter().zip(&model.omega2) {
+                viscous += a * dot(&v, &times(&problem.reduced.stiffness, &v))
+                    + b * dot(&v, &times(&problem.reduced.mass, &v))
+                    + 2.0 * b * dot(&v, &times(&problem.reduced.coupling, &q_rate));
+                for (rate, w2) in q_rate.iter().zip(&problem.reduced.omega2) {
                     viscous += (a * w2 + b) * rate * rate;
                     kinetic += 0.5 * rate * rate;
                 }
-                kinetic += 0.5 * dot(&v, &times(&model.mass, &v))
-                    + dot(&v, &times(&model.coupling, &q_rate));
+                kinetic += 0.5 * dot(&v, &times(&problem.reduced.mass, &v))
+                    + dot(&v, &times(&problem.reduced.coupling, &q_rate));
                 let pairs = lambda.chunks_exact(3).zip(v.chunks_exact(3));
                 for (sum, (lambda, v)) in friction.iter_mut().zip(pairs) {
                     *sum += dot(lambda, v);
@@ -514,11 +530,11 @@ mod tests {
     fn a_pair_without_friction_has_no_friction_power() {
         at_sample_points(|_, balance, u| {
             let setting = balance.setting;
-            let mut model = setting.system.model.clone();
-            for pair in &mut model.pairs {
+            let mut problem = setting.system.problem.clone();
+            for pair in &mut problem.laws {
                 pair.friction = 0.0;
             }
-            let system = ContactSystem::new(&model, setting.system.damping);
+            let system = ContactSystem::new(&problem, setting.system.damping);
             let setting = Setting {
                 system: &system,
                 ..*setting
@@ -534,16 +550,16 @@ mod tests {
     fn observed_motion_and_cycles_of_pairs_are_read_off_the_solution() {
         at_sample_points(|_, balance, u| {
             let setting = balance.setting;
-            let (model, n) = (setting.system.model, setting.system.unknowns());
+            let (problem, n) = (setting.system.problem, setting.system.unknowns());
             let law = |pair: usize| {
                 let eps = [setting.eps[3 * pair], setting.eps[3 * pair + 1]];
-                model.pairs[pair].predicted(eps, f64::INFINITY)
+                problem.laws[pair].predicted(eps, f64::INFINITY)
             };
-            let modes = model.omega2.len();
+            let modes = problem.reduced.omega2.len();
             let (orbit, evaluation) = orbit_of(balance, u);
             assert_eq!((&orbit.x[..], &orbit.lambda), (u, &evaluation.lambda));
             assert_near(orbit.retention_n, balance.retention_n(u));
-            for (point, observed) in model.observations.iter().zip(&orbit.observed) {
+            for (point, observed) in problem.reduced.observations.iter().zip(&orbit.observed) {
                 for i in 0..7 {
                     let phase = 0.9 * f64::from(i);
                     let [x, ..] = at_phase(u, n, phase);
@@ -616,7 +632,7 @@ mod tests {
             let still = vec![0.0; u.len()];
             let system = balance.setting.system;
             let harmonics = balance.setting.fourier.harmonics();
-            let stuck = LinearReference::stuck(system.model).model(system.model);
+            let stuck = LinearReference::stuck(&system.problem.reduced).problem(system.problem);
             let stuck = ContactSystem::new(&stuck, system.damping);
             let stuck = linear_point(&stuck, harmonics, FREQUENCY_HZ);
             let expected = observed_amplitudes_m(balance, &still, FREQUENCY_HZ);
@@ -633,31 +649,35 @@ mod tests {
             on_x: vec![],
             on_modes: vec![on_modes],
         };
-        let model = RelativeModel {
-            stiffness: Mat::zeros(0, 0),
-            mass: Mat::zeros(0, 0),
-            coupling: Mat::zeros(0, 1),
-            omega2: vec![w2],
-            static_load: load(mean),
+        let problem = Problem {
+            reduced: ReducedModel {
+                stiffness: Mat::zeros(0, 0),
+                mass: Mat::zeros(0, 0),
+                coupling: Mat::zeros(0, 1),
+                omega2: vec![w2],
+                stuck_modes: 1,
+                static_load: load(mean),
+                unit_loads: Vec::new(),
+                observations: vec![ObservedDisplacement {
+                    name: "u".into(),
+                    on_x: vec![],
+                    on_modes: vec![2.0],
+                }],
+            },
+            laws: vec![],
             excitations: vec![HarmonicLoad {
                 harmonic: 1,
                 cosine: load(force),
                 sine: load(0.0),
                 growth: Growth::Constant,
             }],
-            observations: vec![ObservedDisplacement {
-                name: "u".into(),
-                on_x: vec![],
-                on_modes: vec![2.0],
-            }],
-            pairs: vec![],
         };
         let (a, b) = (0.1, 0.05);
         let damping = Rayleigh {
             stiffness_s: a,
             mass_per_s: b,
         };
-        let orbit = linear_orbit(&ContactSystem::new(&model, damping), 1, (0, FREQUENCY_HZ));
+        let orbit = linear_orbit(&ContactSystem::new(&problem, damping), 1, (0, FREQUENCY_HZ));
         let w = OMEGA_RAD_S;
         let (stiff, damp) = (w2 - w * w, w * (a * w2 + b));
         let q = force / stiff.hypot(damp);

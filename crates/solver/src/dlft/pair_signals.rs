@@ -1,7 +1,7 @@
 //! What the time evaluation of a pair begins with, and its signals over a period.
 
 use super::between_samples::{self, IntervalLaw, Window};
-use crate::law::coulomb::Contact;
+use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 
 /// How many periods of a pair are evaluated.

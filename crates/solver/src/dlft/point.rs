@@ -176,7 +176,7 @@ impl Truncation {
 
     /// Nothing is known of the finer balance.
     fn unknown(u: Vec<f64>, balance: &Balance<'_>) -> Self {
-        let observed = balance.setting.system.model.observations.len();
+        let observed = balance.setting.system.problem.reduced.observations.len();
         Self {
             u,
             changes: vec![1.0; observed.max(1)],
@@ -401,7 +401,7 @@ impl<'a> FrequencySolver<'a> {
     /// be pulled away.
     pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
-        let loads = &setting.system.model.excitations;
+        let loads = &setting.system.problem.excitations;
         let factors = loads.iter().map(|load| load.factor(TAU * frequency_hz));
         let stuck_n = factors.clone().zip(loads).map(|(factor, load)| {
             let parts = load.cosine.on_x.iter().zip(&load.sine.on_x).step_by(3);
@@ -624,7 +624,7 @@ impl<'a> FrequencySolver<'a> {
         mean: Mean,
         work: &mut Work,
     ) -> Option<Solution<'_>> {
-        let pairs = self.setting.system.model.pairs.iter();
+        let pairs = self.setting.system.problem.laws.iter();
         let highest = pairs.fold(0.0_f64, |m, p| m.max(p.computed_friction()));
         let mut most = from;
         if highest <= most {
@@ -869,7 +869,7 @@ mod tests {
                         max_iterations,
                     };
                     let setting = *balance.setting;
-                    let holding = Holding::of(setting.system.model);
+                    let holding = Holding::of(setting.system.problem);
                     let solver = Solver::NewtonKrylov;
                     let frequencies =
                         FrequencySolver::new(setting, newton, solver, &holding, &|_| ());

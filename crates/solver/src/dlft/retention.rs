@@ -10,8 +10,9 @@
 //! Friction holds a body where the pairs that stick throughout leave none of these motions possible
 //! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
 
-use crate::contact::tangential;
-use crate::reduction::{FREE, HarmonicLoad, RelativeModel};
+use crate::problem::tangential;
+use crate::problem::{HarmonicLoad, Problem};
+use crate::reduction::FREE;
 use dovetail_numerics::dense;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::{Mat, c64};
@@ -44,7 +45,7 @@ pub enum Mean {
 /// What holds the bodies of a model besides friction, found when it is first asked for.
 #[derive(Debug)]
 pub struct Holding<'a> {
-    model: &'a RelativeModel,
+    problem: &'a Problem,
     without_contact: OnceLock<bool>,
     retention: OnceLock<Retention>,
     pulls: OnceLock<Vec<Vec<c64>>>,
@@ -52,27 +53,27 @@ pub struct Holding<'a> {
 
 impl<'a> Holding<'a> {
     /// Of a model.
-    pub fn of(model: &'a RelativeModel) -> Self {
+    pub fn of(problem: &'a Problem) -> Self {
         Self {
-            model,
+            problem,
             without_contact: OnceLock::new(),
             retention: OnceLock::new(),
             pulls: OnceLock::new(),
         }
     }
 
-    /// As [`RelativeModel::is_held_without_contact`].
+    /// As [`ReducedModel::is_held_without_contact`].
     pub fn without_contact(&self) -> bool {
         *self
             .without_contact
-            .get_or_init(|| self.model.is_held_without_contact())
+            .get_or_init(|| self.problem.reduced.is_held_without_contact())
     }
 
     /// The motions that nothing holds where all pairs are open: orthonormal, relative displacements.
     pub fn free_motions(&self) -> Vec<Vec<f64>> {
-        let own = self.model.diagonal_stiffness();
+        let own = self.problem.reduced.diagonal_stiffness();
         let mean_stiffness = own.iter().sum::<f64>() / own.len().max(1) as f64;
-        softer_than(&self.model.stiffness, mean_stiffness, FREE)
+        softer_than(&self.problem.reduced.stiffness, mean_stiffness, FREE)
     }
 
     /// The motions that only friction holds; `None` where there are none.
@@ -80,10 +81,13 @@ impl<'a> Holding<'a> {
         if self.without_contact() {
             return None;
         }
-        let Self { model, .. } = self;
-        let found = self
-            .retention
-            .get_or_init(|| Retention::new(&model.stiffness, &model.diagonal_stiffness()));
+        let Self { problem, .. } = self;
+        let found = self.retention.get_or_init(|| {
+            Retention::new(
+                &problem.reduced.stiffness,
+                &problem.reduced.diagonal_stiffness(),
+            )
+        });
         found.is_needed().then_some(found)
     }
 
@@ -92,7 +96,7 @@ impl<'a> Holding<'a> {
     /// holds a motion that is excited.
     pub fn pulls(&self) -> &[Vec<c64>] {
         self.pulls.get_or_init(|| {
-            let stiffness = &self.model.stiffness;
+            let stiffness = &self.problem.reduced.stiffness;
             let along = tangential(stiffness.nrows());
             let count = along.len();
             let k = Mat::from_fn(count, count, |i, j| stiffness[(along[i], along[j])]);
@@ -111,7 +115,7 @@ impl<'a> Holding<'a> {
                 let both = cosine.into_iter().zip(sine);
                 both.map(|(c, s)| c64::new(c, -s)).collect()
             };
-            self.model.excitations.iter().map(of).collect()
+            self.problem.excitations.iter().map(of).collect()
         })
     }
 }
@@ -321,7 +325,7 @@ fn orthonormalise(block: &mut Mat<f64>) {
 mod tests {
     use super::*;
     use crate::dlft::balance::apply_real;
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::dovetail72::dovetail72;
 
     /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded, and
     /// `ground` N/m on the first tangential of pair 0.
@@ -345,8 +349,8 @@ mod tests {
 
     #[test]
     fn pulls_are_what_the_normals_carry_where_nothing_rubs() {
-        let mut model = dovetail72(1.0);
-        let n = model.stiffness.nrows();
+        let mut problem = dovetail72(1.0);
+        let n = problem.reduced.stiffness.nrows();
         let wave = |seed: f64| (0..n).map(move |i| (seed + 1.7 * i as f64).sin());
         // A sliding motion and normal forces give the load that they answer to.
         let mut sought = vec![];
@@ -356,17 +360,17 @@ mod tests {
                 .map(|(i, x)| if i % 3 == 0 { 0.0 } else { 1e-6 * x })
                 .collect();
             let mut load = vec![0.0; n];
-            apply_real(&model.stiffness, &slides, &mut load);
+            apply_real(&problem.reduced.stiffness, &slides, &mut load);
             let normals: Vec<f64> = wave(seed + 0.5).step_by(3).collect();
             for (pair, normal) in normals.iter().enumerate() {
                 load[3 * pair] += normal;
             }
-            let excitation = &mut model.excitations[0];
+            let excitation = &mut problem.excitations[0];
             let parts = [&mut excitation.cosine, &mut excitation.sine];
             parts[part].on_x.copy_from_slice(&load);
             sought.push(normals);
         }
-        let holding = Holding::of(&model);
+        let holding = Holding::of(&problem);
         let [pulls] = holding.pulls() else {
             panic!("one excitation has one list of pulls");
         };
@@ -412,12 +416,13 @@ mod tests {
 
     #[test]
     fn what_nothing_holds_without_contact_is_free() {
-        let model = |stiffness: Mat<f64>| RelativeModel {
-            stiffness,
-            ..crate::dlft::jacobians::model(4)
+        let problem = |stiffness: Mat<f64>| {
+            let mut problem = crate::dlft::jacobians::problem(4);
+            problem.reduced.stiffness = stiffness;
+            problem
         };
         // Grounded along the normals alone: both translations are free, and no more than with the normals held.
-        let free = model(chain(4, 0.0));
+        let free = problem(chain(4, 0.0));
         let holding = Holding::of(&free);
         assert!(!holding.without_contact());
         assert_eq!(holding.free_motions().len(), 2);
@@ -425,7 +430,7 @@ mod tests {
         // A spring too soft for friction to matter beside it holds all the same.
         let mut soft = chain(4, 1e-6);
         soft[(2, 2)] += 1e-6;
-        let soft = model(soft);
+        let soft = problem(soft);
         let holding = Holding::of(&soft);
         assert!(holding.without_contact());
         assert!(holding.free_motions().is_empty() && holding.retention().is_none());

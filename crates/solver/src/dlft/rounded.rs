@@ -7,7 +7,7 @@
 //! method finds the motion at a small q from far away, and follows it as q grows.
 
 use super::pair_signals::{PairInput, Rounding, Signals};
-use crate::law::coulomb::length;
+use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
 
 /// Periods evaluated at most; each but the first begins where Newton's method expects the periodic state.

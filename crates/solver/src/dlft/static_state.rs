@@ -12,11 +12,11 @@ use super::linear_system::LinearSystem;
 use super::retention::{Holding, Retention};
 use super::two_level;
 use super::{Outcome, PairStatus, StaticState};
-use crate::contact::inexact::{Inexact, InexactModel};
-use crate::contact::tangential;
-use crate::law::coulomb::{Contact, slip_tangent};
-use crate::law::{PairLaw, PredictedLaw};
-use crate::reduction::{LinearReference, RelativeModel};
+use crate::contact::coulomb::{Contact, slip_tangent};
+use crate::contact::{PairLaw, PredictedLaw};
+use crate::problem::inexact::{Inexact, InexactModel};
+use crate::problem::tangential;
+use crate::problem::{LinearReference, Problem};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::newton::{NewtonEnd, NewtonOptions, NewtonStatus, NonlinearSystem, newton};
 use dovetail_numerics::refresh::RefreshPolicy;
@@ -29,33 +29,29 @@ use std::sync::Arc;
 /// clearance in `load_steps` equal steps from the stuck, unloaded state; with the motions retained that nothing holds. eps is the stiffness of each
 /// pair: the state does not depend on it, only the way there does. Where it does not converge, or nothing holds the
 /// bodies ([`Outcome::NothingHolds`]), all pairs of its linear reference stick.
-pub fn static_state(
-    model: &RelativeModel,
-    load_steps: usize,
-    options: NewtonOptions,
-) -> StaticState {
-    let mut state = settle(model, load_steps, options);
+pub fn static_state(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
+    let mut state = settle(problem, load_steps, options);
     if state.outcome.is_converged() {
-        state.linear = LinearReference::about(model, &state.open_pairs());
+        state.linear = LinearReference::about(problem, &state.open_pairs());
     }
     state
 }
 
 /// The state, with a linear reference whose pairs all stick.
-fn settle(model: &RelativeModel, load_steps: usize, options: NewtonOptions) -> StaticState {
-    let eps = &model.diagonal_stiffness();
-    let all: Vec<usize> = (0..model.pairs.len()).collect();
-    let inexact = InexactModel::new(model).taking_part(&all, None);
+fn settle(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
+    let eps = &problem.reduced.diagonal_stiffness();
+    let all: Vec<usize> = (0..problem.laws.len()).collect();
+    let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
     let load_up = |retention: Option<&Retention>, start: Start| {
-        StaticSystem::new(model, &inexact, eps, retention).load_up(start, load_steps, options)
+        StaticSystem::new(problem, &inexact, eps, retention).load_up(start, load_steps, options)
     };
     let mut free = load_up(None, Start::Unloaded);
     let mut start = Start::Unloaded;
-    let holding = Holding::of(model);
+    let holding = Holding::of(problem);
     let nothing_holds = |state: &StaticState| state.all_open() && !holding.without_contact();
     let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
-    let is_apart = model.pairs.iter().any(|pair| pair.gap_m > 0.0);
-    if is_lost(&free) && is_apart && model.steady_force_n() > 0.0 {
+    let is_apart = problem.laws.iter().any(|pair| pair.gap_m > 0.0);
+    if is_lost(&free) && is_apart && problem.steady_force_n() > 0.0 {
         // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
         // any stiffness: start with the flanks together.
         let other = load_up(None, Start::ClearancesClosed);
@@ -112,21 +108,21 @@ enum Start {
 
 /// What residuals are relative to: the size of what presses the pairs or, where nothing does, of what their own stiffness
 /// takes over their clearances. Where there are none either, the pairs are at rest as they are, and the residual is 0.
-fn force_scale_n(model: &RelativeModel, eps: &[f64]) -> f64 {
-    let steady_n = model.steady_force_n();
-    let pairs = model.pairs.iter().zip(eps.iter().step_by(3));
+fn force_scale_n(problem: &Problem, eps: &[f64]) -> f64 {
+    let steady_n = problem.steady_force_n();
+    let pairs = problem.laws.iter().zip(eps.iter().step_by(3));
     let clearances: Vec<f64> = pairs.map(|(pair, eps)| eps * pair.gap_m).collect();
     let scales = [steady_n, norm(&clearances)];
     scales.into_iter().find(|n| *n > 0.0).unwrap_or(1.0)
 }
 
 /// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
-fn with_clearances_closed(model: &RelativeModel, eps: &[f64]) -> Vec<f64> {
+fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
     const GROUND: f64 = 1e-3;
-    let k = &model.stiffness;
+    let k = &problem.reduced.stiffness;
     let n = k.nrows();
     let mut x = vec![0.0; n];
-    for (x, pair) in x.iter_mut().step_by(3).zip(&model.pairs) {
+    for (x, pair) in x.iter_mut().step_by(3).zip(&problem.laws) {
         *x = -pair.gap_m;
     }
     let along = tangential(n);
@@ -196,7 +192,7 @@ fn with_growing_friction(
 }
 
 struct StaticSystem<'a> {
-    model: &'a RelativeModel,
+    problem: &'a Problem,
     /// K, and the retention where there is one.
     stiffness: Cow<'a, Mat<f64>>,
     eps: &'a [f64],
@@ -219,25 +215,25 @@ struct StaticSystem<'a> {
 impl<'a> StaticSystem<'a> {
     /// Without load and without slip; with a retention the motions that nothing holds are retained.
     fn new(
-        model: &'a RelativeModel,
+        problem: &'a Problem,
         inexact: &Arc<Inexact>,
         eps: &'a [f64],
         retention: Option<&Retention>,
     ) -> Self {
-        let n = model.stiffness.nrows();
-        let mut stiffness = Cow::Borrowed(&model.stiffness);
+        let n = problem.reduced.stiffness.nrows();
+        let mut stiffness = Cow::Borrowed(&problem.reduced.stiffness);
         if let Some(retention) = retention {
             retention.add_to_matrix(stiffness.to_mut());
         }
         Self {
-            model,
+            problem,
             stiffness,
             eps,
             load: vec![0.0; n],
-            laws: model.pairs.clone(),
+            laws: problem.laws.clone(),
             most_friction: f64::INFINITY,
             slid_force: vec![[0.0; 2]; n / 3],
-            scale: force_scale_n(model, eps),
+            scale: force_scale_n(problem, eps),
             linear: LinearSystem {
                 inexact: Arc::clone(inexact),
                 harmonics: vec![],
@@ -255,7 +251,7 @@ impl<'a> StaticSystem<'a> {
         let n = self.eps.len();
         let mut x = match start {
             Start::Unloaded => vec![0.0; n],
-            Start::ClearancesClosed => with_clearances_closed(self.model, self.eps),
+            Start::ClearancesClosed => with_clearances_closed(self.problem, self.eps),
         };
         let mut forces = vec![[0.0; 3]; n / 3];
         let mut end = NewtonEnd {
@@ -285,10 +281,14 @@ impl<'a> StaticSystem<'a> {
 
     /// The load step that ends at this fraction of the load, and begins at `x` with these forces of the pairs.
     fn set_load(&mut self, fraction: f64, x: &[f64], forces: &[[f64; 3]]) {
-        for (f, full) in self.load.iter_mut().zip(&self.model.static_load.on_x) {
+        for (f, full) in self
+            .load
+            .iter_mut()
+            .zip(&self.problem.reduced.static_load.on_x)
+        {
             *f = fraction * full;
         }
-        for (law, pair) in self.laws.iter_mut().zip(&self.model.pairs) {
+        for (law, pair) in self.laws.iter_mut().zip(&self.problem.laws) {
             law.gap_m = pair.gap_m.max(fraction * pair.gap_m);
         }
         let state = |(pair, force): (usize, &[f64; 3])| {
@@ -339,7 +339,7 @@ impl<'a> StaticSystem<'a> {
             status,
             newton_iterations: end.iterations,
             residual: end.measure,
-            linear: LinearReference::stuck(self.model),
+            linear: LinearReference::stuck(&self.problem.reduced),
         }
     }
 
@@ -475,7 +475,7 @@ impl NonlinearSystem for StaticSystem<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::jacobians::{mixed, model};
+    use crate::dlft::jacobians::{mixed, problem};
     use crate::dlft::retention::Mean;
     use dovetail_testkit::differences::{assert_close, central};
 
@@ -495,23 +495,29 @@ mod tests {
 
     /// A system and a point x at which its pairs have those predicted forces.
     fn with_system(mean: Mean, check: impl Fn(&mut StaticSystem<'_>, &[f64])) {
-        let model = model(TRIALS.len());
-        let n = model.stiffness.nrows();
-        let eps: Vec<f64> = model.diagonal_stiffness().iter().map(|v| 1.3 * v).collect();
+        let problem = problem(TRIALS.len());
+        let n = problem.reduced.stiffness.nrows();
+        let eps: Vec<f64> = problem
+            .reduced
+            .diagonal_stiffness()
+            .iter()
+            .map(|v| 1.3 * v)
+            .collect();
         let all: Vec<usize> = (0..TRIALS.len()).collect();
-        let inexact = InexactModel::new(&model).taking_part(&all, None);
-        let retention = (mean == Mean::Retained).then(|| Retention::new(&model.stiffness, &eps));
-        let mut stiffness = Cow::Borrowed(&model.stiffness);
+        let inexact = InexactModel::new(&problem.reduced).taking_part(&all, None);
+        let retention =
+            (mean == Mean::Retained).then(|| Retention::new(&problem.reduced.stiffness, &eps));
+        let mut stiffness = Cow::Borrowed(&problem.reduced.stiffness);
         if let Some(retention) = &retention {
             assert!(retention.is_needed());
             retention.add_to_matrix(stiffness.to_mut());
         }
         let mut system = StaticSystem {
-            model: &model,
+            problem: &problem,
             stiffness,
             eps: &eps,
             load: vec![0.0; n],
-            laws: model.pairs.clone(),
+            laws: problem.laws.clone(),
             most_friction: f64::INFINITY,
             slid_force: all.iter().map(|p| [mixed(*p, 7), mixed(*p, 8)]).collect(),
             scale: 1.0,
@@ -542,11 +548,11 @@ mod tests {
             max_iterations: 50,
         };
         let [at_most, above] = [1.0, 1e3].map(|times| {
-            let mut model = model(1);
-            model.pairs = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
+            let mut problem = problem(1);
+            problem.laws = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
             // Sticks with a coefficient above 1e5.
-            model.static_load.on_x = vec![-1e-5, 0.0, 1.0];
-            static_state(&model, 1, options)
+            problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            static_state(&problem, 1, options)
         });
         assert_eq!(at_most.outcome, Outcome::Converged);
         assert_eq!(at_most.status, [PairStatus::Slipping]);

@@ -17,10 +17,10 @@ use super::point::{Neighbour, Solution, Work};
 use super::retention::{Holding, Mean};
 use super::second_motion::{Look, second_motions};
 use super::{LinearPoint, Orbit, Outcome, Response, SolvedFrequency, StaticState, Told};
-use crate::contact::dynamic_stiffness::ContactSystem;
-use crate::contact::inexact::InexactModel;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
-use crate::reduction::RelativeModel;
+use crate::problem::Problem;
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::problem::inexact::InexactModel;
 use crate::reduction::damping::Rayleigh;
 use dovetail_numerics::newton::NewtonOptions;
 use std::collections::HashMap;
@@ -80,20 +80,22 @@ impl SweepSettings {
 /// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `tell`
 /// is called from any thread; it hears of each frequency that is solved once, those of earlier included.
 pub fn sweep(
-    model: &RelativeModel,
+    problem: &Problem,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(Told<'_>) + Sync),
 ) -> Response {
-    let system = ContactSystem::new(model, damping);
+    let system = ContactSystem::new(problem, damping);
     let omega = middle(&settings.frequencies_hz);
-    let levels = levels(settings.resolution, model.highest_excited(), |harmonics| {
-        settings.eps.of(&system, omega, harmonics)
-    });
-    let linear = static_state.linear.model(model);
-    let holding = Holding::of(model);
+    let levels = levels(
+        settings.resolution,
+        problem.highest_excited(),
+        |harmonics| settings.eps.of(&system, omega, harmonics),
+    );
+    let linear = static_state.linear.problem(problem);
+    let holding = Holding::of(problem);
     let largest_slip = static_state
         .x
         .chunks_exact(3)
@@ -102,8 +104,8 @@ pub fn sweep(
         .slip_threshold_m
         .unwrap_or(SLIP_THRESHOLD * largest_slip);
     let inexact = match settings.solver {
-        Solver::NewtonKrylov => InexactModel::new(model),
-        Solver::Powell => InexactModel::unprepared(model),
+        Solver::NewtonKrylov => InexactModel::new(&problem.reduced),
+        Solver::Powell => InexactModel::unprepared(&problem.reduced),
     };
     let mut setting = Setting {
         system: &system,
@@ -160,7 +162,7 @@ pub fn sweep(
     let mut two = second_motions(&orbits, at_meeting, solver_of);
     let asked = orbits.len();
     run.add_at_peaks(&mut orbits, &mut linear, &two.steps_hz, settings.most_added);
-    let tops: Vec<usize> = (0..model.observations.len())
+    let tops: Vec<usize> = (0..problem.reduced.observations.len())
         .filter_map(|observation| highest(&orbits, observation))
         .map(|(i, _)| orbits[i].point)
         .collect();
@@ -340,7 +342,8 @@ impl Run<'_> {
             .lowest()
             .setting
             .system
-            .model
+            .problem
+            .reduced
             .observations
             .len();
         while orbits.len() < asked + most {
@@ -421,12 +424,12 @@ impl Run<'_> {
 mod tests {
     use super::*;
     use crate::dlft::static_state::static_state;
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::dovetail72::dovetail72;
     use std::sync::Mutex;
 
-    fn damping(model: &RelativeModel) -> Rayleigh {
+    fn damping(problem: &Problem) -> Rayleigh {
         Rayleigh {
-            stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+            stiffness_s: 2.0 * 0.001 / problem.reduced.omega2[0].sqrt(),
             mass_per_s: 0.0,
         }
     }
@@ -439,13 +442,13 @@ mod tests {
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         pool.build().unwrap().install(|| {
-            let model = dovetail72(3.0);
-            let first_hz = model.omega2[0].sqrt() / TAU;
-            let damping = damping(&model);
+            let problem = dovetail72(3.0);
+            let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+            let damping = damping(&problem);
             let frequencies_hz = [0.985, 0.99, 0.995, 1.0].map(|r| r * first_hz).to_vec();
             let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.03));
-            let state = static_state(&model, 10, newton);
-            let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+            let state = static_state(&problem, 10, newton);
+            let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
             (state, response)
         })
     }
@@ -467,8 +470,8 @@ mod tests {
     /// which it was swept.
     #[test]
     fn a_sweep_that_was_broken_off_goes_on_to_the_same_bits() {
-        let model = dovetail72(3.0);
-        let first_hz = model.omega2[0].sqrt() / TAU;
+        let problem = dovetail72(3.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
         let frequencies_hz: Vec<f64> = (0..100)
             .map(|i| first_hz * (0.984 + 2e-4 * f64::from(i)))
             .collect();
@@ -479,7 +482,7 @@ mod tests {
             samples: 32,
         };
         let settings = SweepSettings::new(frequencies_hz, resolution);
-        let state = static_state(&model, 10, settings.newton);
+        let state = static_state(&problem, 10, settings.newton);
         let run = |earlier: &[SolvedFrequency]| {
             let told = Mutex::new(Vec::new());
             let tell = |told_now: Told<'_>| {
@@ -487,7 +490,14 @@ mod tests {
                     told.lock().unwrap().push(solved.clone());
                 }
             };
-            let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
+            let response = sweep(
+                &problem,
+                damping(&problem),
+                &state,
+                &settings,
+                earlier,
+                &tell,
+            );
             (response, told.into_inner().unwrap())
         };
         let (whole, records) = run(&[]);
@@ -517,10 +527,10 @@ mod tests {
     /// Of frequencies so coarse that the peak lies 9 % above the highest.
     #[test]
     fn frequencies_are_added_until_the_peak_is_found() {
-        let model = dovetail72(1.0);
-        let first_hz = model.omega2[0].sqrt() / TAU;
+        let problem = dovetail72(1.0);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
         let state = static_state(
-            &model,
+            &problem,
             10,
             SweepSettings::new(vec![], Resolution::Accuracy(0.1)).newton,
         );
@@ -542,7 +552,14 @@ mod tests {
                         told.lock().unwrap().push(solved.clone());
                     }
                 };
-                let response = sweep(&model, damping(&model), &state, &settings, earlier, &tell);
+                let response = sweep(
+                    &problem,
+                    damping(&problem),
+                    &state,
+                    &settings,
+                    earlier,
+                    &tell,
+                );
                 (response, told.into_inner().unwrap())
             };
         let highest = |response: &Response| {

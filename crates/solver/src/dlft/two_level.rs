@@ -86,28 +86,25 @@ fn image(system: &LinearSystem, z: Preconditioned) -> Mat<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
-    use crate::contact::inexact::InexactModel;
-    use crate::reduction::RelativeModel;
+    use crate::problem::Problem;
+    use crate::problem::dovetail72::dovetail72;
+    use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
+    use crate::problem::inexact::InexactModel;
     use crate::reduction::damping::Rayleigh;
-    use crate::reduction::dovetail72::dovetail72;
 
     const HARMONICS: usize = 2;
     const FULL: usize = 3 * (2 * HARMONICS + 1);
 
     /// Near the first stuck mode; pairs that slip at some samples, each with a D of its own.
-    fn system(
-        model: &RelativeModel,
-        pairs: &[usize],
-    ) -> (LinearSystem, HarmonicStiffness<'static>) {
-        let model: &'static RelativeModel = Box::leak(Box::new(model.clone()));
+    fn system(problem: &Problem, pairs: &[usize]) -> (LinearSystem, HarmonicStiffness<'static>) {
+        let problem: &'static Problem = Box::leak(Box::new(problem.clone()));
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 0.0,
         };
-        let stiffness =
-            ContactSystem::new(model, damping).stiffness(0.99 * model.omega2[0].sqrt(), HARMONICS);
-        let inexact = InexactModel::new(model).taking_part(pairs, None);
+        let stiffness = ContactSystem::new(problem, damping)
+            .stiffness(0.99 * problem.reduced.omega2[0].sqrt(), HARMONICS);
+        let inexact = InexactModel::new(&problem.reduced).taking_part(pairs, None);
         let m = inexact.unknowns();
         let derivatives = (0..m / 3 * FULL * FULL).map(|i| {
             let (row, column) = (i % FULL, i / FULL % FULL);
@@ -121,7 +118,7 @@ mod tests {
             eps: inexact
                 .columns()
                 .iter()
-                .map(|&c| model.stiffness[(c, c)] as f32)
+                .map(|&c| problem.reduced.stiffness[(c, c)] as f32)
                 .collect(),
             inexact,
         };
@@ -160,10 +157,10 @@ mod tests {
 
     #[test]
     fn what_it_solves_is_solved_exactly_and_the_softest_motions_save_iterations() {
-        let model = dovetail72(1.0);
+        let problem = dovetail72(1.0);
         let every_third: Vec<usize> = (0..10).map(|p| 3 * p).collect();
         for pairs in [(0..72).collect(), every_third] {
-            let (linear, stiffness) = system(&model, &pairs);
+            let (linear, stiffness) = system(&problem, &pairs);
             let size = linear.inexact.unknowns() * linear.width();
             let b: Vec<f64> = (0..size).map(|i| (i as f64 * 0.7).sin()).collect();
             let coarse = Coarse::new(&linear).unwrap();
@@ -173,7 +170,7 @@ mod tests {
             let left = norm(y.iter().zip(&b).map(|(y, b)| y - b)) / norm(b.into_iter());
             assert!(left < 5e-4, "{left:e}");
         }
-        let (linear, _) = system(&model, &(0..72).collect::<Vec<_>>());
+        let (linear, _) = system(&problem, &(0..72).collect::<Vec<_>>());
         let size = linear.inexact.unknowns() * linear.width();
         let b: Vec<f64> = (0..size).map(|i| (i as f64).cos()).collect();
         let coarse = Coarse::new(&linear);
@@ -184,8 +181,8 @@ mod tests {
 
     #[test]
     fn nothing_of_the_residual_is_left_on_the_softest_motions() {
-        let model = dovetail72(1.0);
-        let (linear, stiffness) = system(&model, &(0..72).collect::<Vec<_>>());
+        let problem = dovetail72(1.0);
+        let (linear, stiffness) = system(&problem, &(0..72).collect::<Vec<_>>());
         let (m, width) = (linear.inexact.unknowns(), linear.width());
         let v = Mat::from_fn(m, width, |i, h| ((i * (h + 2)) as f32 * 0.3).cos());
         let [z, _] = Coarse::new(&linear)

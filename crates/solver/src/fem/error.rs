@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::statics::SolveFailure;
-use crate::model::Prestress;
+use crate::model::BodyPrestress;
 use crate::model::{Body, Rotation};
 
 /// Why the finite elements of a body were not assembled.
@@ -71,7 +71,7 @@ impl FemError {
         rotation: Option<&Rotation>,
         free_node: usize,
     ) -> Self {
-        match rotation.filter(|r| body.rotates && r.prestress != Prestress::None) {
+        match rotation.filter(|r| body.rotates && r.prestress != BodyPrestress::None) {
             Some(rotation) => {
                 let (node_tag, position_m) = locate(body, free_node);
                 let speed_rpm = rotation.speed_rad_s * 30.0 / std::f64::consts::PI;

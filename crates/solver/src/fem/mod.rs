@@ -18,8 +18,7 @@ mod error;
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use crate::model::Prestress;
-use crate::model::{Body, Model, Rotation};
+use crate::model::{Body, BodyPrestress, Model, Rotation};
 use assembly::{
     NodePattern, add_springs, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars,
 };
@@ -108,8 +107,8 @@ pub fn assemble_body(
     let rotation = rotation.filter(|_| body.rotates);
     body_matrices(body, rotation, |stiffness, load_n| {
         match rotation.map(|r| r.prestress) {
-            None | Some(Prestress::None | Prestress::Contact) => Ok(None),
-            Some(Prestress::HeldFlanks) => {
+            None | Some(BodyPrestress::None) => Ok(None),
+            Some(BodyPrestress::HeldFlanks) => {
                 statics::held_displacement(body, stiffness, load_n, solve).map(Some)
             }
         }

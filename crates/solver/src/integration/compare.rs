@@ -4,7 +4,7 @@ use super::IntegrationError;
 use super::steady::{Settled, Until, integrate};
 use super::step::{State, Stepper, touching};
 use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
-use crate::reduction::RelativeModel;
+use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
 
 /// What both methods tell of one period.
@@ -90,7 +90,7 @@ pub enum Start<'a> {
 /// # Errors
 /// See [`IntegrationError`].
 pub fn compare(
-    model: &RelativeModel,
+    problem: &Problem,
     damping: Rayleigh,
     orbit: &Orbit,
     start: Start<'_>,
@@ -98,12 +98,12 @@ pub fn compare(
     until: Until,
     slip_threshold_m: f64,
 ) -> Result<Comparison, IntegrationError> {
-    let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(model, orbit));
-    let model = retained.as_ref().unwrap_or(model);
-    let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, steps)?;
+    let retained = (orbit.retention_n > 0.0).then(|| with_retention_force(problem, orbit));
+    let problem = retained.as_ref().unwrap_or(problem);
+    let mut stepper = Stepper::new(problem, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
-        Start::Orbit => on_orbit(model, orbit),
-        Start::Rest(rest) => State::at_rest(model, &rest.x, &rest.lambda),
+        Start::Orbit => on_orbit(problem, orbit),
+        Start::Rest(rest) => State::at_rest(problem, &rest.x, &rest.lambda),
     };
     let settled = integrate(&mut stepper, &mut state, until)?;
     Ok(Comparison {
@@ -120,19 +120,21 @@ pub fn compare(
 
 /// The model with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 + lambda_0 - F_0,
 /// in which no parameter of the balance enters.
-fn with_retention_force(model: &RelativeModel, orbit: &Orbit) -> RelativeModel {
-    let mut retained = model.clone();
-    let n = retained.static_load.on_x.len();
+fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
+    let mut retained = problem.clone();
+    let n = retained.reduced.static_load.on_x.len();
     let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
-    for (i, load) in retained.static_load.on_x.iter_mut().enumerate() {
-        let elastic: f64 = (0..n).map(|j| model.stiffness[(i, j)] * x[j]).sum();
+    for (i, load) in retained.reduced.static_load.on_x.iter_mut().enumerate() {
+        let elastic: f64 = (0..n)
+            .map(|j| problem.reduced.stiffness[(i, j)] * x[j])
+            .sum();
         *load = elastic + lambda[i];
     }
     retained
 }
 
 /// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
-pub fn on_orbit(model: &RelativeModel, orbit: &Orbit) -> State {
+pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
     let omega = std::f64::consts::TAU * orbit.frequency_hz;
     let blocks = 2 * orbit.harmonics + 1;
     let at_start = |v: &[f64]| {
@@ -151,7 +153,7 @@ pub fn on_orbit(model: &RelativeModel, orbit: &Orbit) -> State {
     let (q, q_rate) = at_start(&orbit.modal);
     let (lambda, _) = at_start(&orbit.lambda);
     State {
-        touching: touching(model, &x, &lambda),
+        touching: touching(problem, &x, &lambda),
         x,
         v,
         q,
@@ -204,43 +206,44 @@ mod tests {
     use crate::dlft::settings::{EpsChoice, Resolution};
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::dovetail72::dovetail72;
     use dovetail_numerics::newton::NewtonOptions;
 
     /// All pairs of the reference dovetail slide at this force and frequency.
     #[test]
     fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
-        let model = dovetail72(3.0);
+        let problem = dovetail72(3.0);
         let damping = Rayleigh {
-            stiffness_s: 0.002 / model.omega2[0].sqrt(),
+            stiffness_s: 0.002 / problem.reduced.omega2[0].sqrt(),
             mass_per_s: 0.0,
         };
         let newton = NewtonOptions {
             tolerance: 1e-10,
             max_iterations: 60,
         };
-        let rest = static_state(&model, 10, newton);
+        let rest = static_state(&problem, 10, newton);
         let settings = SweepSettings {
             eps: Eps::new(EpsChoice::Pair),
             newton,
             ..SweepSettings::new(
-                vec![0.9995 * model.omega2[0].sqrt() / std::f64::consts::TAU],
+                vec![0.9995 * problem.reduced.omega2[0].sqrt() / std::f64::consts::TAU],
                 Resolution::Fixed {
                     harmonics: 1,
                     samples: 128,
                 },
             )
         };
-        let response = sweep(&model, damping, &rest, &settings, &[], &|_| ());
+        let response = sweep(&problem, damping, &rest, &settings, &[], &|_| ());
         let orbit = &response.orbits[0];
         assert!(orbit.outcome.is_converged() && orbit.retention_n > 1.0);
 
-        let retained = with_retention_force(&model, orbit);
+        let retained = with_retention_force(&problem, orbit);
         let loads = retained
+            .reduced
             .static_load
             .on_x
             .iter()
-            .zip(&model.static_load.on_x);
+            .zip(&problem.reduced.static_load.on_x);
         let added_n: Vec<f64> = loads.map(|(retained, free)| retained - free).collect();
         let along_n: f64 = added_n.chunks_exact(3).map(|f| f[1].hypot(f[2])).sum();
         assert!(
@@ -253,6 +256,9 @@ mod tests {
         let moved_m = orbit.x.iter().zip(&rest.x).map(|(x, s)| x - s);
         let work_j: f64 = moved_m.zip(&added_n).map(|(m, f)| m * f).sum();
         assert!(work_j < 0.0, "{work_j}");
-        assert_eq!(retained.static_load.on_modes, model.static_load.on_modes);
+        assert_eq!(
+            retained.reduced.static_load.on_modes,
+            problem.reduced.static_load.on_modes
+        );
     }
 }

@@ -158,16 +158,16 @@ fn one_period(
     state: &mut State,
     period: usize,
 ) -> Result<Cycle, IntegrationError> {
-    let (model, steps) = (stepper.model(), stepper.steps());
+    let (problem, steps) = (stepper.problem(), stepper.steps());
     let frequency_hz = stepper.frequency_hz();
-    let pairs = model.pairs.len();
-    let mut signals = vec![Vec::with_capacity(steps); model.observations.len()];
+    let pairs = problem.laws.len();
+    let mut signals = vec![Vec::with_capacity(steps); problem.reduced.observations.len()];
     let mut work = Work::default();
     let mut slid_m = vec![0.0; pairs];
     let mut open = vec![0_usize; pairs];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     for step in 0..steps {
-        for (signal, point) in signals.iter_mut().zip(&model.observations) {
+        for (signal, point) in signals.iter_mut().zip(&problem.reduced.observations) {
             signal.push(dot(&point.on_x, &state.x) + dot(&point.on_modes, &state.q));
         }
         let before = state.x.clone();

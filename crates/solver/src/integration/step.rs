@@ -32,9 +32,10 @@
 
 use super::IntegrationError;
 use super::contact_forces::{ContactEnd, ContactProblem};
-use crate::law::PairLaw;
+use crate::contact::PairLaw;
+use crate::problem::Problem;
+use crate::reduction::Load;
 use crate::reduction::damping::Rayleigh;
-use crate::reduction::{Load, RelativeModel};
 use dovetail_numerics::dense::Lu;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -67,15 +68,18 @@ pub struct State {
 
 impl State {
     /// At rest at `x` under `lambda`, the stuck modes deflected by the static load.
-    pub fn at_rest(model: &RelativeModel, x: &[f64], lambda: &[f64]) -> Self {
-        let on_modes = model.static_load.on_modes.iter();
+    pub fn at_rest(problem: &Problem, x: &[f64], lambda: &[f64]) -> Self {
+        let on_modes = problem.reduced.static_load.on_modes.iter();
         Self {
             x: x.to_vec(),
             v: vec![0.0; x.len()],
-            q: on_modes.zip(&model.omega2).map(|(f, w2)| f / w2).collect(),
-            q_rate: vec![0.0; model.omega2.len()],
+            q: on_modes
+                .zip(&problem.reduced.omega2)
+                .map(|(f, w2)| f / w2)
+                .collect(),
+            q_rate: vec![0.0; problem.reduced.omega2.len()],
             lambda: lambda.to_vec(),
-            touching: touching(model, x, lambda),
+            touching: touching(problem, x, lambda),
         }
     }
 
@@ -102,7 +106,7 @@ pub struct Work {
 
 /// What is constant from step to step, and working space.
 pub struct Stepper<'a> {
-    model: &'a RelativeModel,
+    problem: &'a Problem,
     damping: Rayleigh,
     steps: usize,
     omega_rad_s: f64,
@@ -130,9 +134,9 @@ fn compliances(law: &PairLaw) -> [f64; 3] {
 }
 
 /// Where the points stand that touch while the pairs are displaced by `x` under `lambda`: in N at the clearance.
-pub fn touching(model: &RelativeModel, x: &[f64], lambda: &[f64]) -> Vec<f64> {
+pub fn touching(problem: &Problem, x: &[f64], lambda: &[f64]) -> Vec<f64> {
     let mut touching = vec![0.0; x.len()];
-    for (pair, law) in model.pairs.iter().enumerate() {
+    for (pair, law) in problem.laws.iter().enumerate() {
         let [_, along, across] = compliances(law);
         touching[3 * pair] = -law.gap_m;
         for (i, compliance) in [(3 * pair + 1, along), (3 * pair + 2, across)] {
@@ -148,7 +152,7 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// A frequency that is not above 0, too few steps, or a singular step matrix.
     pub fn new(
-        model: &'a RelativeModel,
+        problem: &'a Problem,
         damping: Rayleigh,
         frequency_hz: f64,
         steps: usize,
@@ -166,19 +170,24 @@ impl<'a> Stepper<'a> {
         let h = 2.0 / omega_rad_s * (std::f64::consts::PI / steps as f64).tan();
         let c = 2.0 / h + damping.mass_per_s;
         let half = damping.stiffness_s + 0.5 * h;
-        let modal: Vec<f64> = model.omega2.iter().map(|w2| c + half * w2).collect();
-        let n = model.stiffness.nrows();
+        let modal: Vec<f64> = problem
+            .reduced
+            .omega2
+            .iter()
+            .map(|w2| c + half * w2)
+            .collect();
+        let n = problem.reduced.stiffness.nrows();
         let mut matrix = Mat::from_fn(n, n, |i, j| {
-            c * model.mass[(i, j)] + half * model.stiffness[(i, j)]
+            c * problem.reduced.mass[(i, j)] + half * problem.reduced.stiffness[(i, j)]
         });
         let scaled = Mat::from_fn(n, modal.len(), |i, m| {
-            c * c * model.coupling[(i, m)] / modal[m]
+            c * c * problem.reduced.coupling[(i, m)] / modal[m]
         });
         matmul(
             &mut matrix,
             Accum::Add,
             &scaled,
-            model.coupling.transpose(),
+            problem.reduced.coupling.transpose(),
             -1.0,
             Par::Seq,
         );
@@ -189,22 +198,26 @@ impl<'a> Stepper<'a> {
         if !positive {
             return Err(IntegrationError::Singular { frequency_hz });
         }
-        let friction = model.pairs.iter().map(PairLaw::computed_friction).collect();
+        let friction = problem
+            .laws
+            .iter()
+            .map(PairLaw::computed_friction)
+            .collect();
         // V+ = 2 Vm - V.
         let mut delassus = Mat::from_fn(n, n, |i, j| 2.0 * inverse[(i, j)]);
-        for (pair, law) in model.pairs.iter().enumerate() {
+        for (pair, law) in problem.laws.iter().enumerate() {
             for (c, compliance) in compliances(law).into_iter().enumerate() {
                 delassus[(3 * pair + c, 3 * pair + c)] += 4.0 / h * compliance;
             }
         }
         Ok(Self {
-            model,
+            problem,
             damping,
             steps,
             omega_rad_s,
             h,
             inverse,
-            coupling_t: model.coupling.transpose().to_owned(),
+            coupling_t: problem.reduced.coupling.transpose().to_owned(),
             contact: ContactProblem::new(delassus, friction),
             kx: vec![0.0; n],
             mv: vec![0.0; n],
@@ -214,8 +227,8 @@ impl<'a> Stepper<'a> {
     }
 
     /// What is integrated.
-    pub fn model(&self) -> &'a RelativeModel {
-        self.model
+    pub fn problem(&self) -> &'a Problem {
+        self.problem
     }
 
     /// Steps in a period.
@@ -230,8 +243,8 @@ impl<'a> Stepper<'a> {
 
     /// Must be called where a state did not come from [`Stepper::advance`].
     pub fn prepare(&mut self, state: &State) {
-        apply(&self.model.stiffness, &state.x, &mut self.kx);
-        apply(&self.model.mass, &state.v, &mut self.mv);
+        apply(&self.problem.reduced.stiffness, &state.x, &mut self.kx);
+        apply(&self.problem.reduced.mass, &state.v, &mut self.mv);
         apply(&self.coupling_t, &state.v, &mut self.pv);
     }
 
@@ -241,7 +254,7 @@ impl<'a> Stepper<'a> {
             on_x: vec![0.0; self.kx.len()],
             on_modes: vec![0.0; self.modal.len()],
         };
-        for excitation in &self.model.excitations {
+        for excitation in &self.problem.excitations {
             let phase = (excitation.harmonic * step) % self.steps;
             let strength = excitation.factor(self.omega_rad_s);
             let (s, c) = (TAU * phase as f64 / self.steps as f64).sin_cos();
@@ -264,12 +277,12 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// The residual of the contact forces, where they were not found.
     pub fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
-        let (model, h) = (self.model, self.h);
+        let (problem, h) = (self.problem, self.h);
         let load = self.mean_load(step);
         let known = self.known_on_modes(state, &load.on_modes);
         let free = self.velocity_without_contact(state, &load.on_x, &known);
         let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
-        for (pair, law) in model.pairs.iter().enumerate() {
+        for (pair, law) in problem.laws.iter().enumerate() {
             if law.stiffness.is_none() {
                 offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
                 continue;
@@ -289,7 +302,7 @@ impl<'a> Stepper<'a> {
             ContactEnd::NotSolved { residual } => return Err(residual),
         }
         // The springs are no part of the motion.
-        for (pair, law) in model.pairs.iter().enumerate() {
+        for (pair, law) in problem.laws.iter().enumerate() {
             for (c, compliance) in compliances(law).into_iter().enumerate() {
                 v[3 * pair + c] += 4.0 / h * compliance * state.lambda[3 * pair + c];
             }
@@ -300,7 +313,7 @@ impl<'a> Stepper<'a> {
         for (x, v) in state.x.iter_mut().zip(&rates.v) {
             *x += h * v;
         }
-        for (pair, law) in model.pairs.iter().enumerate() {
+        for (pair, law) in problem.laws.iter().enumerate() {
             if law.stiffness.is_none() {
                 state.x[3 * pair] = state.x[3 * pair].max(-law.gap_m);
             }
@@ -309,7 +322,7 @@ impl<'a> Stepper<'a> {
             .iter_mut()
             .zip(&state.x)
             .for_each(|(m, x)| *m += 0.5 * x);
-        state.touching = touching(model, &middle, &state.lambda);
+        state.touching = touching(problem, &middle, &state.lambda);
         state.v = v;
         for ((q, rate), mean) in state.q.iter_mut().zip(&mut state.q_rate).zip(&rates.q) {
             *q += h * mean;
@@ -317,8 +330,8 @@ impl<'a> Stepper<'a> {
         }
         self.pv = pv;
         let before = [self.kx.clone(), self.mv.clone()];
-        apply(&model.stiffness, &state.x, &mut self.kx);
-        apply(&model.mass, &state.v, &mut self.mv);
+        apply(&problem.reduced.stiffness, &state.x, &mut self.kx);
+        apply(&problem.reduced.mass, &state.v, &mut self.mv);
         Ok(self.work(&load, &state.lambda, &rates, &before))
     }
 
@@ -333,18 +346,20 @@ impl<'a> Stepper<'a> {
 
     /// fm + s (q' + p^T V) - w^2 q.
     fn known_on_modes(&self, state: &State, modal_force: &[f64]) -> Vec<f64> {
-        let (model, s) = (self.model, 2.0 / self.h);
+        let (problem, s) = (self.problem, 2.0 / self.h);
         (0..self.modal.len())
             .map(|m| {
-                model.static_load.on_modes[m] + modal_force[m] + s * (state.q_rate[m] + self.pv[m])
-                    - model.omega2[m] * state.q[m]
+                problem.reduced.static_load.on_modes[m]
+                    + modal_force[m]
+                    + s * (state.q_rate[m] + self.pv[m])
+                    - problem.reduced.omega2[m] * state.q[m]
             })
             .collect()
     }
 
     /// V+ with lambda = 0.
     fn velocity_without_contact(&self, state: &State, force: &[f64], known: &[f64]) -> Vec<f64> {
-        let model = self.model;
+        let problem = self.problem;
         let s = 2.0 / self.h;
         let c = s + self.damping.mass_per_s;
         let n = state.x.len();
@@ -352,9 +367,9 @@ impl<'a> Stepper<'a> {
             .map(|m| s * state.q_rate[m] - c * known[m] / self.modal[m])
             .collect();
         let mut right: Vec<f64> = (0..n)
-            .map(|i| model.static_load.on_x[i] + force[i] + s * self.mv[i] - self.kx[i])
+            .map(|i| problem.reduced.static_load.on_x[i] + force[i] + s * self.mv[i] - self.kx[i])
             .collect();
-        add(&model.coupling, &on_modes, &mut right);
+        add(&problem.reduced.coupling, &on_modes, &mut right);
         let mut free = vec![0.0; n];
         apply(&self.inverse, &right, &mut free);
         for (f, v) in free.iter_mut().zip(&state.v) {
@@ -397,7 +412,7 @@ impl<'a> Stepper<'a> {
         for m in 0..self.modal.len() {
             let moved = h * rates.q[m];
             work.input_j += load.on_modes[m] * moved;
-            work.viscous_j += (a * self.model.omega2[m] * rates.q[m]
+            work.viscous_j += (a * self.problem.reduced.omega2[m] * rates.q[m]
                 + b * (rates.q[m] + 2.0 * rates.pv[m]))
                 * moved;
         }
@@ -446,20 +461,20 @@ mod tests {
     #[test]
     fn a_coefficient_of_friction_above_the_most_counts_as_the_most() {
         let [at_most, above] = [1.0, 1e3].map(|times| {
-            let mut model = jacobians::model(1);
-            model.pairs = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
-            model.excitations.clear();
-            model.mass = Mat::identity(3, 3);
-            model.coupling = Mat::zeros(3, model.omega2.len());
+            let mut problem = jacobians::problem(1);
+            problem.laws = vec![PairLaw::rigid(times * PairLaw::MOST_FRICTION, 0.0)];
+            problem.excitations.clear();
+            problem.reduced.mass = Mat::identity(3, 3);
+            problem.reduced.coupling = Mat::zeros(3, problem.reduced.omega2.len());
             // Sticks with a coefficient above 1e5.
-            model.static_load.on_x = vec![-1e-5, 0.0, 1.0];
-            model.static_load.on_modes.fill(0.0);
+            problem.reduced.static_load.on_x = vec![-1e-5, 0.0, 1.0];
+            problem.reduced.static_load.on_modes.fill(0.0);
             let damping = Rayleigh {
                 stiffness_s: 0.0,
                 mass_per_s: 0.0,
             };
-            let mut stepper = Stepper::new(&model, damping, 0.1, 100).unwrap();
-            let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
+            let mut stepper = Stepper::new(&problem, damping, 0.1, 100).unwrap();
+            let mut state = State::at_rest(&problem, &[0.0; 3], &[0.0; 3]);
             stepper.prepare(&state);
             stepper.advance(&mut state, 0).unwrap();
             state

@@ -8,6 +8,7 @@ use super::joints::joints;
 use super::loads::applied_load;
 use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
+use super::{BodyPrestress, Prestress};
 use crate::mesh::Mesh;
 use crate::model::Assembly;
 
@@ -77,7 +78,11 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
             point_m: r.point_m,
             axis: r.axis,
             speed_rad_s: r.speed_rad_s,
-            prestress: r.prestress,
+            prestress: match r.prestress {
+                Prestress::None | Prestress::Contact => BodyPrestress::None,
+                Prestress::HeldFlanks => BodyPrestress::HeldFlanks,
+            },
+            prestress_of_contact: r.prestress == Prestress::Contact,
         }),
         pairs: joints.pairs,
         bonded: joints.bonded,

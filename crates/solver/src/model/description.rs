@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::law::penalty::PairStiffness;
+use crate::contact::penalty::PairStiffness;
 use crate::mesh::parts::Placement;
 use crate::mesh::source::{MeshSource, Units};
 use crate::mesh::surface_field::SurfaceField;

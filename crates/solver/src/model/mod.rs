@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::law::penalty::PairStiffness;
+use crate::contact::penalty::PairStiffness;
 use crate::mesh::{Connectivity, ElementType};
 
 mod bind;
@@ -288,8 +288,20 @@ pub struct Rotation {
     pub axis: [f64; 3],
     /// Angular speed.
     pub speed_rad_s: f64,
-    /// What it adds to the stiffness.
-    pub prestress: Prestress,
+    /// What it adds to the stiffness of each body by itself.
+    pub prestress: BodyPrestress,
+    /// The prestress is that of the static state of all bodies with contact
+    /// ([`Prestress::Contact`](description::Prestress::Contact)), which the bodies by themselves do not tell.
+    pub prestress_of_contact: bool,
+}
+
+/// What the rotation adds to the stiffness of a body by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum BodyPrestress {
+    /// The centrifugal load only.
+    None,
+    /// Geometric stiffness of the static state of the body with its contact nodes held, and spin softening.
+    HeldFlanks,
 }
 
 /// A node of a body.

@@ -28,7 +28,7 @@ use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
 use super::truncation::{self, Truncation};
 use super::{
-    Highest, Load, ObservedDisplacement, ReducedModel, ReductionError, RelativeModel, StuckModes,
+    Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError, StuckModes,
 };
 use crate::fem::loads::add_load;
 use crate::fem::{BodyMatrices, Structure};
@@ -52,7 +52,7 @@ pub fn reduce(
     model: &Model,
     structure: &Structure,
     stuck_modes: StuckModes,
-) -> Result<ReducedModel, ReductionError> {
+) -> Result<Reduction, ReductionError> {
     let loads = Loads::of(model, structure);
     let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
@@ -75,10 +75,13 @@ pub fn reduce(
                 return Ok(joined.finish(model, structure, on_modes, amplitude));
             }
             known = Modes {
-                omega2: on_modes.relative.omega2[..on_modes.stuck_modes].to_vec(),
-                vectors: on_modes.modes.get(.., ..on_modes.stuck_modes).to_owned(),
+                omega2: on_modes.reduced.stuck_omega2().to_vec(),
+                vectors: on_modes
+                    .modes
+                    .get(.., ..on_modes.reduced.stuck_modes)
+                    .to_owned(),
             };
-            condensed = [on_modes.relative.stiffness, on_modes.relative.mass];
+            condensed = [on_modes.reduced.stiffness, on_modes.reduced.mass];
         } else {
             known = modes;
         }
@@ -326,12 +329,11 @@ struct CondensedLoads {
     on_x: Vec<Vec<f64>>,
 }
 
-/// A model on its modes, of which the first `stuck_modes` are modes and the others residual vectors.
+/// A model on its modes.
 struct OnModes {
-    relative: RelativeModel,
-    unit_loads: Vec<Load>,
+    reduced: ReducedModel,
+    /// On g, those of [`ReducedModel::omega2`] side by side.
     modes: Mat<f64>,
-    stuck_modes: usize,
     load_n: Vec<f64>,
 }
 
@@ -464,29 +466,26 @@ impl<'a> Joined<'a> {
                     on_modes,
                 }
             });
-        let relative = RelativeModel {
+        let reduced = ReducedModel {
             stiffness,
             mass,
             coupling,
             omega2,
+            stuck_modes,
             static_load: load(0),
-            excitations: Vec::new(),
+            unit_loads,
             observations: observations.collect(),
-            pairs: Vec::new(),
         };
-        let relative = relative.under(model, &unit_loads);
         let largest = |shares: &[f64]| shares.iter().copied().fold(0.0, f64::max);
         let left = truncation::EnergyShares {
             loads: largest(&energy_shares[1..first_observed]),
             observed: largest(&energy_shares[first_observed..]),
         };
-        let highest_rad_s = wanted.excited.rad_s(&relative.omega2);
-        let amplitude = self.amplitude_error(&relative, stuck_modes, left, highest_rad_s);
+        let highest_rad_s = wanted.excited.rad_s(&reduced.omega2);
+        let amplitude = self.amplitude_error(&reduced, left, highest_rad_s);
         let on_modes = OnModes {
-            relative,
-            unit_loads,
+            reduced,
             modes: vectors,
-            stuck_modes,
             load_n: on_g.col_as_slice(0).to_vec(),
         };
         Ok((on_modes, amplitude))
@@ -496,17 +495,16 @@ impl<'a> Joined<'a> {
     /// [`truncation::amplitude`].
     fn amplitude_error(
         &self,
-        relative: &RelativeModel,
-        stuck_modes: usize,
+        reduced: &ReducedModel,
         left: truncation::EnergyShares,
         highest_rad_s: f64,
     ) -> Option<f64> {
-        if stuck_modes == self.inner() {
+        if reduced.stuck_modes == self.inner() {
             return Some(0.0);
         }
-        let x = truncation::yielding(relative);
+        let x = truncation::yielding(reduced);
         let answers = self.answers_to_flanks(&x);
-        truncation::amplitude(relative, stuck_modes, left, &x, &answers, highest_rad_s)
+        truncation::amplitude(reduced, left, &x, &answers, highest_rad_s)
     }
 
     /// y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, of each column of `x`.
@@ -528,7 +526,7 @@ impl<'a> Joined<'a> {
         structure: &Structure,
         on_modes: OnModes,
         amplitude: Option<f64>,
-    ) -> ReducedModel {
+    ) -> Reduction {
         let truncation = Truncation {
             amplitude,
             frequencies: self.frequency_errors(model, structure, &on_modes),
@@ -542,10 +540,8 @@ impl<'a> Joined<'a> {
             Coordinates::Full(_) => None,
             Coordinates::Reduced(body) => Some(body.interior),
         });
-        ReducedModel {
-            relative: on_modes.relative,
-            unit_loads: on_modes.unit_loads,
-            stuck_modes: on_modes.stuck_modes,
+        Reduction {
+            model: on_modes.reduced,
             truncation,
             fixed_interface_omega2,
             recovery: Recovery {
@@ -572,7 +568,7 @@ impl<'a> Joined<'a> {
         if !self.bodies.iter().any(reduced) {
             return Vec::new();
         }
-        let count = on_modes.stuck_modes.min(super::LISTED_MODES);
+        let count = on_modes.reduced.stuck_modes.min(super::LISTED_MODES);
         let still = Mat::<f64>::zeros(self.transformation.unknowns() - self.inner(), count);
         let modes = on_modes.modes.get(.., ..count);
         let coordinates = self.transformation.scatter(modes, still.as_ref());
@@ -586,14 +582,14 @@ impl<'a> Joined<'a> {
             let elastic = symmetric_product(&structure.bodies[b].stiffness, motion.as_ref());
             let inertia = symmetric_product(&structure.bodies[b].mass, motion.as_ref());
             let residual = Mat::from_fn(interior, count, |i, j| {
-                elastic[(i, j)] - on_modes.relative.omega2[j] * inertia[(i, j)]
+                elastic[(i, j)] - on_modes.reduced.omega2[j] * inertia[(i, j)]
             });
             let followed = body.interior.solve(residual.clone());
             for (j, lowered) in lowered.iter_mut().enumerate() {
                 *lowered += residual.col(j).transpose() * followed.col(j);
             }
         }
-        let errors = lowered.iter().zip(&on_modes.relative.omega2);
+        let errors = lowered.iter().zip(&on_modes.reduced.omega2);
         errors.map(|(lowered, w2)| 0.5 * lowered / w2).collect()
     }
 }

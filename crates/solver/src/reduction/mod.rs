@@ -1,10 +1,9 @@
-//! [`Structure`](crate::fem::Structure) -> [`ReducedModel`]: the bodies joined by their contacts, on the
+//! [`Structure`](crate::fem::Structure) -> [`Reduction`]: the bodies joined by their contacts, on the
 //! relative displacements of the pairs and the modes of the stuck assembly.
 
 mod assembly;
 pub mod craig_bampton;
 pub mod damping;
-mod linearised;
 mod matrix_market;
 pub mod recovery;
 mod residual;
@@ -14,8 +13,6 @@ pub mod transformation;
 mod truncation;
 
 #[cfg(test)]
-pub(crate) mod dovetail72;
-#[cfg(test)]
 mod lattice_model;
 #[cfg(test)]
 mod tests;
@@ -24,16 +21,12 @@ use faer::Mat;
 
 use serde::{Deserialize, Serialize};
 
-use crate::law::PairLaw;
-use crate::model::{ContactPair, Excitation, Growth, Model};
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::EigenError;
 use dovetail_numerics::factor::FactorError;
 use dovetail_numerics::stored;
-use dovetail_numerics::vector::norm;
 
 pub use assembly::{reduce, stuck_displacement, stuck_modes};
-pub use linearised::LinearReference;
 pub use recovery::Recovery;
 pub use residual::ResidualError;
 pub use restiffened::frequency_change;
@@ -103,18 +96,15 @@ impl Highest {
     }
 }
 
-/// The assembly as the contact solver sees it, and the way back to the bodies.
+/// The reduced model of an assembly, what is known of it, and the way back to the bodies.
 #[derive(Debug, Clone)]
-pub struct ReducedModel {
-    /// What the contact solver sees.
-    pub relative: RelativeModel,
-    /// One unit of each excitation of the model.
-    pub unit_loads: Vec<Load>,
-    /// Modes that `relative` begins with; residual vectors follow.
-    pub stuck_modes: usize,
+pub struct Reduction {
+    /// The assembly on the relative displacements of its pairs and on its stuck modes.
+    pub model: ReducedModel,
     /// What the modes left out may cost.
     pub truncation: Truncation,
-    /// Of each body; none where it was not reduced by itself.
+    /// Squared angular frequencies, rad2/s2, of the fixed-interface modes of each body; none where it was not reduced by
+    /// itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
     /// The way back to the bodies.
     pub recovery: Recovery,
@@ -174,13 +164,14 @@ pub enum ReductionError {
     },
 }
 
-/// What the contact solver sees: the assembly on the relative displacements X of the pairs
-/// (n = 3 pairs unknowns, per pair N, t1, t2) and on the modes of the stuck assembly (X = 0).
+/// The assembly on the relative displacements X of the pairs (n = 3 pairs unknowns, per pair N, t1, t2) and on the m
+/// modes of the stuck assembly (X = 0).
 ///
 /// With q the modal amplitudes: `K X + M X'' + p q'' + lambda = F`, `q'' + w^2 q + p^T X'' = fm`
-/// (Rayleigh damping `a K + b M` alongside).
+/// (Rayleigh damping `a K + b M` alongside). The contact laws and the amplitudes of the excitations are not a part of it
+/// ([`Problem`](crate::problem::Problem)).
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct RelativeModel {
+pub struct ReducedModel {
     /// Static stiffness on X, N/m, n x n.
     #[serde(with = "stored::matrix")]
     pub stiffness: Mat<f64>,
@@ -192,39 +183,37 @@ pub struct RelativeModel {
     pub coupling: Mat<f64>,
     /// Squared angular frequencies, rad2/s2, of the stuck modes, ascending, then of the residual vectors, m.
     pub omega2: Vec<f64>,
+    /// How many of `omega2` are stuck modes; residual vectors follow.
+    pub stuck_modes: usize,
     /// Static (centrifugal) load on X and on the modes.
     pub static_load: Load,
-    /// Harmonic loads, by harmonic; several of one harmonic are already added.
-    #[serde(skip)]
-    pub excitations: Vec<HarmonicLoad>,
+    /// One unit of each excitation.
+    pub unit_loads: Vec<Load>,
     /// Observed displacements.
     pub observations: Vec<ObservedDisplacement>,
-    /// One entry per pair.
-    #[serde(skip)]
-    pub pairs: Vec<PairLaw>,
 }
 
-impl RelativeModel {
-    /// Own static stiffness of each relative displacement, N/m: K_NN of a pair, and the mean of its two tangential diagonals for both.
+impl ReducedModel {
+    /// Number of contact pairs.
+    pub fn pairs(&self) -> usize {
+        self.stiffness.nrows() / 3
+    }
+
+    /// Squared angular frequencies of the stuck modes, rad2/s2, ascending, without the residual vectors.
+    pub fn stuck_omega2(&self) -> &[f64] {
+        &self.omega2[..self.stuck_modes]
+    }
+
+    /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of its two tangential
+    /// diagonals for both.
     pub fn diagonal_stiffness(&self) -> Vec<f64> {
         let own = |i: usize| self.stiffness[(i, i)];
-        (0..self.pairs.len())
+        (0..self.pairs())
             .flat_map(|p| {
                 let tangential = 0.5 * (own(3 * p + 1) + own(3 * p + 2));
                 [own(3 * p), tangential, tangential]
             })
             .collect()
-    }
-
-    /// Size of what presses the pairs steadily, N: the static load on X, and the force of each pair's own stiffness
-    /// that its interference takes.
-    pub fn steady_force_n(&self) -> f64 {
-        let own = self.diagonal_stiffness();
-        let interference = self.pairs.iter().zip(own.iter().step_by(3));
-        let interference: Vec<f64> = interference
-            .map(|(pair, own)| own * pair.gap_m.min(0.0))
-            .collect();
-        norm(&self.static_load.on_x).hypot(norm(&interference))
     }
 
     /// Whether supports and springs alone hold the bodies: with all pairs open K is positive definite, each pivot of
@@ -236,73 +225,21 @@ impl RelativeModel {
         (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
-    /// Highest harmonic of the excitations; 0 without any.
-    pub fn highest_excited(&self) -> usize {
-        let excited = self.excitations.iter().map(|e| e.harmonic);
-        excited.max().unwrap_or(0)
-    }
-
-    /// With the laws of the model's pairs, and excited as the model says; `unit_loads` as in [`ReducedModel`].
-    pub fn under(mut self, model: &Model, unit_loads: &[Load]) -> Self {
-        let law = |pair: &ContactPair| PairLaw {
-            friction: pair.friction,
-            gap_m: pair.gap_m,
-            stiffness: pair.stiffness,
-        };
-        self.pairs = model.pairs.iter().map(law).collect();
-        self.excitations = excited(&model.excitations, unit_loads);
-        self
-    }
-
     /// The model with the `modes` lowest stuck modes only.
     pub fn with_modes(mut self, modes: usize) -> Self {
         let count = modes.min(self.omega2.len());
         self.coupling = self.coupling.subcols(0, count).to_owned();
         self.omega2.truncate(count);
+        self.stuck_modes = self.stuck_modes.min(count);
         self.static_load.on_modes.truncate(count);
-        for excitation in &mut self.excitations {
-            excitation.cosine.on_modes.truncate(count);
-            excitation.sine.on_modes.truncate(count);
+        for load in &mut self.unit_loads {
+            load.on_modes.truncate(count);
         }
         for observed in &mut self.observations {
             observed.on_modes.truncate(count);
         }
         self
     }
-}
-
-/// Loads by harmonic, ascending, and by how they depend on the frequency; those alike are added.
-fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
-    let of = |f: &Excitation| (f.harmonic, f.growth);
-    let mut kinds: Vec<(usize, Growth)> = forces.iter().map(of).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    let load = |kind: (usize, Growth), share: fn(f64) -> f64| {
-        let mut sum: Option<Load> = None;
-        let of_kind = forces.iter().zip(unit_loads);
-        for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
-            let amplitude = force.amplitude * share(force.phase_rad);
-            let zero = || Load {
-                on_x: vec![0.0; unit.on_x.len()],
-                on_modes: vec![0.0; unit.on_modes.len()],
-            };
-            let sum = sum.get_or_insert_with(zero);
-            let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
-            for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
-                *into += amplitude * unit;
-            }
-        }
-        sum
-    };
-    let both = |kind: (usize, Growth)| {
-        Some(HarmonicLoad {
-            harmonic: kind.0,
-            cosine: load(kind, f64::cos)?,
-            sine: load(kind, f64::sin)?,
-            growth: kind.1,
-        })
-    };
-    kinds.into_iter().filter_map(both).collect()
 }
 
 /// A load on X (n) and on the stuck modes (m).
@@ -312,29 +249,6 @@ pub struct Load {
     pub on_x: Vec<f64>,
     /// N per root of the modal mass, m.
     pub on_modes: Vec<f64>,
-}
-
-/// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times [`HarmonicLoad::factor`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct HarmonicLoad {
-    /// Multiple k of the frequency of the response.
-    pub harmonic: usize,
-    /// In phase with the cosine.
-    pub cosine: Load,
-    /// In phase with the sine.
-    pub sine: Load,
-    /// How it depends on the frequency.
-    pub growth: Growth,
-}
-
-impl HarmonicLoad {
-    /// How many times it acts where the frequency of the response is `omega_rad_s`.
-    pub fn factor(&self, omega_rad_s: f64) -> f64 {
-        match self.growth {
-            Growth::Constant => 1.0,
-            Growth::Squared => (self.harmonic as f64 * omega_rad_s).powi(2),
-        }
-    }
 }
 
 /// An observed displacement `on_x . X + on_modes . q`.

@@ -5,24 +5,27 @@
 
 use faer::Mat;
 
-use super::{LISTED_MODES, ReducedModel};
+use super::{LISTED_MODES, Reduction};
 use crate::fem::Structure;
 use dovetail_numerics::dense::self_adjoint_eigenvalues;
 use dovetail_numerics::sparse::{product, sum, symmetric_product, symmetrised};
 
 /// Largest relative change of the first stuck frequencies where the bodies have the stiffness of `other` in place of
-/// that of `structure`, of which `reduced` was made. A motion that `other` does not resist has frequency 0, which is a
+/// that of `structure`, of which `reduction` was made. A motion that `other` does not resist has frequency 0, which is a
 /// change of 1. `None` without modes.
 pub fn frequency_change(
-    reduced: &ReducedModel,
+    reduction: &Reduction,
     structure: &Structure,
     other: &Structure,
 ) -> Option<f64> {
-    let (all, count) = (reduced.relative.omega2.len(), reduced.stuck_modes);
-    let still = Mat::zeros(reduced.relative.stiffness.nrows(), count);
+    let model = &reduction.model;
+    let (all, count) = (model.omega2.len(), model.stuck_modes);
+    let still = Mat::zeros(model.stiffness.nrows(), count);
     let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
-    let motion = reduced.recovery.full_motion(still.as_ref(), each.as_ref());
-    let omega2 = &reduced.relative.omega2[..count];
+    let motion = reduction
+        .recovery
+        .full_motion(still.as_ref(), each.as_ref());
+    let omega2 = model.stuck_omega2();
     let mut projected = Mat::from_fn(count, count, |i, j| if i == j { omega2[i] } else { 0.0 });
     let bodies = structure.bodies.iter().zip(&other.bodies);
     for ((before, after), shapes) in bodies.zip(&motion) {

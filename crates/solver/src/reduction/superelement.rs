@@ -1,4 +1,4 @@
-//! A [`RelativeModel`] as a folder of dense MatrixMarket arrays, read and written.
+//! A [`ReducedModel`] as a folder of dense MatrixMarket arrays, read and written.
 //!
 //! | file | shape | what |
 //! | --- | --- | --- |
@@ -26,16 +26,14 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatRef, Par};
 
 use super::matrix_market;
-use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
-use crate::law::PairLaw;
-use crate::model::Growth;
+use super::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::eigen::dense;
 
 /// What the folder holds.
 #[derive(Debug, Clone)]
 pub struct Superelement {
-    /// What the contact solver sees.
-    pub relative: RelativeModel,
+    /// The matrices, with one unit load and one observed point.
+    pub model: ReducedModel,
     /// Positions of the pairs, m.
     pub positions_m: Vec<[f64; 3]>,
     /// Tributary areas of the pairs, m2, where the folder tells.
@@ -173,15 +171,13 @@ pub enum SuperelementError {
     },
 }
 
-/// Reads the folder; every pair follows `law`, the force of the folder, 1 N, is multiplied by
-/// `force_n`, and
-/// the observed point is named `tip`.
+/// Reads the folder. The unit load is the excitation of the folder, and the observed point is named `tip`.
 ///
 /// # Errors
 /// A file that is missing, malformed, of the wrong shape, or not finite; K or M not symmetric
 /// (1e-6 of the largest entry); squared frequencies not positive and ascending; a stiffness or a
 /// mass that no body has.
-pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, SuperelementError> {
+pub fn read(folder: &Path) -> Result<Superelement, SuperelementError> {
     let path = folder.join(POSITIONS);
     if !path.exists() && folder.join("K.mtx").exists() {
         let folder = folder.to_owned();
@@ -203,12 +199,12 @@ pub fn read(folder: &Path, law: PairLaw, force_n: f64) -> Result<Superelement, S
         pairs,
         modes: omega2.as_ref().map(Vec::len),
     };
-    let relative = arrays.relative(omega2.unwrap_or_default(), law, force_n)?;
-    check_stiffness(&folder.join("K.mtx"), &relative.stiffness)?;
-    check_mass(&folder.join("M.mtx"), &relative)?;
+    let model = arrays.reduced(omega2.unwrap_or_default())?;
+    check_stiffness(&folder.join("K.mtx"), &model.stiffness)?;
+    check_mass(&folder.join("M.mtx"), &model)?;
     let position = |i: usize| [0, 1, 2].map(|k| positions[(i, k)]);
     Ok(Superelement {
-        relative,
+        model,
         positions_m: (0..pairs).map(position).collect(),
         areas_m2: arrays.areas_m2()?,
     })
@@ -283,30 +279,9 @@ struct Arrays<'a> {
 }
 
 impl Arrays<'_> {
-    fn relative(
-        &self,
-        omega2: Vec<f64>,
-        law: PairLaw,
-        force_n: f64,
-    ) -> Result<RelativeModel, SuperelementError> {
+    fn reduced(&self, omega2: Vec<f64>) -> Result<ReducedModel, SuperelementError> {
         let (n, m) = (3 * self.pairs, omega2.len());
-        let excitation = Load {
-            on_x: self.on_x("f_excitation.mtx")?,
-            on_modes: self.on_modes("fm_excitation.mtx")?,
-        };
-        let excitation = HarmonicLoad {
-            harmonic: 1,
-            cosine: Load {
-                on_x: excitation.on_x.iter().map(|f| f * force_n).collect(),
-                on_modes: excitation.on_modes.iter().map(|f| f * force_n).collect(),
-            },
-            sine: Load {
-                on_x: vec![0.0; n],
-                on_modes: vec![0.0; m],
-            },
-            growth: Growth::Constant,
-        };
-        Ok(RelativeModel {
+        Ok(ReducedModel {
             stiffness: symmetric(&self.folder.join("K.mtx"), n)?,
             mass: symmetric(&self.folder.join("M.mtx"), n)?,
             coupling: match self.modes {
@@ -317,6 +292,7 @@ impl Arrays<'_> {
                 None => Mat::zeros(n, 0),
             },
             omega2,
+            stuck_modes: m,
             static_load: Load {
                 on_x: self.on_x("f_static.mtx")?,
                 on_modes: match self.has("fm_static.mtx") {
@@ -324,13 +300,15 @@ impl Arrays<'_> {
                     false => vec![0.0; m],
                 },
             },
-            excitations: vec![excitation],
+            unit_loads: vec![Load {
+                on_x: self.on_x("f_excitation.mtx")?,
+                on_modes: self.on_modes("fm_excitation.mtx")?,
+            }],
             observations: vec![ObservedDisplacement {
                 name: "tip".into(),
                 on_x: self.on_x("tip_x.mtx")?,
                 on_modes: self.on_modes("tip_modes.mtx")?,
             }],
-            pairs: vec![law; self.pairs],
         })
     }
 
@@ -387,7 +365,7 @@ fn check_stiffness(path: &Path, stiffness: &Mat<f64>) -> Result<(), Superelement
     })
 }
 
-fn check_mass(path: &Path, model: &RelativeModel) -> Result<(), SuperelementError> {
+fn check_mass(path: &Path, model: &ReducedModel) -> Result<(), SuperelementError> {
     let (p, mean_kg) = (model.coupling.as_ref(), mean_diagonal(&model.mass));
     let mut left = model.mass.clone();
     matmul(
@@ -418,35 +396,21 @@ fn mean_diagonal(a: &Mat<f64>) -> f64 {
     (0..n).map(|i| a[(i, i)] / n as f64).sum()
 }
 
-/// Writes what [`read`] reads, in digits that read back to the same numbers; `element` is excited
-/// by 1 N in all. Friction and gaps are not written. A folder that was not written to its end
+/// Writes what [`read`] reads, in digits that read back to the same numbers. A folder that was not written to its end
 /// cannot be read, whatever model it held before.
 ///
 /// # Errors
-/// A model with other than one observed point and one cosine load of harmonic 1; a file that
-/// cannot be written.
+/// A model with other than one observed point and one unit load
+/// ([`Problem::of_one_load`](crate::problem::Problem::of_one_load)); a file that cannot be written.
 pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementError> {
-    let model = &element.relative;
-    let in_phase = model.excitations.iter().all(|e| {
-        let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
-        silent(&e.sine.on_x) && silent(&e.sine.on_modes)
-    });
-    if model
-        .excitations
-        .iter()
-        .any(|e| e.growth != Growth::Constant)
-    {
-        return Err(SuperelementError::GrowingLoad);
-    }
-    let of_harmonic_1 = model.excitations.len() == 1 && model.highest_excited() == 1;
-    if model.observations.len() != 1 || !of_harmonic_1 || !in_phase {
+    let model = &element.model;
+    let ([force], [tip]) = (&model.unit_loads[..], &model.observations[..]) else {
         return Err(SuperelementError::NotRepresentable {
             points: model.observations.len(),
-            harmonics: model.excitations.len(),
-            in_phase,
+            harmonics: model.unit_loads.len(),
+            in_phase: true,
         });
-    }
-    let (force, tip) = (&model.excitations[0].cosine, &model.observations[0]);
+    };
     let positions = Mat::from_fn(element.positions_m.len(), 3, |i, j| {
         element.positions_m[i][j]
     });
@@ -565,33 +529,25 @@ mod tests {
             })
         };
         Superelement {
-            relative: RelativeModel {
+            model: ReducedModel {
                 stiffness: square(1),
                 mass: square(5),
                 coupling: Mat::from_fn(n, m, |i, j| 1e-2 * value(i + 11 * j)),
                 omega2: vec![1.0 / 3.0, 2.0, 2.0, 1e9],
+                stuck_modes: m,
                 static_load: Load {
                     on_x: vector(n, 3),
                     on_modes: vector(m, 9),
                 },
-                excitations: vec![HarmonicLoad {
-                    harmonic: 1,
-                    cosine: Load {
-                        on_x: vector(n, 20),
-                        on_modes: vector(m, 30),
-                    },
-                    sine: Load {
-                        on_x: vec![0.0; n],
-                        on_modes: vec![0.0; m],
-                    },
-                    growth: Growth::Constant,
+                unit_loads: vec![Load {
+                    on_x: vector(n, 20),
+                    on_modes: vector(m, 30),
                 }],
                 observations: vec![ObservedDisplacement {
                     name: "tip".into(),
                     on_x: vector(n, 40),
                     on_modes: vector(m, 50),
                 }],
-                pairs: vec![PairLaw::rigid(0.3, 1e-6); 2],
             },
             positions_m: vec![[0.1, 0.2, 0.3], [-1e-3, 1.0 / 3.0, 0.0]],
             areas_m2: Some(vec![1e-6, 2.5e-7]),
@@ -611,16 +567,16 @@ mod tests {
     fn what_is_written_reads_back_to_the_bit() {
         let (folder, element) = (folder("round-trip"), small());
         write(&folder, &element).unwrap();
-        let back = read(&folder, element.relative.pairs[0], 1.0).unwrap();
-        let (a, b) = (&element.relative, &back.relative);
+        let back = read(&folder).unwrap();
+        let (a, b) = (&element.model, &back.model);
         assert_eq!(a.stiffness, b.stiffness);
         assert_eq!(a.mass, b.mass);
         assert_eq!(a.coupling, b.coupling);
         assert_eq!(a.omega2, b.omega2);
         assert_eq!(a.static_load, b.static_load);
-        assert_eq!(a.excitations, b.excitations);
+        assert_eq!(a.unit_loads, b.unit_loads);
+        assert_eq!(a.stuck_modes, b.stuck_modes);
         assert_eq!(a.observations, b.observations);
-        assert_eq!(a.pairs, b.pairs);
         assert_eq!(element.positions_m, back.positions_m);
         assert_eq!(element.areas_m2, back.areas_m2);
         std::fs::remove_dir_all(folder).unwrap();
@@ -630,23 +586,23 @@ mod tests {
     fn a_model_without_modes_replaces_one_with_modes() {
         let (folder, mut element) = (folder("no-modes"), small());
         write(&folder, &element).unwrap();
-        let model = &mut element.relative;
+        let model = &mut element.model;
         model.coupling = Mat::zeros(6, 0);
         model.omega2.clear();
         model.static_load.on_modes.clear();
-        model.excitations[0].cosine.on_modes.clear();
-        model.excitations[0].sine.on_modes.clear();
+        model.stuck_modes = 0;
+        model.unit_loads[0].on_modes.clear();
         model.observations[0].on_modes.clear();
         element.areas_m2 = None;
         write(&folder, &element).unwrap();
-        let back = read(&folder, element.relative.pairs[0], 1.0).unwrap();
-        assert_eq!(back.relative.coupling, element.relative.coupling);
-        assert_eq!(back.relative.observations, element.relative.observations);
-        assert_eq!(back.relative.static_load, element.relative.static_load);
+        let back = read(&folder).unwrap();
+        assert_eq!(back.model.coupling, element.model.coupling);
+        assert_eq!(back.model.observations, element.model.observations);
+        assert_eq!(back.model.static_load, element.model.static_load);
         assert_eq!(back.areas_m2, None);
         // Half of the modes is a mistake, not m = 0.
         std::fs::write(folder.join("p.mtx"), "").unwrap();
-        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        let message = read(&folder).unwrap_err();
         assert!(message.to_string().contains("w2.mtx"), "{message}");
         std::fs::remove_dir_all(folder).unwrap();
     }
@@ -656,11 +612,10 @@ mod tests {
         let (first, second, element) = (folder("first"), folder("second"), small());
         write(&first, &element).unwrap();
         let mut stiffer = small();
-        stiffer.relative.stiffness *= faer::Scale(2.0);
+        stiffer.model.stiffness *= faer::Scale(2.0);
         write(&second, &stiffer).unwrap();
-        let law = element.relative.pairs[0];
         std::fs::copy(second.join("M.mtx"), first.join("M.mtx")).unwrap();
-        let message = read(&first, law, 1.0).unwrap_err().to_string();
+        let message = read(&first).unwrap_err().to_string();
         for words in ["M.mtx", "K.mtx", "one model", "dovetail reduce"] {
             assert!(message.contains(words), "{words}: {message}");
         }
@@ -669,11 +624,11 @@ mod tests {
         let without = text.lines().filter(|line| !line.starts_with("% "));
         let without: Vec<&str> = without.collect();
         std::fs::write(first.join("M.mtx"), without.join("\n")).unwrap();
-        assert!(read(&first, law, 1.0).is_ok());
+        assert!(read(&first).is_ok());
         // The same model has the same name.
         write(&second, &element).unwrap();
         std::fs::copy(second.join("K.mtx"), first.join("K.mtx")).unwrap();
-        assert!(read(&first, law, 1.0).is_ok());
+        assert!(read(&first).is_ok());
         for folder in [first, second] {
             std::fs::remove_dir_all(folder).unwrap();
         }
@@ -684,9 +639,8 @@ mod tests {
     #[test]
     fn a_folder_that_was_not_written_to_its_end_is_not_read() {
         let element = small();
-        let law = element.relative.pairs[0];
         let mut stiffer = small();
-        stiffer.relative.stiffness *= faer::Scale(2.0);
+        stiffer.model.stiffness *= faer::Scale(2.0);
         for name in FILES {
             let folder = folder(&format!("broken-off-{name}"));
             write(&folder, &element).unwrap();
@@ -696,14 +650,14 @@ mod tests {
             let error = write(&folder, &stiffer).unwrap_err();
             assert!(matches!(error, SuperelementError::Write { .. }), "{error}");
             std::fs::remove_dir_all(folder.join(name)).unwrap();
-            let read = read(&folder, law, 1.0);
+            let read = read(&folder);
             assert!(read.is_err(), "{name}");
             std::fs::remove_dir_all(folder).unwrap();
         }
         let folder = folder("not-whole");
         write(&folder, &element).unwrap();
         std::fs::remove_file(folder.join(POSITIONS)).unwrap();
-        let message = read(&folder, law, 1.0).unwrap_err().to_string();
+        let message = read(&folder).unwrap_err().to_string();
         for words in ["xyz.mtx", "a part of a reduced model", "dovetail reduce"] {
             assert!(message.contains(words), "{words}: {message}");
         }
@@ -714,12 +668,11 @@ mod tests {
     fn malformed_files_are_named_with_line_and_shape() {
         let (folder, element) = (folder("malformed"), small());
         write(&folder, &element).unwrap();
-        let law = element.relative.pairs[0];
         let spoil = |file: &str, text: &str| {
             let path = folder.join(file);
             let whole = std::fs::read_to_string(&path).unwrap();
             std::fs::write(&path, text).unwrap();
-            let message = read(&folder, law, 1.0).unwrap_err().to_string();
+            let message = read(&folder).unwrap_err().to_string();
             std::fs::write(&path, whole).unwrap();
             message
         };
@@ -736,11 +689,7 @@ mod tests {
         );
         let lenient = format!("{}4 1\n1\n2\n3\n4\n", &head[1..]);
         std::fs::write(folder.join("fm_static.mtx"), lenient).unwrap();
-        let read_back = read(&folder, law, 1.0)
-            .unwrap()
-            .relative
-            .static_load
-            .on_modes;
+        let read_back = read(&folder).unwrap().model.static_load.on_modes;
         assert_eq!(read_back, [1.0, 2.0, 3.0, 4.0]);
         let message = spoil("tip_x.mtx", &format!("{head}5 1\n1\n3\n2\n4\n5\n"));
         assert!(message.contains("5 x 1, expected 6 x 1"), "{message}");
@@ -757,16 +706,16 @@ mod tests {
             message.contains("symmetric") && message.contains("(1, 2)"),
             "{message}"
         );
-        assert!(read(&folder, law, 1.0).is_ok());
+        assert!(read(&folder).is_ok());
         std::fs::remove_dir_all(folder).unwrap();
     }
 
     /// The message that a model with this change, written and read again, gives.
-    fn said_of(name: &str, change: impl FnOnce(&mut RelativeModel)) -> Result<(), String> {
+    fn said_of(name: &str, change: impl FnOnce(&mut ReducedModel)) -> Result<(), String> {
         let (folder, mut element) = (folder(name), small());
-        change(&mut element.relative);
+        change(&mut element.model);
         write(&folder, &element).unwrap();
-        let read = read(&folder, element.relative.pairs[0], 1.0);
+        let read = read(&folder);
         std::fs::remove_dir_all(folder).unwrap();
         read.map(|_| ()).map_err(|e| e.to_string())
     }
@@ -816,7 +765,7 @@ mod tests {
         write(&folder, &element).unwrap();
         let nothing = "%%MatrixMarket matrix array real general\n0 3\n";
         std::fs::write(folder.join("xyz.mtx"), nothing).unwrap();
-        let message = read(&folder, element.relative.pairs[0], 1.0).unwrap_err();
+        let message = read(&folder).unwrap_err();
         assert!(
             message.to_string().contains("at least one pair"),
             "{message}"
@@ -827,9 +776,7 @@ mod tests {
     #[test]
     fn a_missing_file_is_named() {
         let folder = folder("missing");
-        let message = read(&folder, PairLaw::rigid(0.3, 0.0), 1.0)
-            .unwrap_err()
-            .to_string();
+        let message = read(&folder).unwrap_err().to_string();
         assert!(message.contains("xyz.mtx"), "{message}");
         std::fs::remove_dir_all(folder).unwrap();
     }

@@ -4,6 +4,7 @@ use super::lattice_model::assembly;
 use super::*;
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{AppliedLoad, Body, BodyNode, Model, Slave};
+use crate::problem::Problem;
 use dovetail_numerics::sparse::dense as to_dense;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
@@ -30,7 +31,7 @@ fn dynamic_stiffness(k: &Mat<f64>, m: &Mat<f64>, w: f64) -> Mat<c64> {
 }
 
 /// Lambda(w) of method section 2b.
-fn lambda(model: &RelativeModel, w: f64) -> Mat<c64> {
+fn lambda(model: &ReducedModel, w: f64) -> Mat<c64> {
     let mut z = dynamic_stiffness(&model.stiffness, &model.mass, w);
     let s = c64::new(w * w, -w * B);
     for (mode, &omega2) in model.omega2.iter().enumerate() {
@@ -55,7 +56,7 @@ fn close(a: &Mat<c64>, b: &Mat<c64>, tolerance: f64) {
 }
 
 /// The bodies whole, and both reduced with as many modes as they have.
-fn both_ways(count: usize) -> Vec<(Model, Structure, ReducedModel)> {
+fn both_ways(count: usize) -> Vec<(Model, Structure, Reduction)> {
     [[None, None], [Some(ALL), Some(ALL)], [None, Some(ALL)]]
         .into_iter()
         .map(|modes| {
@@ -96,7 +97,7 @@ fn lambda_is_the_parallel_form() {
                 z.get(n.., n..) - z.get(n.., ..n) * rest
             });
             let parallel = &z[1] * (&z[0] + &z[1]).partial_piv_lu().solve(&z[0]);
-            close(&lambda(&reduced.relative, w), &parallel, 1e-9);
+            close(&lambda(&reduced.model, w), &parallel, 1e-9);
         }
     }
 }
@@ -136,15 +137,12 @@ fn forces_fields_and_observations_are_those_of_the_full_bodies() {
     }
 }
 
-fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &ReducedModel) {
+fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduction) {
     let n = 3 * model.pairs.len();
     let contact = Mat::from_fn(n, 1, |i, _| c64::new((i as f64).cos(), 0.3 * i as f64));
     for (harmonic, w) in [(1, 2.3e3), (3, 1.1e4)] {
-        let load = reduced
-            .relative
-            .excitations
-            .iter()
-            .find(|e| e.harmonic == harmonic);
+        let excitations = Problem::new(reduced.model.clone(), model).excitations;
+        let load = excitations.iter().find(|e| e.harmonic == harmonic);
         let load = load.unwrap();
         let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<_>>();
         let on_x = complex(&load.cosine.on_x, &minus(&load.sine.on_x));
@@ -153,18 +151,18 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
         let s = c64::new(w * w, -w * B);
         let mut rhs = &on_x - &contact;
         let d: Vec<c64> = reduced
-            .relative
+            .model
             .omega2
             .iter()
             .map(|w2| c64::new(1.0, w * A) * w2 - s)
             .collect();
-        let p = &reduced.relative.coupling;
+        let p = &reduced.model.coupling;
         for (mode, d) in d.iter().enumerate() {
             for i in 0..n {
                 rhs[(i, 0)] += s * p[(i, mode)] * on_modes[(mode, 0)] / d;
             }
         }
-        let x = lambda(&reduced.relative, w).partial_piv_lu().solve(&rhs);
+        let x = lambda(&reduced.model, w).partial_piv_lu().solve(&rhs);
         let q = Mat::from_fn(d.len(), 1, |mode, _| {
             let cx: c64 = (0..n).map(|i| -s * p[(i, mode)] * x[(i, 0)]).sum();
             (on_modes[(mode, 0)] - cx) / d[mode]
@@ -196,12 +194,7 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
             let found = complex(motion[b].col_as_slice(0), motion[b].col_as_slice(1));
             close(&found, &exact[b], 1e-8);
         }
-        for (observed, observation) in reduced
-            .relative
-            .observations
-            .iter()
-            .zip(&model.observations)
-        {
+        for (observed, observation) in reduced.model.observations.iter().zip(&model.observations) {
             let dot = |row: &[f64], v: &Mat<c64>| -> c64 {
                 row.iter().enumerate().map(|(i, r)| v[(i, 0)] * r).sum()
             };
@@ -235,11 +228,11 @@ fn statics_balance_the_full_bodies_whatever_the_modes_kept() {
     }
 }
 
-fn balanced(model: &Model, structure: &Structure, reduced: &ReducedModel) {
+fn balanced(model: &Model, structure: &Structure, reduced: &Reduction) {
     let n = 3 * model.pairs.len();
     let x: Vec<f64> = (0..n).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
     let column = Mat::from_fn(n, 1, |i, _| x[i]);
-    let elastic = &reduced.relative.stiffness * &column;
+    let elastic = &reduced.model.stiffness * &column;
     let u = reduced.recovery.full_static(&x);
     for (b, sign) in [(0, 1.0), (1, -1.0)] {
         let body = &structure.bodies[b];
@@ -253,7 +246,7 @@ fn balanced(model: &Model, structure: &Structure, reduced: &ReducedModel) {
                 let force: f64 = (0..3)
                     .map(|row| {
                         let at = 3 * pair + row;
-                        let lambda = reduced.relative.static_load.on_x[at] - elastic[(at, 0)];
+                        let lambda = reduced.model.static_load.on_x[at] - elastic[(at, 0)];
                         entry.frame[row][axis] * lambda
                     })
                     .sum();
@@ -287,28 +280,31 @@ fn fewer_stuck_modes_err_with_the_square_of_the_frequency() {
     let (model, structure) = assembly([None, None]);
     let all = reduce(&model, &structure, wanted(ALL)).unwrap();
     let few = reduce(&model, &structure, wanted(4)).unwrap();
-    assert_eq!((few.stuck_modes, all.truncation.amplitude), (4, Some(0.0)));
-    for (a, b) in few.relative.omega2[..4].iter().zip(&all.relative.omega2) {
+    assert_eq!(
+        (few.model.stuck_modes, all.truncation.amplitude),
+        (4, Some(0.0))
+    );
+    for (a, b) in few.model.omega2[..4].iter().zip(&all.model.omega2) {
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     }
     assert!(
-        few.relative.omega2[4..]
+        few.model.omega2[4..]
             .iter()
-            .all(|w2| *w2 > few.relative.omega2[3])
+            .all(|w2| *w2 > few.model.omega2[3])
     );
-    assert_eq!(few.relative.stiffness, all.relative.stiffness);
-    let cut = all.relative.omega2[4].sqrt();
+    assert_eq!(few.model.stiffness, all.model.stiffness);
+    let cut = all.model.omega2[4].sqrt();
     let error = |w: f64| {
-        let exact = lambda(&all.relative, w);
-        (lambda(&few.relative, w) - &exact).norm_max() / exact.norm_max()
+        let exact = lambda(&all.model, w);
+        (lambda(&few.model, w) - &exact).norm_max() / exact.norm_max()
     };
     let [low, high] = [0.05, 0.1].map(|share| error(share * cut));
     assert!(high < 0.02 && (high / low).log2() > 1.9, "{low} {high}");
 }
 
 /// Observed amplitudes over the frequency `w` where all pairs stick, undamped.
-fn stuck_answer(relative: &RelativeModel, w: f64) -> Vec<f64> {
-    let load = &relative.excitations[0].cosine.on_modes;
+fn stuck_answer(relative: &ReducedModel, w: f64) -> Vec<f64> {
+    let load = &relative.unit_loads[0].on_modes;
     let observed = relative.observations.iter().map(|observed| {
         let modes = observed.on_modes.iter().zip(load).zip(&relative.omega2);
         modes.map(|((c, f), w2)| c * f / (w2 - w * w)).sum()
@@ -321,12 +317,12 @@ fn residual_vectors_make_answers_exact_in_statics_and_of_fourth_order_beside() {
     let (model, structure) = assembly([None, None]);
     let all = reduce(&model, &structure, wanted(ALL)).unwrap();
     let few = reduce(&model, &structure, wanted(3)).unwrap();
-    let largest = stuck_answer(&all.relative, 0.0);
+    let largest = stuck_answer(&all.model, 0.0);
     let largest = largest.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let [still, slow, fast] = [0.0, 0.2, 0.4].map(|share| {
-        let w = share * all.relative.omega2[3].sqrt();
-        let exact = stuck_answer(&all.relative, w);
-        let found = stuck_answer(&few.relative, w);
+        let w = share * all.model.omega2[3].sqrt();
+        let exact = stuck_answer(&all.model, w);
+        let found = stuck_answer(&few.model, w);
         let errors = exact
             .iter()
             .zip(&found)
@@ -341,7 +337,7 @@ fn residual_vectors_make_answers_exact_in_statics_and_of_fourth_order_beside() {
 fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
     let (model, structure) = assembly([None, None]);
     let all = reduce(&model, &structure, wanted(ALL)).unwrap();
-    let exact = first_yielding(&all.relative);
+    let exact = first_yielding(&all.model);
     for count in [4, 8, 16, 32] {
         let wanted = StuckModes {
             count: Some(count),
@@ -350,7 +346,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
         };
         let few = reduce(&model, &structure, wanted).unwrap();
         let estimate = few.truncation.amplitude.unwrap();
-        let error = first_yielding(&few.relative) / exact - 1.0;
+        let error = first_yielding(&few.model) / exact - 1.0;
         println!("{count} modes: error {error:.1e}, estimated {estimate:.1e}");
         assert!(
             error < estimate && estimate < 100.0 * error,
@@ -360,7 +356,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
 }
 
 /// Squared frequency of the first mode where each pair is a spring as stiff as the bodies behind it.
-fn first_yielding(relative: &RelativeModel) -> f64 {
+fn first_yielding(relative: &ReducedModel) -> f64 {
     let (n, m) = (relative.stiffness.nrows(), relative.omega2.len());
     let own = relative.diagonal_stiffness();
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
@@ -385,7 +381,7 @@ fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
     let exact = stuck_modes(&model, &structure, 6).unwrap();
     let (model, structure) = assembly([Some(3), Some(2)]);
     let reduced = reduce(&model, &structure, wanted(6)).unwrap();
-    let found = &reduced.relative.omega2;
+    let found = &reduced.model.omega2;
     let mut seen = 0;
     for ((found, exact), estimate) in found
         .iter()
@@ -427,21 +423,21 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
         .sum::<usize>()
         - 15;
     assert_eq!(
-        (all.stuck_modes, all.relative.omega2.len()),
+        (all.model.stuck_modes, all.model.omega2.len()),
         (unknowns, unknowns)
     );
-    let few = reached(0.2 * all.relative.omega2[0].sqrt());
+    let few = reached(0.2 * all.model.omega2[0].sqrt());
     let same = StuckModes {
         count: None,
         excited: Highest::OfFirstStuckMode(0.2),
         kept: Highest::OfFirstStuckMode(0.2),
     };
     let same = reduce(&model, &structure, same).unwrap();
-    assert_eq!(same.stuck_modes, few.stuck_modes);
-    assert!(few.stuck_modes >= 12 && few.stuck_modes < unknowns);
+    assert_eq!(same.model.stuck_modes, few.model.stuck_modes);
+    assert!(few.model.stuck_modes >= 12 && few.model.stuck_modes < unknowns);
     assert!(few.truncation.amplitude.unwrap() <= 1e-4);
-    let more = reached(0.3 * all.relative.omega2[20].sqrt());
-    assert!(more.stuck_modes > 20, "{}", more.stuck_modes);
+    let more = reached(0.3 * all.model.omega2[20].sqrt());
+    assert!(more.model.stuck_modes > 20, "{}", more.model.stuck_modes);
 }
 
 #[test]
@@ -458,8 +454,8 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
     // Stuck on what is rigid, the body has the modes of its flank held.
     let (bar, matrices) = (&model.bodies[0], &structure.bodies[0]);
     let held = craig_bampton::fixed_interface_modes(bar, matrices, ALL).unwrap();
-    assert_eq!(held.omega2.len(), reduced.relative.omega2.len());
-    for (a, b) in held.omega2.iter().zip(&reduced.relative.omega2) {
+    assert_eq!(held.omega2.len(), reduced.model.omega2.len());
+    for (a, b) in held.omega2.iter().zip(&reduced.model.omega2) {
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     }
     // X alone moves it: the free body has no stiffness against a translation.
@@ -470,7 +466,7 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
         .partial_piv_lu()
         .solve(turned.get(..n, n..));
     let exact = turned.get(n.., n..) - turned.get(n.., ..n) * inner;
-    assert!((&reduced.relative.stiffness - &exact).norm_max() < 1e-9 * exact.norm_max());
+    assert!((&reduced.model.stiffness - &exact).norm_max() < 1e-9 * exact.norm_max());
     let u = reduced.recovery.full_static(&[0.0; 15]);
     assert_eq!((u.len(), u[0].len()), (1, matrices.load_n.len()));
 }
@@ -489,8 +485,8 @@ fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
                 body.fixed_interface_modes = modes;
             }
             let reduced = reduce(&tied, &structure, wanted(ALL)).unwrap();
-            let (all, some) = (&whole.relative, &reduced.relative);
-            assert_eq!((some.stiffness.nrows(), some.pairs.len()), (few, left));
+            let (all, some) = (&whole.model, &reduced.model);
+            assert_eq!((some.stiffness.nrows(), some.pairs()), (few, left));
             let same = |a: &Mat<f64>, b: &Mat<f64>| {
                 let error = (a - b.get(..few, ..few)).norm_max();
                 assert!(error <= 1e-9 * b.norm_max(), "{error}");
@@ -635,14 +631,14 @@ fn threads_change_no_bit() {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| reduce(&model, &structure, wanted(6)).unwrap().relative)
+        pool.install(|| reduce(&model, &structure, wanted(6)).unwrap().model)
     };
     let (one, four) = (run(1), run(4));
     assert_eq!(one.stiffness, four.stiffness);
     assert_eq!(one.mass, four.mass);
     assert_eq!(one.coupling, four.coupling);
     assert_eq!(one.omega2, four.omega2);
-    assert_eq!(one.excitations, four.excitations);
+    assert_eq!(one.unit_loads, four.unit_loads);
 }
 
 #[test]
@@ -650,15 +646,14 @@ fn what_was_written_and_read_back_gives_the_same_bits() {
     for modes in [[None, None], [Some(5), Some(7)]] {
         let (model, structure) = assembly(modes);
         let reduced = reduce(&model, &structure, wanted(9)).unwrap();
-        let bytes = postcard::to_stdvec(&(&reduced.relative, &reduced.unit_loads)).unwrap();
-        let (relative, unit_loads): (RelativeModel, Vec<Load>) =
-            postcard::from_bytes(&bytes).unwrap();
-        let (relative, own) = (relative.under(&model, &unit_loads), &reduced.relative);
+        let bytes = postcard::to_stdvec(&reduced.model).unwrap();
+        let (relative, own): (ReducedModel, _) =
+            (postcard::from_bytes(&bytes).unwrap(), &reduced.model);
         assert_eq!(relative.stiffness, own.stiffness);
         assert_eq!(relative.coupling, own.coupling);
-        assert_eq!(relative.excitations, own.excitations);
+        assert_eq!(relative.unit_loads, own.unit_loads);
+        assert_eq!(relative.stuck_modes, own.stuck_modes);
         assert_eq!(relative.observations, own.observations);
-        assert_eq!(relative.pairs, own.pairs);
         let bytes = postcard::to_stdvec(&reduced.recovery).unwrap();
         let recovery: Recovery = postcard::from_bytes(&bytes).unwrap();
         let value = |i: usize, j: usize| (i as f64 - 3.0 * j as f64).sin();

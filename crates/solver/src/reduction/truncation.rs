@@ -13,7 +13,7 @@
 
 use faer::Mat;
 
-use super::RelativeModel;
+use super::ReducedModel;
 use dovetail_numerics::gmres::gmres;
 use dovetail_numerics::sparse::symmetric_dense_times;
 use serde::{Deserialize, Serialize};
@@ -43,10 +43,10 @@ pub(super) struct EnergyShares {
 }
 
 /// How the flanks give way under the first stuck modes, of unit modal mass: n x modes.
-pub(super) fn yielding(relative: &RelativeModel) -> Mat<f64> {
-    let own = relative.diagonal_stiffness();
+pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
+    let own = reduced.diagonal_stiffness();
     let n = own.len();
-    let stiffness = relative.stiffness.as_ref();
+    let stiffness = reduced.stiffness.as_ref();
     let apply = |v: &[f64], w: &mut [f64]| {
         let soft: Vec<f64> = v.iter().zip(&own).map(|(v, d)| v / (2.0 * d)).collect();
         symmetric_dense_times(stiffness, &soft, w);
@@ -55,27 +55,25 @@ pub(super) fn yielding(relative: &RelativeModel) -> Mat<f64> {
         }
     };
     let precondition = |v: &mut [f64]| v.iter_mut().zip(&own).for_each(|(v, d)| *v /= 2.0 * d);
-    let mut x = Mat::zeros(n, MODES.min(relative.omega2.len()));
-    for (k, omega2) in relative.omega2.iter().enumerate().take(x.ncols()) {
-        let force: Vec<f64> = (0..n).map(|i| omega2 * relative.coupling[(i, k)]).collect();
+    let mut x = Mat::zeros(n, MODES.min(reduced.omega2.len()));
+    for (k, omega2) in reduced.omega2.iter().enumerate().take(x.ncols()) {
+        let force: Vec<f64> = (0..n).map(|i| omega2 * reduced.coupling[(i, k)]).collect();
         let x = x.col_as_slice_mut(k);
         gmres(apply, precondition, &force, x, TOLERANCE, MOST_ITERATIONS);
     }
     x
 }
 
-/// Estimated relative error of amplitudes up to `highest_rad_s`; the first `modes` of the model's modes are
-/// stuck modes, the others residual vectors. `answers` are y^T K_gg^-1 y of the motions [`yielding`].
+/// Estimated relative error of amplitudes up to `highest_rad_s`. `answers` are y^T K_gg^-1 y of the motions [`yielding`].
 /// `None` where the last stuck mode lies below `highest_rad_s`.
 pub(super) fn amplitude(
-    relative: &RelativeModel,
-    modes: usize,
+    reduced: &ReducedModel,
     left: EnergyShares,
     yielding: &Mat<f64>,
     answers: &[f64],
     highest_rad_s: f64,
 ) -> Option<f64> {
-    let cut = *relative.omega2[..modes].last()?;
+    let cut = *reduced.stuck_omega2().last()?;
     let highest2 = highest_rad_s.powi(2);
     if highest2 >= cut {
         return None;
@@ -84,12 +82,12 @@ pub(super) fn amplitude(
     let of_loads = rho * rho * (left.loads * left.observed).sqrt();
     let moving = answers.iter().enumerate().map(|(k, answer)| {
         let x = yielding.col_as_slice(k);
-        let kept = (0..relative.omega2.len()).map(|m| {
-            let p = relative.coupling.col_as_slice(m).iter();
+        let kept = (0..reduced.omega2.len()).map(|m| {
+            let p = reduced.coupling.col_as_slice(m).iter();
             let share: f64 = p.zip(x).map(|(p, x)| p * x).sum();
-            share * share / relative.omega2[m]
+            share * share / reduced.omega2[m]
         });
-        let omega2 = relative.omega2[k].min(highest2);
+        let omega2 = reduced.omega2[k].min(highest2);
         omega2 * (answer - kept.sum::<f64>()).max(0.0) / (1.0 - omega2 / cut)
     });
     Some(moving.fold(of_loads, f64::max))

@@ -85,14 +85,14 @@ impl PairTable {
         }
     }
 
-    /// All pairs of a folder make one contact, called `pairs`.
-    pub fn of_superelement(element: &Superelement) -> Self {
+    /// All pairs of a folder make one contact, called `pairs`; each has the clearance `gap_m`.
+    pub fn of_superelement(element: &Superelement, gap_m: f64) -> Self {
         let row = |i: usize| PairRow {
             contact: 0,
             position_m: element.positions_m[i],
             frame: None,
             area_m2: element.areas_m2.as_ref().map(|a| a[i]),
-            gap_m: element.relative.pairs[i].gap_m,
+            gap_m,
         };
         Self {
             contacts: vec!["pairs".to_owned()],

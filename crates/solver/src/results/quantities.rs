@@ -348,8 +348,8 @@ mod tests {
     use super::*;
     use crate::dlft::{LinearPoint, Outcome, PairCycle};
     use crate::model::ContactPair;
-    use crate::reduction::LinearReference;
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::LinearReference;
+    use crate::problem::dovetail72::dovetail72;
 
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {
@@ -679,7 +679,7 @@ mod tests {
             newton_iterations: 1,
             residual: 0.0,
             retention_n: None,
-            linear: LinearReference::stuck(&dovetail72(1.0)),
+            linear: LinearReference::stuck(&dovetail72(1.0).reduced),
         };
         let fields = static_fields(&state, &[pair(0.5), pair(2.0)]);
         assert_eq!(fields.pressure_pa, [16.0, 0.0]);

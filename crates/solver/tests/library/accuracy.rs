@@ -1,25 +1,26 @@
 //! An accuracy in place of settings: the error it leaves, against a response with many harmonics.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Response};
-use dovetail_solver::law::PairLaw;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{RelativeModel, superelement};
+use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
 const FORCE_N: f64 = 1.5;
 
-fn model() -> &'static RelativeModel {
-    static MODEL: OnceLock<RelativeModel> = OnceLock::new();
+fn model() -> &'static Problem {
+    static MODEL: OnceLock<Problem> = OnceLock::new();
     MODEL.get_or_init(|| {
         let folder = root().join("tests/data/dovetail72");
         let law = PairLaw::rigid(0.3, 0.0);
-        superelement::read(&folder, law, FORCE_N).unwrap().relative
+        Problem::of_one_law(superelement::read(&folder).unwrap().model, law, FORCE_N)
     })
 }
 
@@ -27,7 +28,7 @@ fn model() -> &'static RelativeModel {
 fn respond(resolution: Resolution) -> Response {
     let model = model();
     let damping = Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
         mass_per_s: 0.0,
     };
     let newton = NewtonOptions {
@@ -35,7 +36,7 @@ fn respond(resolution: Resolution) -> Response {
         max_iterations: 60,
     };
     let statics = static_state(model, 10, newton);
-    let first_hz = model.omega2[0].sqrt() / TAU;
+    let first_hz = model.reduced.omega2[0].sqrt() / TAU;
     let settings = SweepSettings {
         newton,
         ..SweepSettings::new(

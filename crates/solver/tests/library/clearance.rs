@@ -2,6 +2,7 @@
 //! interference takes is pressed besides, and moving the bodies apart changes no motion.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
@@ -11,14 +12,12 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Highest, Load, RelativeModel, StuckModes, reduce, superelement,
-};
+use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce, superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
@@ -31,7 +30,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
 };
 
 fn respond(
-    model: &RelativeModel,
+    model: &Problem,
     damping: Rayleigh,
     statics: &StaticState,
     harmonics: usize,
@@ -53,7 +52,7 @@ fn respond(
     response
 }
 
-fn statics(model: &RelativeModel) -> StaticState {
+fn statics(model: &Problem) -> StaticState {
     let state = static_state(model, 10, NEWTON);
     assert!(state.outcome.is_converged());
     state
@@ -79,29 +78,33 @@ const DAMPING: Rayleigh = Rayleigh {
 
 /// A mass on a spring, pressed over a clearance against a floor and shaken across it, too weakly to
 /// leave it.
-fn one_pair(gap_m: f64) -> RelativeModel {
+fn one_pair(gap_m: f64) -> Problem {
     let load = |normal: f64| Load {
         on_x: vec![normal, 0.0, 0.0],
         on_modes: vec![],
     };
-    RelativeModel {
-        stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
-            (0, 0) => NORMAL_STIFFNESS_N_M,
-            (i, j) if i == j => 1.0,
-            _ => 0.0,
-        }),
-        mass: Mat::identity(3, 3),
-        coupling: Mat::zeros(3, 0),
-        omega2: vec![],
-        static_load: load(-PRESS_N),
+    Problem {
+        reduced: ReducedModel {
+            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
+                (0, 0) => NORMAL_STIFFNESS_N_M,
+                (i, j) if i == j => 1.0,
+                _ => 0.0,
+            }),
+            mass: Mat::identity(3, 3),
+            coupling: Mat::zeros(3, 0),
+            omega2: vec![],
+            stuck_modes: 0,
+            static_load: load(-PRESS_N),
+            unit_loads: Vec::new(),
+            observations: vec![],
+        },
+        laws: vec![PairLaw::rigid(0.5, gap_m)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(SHAKE_N),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
-        observations: vec![],
-        pairs: vec![PairLaw::rigid(0.5, gap_m)],
     }
 }
 
@@ -158,9 +161,9 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
 fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
     for press_n in [0.0, 0.1] {
         let mut model = one_pair(0.25);
-        model.static_load.on_x[0] = -press_n;
+        model.reduced.static_load.on_x[0] = -press_n;
         let (mass_kg, shake_n) = (0.5, 0.01);
-        model.mass = Mat::from_fn(3, 3, |i, j| if i == j { mass_kg } else { 0.0 });
+        model.reduced.mass = Mat::from_fn(3, 3, |i, j| if i == j { mass_kg } else { 0.0 });
         model.excitations[0].cosine.on_x[0] = shake_n;
         let state = statics(&model);
         assert_eq!(state.status, [PairStatus::Open]);
@@ -185,8 +188,8 @@ fn a_stop_that_is_open_at_rest_leaves_a_mass_on_its_springs() {
 #[test]
 fn a_stop_that_is_open_at_rest_may_have_no_mass_of_its_own() {
     let mut model = one_pair(0.25);
-    model.static_load.on_x[0] = 0.0;
-    model.mass[(0, 0)] = 0.0;
+    model.reduced.static_load.on_x[0] = 0.0;
+    model.reduced.mass[(0, 0)] = 0.0;
     let state = statics(&model);
     assert_eq!(state.status, [PairStatus::Open]);
     assert_eq!(state.linear.with_mass, 2);
@@ -198,8 +201,8 @@ fn a_stop_that_is_open_at_rest_may_have_no_mass_of_its_own() {
 #[test]
 fn a_free_mass_before_a_stop_is_held_by_nothing() {
     let mut model = one_pair(0.25);
-    model.stiffness[(0, 0)] = 0.0;
-    model.static_load.on_x[0] = 0.0;
+    model.reduced.stiffness[(0, 0)] = 0.0;
+    model.reduced.static_load.on_x[0] = 0.0;
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::NothingHolds);
 }
@@ -211,9 +214,9 @@ fn a_free_mass_before_a_stop_is_held_by_nothing() {
 fn an_interference_grows_with_the_load_that_opposes_it() {
     let mut model = one_pair(-1.0);
     for (i, j, k) in [(0, 0, 1.0), (0, 1, 0.8), (1, 0, 0.8)] {
-        model.stiffness[(i, j)] = k;
+        model.reduced.stiffness[(i, j)] = k;
     }
-    model.static_load.on_x = vec![0.0, 0.6, 0.0];
+    model.reduced.static_load.on_x = vec![0.0, 0.6, 0.0];
     for load_steps in [1, 4, 10] {
         let state = static_state(&model, load_steps, NEWTON);
         assert_eq!(state.outcome, Outcome::Converged);
@@ -229,33 +232,33 @@ fn an_interference_grows_with_the_load_that_opposes_it() {
 
 // ----------------------------------------------------------------------- 72 pairs, moved apart
 
-fn dovetail(force_n: f64) -> RelativeModel {
+fn dovetail(force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
     let law = PairLaw::rigid(0.3, 0.0);
-    superelement::read(&folder, law, force_n).unwrap().relative
+    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
 }
 
 /// The same joint, its flanks apart by clearances that differ from pair to pair, under the load
 /// that closes them on top; its motion X is that of `model` less the clearances, in N.
-fn moved_apart(model: &RelativeModel) -> (RelativeModel, Vec<f64>) {
+fn moved_apart(model: &Problem) -> (Problem, Vec<f64>) {
     let mut moved = model.clone();
-    let n = model.stiffness.nrows();
+    let n = model.reduced.stiffness.nrows();
     let mut shift_m = vec![0.0; n];
-    for (p, pair) in moved.pairs.iter_mut().enumerate() {
+    for (p, pair) in moved.laws.iter_mut().enumerate() {
         pair.gap_m = 1e-6 * (1 + p % 5) as f64;
         shift_m[3 * p] = pair.gap_m;
     }
-    for (i, load) in moved.static_load.on_x.iter_mut().enumerate() {
+    for (i, load) in moved.reduced.static_load.on_x.iter_mut().enumerate() {
         *load -= (0..n)
-            .map(|j| model.stiffness[(i, j)] * shift_m[j])
+            .map(|j| model.reduced.stiffness[(i, j)] * shift_m[j])
             .sum::<f64>();
     }
     (moved, shift_m)
 }
 
-fn damping(model: &RelativeModel) -> Rayleigh {
+fn damping(model: &Problem) -> Rayleigh {
     Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
         mass_per_s: 0.0,
     }
 }
@@ -277,7 +280,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     let places = moved_state.x.iter_mut().zip(&shift_m);
     places.for_each(|(x, shift)| *x -= shift);
 
-    let first_hz = touching.omega2[0].sqrt() / TAU;
+    let first_hz = touching.reduced.omega2[0].sqrt() / TAU;
     let damping = damping(&touching);
     let frequencies_hz = [0.99, 0.9995, 1.002].map(|r| r * first_hz).to_vec();
     let a = respond(&touching, damping, &state, 3, frequencies_hz.clone());
@@ -301,7 +304,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     let states = [&touching, &apart_model].map(|model| {
         let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, 64).unwrap();
         let mut state = on_orbit(model, orbit);
-        if model.pairs[0].gap_m > 0.0 {
+        if model.laws[0].gap_m > 0.0 {
             let places = state.x.iter_mut().zip(&shift_m);
             places.for_each(|(x, shift)| *x -= shift);
         }
@@ -330,8 +333,13 @@ fn the_static_state_goes_with_its_loads_and_clearances() {
     const FACTOR: f64 = 1e-9;
     let (whole, _) = moved_apart(&dovetail(1.5));
     let mut small = whole.clone();
-    small.static_load.on_x.iter_mut().for_each(|f| *f *= FACTOR);
-    small.pairs.iter_mut().for_each(|p| p.gap_m *= FACTOR);
+    small
+        .reduced
+        .static_load
+        .on_x
+        .iter_mut()
+        .for_each(|f| *f *= FACTOR);
+    small.laws.iter_mut().for_each(|p| p.gap_m *= FACTOR);
     let [whole, small] = [&whole, &small].map(statics);
     assert!(whole.status.contains(&PairStatus::Slipping));
     assert_eq!(whole.status, small.status);
@@ -410,8 +418,8 @@ fn of_quarters(
         excited: Highest::OfFirstStuckMode(1.0),
         kept: Highest::OfFirstStuckMode(1.0),
     };
-    let reduced = reduce(&model, &structure, wanted).unwrap();
-    let state = statics(&reduced.relative);
+    let reduction = reduce(&model, &structure, wanted).unwrap();
+    let state = statics(&Problem::new(reduction.model, &model));
     (model, state)
 }
 

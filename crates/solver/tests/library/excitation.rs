@@ -3,7 +3,6 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::shared_scenes::*;
-use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::dlft::orbit::linear_point;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh::block::block;
@@ -13,8 +12,10 @@ use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
     Material, ModelError, bind,
 };
+use dovetail_solver::problem::Problem;
+use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{Highest, ReducedModel, StuckModes, reduce};
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
 const UNDAMPED: Rayleigh = Rayleigh {
     stiffness_s: 0.0,
@@ -30,14 +31,15 @@ fn shaken_by(kind: ExcitationKind, amplitude: f64, phase_rad: f64) -> Excitation
     }
 }
 
-fn reduced(assembly: &Assembly, mesh: &Mesh) -> ReducedModel {
+fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
     let model = bind(assembly, mesh).unwrap();
     let wanted = StuckModes {
         count: Some(30),
         excited: Highest::RadS(0.0),
         kept: Highest::RadS(0.0),
     };
-    reduce(&model, &assemble(&model).unwrap(), wanted).unwrap()
+    let reduction = reduce(&model, &assemble(&model).unwrap(), wanted).unwrap();
+    Problem::new(reduction.model, &model)
 }
 
 // ------------------------------------------------------------------------------------ the base
@@ -79,13 +81,13 @@ fn a_bar_on_a_shaken_base_moves_as_the_wave_equation_says() {
     let kind = ExcitationKind::Base { direction, motion };
     let (assembly, mesh, sound_m_s) =
         bar(ElementType::HEX20, 12, shaken_by(kind, acceleration, 0.0));
-    let relative = reduced(&assembly, &mesh).relative;
+    let relative = reduced(&assembly, &mesh);
     let system = ContactSystem::new(&relative, UNDAMPED);
     let motion = BaseMotion::Displacement;
     let displacement = 2e-6;
     let kind = ExcitationKind::Base { direction, motion };
     let (assembly, _, _) = bar(ElementType::HEX20, 12, shaken_by(kind, displacement, 0.0));
-    let displaced = reduced(&assembly, &mesh).relative;
+    let displaced = reduced(&assembly, &mesh);
     let displaced = ContactSystem::new(&displaced, UNDAMPED);
     for share in [0.1, 0.7, 1.6] {
         let omega = share * FRAC_PI_2 * sound_m_s / LENGTH_M;
@@ -115,9 +117,9 @@ fn the_mass_of_the_base_nodes_loads_the_elements_that_hang_on_them() {
     for cells in [1, 2] {
         let shaken = shaken_by(kind.clone(), acceleration, 0.0);
         let (assembly, mesh, sound_m_s) = bar(ElementType::HEX8, cells, shaken);
-        let relative = reduced(&assembly, &mesh).relative;
+        let relative = reduced(&assembly, &mesh);
         let system = ContactSystem::new(&relative, UNDAMPED);
-        let first_hz = relative.omega2[0].sqrt() / TAU;
+        let first_hz = relative.reduced.omega2[0].sqrt() / TAU;
         let found = linear_point(&system, 1, 1e-5 * first_hz).observed_amplitude_m[0];
         let expected = acceleration * (LENGTH_M / sound_m_s).powi(2) / 2.0;
         assert!(
@@ -169,7 +171,7 @@ fn of_points(points_m: &[[f64; 3]], pressure_pa: impl Fn([f64; 3]) -> [f64; 2]) 
 /// The loads of harmonic 1 on X and on the modes: of the cosine, then of the sine.
 fn loads(mut assembly: Assembly, mesh: &Mesh, excitations: Vec<ExcitationSpec>) -> [Vec<f64>; 2] {
     assembly.excitations = excitations;
-    let relative = reduced(&assembly, mesh).relative;
+    let relative = reduced(&assembly, mesh);
     assert_eq!(relative.excitations.len(), 1);
     let load = &relative.excitations[0];
     [&load.cosine, &load.sine].map(|load| [&load.on_x[..], &load.on_modes[..]].concat())

@@ -1,14 +1,15 @@
 //! The ends of the input on the 72-pair reference model: each ends converged, with figures that must be so. The whole table: `make extremes`, docs/extremes.md.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response, StaticState};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{RelativeModel, superelement};
+use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
 
 const NEWTON: NewtonOptions = NewtonOptions {
@@ -16,24 +17,19 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 100,
 };
 
-fn model(friction: f64, force_n: f64) -> RelativeModel {
+fn model(friction: f64, force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
     let law = PairLaw::rigid(friction, 0.0);
-    superelement::read(&folder, law, force_n).unwrap().relative
+    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n)
 }
 
-fn statics(model: &RelativeModel) -> StaticState {
+fn statics(model: &Problem) -> StaticState {
     static_state(model, 10, NEWTON)
 }
 
 /// At multiples of the first stuck mode, 0.1 % damping.
-fn respond(
-    model: &RelativeModel,
-    state: &StaticState,
-    ratios: &[f64],
-    harmonics: usize,
-) -> Response {
-    let first = model.omega2[0].sqrt();
+fn respond(model: &Problem, state: &StaticState, ratios: &[f64], harmonics: usize) -> Response {
+    let first = model.reduced.omega2[0].sqrt();
     let settings = SweepSettings::new(
         ratios
             .iter()
@@ -71,8 +67,10 @@ fn the_static_state_is_found_at_any_coefficient_of_friction() {
         // Equilibrium: K x + lambda = F, but for a force along the slot where it is held there.
         let n = state.x.len();
         let off = (0..n).map(|i| {
-            let kx: f64 = (0..n).map(|j| model.stiffness[(i, j)] * state.x[j]).sum();
-            kx + state.lambda[i] - model.static_load.on_x[i]
+            let kx: f64 = (0..n)
+                .map(|j| model.reduced.stiffness[(i, j)] * state.x[j])
+                .sum();
+            kx + state.lambda[i] - model.reduced.static_load.on_x[i]
         });
         let held_n = state.retention_n.unwrap_or(0.0);
         assert!(largest(off) <= 1e-6 + held_n, "{friction}");
@@ -92,7 +90,7 @@ fn the_static_state_is_found_at_any_coefficient_of_friction() {
 fn a_clearance_that_the_load_closes_is_closed() {
     let compression = |gap_m| {
         let mut model = model(0.3, 1.0);
-        model.pairs.iter_mut().for_each(|pair| pair.gap_m = gap_m);
+        model.laws.iter_mut().for_each(|pair| pair.gap_m = gap_m);
         let state = statics(&model);
         assert_eq!(state.outcome, Outcome::Converged, "{gap_m}");
         assert!(!state.status.contains(&PairStatus::Open), "{gap_m}");
@@ -160,7 +158,7 @@ fn an_excitation_beyond_what_presses_the_flanks_is_named() {
     load.growth = Growth::Squared;
     for part in [&mut load.cosine, &mut load.sine] {
         let all = part.on_x.iter_mut().chain(&mut part.on_modes);
-        all.for_each(|f| *f /= 0.98 * 0.98 * model.omega2[0]);
+        all.for_each(|f| *f /= 0.98 * 0.98 * model.reduced.omega2[0]);
     }
     let response = respond(&model, &statics(&model), &[0.98], 1);
     assert_eq!(response.orbits[0].outcome, Outcome::LeavesSlot);

@@ -7,7 +7,8 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::mesh::block::{block, map_nodes, side_by_side, straighten};
 use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Model, Side, bind};
-use dovetail_solver::reduction::{Highest, ReducedModel, StuckModes, reduce};
+use dovetail_solver::problem::Problem;
+use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
 use crate::shared_scenes::{blocks_assembly, body, contact, two_blocks};
 
@@ -61,7 +62,7 @@ fn pressed(friction: f64, slave: Option<Side>) -> Assembly {
     both
 }
 
-fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, ReducedModel) {
+fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
     let model = bind(assembly, mesh).unwrap();
     let structure = assemble(&model).unwrap();
     let wanted = StuckModes {
@@ -69,8 +70,9 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, ReducedModel) {
         excited: Highest::OfFirstStuckMode(1.0),
         kept: Highest::OfFirstStuckMode(1.0),
     };
-    let reduced = reduce(&model, &structure, wanted).unwrap();
-    (model, reduced)
+    let reduction = reduce(&model, &structure, wanted).unwrap();
+    let problem = Problem::new(reduction.model, &model);
+    (model, problem)
 }
 
 /// Two materials, any two meshes: where the lateral strains of both are alike nothing rubs, and the pressure is
@@ -90,9 +92,9 @@ fn a_uniform_pressure_crosses_meshes_that_do_not_match() {
                 bent(lower, [5, 4, 2], 0.0, -0.2),
             );
             let mesh = two_blocks(&above, &below);
-            let (model, reduced) = reduced(&pressed(0.0, slave), &mesh);
+            let (model, problem) = reduced(&pressed(0.0, slave), &mesh);
             assert!(!model.matches[0].nodes_match);
-            let state = static_state(&reduced.relative, 1, NEWTON);
+            let state = static_state(&problem, 1, NEWTON);
             assert!(state.outcome.is_converged());
             for (p, pair) in model.pairs.iter().enumerate() {
                 let pressure = -state.lambda[3 * p] / pair.area_m2;
@@ -118,8 +120,8 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
         bent(ElementType::TET10, [4, 3, 2], SIZE[2], 0.3),
         bent(ElementType::HEX20, [3, 2, 2], 0.0, -0.2),
     );
-    let (model, reduced) = reduced(&assembly, &two_blocks(&above, &below));
-    let state = static_state(&reduced.relative, 3, NEWTON);
+    let (model, problem) = reduced(&assembly, &two_blocks(&above, &below));
+    let state = static_state(&problem, 3, NEWTON);
     assert!(state.outcome.is_converged(), "{:?}", state.outcome);
     let expected = interference_m / (SIZE[2] / 1e11 + SIZE[2] / 2e11);
     for (p, pair) in model.pairs.iter().enumerate() {
@@ -133,8 +135,8 @@ fn an_interference_presses_as_much_as_the_columns_give_way() {
     let overlapping = bent(ElementType::TET10, [4, 3, 2], SIZE[2] - interference_m, 0.3);
     assembly.contacts[0].gap_m = 0.0;
     assembly.contacts[0].gap_from_mesh = true;
-    let (model, reduced) = self::reduced(&assembly, &two_blocks(&overlapping, &below));
-    let state = static_state(&reduced.relative, 3, NEWTON);
+    let (model, problem) = self::reduced(&assembly, &two_blocks(&overlapping, &below));
+    let state = static_state(&problem, 3, NEWTON);
     for (p, pair) in model.pairs.iter().enumerate() {
         let pressure = -state.lambda[3 * p] / pair.area_m2;
         assert!(
@@ -173,9 +175,9 @@ fn a_tower_of_three_bodies_on_the_ground_hands_the_load_down() {
     ];
     assembly.contacts[2].second = None;
     assembly.loads[0].on = "ab_a_z_max".into();
-    let (model, reduced) = reduced(&assembly, &mesh);
+    let (model, problem) = reduced(&assembly, &mesh);
     assert_eq!(model.contact_names, ["ab", "bc", "ground"]);
-    let state = static_state(&reduced.relative, 4, NEWTON);
+    let state = static_state(&problem, 4, NEWTON);
     assert!(state.outcome.is_converged(), "{:?}", state.outcome);
     let load_n = 5e7 * SIZE[0] * SIZE[1];
     for number in 0..3 {

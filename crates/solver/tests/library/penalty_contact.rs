@@ -3,19 +3,18 @@
 use std::f64::consts::TAU;
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, PairStatus};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
-use dovetail_solver::law::penalty::PairStiffness;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, LinearReference, Load, ObservedDisplacement, RelativeModel, superelement,
-};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 
@@ -36,7 +35,7 @@ struct Mass {
 }
 
 impl Mass {
-    fn model(&self) -> RelativeModel {
+    fn model(&self) -> Problem {
         let identity = || Mat::from_fn(3, 3, |i, j| if i == j { 1.0 } else { 0.0 });
         let load = |on_x: [f64; 3]| Load {
             on_x: on_x.to_vec(),
@@ -47,23 +46,27 @@ impl Mass {
             on_x: (0..3).map(|i| f64::from(u8::from(i == axis))).collect(),
             on_modes: vec![],
         };
-        RelativeModel {
-            stiffness: identity(),
-            mass: identity(),
-            coupling: Mat::zeros(3, 0),
-            omega2: vec![],
-            static_load: load([-self.press_n, 0.0, 0.0]),
+        Problem {
+            reduced: ReducedModel {
+                stiffness: identity(),
+                mass: identity(),
+                coupling: Mat::zeros(3, 0),
+                omega2: vec![],
+                stuck_modes: 0,
+                static_load: load([-self.press_n, 0.0, 0.0]),
+                unit_loads: Vec::new(),
+                observations: (0..3).map(along).collect(),
+            },
+            laws: vec![PairLaw {
+                friction: self.friction,
+                gap_m: self.gap_m,
+                stiffness: Some(self.springs),
+            }],
             excitations: vec![HarmonicLoad {
                 harmonic: 1,
                 cosine: load(self.force_n[0]),
                 sine: load(self.force_n[1]),
                 growth: Growth::Constant,
-            }],
-            observations: (0..3).map(along).collect(),
-            pairs: vec![PairLaw {
-                friction: self.friction,
-                gap_m: self.gap_m,
-                stiffness: Some(self.springs),
             }],
         }
     }
@@ -251,9 +254,9 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
                 tangential_n_m: n_m,
             }),
         };
-        let model = superelement::read(&folder, law, 1.0).unwrap().relative;
+        let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0);
         let damping = Rayleigh {
-            stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+            stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
             mass_per_s: 0.0,
         };
         let state = static_state(&model, 10, NEWTON);
@@ -263,7 +266,7 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
             samples: 128,
         };
         // Below the first stuck frequency, where nothing is resonant.
-        let hz = 0.98 * model.omega2[0].sqrt() / TAU;
+        let hz = 0.98 * model.reduced.omega2[0].sqrt() / TAU;
         let settings = SweepSettings {
             newton: NEWTON,
             ..SweepSettings::new(vec![hz], resolution)

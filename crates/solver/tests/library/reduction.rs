@@ -3,15 +3,14 @@
 
 use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
-use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{AppliedLoad, BodyNode, Model, bind};
+use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
+use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    Highest, LinearReference, ReducedModel, RelativeModel, StuckModes, reduce,
-};
+use dovetail_solver::reduction::{Highest, ReducedModel, Reduction, StuckModes, reduce};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
 
@@ -37,7 +36,7 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
     (model, structure)
 }
 
-fn reduced(model: &Model, structure: &Structure) -> ReducedModel {
+fn reduced(model: &Model, structure: &Structure) -> Reduction {
     let wanted = StuckModes {
         count: Some(ALL),
         excited: Highest::RadS(0.0),
@@ -47,8 +46,8 @@ fn reduced(model: &Model, structure: &Structure) -> ReducedModel {
 }
 
 /// Angular frequencies of no meaning between 0.05 and 3 times that of the first stuck mode.
-fn random_frequencies(relative: &RelativeModel, count: usize) -> Vec<f64> {
-    let first = relative.omega2[0].sqrt();
+fn random_frequencies(reduced: &ReducedModel, count: usize) -> Vec<f64> {
+    let first = reduced.omega2[0].sqrt();
     let mut state = 20_041_u64;
     let mut next = || {
         state = state
@@ -103,19 +102,18 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
     // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
     // linear, and the full one can be solved at once.
     let (model, structure) = assembled(None);
-    let reduced = reduced(&model, &structure);
-    let relative = &reduced.relative;
-    let frequencies = random_frequencies(relative, 6);
-    let system = ContactSystem::new(relative, DAMPING);
+    let problem = Problem::new(reduced(&model, &structure).model, &model);
+    let frequencies = random_frequencies(&problem.reduced, 6);
+    let system = ContactSystem::new(&problem, DAMPING);
     let n = 3 * model.pairs.len();
-    let load = relative
+    let load = problem
         .excitations
         .iter()
         .find(|e| e.harmonic == 1)
         .unwrap();
     let on_x = complex(&load.cosine.on_x, &load.sine.on_x);
     let on_modes = complex(&load.cosine.on_modes, &load.sine.on_modes);
-    let typical = relative.stiffness[(0, 0)];
+    let typical = problem.reduced.stiffness[(0, 0)];
     for (i, w) in frequencies.into_iter().enumerate() {
         let stiffness = typical * [0.02, 0.5, 40.0][i % 3];
         let spring = |dof: usize| stiffness * [1.0, 0.3, 0.4][dof % 3];
@@ -126,7 +124,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
         let x = z.partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| rhs[i]));
         let x: Vec<c64> = (0..n).map(|i| x[(i, 0)]).collect();
         let q = system.modal_response(w, &x, &on_modes);
-        let observed = &relative.observations[0];
+        let observed = &problem.reduced.observations[0];
         let product = |a: &[f64], b: &[c64]| a.iter().zip(b).map(|(a, b)| b * *a).sum::<c64>();
         let tip = product(&observed.on_x, &x) + product(&observed.on_modes, &q);
 
@@ -189,10 +187,9 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
 fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
     // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
     let (model, structure) = assembled(None);
-    let reduced = reduced(&model, &structure);
-    let relative = &reduced.relative;
-    let system = ContactSystem::new(relative, DAMPING);
-    for w in random_frequencies(relative, 5) {
+    let problem = Problem::new(reduced(&model, &structure).model, &model);
+    let system = ContactSystem::new(&problem, DAMPING);
+    for w in random_frequencies(&problem.reduced, 5) {
         let receptance = |b: usize| -> Mat<c64> {
             let rows = flank_rows(&model, b);
             let full = full_dynamic_stiffness(&structure.bodies[b], w);
@@ -281,11 +278,11 @@ fn tied_omega2(model: &Model, structure: &Structure, open: &[usize]) -> Vec<f64>
 #[test]
 fn the_linear_modes_are_those_of_the_bodies_tied_at_the_closed_pairs() {
     let (model, structure) = assembled(None);
-    let relative = reduced(&model, &structure).relative;
+    let problem = Problem::new(reduced(&model, &structure).model, &model);
     let stuck = tied_omega2(&model, &structure, &[]);
     for open in [vec![], vec![0], vec![1, 4, 8], vec![0, 1, 2, 3, 4]] {
         let exact = tied_omega2(&model, &structure, &open);
-        let found = LinearReference::about(&relative, &open);
+        let found = LinearReference::about(&problem, &open);
         assert_eq!(found.not_released, None);
         let found = found.omega2;
         let off = found.iter().zip(&exact).take(6);
@@ -304,7 +301,7 @@ fn stuck_frequencies_come_down_to_those_of_the_full_model_as_modes_are_kept() {
     let mut before = vec![f64::INFINITY; 4];
     for modes in [1, 3, 9, 27, ALL] {
         let (model, structure) = assembled(Some(modes));
-        let found = reduced(&model, &structure).relative.omega2;
+        let found = reduced(&model, &structure).model.omega2;
         let off = found.iter().zip(&exact).take(4);
         let off = off.map(|(f, e)| format!("{:.1e}", (f / e).sqrt() - 1.0));
         let off = off.collect::<Vec<_>>().join(", ");

@@ -3,14 +3,14 @@
 //! friction work to 0.1 % (the reference summed it over samples).
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::pair_signals::Periods;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, PairStatus, Response, StaticState};
-use dovetail_solver::law::PairLaw;
-use dovetail_solver::reduction::RelativeModel;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
@@ -20,11 +20,13 @@ const NEWTON: NewtonOptions = NewtonOptions {
     max_iterations: 60,
 };
 
-fn model(force_n: f64) -> RelativeModel {
+fn model(force_n: f64) -> Problem {
     let folder = root().join("tests/data/dovetail72");
-    superelement::read(&folder, PairLaw::rigid(0.3, 0.0), force_n)
-        .unwrap()
-        .relative
+    Problem::of_one_law(
+        superelement::read(&folder).unwrap().model,
+        PairLaw::rigid(0.3, 0.0),
+        force_n,
+    )
 }
 
 fn expected() -> serde_json::Value {
@@ -32,19 +34,19 @@ fn expected() -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-fn damping(model: &RelativeModel) -> Rayleigh {
+fn damping(model: &Problem) -> Rayleigh {
     Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
         mass_per_s: 0.0,
     }
 }
 
-fn statics(model: &RelativeModel) -> StaticState {
+fn statics(model: &Problem) -> StaticState {
     static_state(model, 10, NEWTON)
 }
 
 fn respond(
-    model: &RelativeModel,
+    model: &Problem,
     eps: EpsChoice,
     harmonics: usize,
     frequencies_hz: Vec<f64>,
@@ -179,7 +181,7 @@ fn the_hybrid_powell_solver_finds_the_same_motion() {
 #[test]
 fn a_small_force_after_the_static_state_gives_the_linear_curve() {
     let model = model(0.01);
-    let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
+    let f1 = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
     let frequencies = [0.98, 0.995, 1.0, 1.004, 1.02].map(|r| r * f1).to_vec();
     let response = respond(
         &model,
@@ -205,19 +207,14 @@ fn a_small_force_after_the_static_state_gives_the_linear_curve() {
 #[test]
 fn a_small_force_where_pairs_are_open_at_rest_gives_the_linear_curve() {
     let mut model = model(1e-3);
-    for (_, pair) in model
-        .pairs
-        .iter_mut()
-        .enumerate()
-        .filter(|(i, _)| i % 3 > 0)
-    {
+    for (_, pair) in model.laws.iter_mut().enumerate().filter(|(i, _)| i % 3 > 0) {
         pair.gap_m = 1e-3;
     }
     let state = statics(&model);
     let open = |s: &&PairStatus| **s == PairStatus::Open;
     assert!(state.status.iter().filter(open).count() == 48);
     let linear_hz = state.linear.omega2[0].sqrt() / std::f64::consts::TAU;
-    let stuck_hz = model.omega2[0].sqrt() / std::f64::consts::TAU;
+    let stuck_hz = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
     println!("first mode {linear_hz:.3} Hz, {stuck_hz:.3} Hz with all pairs stuck");
     assert!(linear_hz < 0.999 * stuck_hz);
     let frequencies = [0.98, 0.999, 1.0, 1.001, 1.02].map(|r| r * linear_hz);
@@ -241,8 +238,8 @@ fn a_small_force_where_pairs_are_open_at_rest_gives_the_linear_curve() {
 fn a_rough_flank_after_the_static_state_gives_the_linear_curve() {
     let mut model = model(0.1);
     let statics = statics(&model);
-    model.pairs.iter_mut().for_each(|p| p.friction = 1e6);
-    let f1 = model.omega2[0].sqrt() / std::f64::consts::TAU;
+    model.laws.iter_mut().for_each(|p| p.friction = 1e6);
+    let f1 = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
     let settings = SweepSettings {
         eps: Eps::new(EpsChoice::Pair),
         newton: NEWTON,

@@ -2,16 +2,17 @@
 //! frequency, from its neighbour or cold, within few iterations, and its error is estimated.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome, StaticState};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::time::Instant;
 
@@ -26,7 +27,7 @@ const NEWTON: NewtonOptions = NewtonOptions {
 
 /// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which ground carries with 1 N; another joins the second to it, and
 /// a force of 1 N shakes the second, whose motion is observed.
-fn two_masses(friction: f64) -> RelativeModel {
+fn two_masses(friction: f64) -> Problem {
     let load = |force_n: f64| Load {
         on_x: vec![0.0, force_n, 0.0],
         on_modes: vec![force_n],
@@ -35,27 +36,31 @@ fn two_masses(friction: f64) -> RelativeModel {
         let values = [normal, along, along];
         Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
     };
-    RelativeModel {
-        stiffness: diagonal(1.0, 1.0),
-        mass: diagonal(0.0, 2.0),
-        coupling: Mat::from_fn(3, 1, |i, _| if i == 1 { 1.0 } else { 0.0 }),
-        omega2: vec![1.0],
-        static_load: Load {
-            on_x: vec![-1.0, 0.0, 0.0],
-            on_modes: vec![0.0],
+    Problem {
+        reduced: ReducedModel {
+            stiffness: diagonal(1.0, 1.0),
+            mass: diagonal(0.0, 2.0),
+            coupling: Mat::from_fn(3, 1, |i, _| if i == 1 { 1.0 } else { 0.0 }),
+            omega2: vec![1.0],
+            stuck_modes: 1,
+            static_load: Load {
+                on_x: vec![-1.0, 0.0, 0.0],
+                on_modes: vec![0.0],
+            },
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "second".to_owned(),
+                on_x: vec![0.0, 1.0, 0.0],
+                on_modes: vec![1.0],
+            }],
         },
+        laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(1.0),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "second".to_owned(),
-            on_x: vec![0.0, 1.0, 0.0],
-            on_modes: vec![1.0],
-        }],
-        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 

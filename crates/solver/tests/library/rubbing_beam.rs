@@ -3,6 +3,7 @@
 //! the condensed stiffness of the harmonics is up to thousands of times the static one.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
@@ -10,10 +11,10 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Orbit, Outcome};
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
 /// 0.8 % of critical on the free beam's first mode and less than 1 % up to its fourth.
@@ -56,7 +57,7 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
 
 /// E I = rho A = L = 1: the tip moved by X bends the beam to (3 x^2 - x^3) / 2 X; a force of 1 N acts at the middle,
 /// whose motion is observed. The floor carries 1 N. Across the plane of bending the tip has the same mass and stiffness.
-fn beam(friction: f64) -> RelativeModel {
+fn beam(friction: f64) -> Problem {
     let bent = |x: f64| 0.5 * (3.0 * x * x - x * x * x);
     let along = |v: f64| vec![0.0, v, 0.0];
     let at_middle: Vec<f64> = ROOTS.iter().map(|b| mode(*b, 0.5)).collect();
@@ -66,27 +67,31 @@ fn beam(friction: f64) -> RelativeModel {
         on_modes: at_middle.iter().map(|v| force_n * v).collect(),
     };
     let mass = integral(|x| bent(x).powi(2));
-    RelativeModel {
-        stiffness: Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.0 }),
-        mass: Mat::from_fn(3, 3, |i, j| if i > 0 && i == j { mass } else { 0.0 }),
-        coupling: Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
-        omega2: ROOTS.map(|b| b.powi(4)).to_vec(),
-        static_load: Load {
-            on_x: vec![-1.0, 0.0, 0.0],
-            on_modes: vec![0.0; ROOTS.len()],
+    Problem {
+        reduced: ReducedModel {
+            stiffness: Mat::from_fn(3, 3, |i, j| if i == j { 3.0 } else { 0.0 }),
+            mass: Mat::from_fn(3, 3, |i, j| if i > 0 && i == j { mass } else { 0.0 }),
+            coupling: Mat::from_fn(3, ROOTS.len(), |i, m| along(coupling[m])[i]),
+            omega2: ROOTS.map(|b| b.powi(4)).to_vec(),
+            stuck_modes: ROOTS.len(),
+            static_load: Load {
+                on_x: vec![-1.0, 0.0, 0.0],
+                on_modes: vec![0.0; ROOTS.len()],
+            },
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "middle".to_owned(),
+                on_x: along(bent(0.5)),
+                on_modes: at_middle.clone(),
+            }],
         },
+        laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(1.0),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "middle".to_owned(),
-            on_x: along(bent(0.5)),
-            on_modes: at_middle,
-        }],
-        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 

@@ -1,13 +1,14 @@
 //! A rigid body on a spring, pressed onto rigid ground and shaken at its base, and its motion by steps in time.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -23,33 +24,37 @@ pub const SPRING_HZ: f64 = 100.0;
 pub const BASE_M_S2: f64 = 76.9;
 
 /// A rigid body on a spring, pressed onto rigid ground with 1 N and shaken at its base.
-pub fn body(mass_kg: f64, friction: f64) -> RelativeModel {
+pub fn body(mass_kg: f64, friction: f64) -> Problem {
     let diagonal = |value: f64| Mat::from_fn(3, 3, |i, j| if i == j { value } else { 0.0 });
     let load = |force_n: f64| Load {
         on_x: vec![0.0, force_n, 0.0],
         on_modes: vec![],
     };
-    RelativeModel {
-        stiffness: diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
-        mass: diagonal(mass_kg),
-        coupling: Mat::zeros(3, 0),
-        omega2: vec![],
-        static_load: Load {
-            on_x: vec![-1.0, 0.0, 0.0],
-            on_modes: vec![],
+    Problem {
+        reduced: ReducedModel {
+            stiffness: diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
+            mass: diagonal(mass_kg),
+            coupling: Mat::zeros(3, 0),
+            omega2: vec![],
+            stuck_modes: 0,
+            static_load: Load {
+                on_x: vec![-1.0, 0.0, 0.0],
+                on_modes: vec![],
+            },
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "cube".to_owned(),
+                on_x: vec![0.0, 1.0, 0.0],
+                on_modes: vec![],
+            }],
         },
+        laws: vec![PairLaw::rigid(friction, 0.0)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(mass_kg * BASE_M_S2),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "cube".to_owned(),
-            on_x: vec![0.0, 1.0, 0.0],
-            on_modes: vec![],
-        }],
-        pairs: vec![PairLaw::rigid(friction, 0.0)],
     }
 }
 

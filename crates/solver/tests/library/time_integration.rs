@@ -1,6 +1,7 @@
 //! The time integration against closed forms, and harmonic balance against the time integration.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -8,12 +9,10 @@ use dovetail_solver::dlft::{Response, StaticState};
 use dovetail_solver::integration::compare::{Comparison, Start, compare};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{
-    HarmonicLoad, Load, ObservedDisplacement, RelativeModel, superelement,
-};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel, superelement};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;
@@ -39,7 +38,7 @@ struct OnePair {
 }
 
 impl OnePair {
-    fn model(&self) -> RelativeModel {
+    fn model(&self) -> Problem {
         let modes = usize::from(self.mode.is_some());
         let (p, w2) = self.mode.unwrap_or_default();
         let along = |value: f64| {
@@ -51,40 +50,44 @@ impl OnePair {
             on_x: along(force * self.share),
             on_modes: vec![force; modes],
         };
-        RelativeModel {
-            stiffness: Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 }),
-            mass: Mat::from_fn(3, 3, |i, j| if i == j { self.mass[i] } else { 0.0 }),
-            coupling: Mat::from_fn(3, modes, |i, _| along(p)[i]),
-            omega2: vec![w2; modes],
-            static_load: Load {
-                on_x: vec![-self.press_n, 0.0, 0.0],
-                on_modes: vec![0.0; modes],
+        Problem {
+            reduced: ReducedModel {
+                stiffness: Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 }),
+                mass: Mat::from_fn(3, 3, |i, j| if i == j { self.mass[i] } else { 0.0 }),
+                coupling: Mat::from_fn(3, modes, |i, _| along(p)[i]),
+                omega2: vec![w2; modes],
+                stuck_modes: 1,
+                static_load: Load {
+                    on_x: vec![-self.press_n, 0.0, 0.0],
+                    on_modes: vec![0.0; modes],
+                },
+                unit_loads: Vec::new(),
+                observations: vec![ObservedDisplacement {
+                    name: "u".to_owned(),
+                    on_x: along(self.share),
+                    on_modes: vec![1.0; modes],
+                }],
             },
+            laws: vec![PairLaw::rigid(self.friction, 0.0)],
             excitations: vec![HarmonicLoad {
                 harmonic: 1,
                 cosine: load(self.force_n),
                 sine: load(0.0),
                 growth: Growth::Constant,
             }],
-            observations: vec![ObservedDisplacement {
-                name: "u".to_owned(),
-                on_x: along(self.share),
-                on_modes: vec![1.0; modes],
-            }],
-            pairs: vec![PairLaw::rigid(self.friction, 0.0)],
         }
     }
 }
 
 fn settle(
-    model: &RelativeModel,
+    model: &Problem,
     damping: Rayleigh,
     omega_rad_s: f64,
     steps: usize,
     most_periods: usize,
 ) -> Settled {
     let mut stepper = Stepper::new(model, damping, omega_rad_s / TAU, steps).unwrap();
-    let n = model.stiffness.nrows();
+    let n = model.reduced.stiffness.nrows();
     let mut state = State::at_rest(model, &vec![0.0; n], &vec![0.0; n]);
     let until = Until {
         most_periods,
@@ -276,21 +279,21 @@ const SETTLE: NewtonOptions = NewtonOptions {
     max_iterations: 60,
 };
 
-fn dovetail72() -> RelativeModel {
+fn dovetail72() -> Problem {
     let folder = root().join("tests/data/dovetail72");
     let law = PairLaw::rigid(0.3, 0.0);
-    superelement::read(&folder, law, 1.0).unwrap().relative
+    Problem::of_one_law(superelement::read(&folder).unwrap().model, law, 1.0)
 }
 
-fn damping_of(model: &RelativeModel) -> Rayleigh {
+fn damping_of(model: &Problem) -> Rayleigh {
     Rayleigh {
-        stiffness_s: 2.0 * 0.001 / model.omega2[0].sqrt(),
+        stiffness_s: 2.0 * 0.001 / model.reduced.omega2[0].sqrt(),
         mass_per_s: 0.0,
     }
 }
 
 fn balanced(
-    model: &RelativeModel,
+    model: &Problem,
     harmonics: usize,
     frequencies_hz: Vec<f64>,
 ) -> (StaticState, Response) {
@@ -309,13 +312,7 @@ fn balanced(
     (state, response)
 }
 
-fn against(
-    model: &RelativeModel,
-    harmonics: usize,
-    hz: f64,
-    steps: usize,
-    until: Until,
-) -> Comparison {
+fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Until) -> Comparison {
     let (_, response) = balanced(model, harmonics, vec![hz]);
     assert!(response.orbits[0].outcome.is_converged());
     compare(

@@ -3,10 +3,11 @@
 //! point converges, its mean near the static state.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::law::PairLaw;
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::superelement;
 use dovetail_testkit::folder::root;
@@ -24,8 +25,8 @@ fn cases(harmonics: usize, samples: usize) -> (usize, usize, usize) {
     let (mut count, mut failures, mut iterations, mut held) = (0, 0, 0, 0);
     for force_n in [0.1, 1.0, 1.5, 3.0] {
         let law = PairLaw::rigid(0.3, 0.0);
-        let model = superelement::read(&folder, law, force_n).unwrap().relative;
-        let first = model.omega2[0].sqrt();
+        let model = Problem::of_one_law(superelement::read(&folder).unwrap().model, law, force_n);
+        let first = model.reduced.omega2[0].sqrt();
         let damping = Rayleigh {
             stiffness_s: 0.002 / first,
             mass_per_s: 0.0,

@@ -1,14 +1,15 @@
 //! A mass with a stop: its curve folds, and one frequency has two motions. Whatever the range, both are named.
 
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::law::PairLaw;
 use dovetail_solver::model::Growth;
+use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
-use dovetail_solver::reduction::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -22,7 +23,7 @@ const STOP_N_M: f64 = 5.0;
 
 /// 1 kg on a spring of 1 N/m, before a stop on a spring of 5 N/m that it meets after 1 m. X opens the pair of both; with X
 /// = 0 both springs carry the mass.
-fn oscillator() -> RelativeModel {
+fn oscillator() -> Problem {
     let both = 1.0 + STOP_N_M;
     // The mass moves so far for X = 1, and the stop by 1 more.
     let of_x = -STOP_N_M / both;
@@ -36,24 +37,28 @@ fn oscillator() -> RelativeModel {
         let values = [normal, tangential, tangential];
         Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 })
     };
-    RelativeModel {
-        stiffness: diagonal(stiffness, 1.0),
-        mass: diagonal(of_x * of_x, 1.0),
-        coupling: Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
-        omega2: vec![both],
-        static_load: load(0.0),
+    Problem {
+        reduced: ReducedModel {
+            stiffness: diagonal(stiffness, 1.0),
+            mass: diagonal(of_x * of_x, 1.0),
+            coupling: Mat::from_fn(3, 1, |i, _| along(of_x)[i]),
+            omega2: vec![both],
+            stuck_modes: 1,
+            static_load: load(0.0),
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "mass".to_owned(),
+                on_x: along(of_x),
+                on_modes: vec![1.0],
+            }],
+        },
+        laws: vec![PairLaw::rigid(0.0, GAP_M)],
         excitations: vec![HarmonicLoad {
             harmonic: 1,
             cosine: load(FORCE_N),
             sine: load(0.0),
             growth: Growth::Constant,
         }],
-        observations: vec![ObservedDisplacement {
-            name: "mass".to_owned(),
-            on_x: along(of_x),
-            on_modes: vec![1.0],
-        }],
-        pairs: vec![PairLaw::rigid(0.0, GAP_M)],
     }
 }
 

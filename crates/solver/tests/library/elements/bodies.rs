@@ -4,7 +4,7 @@ use dovetail_solver::mesh::block::{block, distort, map_nodes, mixed_block};
 use dovetail_solver::mesh::element::facet_corners;
 use dovetail_solver::mesh::{ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
-use dovetail_solver::model::{Material, Prestress};
+use dovetail_solver::model::{BodyPrestress, Material};
 
 /// What a block is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,12 +153,13 @@ pub fn meshes() -> Vec<Mesh> {
         .collect()
 }
 
-pub fn rotation(prestress: Prestress) -> Rotation {
+pub fn rotation(prestress: BodyPrestress) -> Rotation {
     let axis = [0.36, 0.48, 0.8];
     Rotation {
         point_m: [0.01, -0.3, 0.02],
         axis,
         speed_rad_s: SPIN,
         prestress,
+        prestress_of_contact: false,
     }
 }

@@ -4,7 +4,7 @@ use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::mesh::block::block;
 use dovetail_solver::mesh::{Connectivity, ElementOrder, ElementType, Shape};
-use dovetail_solver::model::{Body, NodeMotion, Prestress, Rotation};
+use dovetail_solver::model::{Body, BodyPrestress, NodeMotion, Rotation};
 
 use super::algebra::*;
 use super::bodies::*;
@@ -124,7 +124,7 @@ fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
     for filling in FILLINGS {
         let mesh = distorted(filling, [3, 2, 2], SIZE);
         for body in [free_body(&mesh), body_with_flank(&mesh, STEEL, "z_min")] {
-            let rotation = rotation(Prestress::None);
+            let rotation = rotation(BodyPrestress::None);
             let all = assemble_body(&body, Some(&rotation), &never).unwrap();
             assert!(
                 all.stiffness == matrices(&body).stiffness,
@@ -153,7 +153,7 @@ fn centrifugal_load_has_the_resultant_and_moment_of_the_body() {
 #[test]
 fn nodes_that_do_not_move_still_load_their_neighbours() {
     let mesh = block(ElementType::TET10, [2, 2, 2], [0.02; 3]);
-    let rotation = rotation(Prestress::None);
+    let rotation = rotation(BodyPrestress::None);
     let whole = free_body(&mesh);
     let free = assemble_body(&whole, Some(&rotation), &never).unwrap();
     let mut numbers = 0..;
@@ -187,7 +187,8 @@ fn mass_properties_are_those_of_the_solid() {
             point_m: [1.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
             speed_rad_s: 100.0,
-            prestress: Prestress::None,
+            prestress: BodyPrestress::None,
+            prestress_of_contact: false,
         };
         let own = mass_properties(&body, Some(&rotation)).unwrap();
         let (volume, centre) = (0.03 * 0.02 * 0.015, [1.015, 2.01, 3.0075]);

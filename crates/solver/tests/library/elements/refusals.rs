@@ -5,7 +5,7 @@ use dovetail_solver::fem::{FemError, assemble_body};
 use dovetail_solver::mesh::block::block;
 use dovetail_solver::mesh::block::straighten;
 use dovetail_solver::mesh::{Connectivity, ElementOrder, ElementType};
-use dovetail_solver::model::Prestress;
+use dovetail_solver::model::BodyPrestress;
 use dovetail_solver::model::{Body, NodeMotion};
 use nalgebra_sparse::CscMatrix;
 
@@ -23,7 +23,7 @@ fn the_number_of_threads_changes_no_bit() {
     );
     assert!(mesh.elements.len() > 1024);
     let body = body_with_flank(&mesh, STEEL, "x_min");
-    let rotation = rotation(Prestress::HeldFlanks);
+    let rotation = rotation(BodyPrestress::HeldFlanks);
     let made_up = |_: &CscMatrix<f64>, b: &[f64]| {
         Ok((0..b.len())
             .map(|i| 1e-6 * (i as f64).sin())
@@ -102,7 +102,7 @@ fn bad_elements_and_nodes_are_named_by_their_tags() {
 #[test]
 fn a_body_held_by_nothing_is_an_error_not_a_nan() {
     let body = free_body(&block(ElementType::TET4, [2, 1, 1], [0.02; 3]));
-    let rotation = rotation(Prestress::HeldFlanks);
+    let rotation = rotation(BodyPrestress::HeldFlanks);
     let error = assemble_body(&body, Some(&rotation), &solve).unwrap_err();
     assert!(matches!(error, FemError::LooselyHeld { .. }), "{error:?}");
     assert!(error.to_string().contains("`fixed`"), "{error}");
@@ -115,13 +115,13 @@ fn a_body_that_flies_apart_is_unstable_and_says_so() {
     let body = body_with_flank(&mesh, STEEL, "x_max");
     let n = 3 * body.dofs.interior_nodes;
     let first = |speed: f64| {
-        let rotation = about_z(speed, Prestress::HeldFlanks);
+        let rotation = about_z(speed, BodyPrestress::HeldFlanks);
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
         eigenvalues(&all.stiffness, &all.mass, n)[0]
     };
     assert!(first(50.0) > 0.0);
     assert!(first(1000.0) < 0.0);
-    let rotation = about_z(1000.0, Prestress::HeldFlanks);
+    let rotation = about_z(1000.0, BodyPrestress::HeldFlanks);
     let message = FemError::not_positive_definite(&body, Some(&rotation), 0).to_string();
     assert!(message.contains("9549 rpm"), "{message}");
     let still = FemError::not_positive_definite(&body, None, 0);

@@ -10,7 +10,7 @@ use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::mesh::interpolation::reference_nodes;
 use dovetail_solver::mesh::{ElementType, Shape};
 use dovetail_solver::model::{Body, Rotation};
-use dovetail_solver::model::{Material, Prestress};
+use dovetail_solver::model::{BodyPrestress, Material};
 
 use super::algebra::*;
 use super::bodies::*;
@@ -32,12 +32,13 @@ fn bar(near_m: f64, length_m: f64, thickness_m: f64, cells: usize) -> Body {
     )
 }
 
-pub fn about_z(speed_rad_s: f64, prestress: Prestress) -> Rotation {
+pub fn about_z(speed_rad_s: f64, prestress: BodyPrestress) -> Rotation {
     Rotation {
         point_m: [0.0; 3],
         axis: [0.0, 0.0, 1.0],
         speed_rad_s,
         prestress,
+        prestress_of_contact: false,
     }
 }
 
@@ -46,7 +47,7 @@ fn rotating_bar_stretches_as_the_textbook_says() {
     // E u' = rho W^2 (tip^2 - r^2) / 2 (Timoshenko, Theory of Elasticity), u = 0 at the near end.
     let (near, tip) = (0.1, 0.5);
     let body = bar(near, tip - near, 0.004, 20);
-    let all = assemble_body(&body, Some(&about_z(SPIN, Prestress::None)), &never).unwrap();
+    let all = assemble_body(&body, Some(&about_z(SPIN, BodyPrestress::None)), &never).unwrap();
     let u = held_displacement(&body, &all.stiffness, &all.load_n, &solve).unwrap();
     let c = STEEL.density_kg_m3 * SPIN * SPIN;
     let exact = |r: f64| {
@@ -80,7 +81,7 @@ fn rotating_cantilever_has_the_tabulated_frequencies() {
         / (length * length);
     let n = 3 * body.dofs.interior_nodes;
     for (speed, tabulated) in [(0.0, 3.5160), (2.0, 4.1373), (6.0, 7.3604), (12.0, 13.1702)] {
-        let rotation = about_z(speed * unit, Prestress::HeldFlanks);
+        let rotation = about_z(speed * unit, BodyPrestress::HeldFlanks);
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
         let w2 = eigenvalues(&all.stiffness, &all.mass, n);
         let (lag, flap) = (w2[0].sqrt() / unit, w2[1].sqrt() / unit);
@@ -103,7 +104,7 @@ fn turning_the_spinning_body_about_its_axis_costs_nothing() {
     // the axis: (K + G - Omega^2 P M)(a x r) = 0 wherever no support force acts.
     for mesh in meshes() {
         let body = body_with_flank(&mesh, STEEL, "x_min");
-        let mut rotation = rotation(Prestress::HeldFlanks);
+        let mut rotation = rotation(BodyPrestress::HeldFlanks);
         // Fast, so that the elastic rounding is small beside the softening.
         rotation.speed_rad_s = 2e4;
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
@@ -123,7 +124,7 @@ fn turning_the_spinning_body_about_its_axis_costs_nothing() {
 fn a_body_that_does_not_rotate_is_left_alone() {
     let mut body = body_with_flank(&bent(Filling::Of(ElementType::TET10)), STEEL, "x_min");
     body.rotates = false;
-    let all = assemble_body(&body, Some(&rotation(Prestress::HeldFlanks)), &never).unwrap();
+    let all = assemble_body(&body, Some(&rotation(BodyPrestress::HeldFlanks)), &never).unwrap();
     assert!(all.stiffness == matrices(&body).stiffness);
     assert_eq!(largest(&all.load_n), 0.0);
 }

@@ -7,7 +7,7 @@ use dovetail_solver::fem::expand_to_nodes;
 use dovetail_solver::fem::stress::{nodal_stress, stress, von_mises};
 use dovetail_solver::mesh::ElementType;
 use dovetail_solver::mesh::block::{block, map_nodes};
-use dovetail_solver::model::Prestress;
+use dovetail_solver::model::BodyPrestress;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
@@ -142,7 +142,7 @@ fn strain_energy_of_a_linear_field_is_exact_with_ties_too() {
 fn matrices_are_symmetric_to_the_last_bit() {
     for mesh in meshes() {
         let body = body_with_flank(&mesh, STEEL, "y_max");
-        let rotation = rotation(Prestress::HeldFlanks);
+        let rotation = rotation(BodyPrestress::HeldFlanks);
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
         for a in [&all.stiffness, &all.mass] {
             for (i, j, v) in a.triplet_iter() {

@@ -8,7 +8,7 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par, c64};
 
 use super::dynamic_stiffness::Coefficients;
-use crate::reduction::RelativeModel;
+use crate::reduction::ReducedModel;
 use dovetail_numerics::dense;
 use dovetail_numerics::eigen::coarse_space::coarse_space;
 use dovetail_numerics::packed::PackedSymmetric;
@@ -27,7 +27,7 @@ const SPARE: usize = 16;
 
 /// What is the same for all sets of pairs.
 pub struct InexactModel<'a> {
-    model: &'a RelativeModel,
+    model: &'a ReducedModel,
     /// n x motions.
     coarse_space: Mat<f64>,
     /// M ~ inertia inertia^T, n x motions or fewer.
@@ -56,7 +56,7 @@ pub fn motions(unknowns: usize) -> usize {
 
 impl<'a> InexactModel<'a> {
     /// Finds the coarse space: a Cholesky factor of K, n x n.
-    pub fn new(model: &'a RelativeModel) -> Self {
+    pub fn new(model: &'a ReducedModel) -> Self {
         let n = model.stiffness.nrows();
         let space = coarse_space(
             model.stiffness.as_ref(),
@@ -74,13 +74,13 @@ impl<'a> InexactModel<'a> {
         this.all = Some(Arc::new(Inexact {
             forces: narrow(forces.transpose()),
             motions: narrow(this.coarse_space.transpose()),
-            ..this.without_motions((0..model.pairs.len()).collect())
+            ..this.without_motions((0..model.pairs()).collect())
         }));
         this
     }
 
     /// For where no linear solve is made, or few: no motions.
-    pub fn unprepared(model: &'a RelativeModel) -> Self {
+    pub fn unprepared(model: &'a ReducedModel) -> Self {
         let n = model.stiffness.nrows();
         Self {
             model,
@@ -97,7 +97,7 @@ impl<'a> InexactModel<'a> {
         let most = count + count / 4 + SPARE;
         if let Some(last) = last {
             let serves = |all: &[usize]| active.iter().all(|p| all.binary_search(p).is_ok());
-            let is_all = last.pairs.len() == self.model.pairs.len();
+            let is_all = last.pairs.len() == self.model.pairs();
             let few_enough = last.pairs.len() <= most || (is_all && self.all_take_part(count));
             if few_enough && serves(&last.pairs) {
                 return Arc::clone(last);
@@ -121,7 +121,7 @@ impl<'a> InexactModel<'a> {
     }
 
     fn all_take_part(&self, count: usize) -> bool {
-        count as f64 >= ALL_FROM * self.model.pairs.len() as f64
+        count as f64 >= ALL_FROM * self.model.pairs() as f64
     }
 
     fn on(&self, pairs: Vec<usize>) -> Inexact {

@@ -9,23 +9,24 @@
 //! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
 //! would be 2H matrices of the size of K.
 
-use crate::reduction::RelativeModel;
+use super::Problem;
+use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
 
-/// The reduced model with its damping.
+/// A problem with its damping.
 pub struct ContactSystem<'a> {
-    /// K, M, stuck modes and loads.
-    pub model: &'a RelativeModel,
+    /// Matrices, laws and excitations.
+    pub problem: &'a Problem,
     /// a and b.
     pub damping: Rayleigh,
 }
 
 /// Stiffness of the mean and of the harmonics 1..H at one frequency.
 pub struct HarmonicStiffness<'a> {
-    model: &'a RelativeModel,
+    model: &'a ReducedModel,
     /// Of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
@@ -43,19 +44,19 @@ pub struct Coefficients {
 }
 
 impl<'a> ContactSystem<'a> {
-    /// The model with this damping.
-    pub fn new(model: &'a RelativeModel, damping: Rayleigh) -> Self {
-        Self { model, damping }
+    /// The problem with this damping.
+    pub fn new(problem: &'a Problem, damping: Rayleigh) -> Self {
+        Self { problem, damping }
     }
 
     /// Number of unknowns of one harmonic, 3 per pair.
     pub fn unknowns(&self) -> usize {
-        self.model.stiffness.nrows()
+        self.problem.reduced.stiffness.nrows()
     }
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
     pub fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness<'a> {
-        let model = self.model;
+        let model = &self.problem.reduced;
         HarmonicStiffness {
             model,
             omega,
@@ -75,8 +76,11 @@ impl<'a> ContactSystem<'a> {
         let (s, z) = s_and_z(self.damping, omega);
         let mut load = on_x.to_vec();
         for (m, &fm) in on_modes.iter().enumerate() {
-            let amplitude = fm * z / (s * self.model.omega2[m] - z);
-            for (f, p) in load.iter_mut().zip(self.model.coupling.col(m).iter()) {
+            let amplitude = fm * z / (s * self.problem.reduced.omega2[m] - z);
+            for (f, p) in load
+                .iter_mut()
+                .zip(self.problem.reduced.coupling.col(m).iter())
+            {
                 *f += amplitude * *p;
             }
         }
@@ -91,10 +95,10 @@ impl<'a> ContactSystem<'a> {
             .enumerate()
             .map(|(m, &fm)| {
                 let mut px = c64::new(0.0, 0.0);
-                for (v, p) in x.iter().zip(self.model.coupling.col(m).iter()) {
+                for (v, p) in x.iter().zip(self.problem.reduced.coupling.col(m).iter()) {
                     px += v * *p;
                 }
-                (fm + z * px) / (s * self.model.omega2[m] - z)
+                (fm + z * px) / (s * self.problem.reduced.omega2[m] - z)
             })
             .collect()
     }
@@ -157,7 +161,7 @@ impl HarmonicStiffness<'_> {
     /// Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] of vectors of 2H+1 blocks: the mean, then cosine and sine of each
     /// harmonic (`X = cosine - i sine`).
     pub fn apply(&self, v: &[f64], y: &mut [f64]) {
-        let RelativeModel {
+        let ReducedModel {
             stiffness,
             mass,
             coupling,
@@ -273,17 +277,17 @@ fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reduction::dovetail72::dovetail72;
+    use crate::problem::dovetail72::dovetail72;
 
     #[test]
     fn the_diagonal_is_that_of_the_formed_matrix() {
-        let model = dovetail72(1.0);
+        let problem = dovetail72(1.0);
         let damping = Rayleigh {
             stiffness_s: 1e-6,
             mass_per_s: 30.0,
         };
-        let omega = 0.98 * model.omega2[0].sqrt();
-        let stiffness = ContactSystem::new(&model, damping).stiffness(omega, 2);
+        let omega = 0.98 * problem.reduced.omega2[0].sqrt();
+        let stiffness = ContactSystem::new(&problem, damping).stiffness(omega, 2);
         for k in 1..=2 {
             let [re, im] = stiffness.formed(k);
             for (i, v) in stiffness.diagonal(k).iter().enumerate() {

@@ -12,7 +12,8 @@
 
 use faer::{Mat, MatRef};
 
-use super::{HarmonicLoad, Load, ObservedDisplacement, RelativeModel};
+use super::{HarmonicLoad, Problem};
+use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
 use dovetail_numerics::sparse::product;
 
@@ -40,9 +41,9 @@ struct Released {
 impl LinearReference {
     /// About a state in which the pairs of these numbers are open, and the others stick, with springs where they have
     /// any. Where nothing holds the assembly so, or no modes are found, nothing moves in any pair.
-    pub fn about(relative: &RelativeModel, open_pairs: &[usize]) -> Self {
+    pub fn about(problem: &Problem, open_pairs: &[usize]) -> Self {
         let mut rows = Vec::new();
-        for (pair, law) in relative.pairs.iter().enumerate() {
+        for (pair, law) in problem.laws.iter().enumerate() {
             let springs_n_m = match law.stiffness {
                 _ if open_pairs.contains(&pair) => [0.0; 3],
                 Some(s) => [s.normal_n_m, s.tangential_n_m, s.tangential_n_m],
@@ -51,9 +52,9 @@ impl LinearReference {
             rows.extend((3 * pair..).zip(springs_n_m));
         }
         if rows.is_empty() {
-            return Self::stuck(relative);
+            return Self::stuck(&problem.reduced);
         }
-        match modes(relative, &rows) {
+        match modes(&problem.reduced, &rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
                 omega2,
                 with_mass,
@@ -65,24 +66,24 @@ impl LinearReference {
             },
             Err(error) => Self {
                 not_released: Some(error.to_string()),
-                ..Self::stuck(relative)
+                ..Self::stuck(&problem.reduced)
             },
         }
     }
 
     /// With all pairs stuck.
-    pub fn stuck(relative: &RelativeModel) -> Self {
+    pub fn stuck(reduced: &ReducedModel) -> Self {
         Self {
-            omega2: relative.omega2.clone(),
-            with_mass: relative.omega2.len(),
+            omega2: reduced.omega2.clone(),
+            with_mass: reduced.omega2.len(),
             not_released: None,
             released: None,
         }
     }
 
-    /// On its modes alone, without any pair, under the loads of `relative`, which it was made from. Displacements count
-    /// from the static state.
-    pub fn model(&self, relative: &RelativeModel) -> RelativeModel {
+    /// `problem`, which it was made of, on its modes alone, without any pair. Displacements count from the static state.
+    pub fn problem(&self, problem: &Problem) -> Problem {
+        let reduced = &problem.reduced;
         let load = |load: &Load| Load {
             on_x: Vec::new(),
             on_modes: self.shares(&load.on_x, &load.on_modes),
@@ -98,15 +99,21 @@ impl LinearReference {
             on_x: Vec::new(),
             on_modes: self.shares(&observed.on_x, &observed.on_modes),
         };
-        RelativeModel {
+        let observations = reduced.observations.iter().map(observed);
+        let on_modes = ReducedModel {
             stiffness: Mat::zeros(0, 0),
             mass: Mat::zeros(0, 0),
             coupling: Mat::zeros(0, self.omega2.len()),
             omega2: self.omega2.clone(),
-            static_load: load(&relative.static_load),
-            excitations: relative.excitations.iter().map(harmonic).collect(),
-            observations: relative.observations.iter().map(observed).collect(),
-            pairs: Vec::new(),
+            stuck_modes: self.omega2.len(),
+            static_load: load(&reduced.static_load),
+            unit_loads: reduced.unit_loads.iter().map(load).collect(),
+            observations: observations.collect(),
+        };
+        Problem {
+            reduced: on_modes,
+            laws: Vec::new(),
+            excitations: problem.excitations.iter().map(harmonic).collect(),
         }
     }
 
@@ -124,18 +131,18 @@ impl LinearReference {
 }
 
 /// With these rows of X on springs, N/m, all others held.
-fn modes(relative: &RelativeModel, rows: &[(usize, f64)]) -> Result<(Modes, usize), EigenError> {
-    let (n, m) = (rows.len(), relative.omega2.len());
+fn modes(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Result<(Modes, usize), EigenError> {
+    let (n, m) = (rows.len(), reduced.omega2.len());
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) if i == j => relative.stiffness[(rows[i].0, rows[i].0)] + rows[i].1,
-        (true, true) => relative.stiffness[(rows[i].0, rows[j].0)],
-        (false, false) if i == j => relative.omega2[i - n],
+        (true, true) if i == j => reduced.stiffness[(rows[i].0, rows[i].0)] + rows[i].1,
+        (true, true) => reduced.stiffness[(rows[i].0, rows[j].0)],
+        (false, false) if i == j => reduced.omega2[i - n],
         _ => 0.0,
     });
     let mass = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => relative.mass[(rows[i].0, rows[j].0)],
-        (true, false) => relative.coupling[(rows[i].0, j - n)],
-        (false, true) => relative.coupling[(rows[j].0, i - n)],
+        (true, true) => reduced.mass[(rows[i].0, rows[j].0)],
+        (true, false) => reduced.coupling[(rows[i].0, j - n)],
+        (false, true) => reduced.coupling[(rows[j].0, i - n)],
         (false, false) => f64::from(u8::from(i == j)),
     });
     dense::modes_with_massless(stiffness.as_ref(), mass.as_ref())

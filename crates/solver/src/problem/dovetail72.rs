@@ -1,0 +1,12 @@
+//! The reduced model of 72 pairs in `tests/data/dovetail72`, for unit tests.
+
+use super::Problem;
+use crate::contact::PairLaw;
+use crate::reduction::superelement::read;
+
+/// With a friction of 0.3 and no clearance, excited by `force_n`.
+pub fn dovetail72(force_n: f64) -> Problem {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+    let reduced = read(folder.as_ref()).unwrap().model;
+    Problem::of_one_law(reduced, PairLaw::rigid(0.3, 0.0), force_n)
+}

@@ -1,0 +1,183 @@
+//! [`ReducedModel`] -> [`Problem`]: the reduced model with the laws of its pairs and what excites it; its dynamic
+//! stiffness at any frequency, and its linear reference about a static state.
+//!
+//! The coefficients of damping are no part of a problem: a ratio of critical is that of a mode of the linear reference,
+//! which is known once the static state is ([`dynamic_stiffness::ContactSystem`] has them).
+
+#[cfg(test)]
+pub(crate) mod dovetail72;
+pub mod dynamic_stiffness;
+pub mod inexact;
+mod linear_reference;
+
+pub use linear_reference::LinearReference;
+
+use crate::contact::PairLaw;
+use crate::model::{ContactPair, Excitation, Growth, Model};
+use crate::reduction::superelement::SuperelementError;
+use crate::reduction::{Load, ReducedModel};
+use dovetail_numerics::vector::norm;
+
+/// What is to be solved: a reduced model, the law of each of its pairs, and what excites it.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
+    pub reduced: ReducedModel,
+    /// The contact law of each pair, n / 3.
+    pub laws: Vec<PairLaw>,
+    /// Loads by harmonic, ascending; those of one harmonic that depend alike on the frequency are added.
+    pub excitations: Vec<HarmonicLoad>,
+}
+
+impl Problem {
+    /// The reduced model of `model`, with the laws of its pairs, and excited as it says.
+    pub fn new(reduced: ReducedModel, model: &Model) -> Self {
+        let law = |pair: &ContactPair| PairLaw {
+            friction: pair.friction,
+            gap_m: pair.gap_m,
+            stiffness: pair.stiffness,
+        };
+        Self {
+            laws: model.pairs.iter().map(law).collect(),
+            excitations: excited(&model.excitations, &reduced.unit_loads),
+            reduced,
+        }
+    }
+
+    /// A reduced model all of whose pairs follow `law`, excited by `amplitude` times its first unit load, in phase with
+    /// the cosine of harmonic 1.
+    pub fn of_one_law(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {
+        let scaled = |v: &[f64]| v.iter().map(|f| f * amplitude).collect();
+        let excitation = |unit: &Load| HarmonicLoad {
+            harmonic: 1,
+            cosine: Load {
+                on_x: scaled(&unit.on_x),
+                on_modes: scaled(&unit.on_modes),
+            },
+            sine: Load {
+                on_x: vec![0.0; unit.on_x.len()],
+                on_modes: vec![0.0; unit.on_modes.len()],
+            },
+            growth: Growth::Constant,
+        };
+        Self {
+            laws: vec![law; reduced.pairs()],
+            excitations: reduced
+                .unit_loads
+                .first()
+                .map(excitation)
+                .into_iter()
+                .collect(),
+            reduced,
+        }
+    }
+
+    /// Size of what presses the pairs steadily, N: the static load on X, and the force of each pair's own stiffness
+    /// that its interference takes.
+    pub fn steady_force_n(&self) -> f64 {
+        let own = self.reduced.diagonal_stiffness();
+        let interference = self.laws.iter().zip(own.iter().step_by(3));
+        let interference: Vec<f64> = interference
+            .map(|(law, own)| own * law.gap_m.min(0.0))
+            .collect();
+        norm(&self.reduced.static_load.on_x).hypot(norm(&interference))
+    }
+
+    /// The reduced model with a single unit load, that of all excitations as they are: what a folder
+    /// ([`superelement`](crate::reduction::superelement)) holds.
+    ///
+    /// # Errors
+    /// Loads of another harmonic than 1, out of phase, or that depend on the frequency; other than one observed point.
+    pub fn of_one_load(&self) -> Result<ReducedModel, SuperelementError> {
+        if self
+            .excitations
+            .iter()
+            .any(|e| e.growth != Growth::Constant)
+        {
+            return Err(SuperelementError::GrowingLoad);
+        }
+        let silent = |v: &[f64]| v.iter().all(|x| *x == 0.0);
+        let in_phase = |e: &HarmonicLoad| silent(&e.sine.on_x) && silent(&e.sine.on_modes);
+        let in_phase = self.excitations.iter().all(in_phase);
+        let points = self.reduced.observations.len();
+        match &self.excitations[..] {
+            [only] if only.harmonic == 1 && in_phase && points == 1 => Ok(ReducedModel {
+                unit_loads: vec![only.cosine.clone()],
+                ..self.reduced.clone()
+            }),
+            all => Err(SuperelementError::NotRepresentable {
+                points,
+                harmonics: all.len(),
+                in_phase,
+            }),
+        }
+    }
+
+    /// Highest harmonic of the excitations; 0 without any.
+    pub fn highest_excited(&self) -> usize {
+        let excited = self.excitations.iter().map(|e| e.harmonic);
+        excited.max().unwrap_or(0)
+    }
+}
+
+/// Loads by harmonic, ascending, and by how they depend on the frequency; those alike are added.
+fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
+    let of = |f: &Excitation| (f.harmonic, f.growth);
+    let mut kinds: Vec<(usize, Growth)> = forces.iter().map(of).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    let load = |kind: (usize, Growth), share: fn(f64) -> f64| {
+        let mut sum: Option<Load> = None;
+        let of_kind = forces.iter().zip(unit_loads);
+        for (force, unit) in of_kind.filter(|(f, _)| of(f) == kind) {
+            let amplitude = force.amplitude * share(force.phase_rad);
+            let zero = || Load {
+                on_x: vec![0.0; unit.on_x.len()],
+                on_modes: vec![0.0; unit.on_modes.len()],
+            };
+            let sum = sum.get_or_insert_with(zero);
+            let into = sum.on_x.iter_mut().chain(&mut sum.on_modes);
+            for (into, unit) in into.zip(unit.on_x.iter().chain(&unit.on_modes)) {
+                *into += amplitude * unit;
+            }
+        }
+        sum
+    };
+    let both = |kind: (usize, Growth)| {
+        Some(HarmonicLoad {
+            harmonic: kind.0,
+            cosine: load(kind, f64::cos)?,
+            sine: load(kind, f64::sin)?,
+            growth: kind.1,
+        })
+    };
+    kinds.into_iter().filter_map(both).collect()
+}
+
+/// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times [`HarmonicLoad::factor`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct HarmonicLoad {
+    /// Multiple k of the frequency of the response.
+    pub harmonic: usize,
+    /// In phase with the cosine.
+    pub cosine: Load,
+    /// In phase with the sine.
+    pub sine: Load,
+    /// How it depends on the frequency.
+    pub growth: Growth,
+}
+
+impl HarmonicLoad {
+    /// How many times it acts where the frequency of the response is `omega_rad_s`.
+    pub fn factor(&self, omega_rad_s: f64) -> f64 {
+        match self.growth {
+            Growth::Constant => 1.0,
+            Growth::Squared => (self.harmonic as f64 * omega_rad_s).powi(2),
+        }
+    }
+}
+
+/// The tangential ones of `n` unknowns, 3 per pair, ascending.
+pub(crate) fn tangential(n: usize) -> Vec<usize> {
+    (0..n).filter(|i| i % 3 != 0).collect()
+}
