@@ -38,7 +38,7 @@ const SAMPLES: usize = 128;
 const FORCE_N: f64 = 1.0;
 /// Relative to the first stuck mode: near the peak of the response, where both solvers find the same
 /// motion from the static state.
-const FREQUENCY_RATIO: f64 = 0.999;
+const FREQUENCY_RATIO: f64 = 0.9985;
 const NEWTON: NewtonOptions = NewtonOptions {
     tolerance: 1e-8,
     max_iterations: 200,

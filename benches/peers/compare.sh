@@ -9,7 +9,7 @@
 set -eu
 cd "$(dirname "$0")/../.."
 work=target/peers
-rounds=${ROUNDS:-3} harmonics=${HARMONICS:-1 3}
+rounds=${ROUNDS:-3} harmonics=${HARMONICS:-1 3} fine=2048
 mkdir -p $work
 if ! [ -e $work/venv/installed ]; then
     python3 -m venv $work/venv
@@ -31,6 +31,9 @@ for h in $harmonics; do
         $python $here/numpy_newton.py $scene "$h" $work/numpy-"$h"-"$i".json 3 > $work/numpy-"$h"-"$i".txt
         pyharm "$h" periodic-"$h"-1.json pyharm-"$h"-"$i".json > $work/pyharm-"$h"-"$i".txt
     done
+    # With many samples it makes no difference that dovetail follows pairs between them.
+    $python $here/dovetail_run.py $scene "$h" $work/dovetail-"$h"-fine.json $fine
+    $python $here/numpy_newton.py $scene "$h" $work/periodic-"$h"-fine.json periodic $fine > $work/periodic-"$h"-fine.txt
     if [ "${STOCK:-0}" = 1 ]; then
         echo "pyHarm with its own condensation, H = $h:"
         pyharm "$h" periodic-"$h"-1.json stock-"$h".json --points 1 --stock

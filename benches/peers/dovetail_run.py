@@ -1,6 +1,6 @@
 """dovetail on the scene, with its processor seconds per frequency: those of `dovetail run` less those of `dovetail static`.
 
-    dovetail_run.py SCENE HARMONICS OUT.json
+    dovetail_run.py SCENE HARMONICS OUT.json [SAMPLES]
 """
 
 import csv
@@ -11,11 +11,11 @@ import sys
 import tempfile
 
 
-def processor_seconds(command, scene, harmonics, out):
+def processor_seconds(command, scene, settings, out):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run(
         ["target/release/dovetail", command, scene, "--threads", "1", "--quiet", "--out", out]
-        + ["--set", f"response.harmonics={harmonics}"],
+        + [word for setting in settings for word in ("--set", setting)],
         check=True,
     )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -23,14 +23,15 @@ def processor_seconds(command, scene, harmonics, out):
 
 
 def main():
-    scene, harmonics, target = sys.argv[1:]
+    scene, harmonics, target = sys.argv[1:4]
+    settings = [f"response.harmonics={harmonics}"] + [f"response.samples={n}" for n in sys.argv[4:]]
     with tempfile.TemporaryDirectory() as out:
-        whole = processor_seconds("run", scene, harmonics, out)
+        whole = processor_seconds("run", scene, settings, out)
         with open(f"{out}/response.csv") as file:
             rows = list(csv.DictReader(file))
         with open(f"{out}/summary.json") as file:
             stages = json.load(file)["stages"]
-        before = processor_seconds("static", scene, harmonics, out)
+        before = processor_seconds("static", scene, settings, out)
     wall = next(stage["seconds"] for stage in stages if stage["id"] == "response")
     points = []
     for row in rows:

@@ -1,13 +1,15 @@
 """DLFT with the exact Jacobian and a dense LU, in plain numpy: what a careful user writes in an afternoon.
 
-    numpy_newton.py SCENE HARMONICS OUT.json [PERIODS]
+    numpy_newton.py SCENE HARMONICS OUT.json [PERIODS [SAMPLES]]
 
-PERIODS: marched exactly, as pyHarm does (3); until periodic where not given, as dovetail does.
+PERIODS: marched exactly, as pyHarm does (3); `periodic` or not given: until periodic, as dovetail does. SAMPLES: those of
+the scene where not given. The law is evaluated at the samples alone; dovetail follows a pair between them, too.
 
 Shares no code with dovetail but the equations (docs/method.md, sections 3 to 6). Unknown U: array (2H+1, n), rows mean, cos 1, sin 1,
 cos 2, ...; all pairs are marched together, Python loops over the samples only.
 """
 
+import dataclasses
 import json
 import sys
 import time
@@ -258,7 +260,10 @@ def balance_at(case, omega, x_static, periods):
 
 def main():
     case = read_case(sys.argv[1], int(sys.argv[2]))
-    periods = int(sys.argv[4]) if len(sys.argv) > 4 else None
+    periods, samples = (sys.argv[4:] + [None, None])[:2]
+    periods = None if periods in (None, "periodic") else int(periods)
+    if samples is not None:
+        case = dataclasses.replace(case, samples=int(samples))
     begin = time.perf_counter()
     x_static = static_state(case.model, case.load_steps)
     print(f"static state: {time.perf_counter() - begin:.2f} s")

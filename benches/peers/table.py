@@ -8,18 +8,21 @@ from pathlib import Path
 sys.path.append(str(Path(__file__).resolve().parents[2] / "scripts"))
 import origin  # noqa: E402
 
-# Largest relative difference of amplitudes that counts as agreement, all stopping at 1e-8 of |F|.
+# Largest relative difference of amplitudes that counts as agreement, all stopping at 1e-8 of |F|: of programs that evaluate
+# the law at the same samples, and of dovetail, which follows it between them, with many samples.
 AGREE = 1e-7
+AGREE_BETWEEN = 1e-6
 
 folder, rounds = Path(sys.argv[1]), int(sys.argv[2])
 
 
 def points(name, harmonics):
-    runs = []
-    for i in range(1, rounds + 1):
-        with open(folder / f"{name}-{harmonics}-{i}.json") as file:
-            runs.append(json.load(file)["points"])
-    return runs
+    return [one(name, harmonics, i) for i in range(1, rounds + 1)]
+
+
+def one(name, harmonics, which):
+    with open(folder / f"{name}-{harmonics}-{which}.json") as file:
+        return json.load(file)["points"]
 
 
 def per_point(runs, key):
@@ -58,13 +61,15 @@ for harmonics in sys.argv[3:]:
             + " | ".join(f"{x['tip_m']:.9e}" for x in (p, q, r, s))
             + " |"
         )
-    for what, a, b in [
-        ("dovetail and numpy marched until periodic", own[0], solved[0]),
-        ("pyHarm and numpy marched three periods", pyharm[0], dense[0]),
+    fine = [one(name, harmonics, "fine") for name in ("dovetail", "periodic")]
+    for what, a, b, agree in [
+        ("dovetail and numpy marched until periodic, 128 samples", own[0], solved[0], 1e-4),
+        ("dovetail and numpy marched until periodic, 2048 samples", *fine, AGREE_BETWEEN),
+        ("pyHarm and numpy marched three periods", pyharm[0], dense[0], AGREE),
     ]:
         apart = farthest(a, b)
         details.append((harmonics, what, apart))
-        if not apart < AGREE or not all(x["converged"] for x in a + b):
+        if not apart < agree or not all(x["converged"] for x in a + b):
             failures.append(f"{what}, H = {harmonics}: {apart:.1e} apart, or not converged")
 print("\n| H | Hz | pairs that slip, open at times | dovetail, m | numpy until periodic, m | pyHarm, m | numpy three periods, m |")
 print("| --- | --- | --- | --- | --- | --- | --- |")

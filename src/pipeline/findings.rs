@@ -194,9 +194,15 @@ pub(super) fn held(
         return Ok(None);
     };
     let what = free_motion::retained_in_motion(reduced, state, most, progress)?;
+    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not found.
+    let is_found = held.iter().all(|orbit| orbit.counts().stuck == 0);
+    let why = match is_found {
+        true => format!("friction does not hold {what}"),
+        false => format!("no motion was found in which friction alone holds {what}"),
+    };
     Ok(Some(doubt(format!(
-        "at {} of {} frequencies friction does not hold {what}: the mean position was held there, \
-         as a lock plate does, with up to {:.3} N (column retention_n of response.csv)",
+        "at {} of {} frequencies {why}: the mean position was held there, as a lock plate does, with up to {:.3} N (column \
+         retention_n of response.csv)",
         held.len(),
         response.orbits.len(),
         most.retention_n,

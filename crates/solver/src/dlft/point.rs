@@ -425,7 +425,7 @@ impl<'a> FrequencySolver<'a> {
         work: &mut Work,
     ) -> Solution<'_> {
         let mut best: Option<Solution<'_>> = None;
-        let mut far: Option<Solution<'_>> = None;
+        let mut fallback: Option<Solution<'_>> = None;
         let means: &[Mean] = match (self.must_be_retained(), last.map(|l| l.mean)) {
             (true, _) => &[Mean::Retained],
             (false, Some(Mean::Retained)) => &[Mean::Retained, Mean::Free],
@@ -433,7 +433,7 @@ impl<'a> FrequencySolver<'a> {
         };
         for &strategy in strategies {
             if best.is_some() && self.budget_exhausted(work)
-                || far.is_some() && !strategy.is_direct()
+                || fallback.is_some() && !strategy.is_direct()
             {
                 break;
             }
@@ -459,15 +459,22 @@ impl<'a> FrequencySolver<'a> {
                 };
                 if solved.is_converged() {
                     let retained = mean == Mean::Retained;
-                    if retained && !self.must_be_retained() {
-                        return self
-                            .with_mean_released(frequency_hz, &solved, work)
-                            .unwrap_or(solved);
-                    }
-                    if retained {
+                    if retained && self.must_be_retained() {
                         return solved;
                     }
                     let is_held = self.is_blocked_by_friction(&solved);
+                    if retained {
+                        let released = self.with_mean_released(frequency_hz, &solved, work);
+                        if let Some(released) = released {
+                            return released;
+                        }
+                        // Pairs that stick all period could hold the mean: a motion without the spring comes first.
+                        if is_held {
+                            fallback.get_or_insert(solved);
+                            continue;
+                        }
+                        return solved;
+                    }
                     if !self.walked_off(&solved.u) {
                         return match is_held {
                             true => solved,
@@ -478,7 +485,7 @@ impl<'a> FrequencySolver<'a> {
                     }
                     // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.
                     if is_held {
-                        far.get_or_insert(solved);
+                        fallback.get_or_insert(solved);
                         continue;
                     }
                     solved.end.status = NewtonStatus::Stagnated;
@@ -492,8 +499,8 @@ impl<'a> FrequencySolver<'a> {
                 }
             }
         }
-        if let Some(far) = far {
-            return far;
+        if let Some(fallback) = fallback {
+            return fallback;
         }
         let mut best = best.expect("the static state is always a start");
         if work.deadline.is_over() {
