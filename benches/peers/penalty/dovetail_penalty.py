@@ -25,8 +25,8 @@ def condensed(example):
 
     Coordinates of the pair that the example lacks get a unit spring and a unit mass that nothing else moves.
     """
-    kept = [None if example.normal is None else (example.normal, -1.0), None if example.tangential is None else (example.tangential, 1.0)]
-    kept.append(None)
+    places = [(example.normal, -1.0), (example.tangential, 1.0), (None, 1.0)]
+    kept = [place if place[0] is not None else None for place in places]
     inner = [i for i in range(len(example.K)) if i not in [place[0] for place in kept if place]]
     n, free, all_of = len(example.K), kept.count(None), len(example.K) + kept.count(None)
     extended = [np.block([[matrix, np.zeros((n, free))], [np.zeros((free, n)), np.eye(free)]]) for matrix in (example.K, example.M)]
@@ -46,7 +46,11 @@ def condensed(example):
     w2, phi = eigh(K[3:, 3:], M[3:, 3:]) if inner else (np.zeros(0), np.zeros((0, 0)))
     onto = np.vstack([np.eye(3), psi])
     files = dict(
-        K=onto.T @ K @ onto, M=onto.T @ M @ onto, f_static=steady, f_excitation=onto.T @ force, tip_x=onto.T @ observed,
+        K=onto.T @ K @ onto,
+        M=onto.T @ M @ onto,
+        f_static=steady,
+        f_excitation=onto.T @ force,
+        tip_x=onto.T @ observed,
         xyz=np.zeros((1, 3)),
     )
     if inner:
@@ -104,7 +108,8 @@ def run(dovetail, work, example, harmonics, eps_scale):
                 if float(row["retention_n"]) != 0.0:
                     sys.exit(f"{example.name}: dovetail held a mean, the others do not: another problem")
                 motion = [
-                    float(row[f"tip_h{k}_amplitude_m"]) * np.exp(1j * float(row[f"tip_h{k}_phase_rad"])) for k in range(1, harmonics + 1)
+                    float(row[f"tip_h{k}_amplitude_m"]) * np.exp(1j * float(row[f"tip_h{k}_phase_rad"]))
+                    for k in range(1, harmonics + 1)
                 ]
                 rows.append(
                     dict(level=level, w=2 * np.pi * float(row["frequency_hz"]), slips=int(row["slipping_pairs"]))

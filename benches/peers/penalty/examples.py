@@ -1,10 +1,10 @@
-"""The published examples of pyHarm and tmdsimpy whose contacts are springs with sliders, as matrices that every program here takes.
+"""Published examples of pyHarm and tmdsimpy whose contacts are springs with sliders, as matrices that every program here takes.
 
-- `jenkins`: tests/test_vprnm.py of tmdsimpy (test_known_solution): a mass on a spring and on a Jenkins element, 0 to 3 harmonics, with
-  two published solutions.
+- `jenkins`: tests/test_vprnm.py of tmdsimpy (test_known_solution): a mass on a spring and on a Jenkins element, with two
+  published solutions.
 - `gap`: tests/nonregression of pyHarm (onedofgap): a mass that strikes a spring behind a gap, with a published curve.
-- `two_masses`: tests/nonregression of pyHarm (jenkins): a mass with a light one on it that a Jenkins element holds, with a published
-  curve. Its viscous damping is not proportional to stiffness and mass, which is the only damping that dovetail has: the programs are
+- `two_masses`: tests/nonregression of pyHarm (jenkins): a mass with a light one on it that a Jenkins element holds, with a
+  published curve. Its viscous damping is not proportional to stiffness and mass, and dovetail has no other: the programs are
   compared with `damping` below, and pyHarm alone has the published damping, too.
 - `friction`: examples/2dof_eldry_fric.py of tmdsimpy: a mass that slides while the normal force varies. Its damping is replaced in
   the normal direction alone, for the same reason. It has no published figures.
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-# Samples of a period of the peers: that of their examples, and one with which their digits can be compared.
+# Samples of a period of the peers: tmdsimpy's default, and a number with which digits can be compared.
 SAMPLES = [128, 2048]
 
 
@@ -77,7 +77,7 @@ GAP = Example(
     force=np.array([100.0]),
     observed=0,
     harmonics=7,
-    # The curve folds from 7.00 to 8.57 rad/s.
+    # The curve folds from 7.00 to 8.57 rad/s. With steps of 0.1 rad/s dovetail converges up to 6.4.
     cases=even(1.0, 5.6, 6.4, 9),
     normal=0,
     gap=10.0,

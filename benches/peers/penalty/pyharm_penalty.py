@@ -17,7 +17,7 @@ os.environ["JAX_ENABLE_X64"] = "1"
 os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
 
 import numpy as np  # noqa: E402
-from examples import EXAMPLES, FRICTION, GAP, JENKINS, SAMPLES, TWO_MASSES, TWO_MASSES_C  # noqa: E402
+from examples import EXAMPLES, FRICTION, GAP, SAMPLES, TWO_MASSES, TWO_MASSES_C  # noqa: E402
 from pyHarm import Maestro  # noqa: E402
 
 # Levels of `friction` at which the pair never lifts off.
@@ -51,7 +51,7 @@ def matrices(example, C):
 
 def respond(example, samples, level, omegas, C):
     M, C, K, force, node = matrices(example, C)
-    observed = {0: 0, 1: 0}[example.observed] if node == 1 else 1
+    observed = 1 if example is FRICTION else example.observed
     loads = {
         f"load{i}": dict(type="CosinusForcing", connect={"body": [i // node]}, dirs=[i % node], amp=float(level * value))
         for i, value in enumerate(force)

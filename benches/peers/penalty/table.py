@@ -104,7 +104,8 @@ def main():
                 failures.append(f"published {example.name}, {row['w']} rad/s: {difference:.1e}")
 
     most = [name for name in peers if str(SAMPLES[-1]) in name]
-    print("\n| example | force | rad/s | the pair | dovetail | " + " | ".join(name.split(",")[0] for name in most) + " | own eps | H = 31 |")
+    names = " | ".join(name.split(",")[0] for name in most)
+    print(f"\n| example | force | rad/s | the pair | dovetail | {names} | own eps | H = 31 |")
     print("| --- | --- | --- | --- | --- |" + " --- |" * (len(most) + 2))
     for example in EXAMPLES:
         for row in dovetail[example.name][:: EVERY[example.name]]:
