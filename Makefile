@@ -68,9 +68,11 @@ bench: setup
 	cargo build --release --locked
 	python3 benches/growth.py
 
-# dovetail beside pyHarm and a dense Newton in numpy on one reduced model; see docs/performance.md.
+# dovetail beside pyHarm and a dense Newton in numpy on one reduced model; see docs/performance.md. Then
+# beside pyHarm and tmdsimpy on their examples of contact through springs; see docs/verification.md.
 peers: setup
 	benches/peers/compare.sh
+	benches/peers/penalty/compare.sh
 
 # Every extreme of the input, as the table of docs/extremes.md.
 extremes: setup

@@ -297,3 +297,178 @@ fn stiff_springs_tend_to_rigid_contact_with_the_inverse_of_the_stiffness() {
         assert!(differences[1][i] > 1e-6);
     }
 }
+
+/// Pairs under the pressure of a Hertz contact of cylinders, whose forces fall to zero at its edges.
+const HERTZ_PAIRS: usize = 40;
+
+/// Of each pair: the length it stands for, of a contact from -1 to 1 m.
+const HERTZ_SPACING: f64 = 2.0 / HERTZ_PAIRS as f64;
+
+const HERTZ_FRICTION: f64 = 0.5;
+
+/// N/m per metre: of each pair its own spring and that which joins it to the body, in series.
+const HERTZ_SHEAR: f64 = 0.5;
+
+/// Normal force of a pair: its length times the pressure sqrt(1 - x^2), 1 N/m at the most.
+fn hertz_force(pair: usize) -> f64 {
+    let x = -1.0 + (pair as f64 + 0.5) * HERTZ_SPACING;
+    (1.0 - x * x).sqrt() * HERTZ_SPACING
+}
+
+/// Force of all pairs at the first shift of a body that has not moved: each sticks up to its limit, and the edges slide
+/// first.
+fn first_loading(shift: f64) -> f64 {
+    (0..HERTZ_PAIRS)
+        .map(|pair| (HERTZ_SHEAR * HERTZ_SPACING * shift).min(HERTZ_FRICTION * hertz_force(pair)))
+        .sum()
+}
+
+/// By the rules of Masing, when the body moves as D cos(w t): the first harmonic of the force, in phase with the
+/// displacement and ahead of it, which takes pi D times it per period.
+fn masing(amplitude: f64, loading: fn(f64) -> f64) -> [f64; 2] {
+    let steps = 20_000;
+    let mut force = [0.0; 2];
+    for step in 0..steps {
+        // Back from D to -D; the other half is its mirror image.
+        let (sin, cos) = ((step as f64 + 0.5) / steps as f64 * TAU / 2.0).sin_cos();
+        let back = loading(amplitude) - 2.0 * loading(amplitude * (1.0 - cos) / 2.0);
+        force[0] += 2.0 / steps as f64 * back * cos;
+        force[1] -= 2.0 / steps as f64 * back * sin;
+    }
+    force
+}
+
+/// A body on a spring, and on pairs that are joined to it by springs. At the frequency where its inertia and its spring
+/// cancel, the contact alone carries the force: the edges slide and the middle sticks (Cattaneo and Mindlin, on a bed of
+/// independent springs).
+#[test]
+fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
+    let n = 3 * HERTZ_PAIRS;
+    let (mass, omega) = (1000.0, 1.0);
+    let ground = mass * omega * omega;
+    let stiffness = HERTZ_SHEAR * HERTZ_SPACING;
+    // In series 1 / (3 / 4 + 1 / 4).
+    let (own, link) = (4.0 / 3.0 * stiffness, 4.0 * stiffness);
+    let body = ground + HERTZ_PAIRS as f64 * link;
+    let along = |i: usize| i % 3 == 1;
+    let psi: Vec<f64> = (0..n)
+        .map(|i| if along(i) { link / body } else { 0.0 })
+        .collect();
+    let amplitude = 0.7;
+    let [in_phase, ahead] = masing(amplitude, first_loading);
+    let excited = |on: f64| Load {
+        on_x: psi.iter().map(|psi| psi * on).collect(),
+        on_modes: vec![on / f64::sqrt(mass)],
+    };
+    let observed = excited(1.0);
+    let model = RelativeModel {
+        stiffness: Mat::from_fn(n, n, |i, j| {
+            let diagonal = match (i == j, i % 3) {
+                (true, 0) => 1.0,
+                (true, _) => link,
+                (false, _) => 0.0,
+            };
+            diagonal - body * psi[i] * psi[j]
+        }),
+        mass: Mat::from_fn(n, n, |i, j| mass * psi[i] * psi[j]),
+        coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
+        omega2: vec![body / mass],
+        static_load: Load {
+            // A spring of 1 N/m and that of the pair, the same, share it.
+            on_x: (0..n)
+                .map(|i| {
+                    if i % 3 == 0 {
+                        -2.0 * hertz_force(i / 3)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect(),
+            on_modes: vec![0.0],
+        },
+        excitations: vec![HarmonicLoad {
+            harmonic: 1,
+            cosine: excited(in_phase.hypot(ahead)),
+            sine: excited(0.0),
+            growth: Growth::Constant,
+        }],
+        observations: vec![ObservedDisplacement {
+            name: "body".into(),
+            on_x: observed.on_x,
+            on_modes: observed.on_modes,
+        }],
+        pairs: vec![
+            PairLaw {
+                friction: HERTZ_FRICTION,
+                gap_m: 0.0,
+                stiffness: Some(PairStiffness {
+                    normal_n_m: 1.0,
+                    tangential_n_m: own,
+                }),
+            };
+            HERTZ_PAIRS
+        ],
+    };
+    let state = static_state(&model, 10, NEWTON);
+    assert_eq!(state.outcome, Outcome::Converged);
+    let resolution = Resolution::Fixed {
+        harmonics: 31,
+        samples: 512,
+    };
+    let settings = SweepSettings {
+        newton: NEWTON,
+        ..SweepSettings::new(vec![omega / TAU], resolution)
+    };
+    let damping = Rayleigh {
+        stiffness_s: 0.0,
+        mass_per_s: 0.0,
+    };
+    let response = sweep(&model, damping, &state, &settings, &[], &|_| ());
+    let orbit = &response.orbits[0];
+    assert!(orbit.outcome.is_converged(), "{:?}", orbit.outcome);
+
+    let (cos, sin) = (orbit.observed[0][1], orbit.observed[0][2]);
+    let found = cos.hypot(sin);
+    let force = |row: usize| -> f64 {
+        (0..n)
+            .filter(|i| along(*i))
+            .map(|i| orbit.lambda[row * n + i])
+            .sum()
+    };
+    let phase_force = (force(1) * cos + force(2) * sin) / found;
+    let work = orbit.friction_power_w * TAU / omega;
+    let expected_work = TAU / 2.0 * amplitude * ahead;
+    let sliding = orbit
+        .cycles
+        .iter()
+        .filter(|cycle| cycle.slid_m > 1e-6)
+        .count();
+    println!(
+        "amplitude {found:.9} m ({amplitude}), stiffness {:.9} N/m ({:.9}), work {work:.9} J ({expected_work:.9}), \
+         {sliding} pairs slide",
+        phase_force / found,
+        in_phase / amplitude
+    );
+    for (found, expected) in [
+        (found, amplitude),
+        (phase_force / found, in_phase / amplitude),
+        (work, expected_work),
+    ] {
+        assert!((found / expected - 1.0).abs() < 2e-5, "{found} {expected}");
+    }
+    // Where sqrt(1 - x^2) < 0.7.
+    let expected = (0..HERTZ_PAIRS)
+        .filter(|pair| hertz_force(*pair) < amplitude * HERTZ_SPACING)
+        .count();
+    assert_eq!(sliding, expected);
+
+    // The sum over the pairs stands for the integral over the contact, which has a closed form.
+    let of_the_contact =
+        |shift: f64| HERTZ_FRICTION * (shift * (1.0 - shift * shift).sqrt() + shift.asin());
+    for (sum, integral) in masing(amplitude, first_loading)
+        .into_iter()
+        .zip(masing(amplitude, of_the_contact))
+    {
+        assert!((sum / integral - 1.0).abs() < 3e-2, "{sum} {integral}");
+    }
+}
