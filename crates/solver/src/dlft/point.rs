@@ -219,12 +219,13 @@ enum Strategy {
 }
 
 impl Strategy {
-    /// Without balances on the way.
-    fn is_direct(self) -> bool {
+    /// Without balances on the way, or with those of a few frequencies.
+    fn is_short(self) -> bool {
         match self {
             Self::FromNeighbour(method) | Self::FromRest(method) => {
                 !matches!(method, Method::Dogleg)
             }
+            Self::InFrequency(steps) => steps <= 4,
             _ => false,
         }
     }
@@ -306,8 +307,8 @@ impl<'a> FrequencySolver<'a> {
     ) -> Solution<'_> {
         let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| {
-            let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
-            strategy.is_direct() || is_short
+            let follows = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
+            strategy.is_short() || follows
         });
         if strategies.is_empty() {
             strategies = self.strategies(frequency_hz);
@@ -432,10 +433,11 @@ impl<'a> FrequencySolver<'a> {
             (false, Some(Mean::Free) | None) => &[Mean::Free, Mean::Retained],
         };
         for &strategy in strategies {
-            if best.is_some() && self.budget_exhausted(work)
-                || fallback.is_some() && !strategy.is_direct()
-            {
+            if best.is_some() && self.budget_exhausted(work) {
                 break;
+            }
+            if fallback.is_some() && !strategy.is_short() {
+                continue;
             }
             (self.tell)(Told::Tries {
                 frequency_hz,

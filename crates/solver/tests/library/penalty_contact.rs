@@ -361,43 +361,41 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         on_modes: vec![on / f64::sqrt(mass)],
     };
     let observed = excited(1.0);
-    let model = RelativeModel {
-        stiffness: Mat::from_fn(n, n, |i, j| {
-            let diagonal = match (i == j, i % 3) {
-                (true, 0) => 1.0,
-                (true, _) => link,
-                (false, _) => 0.0,
-            };
-            diagonal - body * psi[i] * psi[j]
-        }),
-        mass: Mat::from_fn(n, n, |i, j| mass * psi[i] * psi[j]),
-        coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
-        omega2: vec![body / mass],
-        static_load: Load {
-            // A spring of 1 N/m and that of the pair, the same, share it.
-            on_x: (0..n)
-                .map(|i| {
-                    if i % 3 == 0 {
-                        -2.0 * hertz_force(i / 3)
-                    } else {
-                        0.0
-                    }
-                })
-                .collect(),
-            on_modes: vec![0.0],
+    let model = Problem {
+        reduced: ReducedModel {
+            stiffness: Mat::from_fn(n, n, |i, j| {
+                let diagonal = match (i == j, i % 3) {
+                    (true, 0) => 1.0,
+                    (true, _) => link,
+                    (false, _) => 0.0,
+                };
+                diagonal - body * psi[i] * psi[j]
+            }),
+            mass: Mat::from_fn(n, n, |i, j| mass * psi[i] * psi[j]),
+            coupling: Mat::from_fn(n, 1, |i, _| mass.sqrt() * psi[i]),
+            omega2: vec![body / mass],
+            stuck_modes: 1,
+            static_load: Load {
+                // A spring of 1 N/m and that of the pair, the same, share it.
+                on_x: (0..n)
+                    .map(|i| {
+                        if i % 3 == 0 {
+                            -2.0 * hertz_force(i / 3)
+                        } else {
+                            0.0
+                        }
+                    })
+                    .collect(),
+                on_modes: vec![0.0],
+            },
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "body".into(),
+                on_x: observed.on_x,
+                on_modes: observed.on_modes,
+            }],
         },
-        excitations: vec![HarmonicLoad {
-            harmonic: 1,
-            cosine: excited(in_phase.hypot(ahead)),
-            sine: excited(0.0),
-            growth: Growth::Constant,
-        }],
-        observations: vec![ObservedDisplacement {
-            name: "body".into(),
-            on_x: observed.on_x,
-            on_modes: observed.on_modes,
-        }],
-        pairs: vec![
+        laws: vec![
             PairLaw {
                 friction: HERTZ_FRICTION,
                 gap_m: 0.0,
@@ -408,6 +406,12 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
             };
             HERTZ_PAIRS
         ],
+        excitations: vec![HarmonicLoad {
+            harmonic: 1,
+            cosine: excited(in_phase.hypot(ahead)),
+            sine: excited(0.0),
+            growth: Growth::Constant,
+        }],
     };
     let state = static_state(&model, 10, NEWTON);
     assert_eq!(state.outcome, Outcome::Converged);

@@ -108,7 +108,7 @@ fn where_pairs_stick_all_period_a_motion_with_a_free_mean_is_found() {
     let model = model(1.0);
     let first_hz = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
     let ratios = [0.996, 0.997, 0.998, 0.999, 1.0, 1.001];
-    for samples in [256, 1024] {
+    for samples in [256, 512, 1024] {
         let resolution = Resolution::Fixed {
             harmonics: 3,
             samples,
