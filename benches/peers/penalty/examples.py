@@ -77,8 +77,8 @@ GAP = Example(
     force=np.array([100.0]),
     observed=0,
     harmonics=7,
-    # The curve folds from 7.00 to 8.57 rad/s. With steps of 0.1 rad/s dovetail converges up to 6.4.
-    cases=even(1.0, 5.6, 6.4, 9),
+    # The curve folds from 7.00 to 8.57 rad/s.
+    cases=even(1.0, 5.6, 6.9, 14),
     normal=0,
     gap=10.0,
     kn=1000.0,

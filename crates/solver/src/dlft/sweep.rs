@@ -319,7 +319,7 @@ impl Run<'_> {
                 level.solve_from(frequency_hz, &neighbour, work)
             });
         let mut again = self.orbit_of(resolved, (point, frequency_hz), work);
-        if !is_better(&again, orbit) {
+        if is_better(&again, orbit) {
             std::mem::swap(orbit, &mut again);
         }
         orbit.newton_iterations += again.newton_iterations;

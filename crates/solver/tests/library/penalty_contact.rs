@@ -476,3 +476,71 @@ fn a_hertz_pressure_slides_from_its_edges_as_masing_has_it() {
         assert!((sum / integral - 1.0).abs() < 3e-2, "{sum} {integral}");
     }
 }
+
+/// A mass of 1 kg on a spring of 40 N/m that strikes one of 1000 N/m behind a gap of 10 m (the example `onedofgap` of pyHarm):
+/// the curve folds from 1.11 to 1.36 Hz. From above the sweep comes down the motion that does not strike, which ends at
+/// 1.11 Hz, and further down Newton's method finds no motion from there: the frequencies are solved from below.
+#[test]
+fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
+    let along = |v: f64| vec![-v, 0.0, 0.0];
+    let load = |v: f64| Load {
+        on_x: along(v),
+        on_modes: Vec::new(),
+    };
+    let problem = Problem {
+        reduced: ReducedModel {
+            stiffness: Mat::from_fn(3, 3, |i, j| match (i, j) {
+                (0, 0) => 40.0,
+                _ => f64::from(u8::from(i == j)),
+            }),
+            mass: Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j))),
+            coupling: Mat::zeros(3, 0),
+            omega2: Vec::new(),
+            stuck_modes: 0,
+            static_load: load(0.0),
+            unit_loads: Vec::new(),
+            observations: vec![ObservedDisplacement {
+                name: "mass".into(),
+                on_x: along(1.0),
+                on_modes: Vec::new(),
+            }],
+        },
+        laws: vec![PairLaw {
+            friction: 0.0,
+            gap_m: 10.0,
+            stiffness: Some(PairStiffness {
+                normal_n_m: 1000.0,
+                tangential_n_m: 1.0,
+            }),
+        }],
+        excitations: vec![HarmonicLoad {
+            harmonic: 1,
+            cosine: load(100.0),
+            sine: load(0.0),
+            growth: Growth::Constant,
+        }],
+    };
+    let damping = Rayleigh {
+        stiffness_s: 0.0,
+        mass_per_s: 0.1 * 40.0_f64.sqrt(),
+    };
+    let resolution = Resolution::Fixed {
+        harmonics: 7,
+        samples: 1024,
+    };
+    let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
+    let settings = SweepSettings::new(frequencies_hz, resolution);
+    let state = static_state(&problem, 10, settings.newton);
+    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
+    for orbit in &response.orbits {
+        let omega = TAU * orbit.frequency_hz;
+        assert!(orbit.outcome.is_converged(), "{omega:.1} rad/s");
+        // The motion that does not strike is that of the mass on its spring.
+        let free = 100.0 / (40.0 - omega * omega).hypot(damping.mass_per_s * omega);
+        let amplitude = orbit.observed_amplitude_m[0];
+        assert!(
+            amplitude > 10.0 || (amplitude / free - 1.0).abs() < 1e-9,
+            "{omega:.1} rad/s: {amplitude}"
+        );
+    }
+}
