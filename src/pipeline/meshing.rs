@@ -9,16 +9,16 @@ use super::error::RunError;
 use super::inputs::hash_of_file;
 use super::progress::{Progress, StageGuard};
 use crate::export::{create_folder, manifest, write_file};
+use crate::gmsh::{self, GmshError, GmshRun, inputs};
 use crate::stage::Stage;
 use crate::warning::Weight;
 use dovetail_numerics::stored;
 use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
-use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
 use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
 use dovetail_solver::mesh::surface_field::SurfaceField;
-use dovetail_solver::mesh::{self, Mesh, MeshError, inputs, quality};
+use dovetail_solver::mesh::{self, Mesh, MeshError, quality};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{Assembly, BodyMesh, ExcitationKind, FieldSource, Model};
 

@@ -20,7 +20,7 @@ const SOLVER: [&str; 12] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 19] = [
+const PROGRAM: [(&str, &[&str]); 20] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
@@ -30,6 +30,7 @@ const PROGRAM: [(&str, &[&str]); 19] = [
     ("warning", &[]),
     ("words", &[]),
     ("scene", &[]),
+    ("gmsh", &[]),
     ("export", &["stage", "warning", "words"]),
     (
         "pipeline",
@@ -41,6 +42,7 @@ const PROGRAM: [(&str, &[&str]); 19] = [
             "exhaustion",
             "warning",
             "words",
+            "gmsh",
             "export",
         ],
     ),

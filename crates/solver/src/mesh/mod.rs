@@ -1,7 +1,7 @@
 //! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
 //!
-//! [`read()`] reads a file of any format that is known, [`gmsh`] runs the `gmsh` program on a script,
-//! [`quality`] refuses elements no calculation can use.
+//! [`read()`] reads a file of any format that is known, [`quality`] refuses elements no calculation can
+//! use.
 
 pub mod block;
 
@@ -13,18 +13,14 @@ pub mod element;
 mod error;
 pub mod facet;
 pub mod format;
-pub mod gmsh;
 pub mod gmsh_order;
-pub mod inputs;
 pub mod interpolation;
 pub mod msh;
 pub mod msh2;
 pub mod parts;
-mod process;
 pub mod quadrature;
 pub mod quality;
 mod read;
-mod script;
 mod sections;
 pub mod source;
 pub mod surface_field;
@@ -32,7 +28,6 @@ pub mod vtu;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use error::MeshError;
-pub use gmsh::{GmshError, GmshRun, generate};
 pub use quality::{Quality, QualityError};
 pub use read::{files, parse, read};
 

@@ -4,6 +4,7 @@
 //! its number of threads).
 
 mod shared_bodies;
+mod shared_dovetail;
 mod shared_rigid_body;
 mod shared_scenes;
 

@@ -1,4 +1,8 @@
-//! The `gmsh` program: the only one this crate starts.
+//! Runs gmsh, the only foreign program that this one starts, on a script; says what its mesh depends on.
+
+pub mod inputs;
+mod process;
+mod script;
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -6,10 +10,10 @@ use std::process::ExitStatus;
 
 use thiserror::Error;
 
-use super::MeshError;
-use super::process::{Finished, RunError, run};
-use super::script::{Definitions, is_option};
-use crate::text;
+use dovetail_solver::mesh::MeshError;
+use dovetail_solver::text;
+use process::{Finished, RunError, run};
+use script::{Definitions, is_option};
 
 /// A limit for what gmsh does at once, but for its start on a machine that has other work.
 const SHORT_LIMIT_S: f64 = 30.0;
@@ -27,7 +31,6 @@ pub struct GmshRun {
 
 /// Why there is no mesh. Messages are gmsh's own, the first and the last ones of a long run.
 #[derive(Debug, Error)]
-#[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum GmshError {
     #[error(
         "the program `{program}` is not installed (Debian, Ubuntu: `apt install gmsh`; or `pip install gmsh`)"

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::script::{Token, is_in_word, tokens};
-use crate::input;
+use dovetail_solver::input;
 
 /// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
 const REACH_OUT: [&str; 24] = [

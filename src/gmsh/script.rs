@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use dovetail_solver::input;
+
 /// A piece of a script; comments and blanks are left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Token<'t> {
@@ -69,7 +71,7 @@ impl Definitions {
         let mut waiting = vec![script.to_path_buf()];
         let mut seen = BTreeSet::new();
         while let Some(path) = waiting.pop() {
-            let bytes = match crate::input::short_bytes(&path) {
+            let bytes = match input::short_bytes(&path) {
                 Ok(bytes) => bytes,
                 Err(error) if seen.is_empty() => return Err(error),
                 // gmsh tells it.
