@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
+use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::factor::Cholesky;
@@ -25,7 +26,6 @@ use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::law::PairLaw;
-use dovetail_solver::mesh;
 use dovetail_solver::mesh::source::MeshKind;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::damping::Rayleigh;
@@ -61,7 +61,7 @@ fn bound(more: &[&str]) -> Model {
     let MeshKind::File { path } = &source.kind else {
         unreachable!("mesh.file displaces the geometry");
     };
-    let mesh = mesh::read(path, source.units).unwrap();
+    let mesh = mesh_files::read(path, source.units).unwrap();
     model::bind(assembly, &mesh).unwrap()
 }
 

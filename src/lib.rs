@@ -13,6 +13,7 @@ pub mod exhaustion;
 pub mod exit;
 pub mod export;
 pub mod gmsh;
+pub mod mesh_files;
 pub mod metrics;
 pub mod pipeline;
 pub mod reference;

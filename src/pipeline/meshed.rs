@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
-use super::meshing::{Origin, make_mesh};
+use super::meshing::{Origin, make_mesh, surface_fields};
 use super::prestress::{Displacement, assemble, is_of_contact, reduce, settle, stressed};
 use super::progress::Progress;
 use super::statics::static_options;
@@ -285,7 +285,7 @@ impl Meshed {
 }
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
-    let model = model::bind(assembly, mesh)?;
+    let model = model::bind_with_fields(assembly, mesh, &surface_fields(assembly)?)?;
     for spring in &assembly.springs {
         progress.note(&spring_note(spring));
     }

@@ -4,7 +4,8 @@
 use crate::shared_bodies::{MM, ready};
 use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
 use dovetail::gmsh::{self, GmshError};
-use dovetail_solver::mesh::{self, ElementType, Mesh, quality};
+use dovetail::mesh_files;
+use dovetail_solver::mesh::{ElementType, Mesh, quality};
 use dovetail_solver::model::bind;
 use dovetail_testkit::folder::{Folder, root};
 
@@ -21,7 +22,7 @@ fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
     let script = root().join("geometry/dovetail.geo");
     match gmsh::generate(&script, &parameters, 120.0, &out) {
         Ok(run) => {
-            let mesh = mesh::read(&out, MM).unwrap();
+            let mesh = mesh_files::read(&out, MM).unwrap();
             println!(
                 "gmsh {}: {:.1} s, {:?}",
                 run.version,

@@ -20,7 +20,7 @@ const SOLVER: [&str; 12] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 20] = [
+const PROGRAM: [(&str, &[&str]); 21] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
@@ -31,6 +31,7 @@ const PROGRAM: [(&str, &[&str]); 20] = [
     ("words", &[]),
     ("scene", &[]),
     ("gmsh", &[]),
+    ("mesh_files", &[]),
     ("export", &["stage", "warning", "words"]),
     (
         "pipeline",
@@ -43,6 +44,7 @@ const PROGRAM: [(&str, &[&str]); 20] = [
             "warning",
             "words",
             "gmsh",
+            "mesh_files",
             "export",
         ],
     ),
@@ -67,6 +69,7 @@ const PROGRAM: [(&str, &[&str]); 20] = [
             "warning",
             "words",
             "scene",
+            "mesh_files",
             "export",
             "pipeline",
             "console",

@@ -35,7 +35,7 @@ pub struct ModesHz {
 pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     // The mesh is in millimetres.
-    let mesh = mesh::read(&file, 1e-3)?;
+    let mesh = mesh::parse(std::fs::read(&file)?, 1e-3)?;
     let model = bind(&assembly(), &mesh)?;
     let structure = assemble(&model)?;
     let held = fixed_interface_modes(&model.bodies[0], &structure.bodies[0], count)?;

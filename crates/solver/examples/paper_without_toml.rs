@@ -58,7 +58,7 @@ pub struct Answer {
 /// From the mesh to the response.
 pub fn solve() -> Result<Answer, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
-    let mesh = mesh::read(&file, METRES_PER_UNIT)?;
+    let mesh = mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
     let model = bind(&assembly(file), &mesh)?;
     let structure = assemble(&model)?;
     let wanted = StuckModes {

@@ -1,6 +1,6 @@
 //! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
 //!
-//! [`read()`] reads a file of any format that is known, [`quality`] refuses elements no calculation can
+//! [`parse()`] reads a file of any format that is known, [`quality`] refuses elements no calculation can
 //! use.
 
 pub mod block;
@@ -29,7 +29,7 @@ pub mod vtu;
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
 pub use error::MeshError;
 pub use quality::{Quality, QualityError};
-pub use read::{files, parse, read};
+pub use read::parse;
 
 /// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
 pub const FARTHEST_M: f64 = 1e9;

@@ -1,6 +1,7 @@
 //! Bodies and what acts on them, as a user describes them: in SI units, with the names of mesh groups still
 //! unresolved.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
@@ -304,10 +305,13 @@ pub enum BaseMotion {
     Displacement,
 }
 
+/// The fields that files hold, by the path that [`FieldSource::File`] gives.
+pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
+
 /// Where a field on a surface comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldSource {
-    /// A CSV file ([`SurfaceField::read`]).
+    /// A file, which is read for [`bind_with_fields`](super::bind_with_fields).
     File(PathBuf),
     /// The points themselves.
     Points(SurfaceField),

@@ -289,7 +289,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     };
     let error = bound(missing).unwrap_err().to_string();
     assert!(
-        error.contains("excitation 1: cannot read no_such.csv"),
+        error.contains("excitation 1: the field of no_such.csv is not read"),
         "{error}"
     );
 }

@@ -13,7 +13,8 @@ use dovetail_testkit::folder::root;
 pub const MM: f64 = 1e-3;
 
 pub fn ready(name: &str) -> Mesh {
-    mesh::read(&root().join("meshes").join(name), MM).unwrap()
+    let bytes = std::fs::read(root().join("meshes").join(name)).unwrap();
+    mesh::parse(bytes, MM).unwrap()
 }
 
 pub fn body(name: &str, fixed: &[&str]) -> BodySpec {

@@ -17,7 +17,6 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use self::columns::{Column, Columns, ValueColumns};
-use crate::input;
 use crate::text::plain;
 
 /// Most points of a file.
@@ -100,22 +99,10 @@ const COLUMNS: &str = "the columns are x_m, y_m, z_m, and pressure_re_pa (and pr
 const UNITS: usize = 6;
 
 impl SurfaceField {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or is none of such points: see [`SurfaceFieldError`].
-    pub fn read(path: &Path) -> Result<Self, SurfaceFieldError> {
-        let file = input::open(path).map_err(|error| SurfaceFieldError::Io {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        })?;
-        Self::parse(file, path)
-    }
-
     /// Reads the text of a file; `path` is for messages.
     ///
     /// # Errors
-    /// As [`SurfaceField::read`].
+    /// A text that cannot be read, or is none of such points: see [`SurfaceFieldError`].
     pub fn parse(text: impl Read, path: &Path) -> Result<Self, SurfaceFieldError> {
         let mut lines = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
@@ -426,8 +413,6 @@ mod tests {
                 assert!(error.contains(word), "{error}: {word}");
             }
         }
-        let error = SurfaceField::read(Path::new("no_such.csv")).unwrap_err();
-        assert!(error.to_string().contains("cannot read no_such.csv"));
         let error = SurfaceField::parse(&b"x_m,\xff\n"[..], Path::new("p.csv")).unwrap_err();
         assert!(error.to_string().contains("UTF-8"), "{error}");
     }
