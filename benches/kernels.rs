@@ -26,7 +26,7 @@ use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
 use dovetail_solver::law::PairLaw;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, RelativeModel, StuckModes, reduce, superelement};

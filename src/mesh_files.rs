@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use dovetail_mesh::formats::surface_field::SurfaceFieldError;
+use dovetail_mesh::surface_field::SurfaceField;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{Mesh, MeshError, formats};
 use dovetail_solver::input;
-use dovetail_solver::mesh::source::Units;
-use dovetail_solver::mesh::surface_field::{SurfaceField, SurfaceFieldError};
-use dovetail_solver::mesh::{Mesh, MeshError, format};
 
 /// Reads a mesh file, whatever its format, with the files that it includes.
 ///
@@ -15,7 +16,7 @@ pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
     let bytes = bytes(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut include = |name: &str| self::bytes(&folder.join(name));
-    let content = format::parse(&bytes, &path.to_string_lossy(), &mut include);
+    let content = formats::parse(&bytes, &path.to_string_lossy(), &mut include);
     let mesh = content.and_then(|content| content.into_mesh(units.into()));
     mesh.map_err(|e| MeshError::File {
         path: path.to_path_buf(),
@@ -35,7 +36,7 @@ pub fn files(path: &Path) -> Vec<PathBuf> {
     };
     if let Ok(bytes) = bytes(path) {
         // What is wrong with it is said when it is read for its mesh.
-        let _ = format::parse(&bytes, &path.to_string_lossy(), &mut include);
+        let _ = formats::parse(&bytes, &path.to_string_lossy(), &mut include);
     }
     all
 }

@@ -6,10 +6,10 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use dovetail_mesh::text;
 use dovetail_solver::law::PairLaw;
 use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::reduction::{RelativeModel, superelement};
-use dovetail_solver::text;
 
 const MARK: &[u8] = b"=== ";
 

@@ -9,7 +9,7 @@ use crate::pipeline::observer::Observer;
 use crate::pipeline::progress::Progress;
 use crate::warning::Weight;
 use crate::words::counted;
-use dovetail_solver::mesh::{Group, Mesh};
+use dovetail_mesh::{Group, Mesh};
 
 /// Most characters of a name to which the columns are aligned.
 const MOST_OF_A_COLUMN: usize = 40;

@@ -10,8 +10,8 @@ use std::process::ExitStatus;
 
 use thiserror::Error;
 
-use dovetail_solver::mesh::MeshError;
-use dovetail_solver::text;
+use dovetail_mesh::MeshError;
+use dovetail_mesh::text;
 use process::{Finished, RunError, run};
 use script::{Definitions, is_option};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::input;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
 use dovetail_solver::reduction::superelement;
 

@@ -13,16 +13,17 @@ use crate::gmsh::{self, GmshError, GmshRun, inputs};
 use crate::mesh_files;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{Mesh, MeshError, quality};
 use dovetail_numerics::stored;
 use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
-use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
-use dovetail_solver::mesh::{self, Mesh, MeshError, quality};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
     Assembly, BodyMesh, ExcitationKind, FieldSource, Model, SurfaceFields,
 };
+use dovetail_solver::model::{MeshKind, MeshSource};
 
 /// The mesh of a script, in the folder of the results.
 pub(super) const MESH_FILE: &str = "mesh.msh";
@@ -169,7 +170,7 @@ fn shared_mesh(
         if let Err(error) = write_file(&out, &kept.file) {
             return Ok(Err(error));
         }
-        let mesh = mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
+        let mesh = dovetail_mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
         quality::check(&mesh).map_err(|e| e.to_string())?;
         Ok(Ok((mesh, kept.version, kept.warnings)))
     };

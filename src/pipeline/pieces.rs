@@ -2,7 +2,7 @@
 //! made of them.
 
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Assembly, Prestress};
 use dovetail_solver::reduction::StuckModes;
 

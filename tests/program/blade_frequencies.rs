@@ -16,7 +16,7 @@ use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::space::{norm, sub};
 use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 

@@ -5,7 +5,7 @@ use crate::shared_bodies::{MM, ready};
 use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
 use dovetail::gmsh::{self, GmshError};
 use dovetail::mesh_files;
-use dovetail_solver::mesh::{ElementType, Mesh, quality};
+use dovetail_mesh::{ElementType, Mesh, quality};
 use dovetail_solver::model::bind;
 use dovetail_testkit::folder::{Folder, root};
 

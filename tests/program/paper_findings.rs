@@ -15,7 +15,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, bind};
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
 use dovetail_solver::reduction::{Highest, ReducedModel, RelativeModel, StuckModes, reduce};

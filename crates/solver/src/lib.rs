@@ -2,10 +2,10 @@
 //!
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
-//! [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs; [`fem`] stiffness, mass,
+//! [`model`] [`Mesh`](dovetail_mesh::Mesh), names -> indices, contact pairs; [`fem`] stiffness, mass,
 //! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
-//! dynamic stiffness and laws; [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
-//! it; [`results`] physical fields. [`description`] is a whole run as a value.
+//! dynamic stiffness and laws; [`dlft`] static state and harmonic balance; [`integration`] the same
+//! motion in time, to check it; [`results`] physical fields. [`description`] is a whole run as a value.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]
@@ -17,8 +17,6 @@ pub mod fem;
 pub mod input;
 pub mod integration;
 pub mod law;
-pub mod mesh;
 pub mod model;
 pub mod reduction;
 pub mod results;
-pub mod text;

@@ -4,8 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use dovetail::mesh_files;
-use dovetail_solver::mesh::block::map_nodes;
-use dovetail_solver::mesh::{Connectivity, Group, Mesh};
+use dovetail_mesh::{Connectivity, Group, Mesh};
+use dovetail_testkit::block::map_nodes;
 
 /// Groups of the small dovetail that the scene names.
 const GROUPS: [&str; 9] = [

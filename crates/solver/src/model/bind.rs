@@ -8,8 +8,8 @@ use super::joints::joints;
 use super::loads::applied_load;
 use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
-use crate::mesh::Mesh;
 use crate::model::{Assembly, SurfaceFields};
+use dovetail_mesh::Mesh;
 
 /// Resolves every name of the scene against the mesh, where no excitation is a file of a field:
 /// [`bind_with_fields`].

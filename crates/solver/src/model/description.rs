@@ -7,9 +7,10 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use crate::law::penalty::PairStiffness;
-use crate::mesh::parts::Placement;
-use crate::mesh::source::{MeshSource, Units};
-use crate::mesh::surface_field::SurfaceField;
+use crate::model::MeshSource;
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::surface_field::SurfaceField;
+use dovetail_mesh::units::Units;
 
 /// Bodies of a mesh, how they are held, driven and watched.
 #[derive(Debug, Clone, PartialEq)]

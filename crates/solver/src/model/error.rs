@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::text::list;
+use dovetail_mesh::text::list;
 
 /// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
 /// the first few, with the number of all.

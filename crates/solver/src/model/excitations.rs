@@ -6,11 +6,11 @@ use super::builder::BodyBuilder;
 use super::loads::{applied_load, surface};
 use super::mapping::{self, Facets, FieldMap, NodalForces};
 use super::{AppliedLoad, Excitation, Growth, ModelError};
-use crate::mesh::Mesh;
-use crate::mesh::surface_field::SurfaceField;
 use crate::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, SurfaceFields,
 };
+use dovetail_mesh::Mesh;
+use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_numerics::space::distance;
 
 /// The excitations of the scene, and how its fields were mapped.

@@ -1,4 +1,4 @@
-//! [`Assembly`] + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//! [`Assembly`] + [`Mesh`](dovetail_mesh::Mesh) -> [`Model`]: names become indices here and only here.
 //!
 //! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::law::penalty::PairStiffness;
-use crate::mesh::{Connectivity, ElementType};
+use dovetail_mesh::{Connectivity, ElementType};
 
 mod bind;
 mod builder;
@@ -26,6 +26,7 @@ mod least_squares;
 mod loads;
 mod mapping;
 mod material;
+mod mesh_source;
 mod mortar;
 mod neighbours;
 mod springs;
@@ -38,6 +39,7 @@ pub use description::{
 };
 pub use error::ModelError;
 pub use mapping::FieldMap;
+pub use mesh_source::{MeshKind, MeshSource};
 
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]

@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::block::{block, map_nodes, straighten};
-use dovetail_solver::mesh::{Connectivity, ElementType, Mesh, quality};
+use dovetail_mesh::{Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{
     AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
+use dovetail_testkit::block::{block, map_nodes, straighten};
 
 // --------------------------------------------------------------------------- binding a scene
 

@@ -3,18 +3,18 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::shared_scenes::*;
+use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::contact::dynamic_stiffness::ContactSystem;
 use dovetail_solver::dlft::orbit::linear_point;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::block::block;
-use dovetail_solver::mesh::surface_field::{FieldValues, SurfaceField};
-use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
     Material, ModelError, bind,
 };
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, StuckModes, reduce};
+use dovetail_testkit::block::block;
 
 const UNDAMPED: Rayleigh = Rayleigh {
     stiffness_s: 0.0,

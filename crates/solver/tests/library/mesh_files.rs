@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::quality::{self, QualityError};
-use dovetail_solver::mesh::{self, ElementOrder, ElementType, MeshError, Shape};
+use dovetail_mesh::quality::{self, QualityError};
+use dovetail_mesh::{ElementOrder, ElementType, MeshError, Shape};
 use dovetail_solver::model::bind;
 
 // ------------------------------------------------------------------------- what the files say
@@ -150,7 +150,7 @@ fn node_tags_need_not_stand_in_order() {
     });
     let (plain, permuted) = (
         ready("blocks_order1.msh"),
-        mesh::parse(permuted, MM).unwrap(),
+        dovetail_mesh::parse(permuted, MM).unwrap(),
     );
     assert_eq!(permuted.nodes_m, plain.nodes_m);
     assert_eq!(permuted.elements, plain.elements);
@@ -161,12 +161,12 @@ fn node_tags_need_not_stand_in_order() {
 #[test]
 fn the_unit_is_applied() {
     let millimetres = ready("blocks_order1.msh");
-    let metres = mesh::parse(bytes("blocks_order1.msh"), 1.0).unwrap();
+    let metres = dovetail_mesh::parse(bytes("blocks_order1.msh"), 1.0).unwrap();
     for (a, b) in millimetres.nodes_m.iter().zip(&metres.nodes_m) {
         assert_vector(*a, b.map(|x| x * MM), 1e-18);
     }
     for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let found = mesh::parse(bytes("blocks_order1.msh"), unit);
+        let found = dovetail_mesh::parse(bytes("blocks_order1.msh"), unit);
         assert!(matches!(found, Err(MeshError::Unit(_))));
     }
 }
@@ -174,7 +174,7 @@ fn the_unit_is_applied() {
 // ------------------------------------------------------------------------------ broken files
 
 fn error_of(edit: impl Fn(&mut Vec<String>)) -> MeshError {
-    mesh::parse(edited("blocks_order1.msh", edit), MM).unwrap_err()
+    dovetail_mesh::parse(edited("blocks_order1.msh", edit), MM).unwrap_err()
 }
 
 fn replace(lines: &mut [String], from: &str, to: &str) {
@@ -189,13 +189,16 @@ fn replace(lines: &mut [String], from: &str, to: &str) {
 fn wrong_files_are_named_for_what_they_are() {
     use MeshError as E;
     let plain = String::from_utf8(bytes("blocks_order1.msh")).unwrap();
-    assert!(matches!(mesh::parse("", MM), Err(E::NoBytes)));
-    assert!(matches!(mesh::parse("a cube", MM), Err(E::UnknownFormat)));
+    assert!(matches!(dovetail_mesh::parse("", MM), Err(E::NoBytes)));
+    assert!(matches!(
+        dovetail_mesh::parse("a cube", MM),
+        Err(E::UnknownFormat)
+    ));
     let old = plain.replace("4.1 0 8", "4.0 0 8");
-    let error = mesh::parse(old, MM).unwrap_err();
+    let error = dovetail_mesh::parse(old, MM).unwrap_err();
     assert!(error.to_string().contains("-format msh41"), "{error}");
     for header in ["4.1 2 8", "4.1 0 4", "4.1 0", "x", "4.1 0 8 9", "4.1 1 8"] {
-        let error = mesh::parse(plain.replace("4.1 0 8", header), MM).unwrap_err();
+        let error = dovetail_mesh::parse(plain.replace("4.1 0 8", header), MM).unwrap_err();
         assert!(matches!(error, E::Header { .. }), "{header}: {error}");
     }
     let error = error_of(|l| {
@@ -326,7 +329,7 @@ fn wrong_content_is_named_for_what_it_is() {
         ),
     ];
     for (i, (expected, edit)) in cases.iter().enumerate() {
-        let error = mesh::parse(edited("blocks_order1.msh", edit), MM).unwrap_err();
+        let error = dovetail_mesh::parse(edited("blocks_order1.msh", edit), MM).unwrap_err();
         let name = format!("{error:?}");
         assert!(
             name.starts_with(expected),
@@ -334,7 +337,7 @@ fn wrong_content_is_named_for_what_it_is() {
         );
         assert!(!error.to_string().is_empty());
     }
-    assert!(mesh::parse(edited("blocks_order1.msh", |_| ()), MM).is_ok());
+    assert!(dovetail_mesh::parse(edited("blocks_order1.msh", |_| ()), MM).is_ok());
 }
 
 /// Two orders in one file: the linear tetrahedra of one cube written as part of the quadratic file.
@@ -355,7 +358,7 @@ fn mixed_orders_are_refused() {
                 .join(" ");
         }
     });
-    let error = quality::check(&mesh::parse(linear, MM).unwrap()).unwrap_err();
+    let error = quality::check(&dovetail_mesh::parse(linear, MM).unwrap()).unwrap_err();
     assert!(matches!(error, QualityError::MixedOrders { .. }), "{error}");
 }
 
@@ -375,10 +378,12 @@ fn elements_with_nodes_inside_faces_matter_only_where_a_group_names_them() {
         })
     };
     assert_eq!(
-        mesh::parse(with_quad("0"), MM).unwrap(),
+        dovetail_mesh::parse(with_quad("0"), MM).unwrap(),
         ready("blocks_order1.msh")
     );
-    let error = mesh::parse(with_quad("1 22"), MM).unwrap_err().to_string();
+    let error = dovetail_mesh::parse(with_quad("1 22"), MM)
+        .unwrap_err()
+        .to_string();
     assert!(
         error.contains("9 nodes")
             && error.contains("base")
@@ -390,7 +395,7 @@ fn elements_with_nodes_inside_faces_matter_only_where_a_group_names_them() {
 /// Whatever happens to the bytes, the answer is a mesh or an error; and a mesh that is read can be
 /// checked and bound.
 fn survives(bytes: Vec<u8>) -> bool {
-    match mesh::parse(bytes, MM) {
+    match dovetail_mesh::parse(bytes, MM) {
         Ok(mesh) => {
             let _ = quality::check(&mesh);
             if let Ok(model) = bind(&blocks_assembly(), &mesh) {
@@ -414,7 +419,7 @@ fn what_looks_like_a_section_in_a_comment_is_none() {
         replace(lines, "$EndMeshFormat", quoted);
     });
     assert_eq!(
-        mesh::parse(commented, MM).unwrap(),
+        dovetail_mesh::parse(commented, MM).unwrap(),
         ready("blocks_order1.msh")
     );
     for name in ["Nodes", "Elements"] {

@@ -1,8 +1,8 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 
-use dovetail_solver::mesh::Mesh;
-use dovetail_solver::mesh::block::side_by_side;
+use dovetail_mesh::Mesh;
 use dovetail_solver::model::Assembly;
+use dovetail_testkit::block::side_by_side;
 
 pub use crate::shared_bodies::{MM, assembly, body, ready};
 pub use crate::shared_dovetail::{assert_vector, contact};

@@ -4,8 +4,8 @@
 //! word, where no other word of that place begins so. All words stand here in capital letters
 //! without blanks.
 
-use super::super::MeshError;
 use super::lines::{Keyword, bare};
+use crate::MeshError;
 use crate::text;
 
 /// A keyword that is read, with the parameters that it may have.

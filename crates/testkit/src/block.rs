@@ -1,4 +1,4 @@
-//! Structured box meshes for tests and examples: no file, no mesher, every node known.
+//! Structured box meshes: no file, no mesher, every node known.
 //!
 //! Each cell is one hexahedron, two wedges, six pyramids about its middle, or six tetrahedra along its
 //! main diagonal (Kuhn); neighbouring cells match.
@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::content::Content;
-use super::{Connectivity, ElementOrder, ElementType, Group, Mesh, Shape};
+use dovetail_mesh::formats::Content;
+use dovetail_mesh::{Connectivity, ElementOrder, ElementType, Group, Mesh, Shape};
 use dovetail_numerics::space;
 
 /// Group of all elements.
@@ -327,7 +327,7 @@ mod tests {
             for amplitude in [0.0, 0.03] {
                 distort(&mut mesh, size, amplitude);
                 // Inside out, folded, joined badly: all of that is an error.
-                let found = crate::mesh::quality::check(&mesh).unwrap();
+                let found = dovetail_mesh::quality::check(&mesh).unwrap();
                 assert!((found.volume_m3 - 3.0).abs() < 1e-13, "{found:?}");
             }
         }

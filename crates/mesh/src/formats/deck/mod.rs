@@ -36,8 +36,8 @@ mod vocabulary;
 #[cfg(test)]
 mod tests;
 
-use super::MeshError;
 use super::content::Content;
+use crate::MeshError;
 
 /// Parses the bytes of a deck. Lengths and materials are in the units of the deck. `include` gives the
 /// bytes of a file that the deck names.

@@ -1,8 +1,8 @@
 //! What Gmsh's files, of whatever version of the format, say of elements: their types, the order of the
 //! nodes inside them, and the groups that they belong to.
 
-use super::element::{ElementOrder, ElementType, Shape};
 use super::sections::Names;
+use crate::element::{ElementOrder, ElementType, Shape};
 
 /// Dimension and number of nodes of an element by Gmsh's number of its type. Those that have nodes inside
 /// faces or elements are among them.

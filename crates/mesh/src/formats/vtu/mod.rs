@@ -21,8 +21,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use dovetail_numerics::space::{cross, dot};
 
 use super::content::Content;
-use super::element::{ElementType, Shape};
-use super::{Group, MeshError};
+use crate::element::{ElementType, Shape};
+use crate::{Group, MeshError};
 use arrays::values;
 use xml::{Array, File, Piece};
 

@@ -74,7 +74,7 @@ pub enum MeshError {
     #[error(
         "node {tag} is at ({x:e}, {y:e}, {z:e}) in the unit of the file: give finite coordinates of \
          at most {most:e} m, and look at metres_per_unit",
-        x = at[0], y = at[1], z = at[2], most = super::FARTHEST_M
+        x = at[0], y = at[1], z = at[2], most = crate::FARTHEST_M
     )]
     NotFinite { tag: u64, at: [f64; 3] },
     #[error("element {element} names node {node}, which the file does not have")]

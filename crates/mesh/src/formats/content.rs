@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::element::Connectivity;
-use super::source::Units;
-use super::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
+use crate::element::Connectivity;
 use crate::text;
+use crate::units::Units;
+use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
 
 /// Nodes, elements, groups and materials of a file, in the units of the file.
 ///
@@ -17,7 +17,7 @@ pub struct Content {
     pub nodes: Vec<[f64; 3]>,
     /// Number of each node in the file.
     pub node_tags: Vec<u64>,
-    /// Solid elements, of the eight types of [`ElementType`](super::element::ElementType).
+    /// Solid elements, of the eight types of [`ElementType`](crate::element::ElementType).
     pub elements: Connectivity,
     /// Triangles of 3 or 6 nodes, quadrilaterals of 4 or 8.
     pub facets: Connectivity,

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::MeshError;
+use crate::MeshError;
 
 /// Files inside one another at most, so that a file that includes itself comes to an end.
 const DEEPEST: usize = 20;

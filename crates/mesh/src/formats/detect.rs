@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use super::content::Content;
-use super::{MeshError, deck, msh, msh2, vtu};
+use crate::MeshError;
 
 /// A format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,24 +15,6 @@ pub enum Format {
     Deck,
     /// VTK's XML file of an unstructured grid.
     Vtu,
-}
-
-/// Parses the bytes of a mesh file, in the units of the file. `name` is that of the file, for its ending;
-/// `include` gives the bytes of another file that a deck names.
-///
-/// # Errors
-/// A format that is not read, with the program that converts it; or bytes that are no whole mesh.
-pub fn parse(
-    bytes: &[u8],
-    name: &str,
-    include: &mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
-) -> Result<Content, MeshError> {
-    match detect(bytes, name)? {
-        Format::Msh4 => msh::parse(bytes),
-        Format::Msh2 => msh2::parse(bytes),
-        Format::Deck => deck::parse(bytes, include),
-        Format::Vtu => vtu::parse(bytes),
-    }
 }
 
 /// Finds the format of a file.
@@ -247,6 +228,7 @@ fn by_name(name: &str) -> Option<Other> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Content, parse};
     use super::*;
 
     macro_rules! elements {

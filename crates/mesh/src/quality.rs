@@ -431,7 +431,16 @@ fn check_orphans(mesh: &Mesh) -> Result<(), QualityError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::Connectivity;
+    use crate::Connectivity;
+
+    /// A cube of one hexahedron with edges of 1 m.
+    fn cube() -> Mesh {
+        let layer = |z: f64| [[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]];
+        mesh(
+            [layer(0.0), layer(1.0)].concat(),
+            &[&[0, 1, 2, 3, 4, 5, 6, 7]],
+        )
+    }
 
     fn mesh(nodes_m: Vec<[f64; 3]>, elements: &[&[u32]]) -> Mesh {
         let mut list = Connectivity::default();
@@ -544,17 +553,17 @@ mod tests {
 
     #[test]
     fn a_corner_drawn_inwards_folds_a_hexahedron() {
-        let mut m = crate::mesh::block::block(ElementType::HEX8, [1, 1, 1], [1.0; 3]);
-        m.nodes_m[7] = [0.2; 3];
-        let tags = vec![1];
+        let mut m = cube();
+        m.nodes_m[6] = [0.2; 3];
+        let tags = vec![101];
         assert_eq!(check(&m), Err(QualityError::Folded { count: 1, tags }));
     }
 
     /// A cube with two wedges beside it whose triangles lie on its face.
     #[test]
     fn triangles_on_a_quadrilateral_are_not_joined_to_it() {
-        let cube = crate::mesh::block::block(ElementType::HEX8, [1, 1, 1], [1.0; 3]);
-        let mut m = mesh(cube.nodes_m.clone(), &[cube.elements.of(0)]);
+        let cube = cube();
+        let mut m = cube.clone();
         let far = m.nodes_m.len() as u32;
         m.nodes_m.push([2.0, 0.5, 0.5]);
         m.node_tags.push(99);
@@ -569,7 +578,7 @@ mod tests {
         let tags = vec![101];
         assert_eq!(check(&m), Err(QualityError::NoPyramids { count: 1, tags }));
         // One pyramid in their place is.
-        let mut joined = mesh(cube.nodes_m.clone(), &[cube.elements.of(0)]);
+        let mut joined = cube.clone();
         joined.nodes_m.push([2.0, 0.5, 0.5]);
         joined.node_tags.push(99);
         joined

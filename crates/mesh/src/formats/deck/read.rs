@@ -2,11 +2,11 @@
 
 use dovetail_numerics::space::{sub, unit};
 
-use super::super::MeshError;
 use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
 use super::scope::{Placement, Scope, Section, SurfaceLine, Turn, block, key};
 use super::types::{Kind, kind};
 use super::vocabulary::{self, Understood};
+use crate::MeshError;
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Material {

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::super::MeshError;
-use super::super::element::Connectivity;
 use super::lines::{Files, Place};
 use super::read::Deck;
 use super::scope::{Block, Scope, Sets, key};
+use crate::MeshError;
+use crate::element::Connectivity;
 use crate::text;
 
 /// Sets inside one another at most.

@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use super::content::Content;
-use super::element::ElementType;
 use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
 use super::sections::{Encoding, Names, content, encoding, physical_names, sections};
-use super::{Group, MeshError};
+use crate::element::ElementType;
+use crate::{Group, MeshError};
 
 /// Parses the bytes of a mesh file. Lengths are those of the file.
 ///
@@ -328,8 +328,8 @@ fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::element::Shape;
     use super::*;
+    use crate::element::Shape;
     use std::collections::BTreeSet;
 
     const ASCII: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2.msh");

@@ -8,8 +8,8 @@ use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use flate2::read::ZlibDecoder;
 
-use super::super::MeshError;
 use super::xml::{Array, File, Place, Scalar};
+use crate::MeshError;
 
 /// Four letters are three bytes; of the last four some may be padding.
 const BASE64: GeneralPurpose = GeneralPurpose::new(

@@ -1,7 +1,7 @@
 //! Types of elements in decks, by their names.
 
-use super::super::MeshError;
-use super::super::element::ElementType;
+use crate::MeshError;
+use crate::element::ElementType;
 
 /// What an element is to this program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use dovetail_numerics::space::{cross, dot, sub};
 
-use super::super::MeshError;
 use super::lines::Place;
 use super::types::Kind;
+use crate::MeshError;
 
 /// How names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
 pub(super) fn key(name: &str) -> String {

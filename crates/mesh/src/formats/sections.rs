@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
-use super::MeshError;
+use crate::MeshError;
 
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Encoding {

@@ -14,13 +14,13 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use mshio::mshfile::{ElementBlock, Entities, MshFile, Nodes};
 
 use super::content::Content;
-use super::element;
 use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
 use super::sections::{
     Names, blank_other_sections, check_elements_header, content, encoding, keep_node_tags,
     physical_names, sections,
 };
-use super::{Group, MeshError};
+use crate::element;
+use crate::{Group, MeshError};
 
 /// Parses the bytes of a file, in the units of the file.
 ///

@@ -1,8 +1,8 @@
 use std::collections::BTreeSet;
 
-use super::super::element::Shape;
 use super::super::msh2;
 use super::*;
+use crate::element::Shape;
 
 fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
     panic!("{name} is included");
@@ -596,7 +596,7 @@ fn nodes_stand_in_our_order() {
         .elements
         .iter()
         .map(|nodes| {
-            let shape = super::super::element::ElementType::with_nodes(nodes.len())
+            let shape = crate::element::ElementType::with_nodes(nodes.len())
                 .unwrap()
                 .shape;
             let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();

@@ -1,35 +1,30 @@
 //! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
 //!
-//! [`parse()`] reads a file of any format that is known, [`quality`] refuses elements no calculation can
-//! use.
+//! [`parse`] reads the bytes of a file of any format that is known ([`formats`], behind the feature of
+//! that name), [`quality`] refuses elements no calculation can use. [`interpolation`] has the shape
+//! functions, [`quadrature`] the rules, [`facet`] integrals over faces. No file is opened here.
 
-pub mod block;
+#![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::missing_errors_doc)]
 
 use std::collections::BTreeMap;
 
-pub mod content;
-pub mod deck;
 pub mod element;
-mod error;
 pub mod facet;
-pub mod format;
-pub mod gmsh_order;
+#[cfg(feature = "formats")]
+pub mod formats;
 pub mod interpolation;
-pub mod msh;
-pub mod msh2;
 pub mod parts;
 pub mod quadrature;
 pub mod quality;
-mod read;
-mod sections;
-pub mod source;
 pub mod surface_field;
-pub mod vtu;
+pub mod text;
+pub mod units;
 
 pub use element::{Connectivity, ElementOrder, ElementType, Shape};
-pub use error::MeshError;
+#[cfg(feature = "formats")]
+pub use formats::MeshError;
 pub use quality::{Quality, QualityError};
-pub use read::parse;
 
 /// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
 pub const FARTHEST_M: f64 = 1e9;
@@ -80,4 +75,18 @@ pub struct MeshMaterial {
     pub density_kg_m3: Option<f64>,
     /// The elements that are made of it, ascending, each once.
     pub elements: Vec<u32>,
+}
+
+/// Parses the bytes of a mesh file that includes no other, whatever its format.
+///
+/// # Errors
+/// Bytes that are no whole mesh of solid elements in a format that is read: see [`MeshError`].
+#[cfg(feature = "formats")]
+pub fn parse(bytes: impl AsRef<[u8]>, units: impl Into<units::Units>) -> Result<Mesh, MeshError> {
+    let mut include = |name: &str| {
+        Err(MeshError::IncludeAlone {
+            file: name.to_owned(),
+        })
+    };
+    formats::parse(bytes.as_ref(), "", &mut include)?.into_mesh(units.into())
 }

@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::super::content::{Content, FileMaterial};
-use super::super::element::facet_corners;
-use super::super::{Group, MeshError};
 use super::lines::Files;
 use super::read::Deck;
 use super::resolve::{Model, What, named};
 use super::scope::{Surface, SurfaceLine, key};
 use super::types::Kind;
+use crate::element::facet_corners;
 use crate::text;
+use crate::{Group, MeshError};
 
 /// Name of the group of all solids where a deck names none.
 const ALL: &str = "all";

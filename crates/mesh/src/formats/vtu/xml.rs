@@ -3,7 +3,7 @@
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
-use super::super::MeshError;
+use crate::MeshError;
 
 /// Type of the numbers of an array.
 #[derive(Debug, Clone, Copy, PartialEq)]
