@@ -21,9 +21,8 @@ use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, ExcitationKind, FieldSource, Model, SurfaceFields,
+    Assembly, BodyMesh, ExcitationKind, FieldSource, MeshKind, MeshSource, Model, SurfaceFields,
 };
-use dovetail_solver::model::{MeshKind, MeshSource};
 
 /// The mesh of a script, in the folder of the results.
 pub(super) const MESH_FILE: &str = "mesh.msh";

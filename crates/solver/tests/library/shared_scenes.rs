@@ -4,7 +4,7 @@ use dovetail_mesh::Mesh;
 use dovetail_solver::model::Assembly;
 use dovetail_testkit::block::side_by_side;
 
-pub use crate::shared_bodies::{MM, assembly, body, ready};
+pub use crate::shared_bodies::{assembly, body, ready};
 pub use crate::shared_dovetail::{assert_vector, contact};
 pub use dovetail_testkit::folder::root;
 

@@ -2,10 +2,20 @@
 
 use std::collections::BTreeSet;
 
-use crate::shared_scenes::*;
 use dovetail_mesh::quality::{self, QualityError};
-use dovetail_mesh::{ElementOrder, ElementType, MeshError, Shape};
-use dovetail_solver::model::bind;
+use dovetail_mesh::{ElementOrder, ElementType, Mesh, MeshError, Shape};
+use dovetail_numerics::space::distance;
+use dovetail_testkit::folder::root;
+
+const MM: f64 = 1e-3;
+
+fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(root().join("meshes").join(name)).unwrap()
+}
+
+fn ready(name: &str) -> Mesh {
+    dovetail_mesh::parse(bytes(name), MM).unwrap()
+}
 
 // ------------------------------------------------------------------------- what the files say
 
@@ -88,12 +98,12 @@ fn ascii_and_binary_blocks_are_the_same_two_cubes() {
         let per_edge = if mesh.elements.of(0).len() == 4 { 3 } else { 5 };
         assert_eq!(mesh.groups["rim"].nodes.len(), per_edge);
         let corner = mesh.groups["corner"].nodes[0] as usize;
-        assert_vector(mesh.nodes_m[corner], [MM, MM, 2.0 * MM], 1e-15);
+        assert!(distance(mesh.nodes_m[corner], [MM, MM, 2.0 * MM]) < 1e-15);
     }
     let binary = ready("blocks_binary.msh");
     assert_eq!(binary.node_tags, ascii.node_tags);
     for (a, b) in binary.nodes_m.iter().zip(&ascii.nodes_m) {
-        assert_vector(*a, *b, 1e-15);
+        assert!(distance(*a, *b) < 1e-15);
     }
 }
 
@@ -163,7 +173,7 @@ fn the_unit_is_applied() {
     let millimetres = ready("blocks_order1.msh");
     let metres = dovetail_mesh::parse(bytes("blocks_order1.msh"), 1.0).unwrap();
     for (a, b) in millimetres.nodes_m.iter().zip(&metres.nodes_m) {
-        assert_vector(*a, b.map(|x| x * MM), 1e-18);
+        assert!(distance(*a, b.map(|x| x * MM)) < 1e-18);
     }
     for unit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let found = dovetail_mesh::parse(bytes("blocks_order1.msh"), unit);
@@ -392,24 +402,6 @@ fn elements_with_nodes_inside_faces_matter_only_where_a_group_names_them() {
     );
 }
 
-/// Whatever happens to the bytes, the answer is a mesh or an error; and a mesh that is read can be
-/// checked and bound.
-fn survives(bytes: Vec<u8>) -> bool {
-    match dovetail_mesh::parse(bytes, MM) {
-        Ok(mesh) => {
-            let _ = quality::check(&mesh);
-            if let Ok(model) = bind(&blocks_assembly(), &mesh) {
-                assert!(model.pairs.iter().all(|p| p.area_m2.is_finite()));
-            }
-            true
-        }
-        Err(error) => {
-            assert!(error.to_string().len() < 2000);
-            false
-        }
-    }
-}
-
 /// A comment may quote a mesh file: no line of it is a section.
 #[test]
 fn what_looks_like_a_section_in_a_comment_is_none() {
@@ -442,54 +434,10 @@ fn cut_off_files_are_errors() {
         let whole = bytes(name);
         let end = whole.iter().rposition(|&b| b == b'$').unwrap();
         for length in (0..=end).step_by(13) {
-            assert!(
-                !survives(whole[..length].to_vec()),
-                "{name} cut after {length} bytes"
-            );
+            let Err(error) = dovetail_mesh::parse(&whole[..length], MM) else {
+                panic!("{name} is read when cut after {length} bytes");
+            };
+            assert!(error.to_string().len() < 2000);
         }
     }
-}
-
-#[test]
-fn damaged_files_never_panic() {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64; // xorshift: the same damage in every run
-    let mut random = |below: usize| {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state % below as u64) as usize
-    };
-    let (mut read, mut refused) = (0, 0);
-    for name in [
-        "blocks_order1.msh",
-        "blocks_order2.msh",
-        "blocks_binary.msh",
-    ] {
-        let whole = bytes(name);
-        for _ in 0..1500 {
-            let mut damaged = whole.clone();
-            for _ in 0..=random(3) {
-                let at = random(damaged.len());
-                match random(4) {
-                    0 => damaged[at] = random(256) as u8,
-                    1 => damaged[at] = b"0123456789 -\n$."[random(15)],
-                    2 => damaged[at] ^= 1 << random(8),
-                    _ => {
-                        let end = (at + random(40)).min(damaged.len());
-                        damaged.drain(at..end);
-                    }
-                }
-            }
-            if survives(damaged) {
-                read += 1;
-            } else {
-                refused += 1;
-            }
-        }
-    }
-    println!("{read} read, {refused} refused");
-    assert!(
-        read > 100 && refused > 1000,
-        "the damage is too weak or too strong to test anything"
-    );
 }
