@@ -46,10 +46,12 @@ calculix: setup
 	$(PYTHON) benches/calculix/compare_elements.py --rpm 20000
 	$(PYTHON) benches/calculix/contact_statics.py meshes/dovetail.msh --jaw-rotates
 
+# Alone, the library is without what the program needs: the readers of meshes.
 lint:
 	cargo fmt --all --check
 	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
+	cargo clippy --locked --package dovetail-solver -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --locked --workspace --no-deps
 
 # Licences, origin and unwanted ones of all dependencies, as deny.toml has them.

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use criterion::{Criterion, SamplingMode, criterion_group, criterion_main};
+use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::factor::Cholesky;
@@ -23,8 +24,7 @@ use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
@@ -62,7 +62,7 @@ fn bound(more: &[&str]) -> Model {
     let MeshKind::File { path } = &source.kind else {
         unreachable!("mesh.file displaces the geometry");
     };
-    let mesh = mesh::read(path, source.units).unwrap();
+    let mesh = mesh_files::read(path, source.units).unwrap();
     model::bind(assembly, &mesh).unwrap()
 }
 

@@ -15,8 +15,8 @@ use crate::pipeline::observer::{Observer, ResponseBegins};
 use crate::stage::{Stage, StageRecord};
 use crate::warning::{Warning, Weight, by_weight};
 use crate::words::{counted, cycle_counts, quantity};
+use dovetail_mesh::text;
 use dovetail_solver::dlft::{Orbit, SolvedFrequency};
-use dovetail_solver::text;
 
 /// Between two lines of a loop where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);

@@ -12,6 +12,8 @@ pub mod console;
 pub mod exhaustion;
 pub mod exit;
 pub mod export;
+pub mod gmsh;
+pub mod mesh_files;
 pub mod metrics;
 pub mod pipeline;
 pub mod reference;

@@ -9,7 +9,7 @@ use miette::{
     Severity, SourceCode, SourceSpan, SpanContents,
 };
 
-use dovetail_solver::text;
+use dovetail_mesh::text;
 
 /// Most related errors of a report.
 const MOST_RELATED: usize = 20;

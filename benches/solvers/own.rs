@@ -22,6 +22,7 @@ use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::eigen::{Modes, arpack, blocks};
 use dovetail_numerics::factor::Symbolic;
@@ -29,7 +30,6 @@ use dovetail_numerics::inertia::negative_eigenvalues;
 use dovetail_numerics::order::nested_dissection;
 use dovetail_numerics::sparse::{submatrix, sum, symbolic_view, times, view};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh;
 use dovetail_solver::model::{self, Model};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -265,7 +265,7 @@ fn bound(mesh: &str) -> Model {
     let overrides = vec![format!("mesh.file={}", file.display())];
     let scene = scene::load(&here.join("scenes/paper.toml"), &overrides).unwrap();
     let assembly = scene.assembly().unwrap();
-    let mesh = mesh::read(&file, assembly.mesh.as_ref().unwrap().units).unwrap();
+    let mesh = mesh_files::read(&file, assembly.mesh.as_ref().unwrap().units).unwrap();
     model::bind(assembly, &mesh).unwrap()
 }
 

@@ -1,8 +1,8 @@
 //! What holds of every mesh that a reader gives, shared by the targets.
 
-use dovetail_solver::mesh::content::Content;
-use dovetail_solver::mesh::{Connectivity, ElementType, Group, Mesh, MeshError, quality};
-use dovetail_solver::text;
+use dovetail_mesh::formats::Content;
+use dovetail_mesh::text;
+use dovetail_mesh::{Connectivity, ElementType, Group, Mesh, MeshError, quality};
 
 /// The content as a mesh in metres, of which every element was looked at.
 #[allow(dead_code)] // not every target has it

@@ -5,7 +5,7 @@
 
 mod checks;
 
-use dovetail_solver::mesh::deck;
+use dovetail_mesh::formats::deck;
 
 const BETWEEN: &[u8] = b"\n=== include\n";
 

@@ -4,12 +4,12 @@
 
 mod checks;
 
-use dovetail_solver::mesh::{MeshError, format};
+use dovetail_mesh::{MeshError, formats};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let none = |_: &str| Err(MeshError::NoBytes);
     let endings = ["msh", "inp", "vtu", "bdf", "stl", "med", ""];
     let ending = endings[bytes.len() % endings.len()];
     let name = format!("mesh.{ending}");
-    checks::content(format::parse(bytes, &name, &mut { none }));
+    checks::content(formats::parse(bytes, &name, &mut { none }));
 });

@@ -9,9 +9,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use dovetail::scene;
-use dovetail_solver::mesh::{self, quality};
+use dovetail_mesh::quality;
+use dovetail_mesh::text;
 use dovetail_solver::model::{self, Assembly};
-use dovetail_solver::text;
 
 static ASSEMBLY: LazyLock<Assembly> = LazyLock::new(|| {
     let text = include_str!("blocks.toml");
@@ -22,7 +22,7 @@ static ASSEMBLY: LazyLock<Assembly> = LazyLock::new(|| {
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let assembly = &*ASSEMBLY;
-    let mesh = match mesh::parse(bytes, 1e-3) {
+    let mesh = match dovetail_mesh::parse(bytes, 1e-3) {
         Ok(mesh) => mesh,
         Err(error) => {
             text::plain(&error.to_string());

@@ -4,7 +4,7 @@
 
 mod checks;
 
-use dovetail_solver::mesh::msh2;
+use dovetail_mesh::formats::msh2;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     checks::content(msh2::parse(bytes));

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 
 use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::reduction::{ReducedModel, superelement};
-use dovetail_solver::text;
+use dovetail_mesh::text;
 
 const MARK: &[u8] = b"=== ";
 

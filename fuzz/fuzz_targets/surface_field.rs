@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use dovetail_solver::mesh::surface_field::{FieldValues, SurfaceField};
+use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     match SurfaceField::parse(bytes, Path::new("field.csv")) {

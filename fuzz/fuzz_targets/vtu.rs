@@ -4,7 +4,7 @@
 
 mod checks;
 
-use dovetail_solver::mesh::vtu;
+use dovetail_mesh::formats::vtu;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     checks::content(vtu::parse(bytes));

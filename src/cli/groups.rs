@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::error::Error;
+use crate::mesh_files;
 use crate::pipeline::RunError;
 use crate::pipeline::observer::Observer;
 use crate::pipeline::progress::Progress;
 use crate::warning::Weight;
 use crate::words::counted;
-use dovetail_solver::mesh::{self, Group, Mesh};
+use dovetail_mesh::{Group, Mesh};
 
 /// Most characters of a name to which the columns are aligned.
 const MOST_OF_A_COLUMN: usize = 40;
@@ -19,7 +20,7 @@ const MOST_OF_A_COLUMN: usize = 40;
 /// The file cannot be read.
 pub(super) fn of(path: &Path, observer: &mut dyn Observer) -> Result<String, Error> {
     // Its numbers are shown as they are: one unit of the file is a metre here.
-    let mesh = mesh::read(path, 1.0).map_err(RunError::from)?;
+    let mesh = mesh_files::read(path, 1.0).map_err(RunError::from)?;
     let progress = Progress::new(observer);
     for remark in &mesh.remarks {
         progress.warning(Weight::Remark, format!("mesh: {remark}"));

@@ -3,10 +3,10 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::mesh_files;
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::input;
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
 use dovetail_solver::reduction::superelement;
 
@@ -20,7 +20,7 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
     let mut files = Vec::new();
     match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
         None => {}
-        Some(MeshKind::File { path }) => files.extend(mesh::files(path)),
+        Some(MeshKind::File { path }) => files.extend(mesh_files::files(path)),
         Some(MeshKind::Geometry {
             script, fallback, ..
         }) => {
@@ -30,7 +30,7 @@ pub fn files(scene: &Scene) -> Vec<PathBuf> {
     }
     for body in &assembly.bodies {
         if let BodyMesh::File { path, .. } = &body.mesh {
-            files.extend(mesh::files(path));
+            files.extend(mesh_files::files(path));
         }
     }
     for excitation in &assembly.excitations {

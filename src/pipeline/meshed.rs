@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::{Cache, Key, Kind, Turn, reduction_inputs};
 use super::error::RunError;
-use super::meshing::{Origin, make_mesh};
+use super::meshing::{Origin, make_mesh, surface_fields};
 use super::prestress::{Displacement, assemble, is_of_contact, reduce, settle, stressed};
 use super::progress::Progress;
 use super::statics::static_options;
@@ -19,12 +19,12 @@ use crate::export::vtu::ModeShape;
 use crate::stage::Stage;
 use crate::warning::Weight;
 use crate::words::{counted, percent, quantity};
+use dovetail_mesh::{Mesh, Shape};
 use dovetail_numerics::eigen::Modes;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::StaticState;
 use dovetail_solver::fem::mass_properties::{MassProperties, mass_properties};
 use dovetail_solver::fem::{FemError, Structure, expand_to_nodes};
-use dovetail_solver::mesh::{Mesh, Shape};
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{self, Assembly, ContactSpec, Model, Side, SpringSpec};
 use dovetail_solver::problem::Problem;
@@ -277,7 +277,7 @@ impl Meshed {
 }
 
 fn bind(assembly: &Assembly, mesh: &Mesh, progress: &Progress) -> Result<Model, RunError> {
-    let model = model::bind(assembly, mesh)?;
+    let model = model::bind_with_fields(assembly, mesh, &surface_fields(assembly)?)?;
     for spring in &assembly.springs {
         progress.note(&spring_note(spring));
     }

@@ -9,18 +9,20 @@ use super::error::RunError;
 use super::inputs::hash_of_file;
 use super::progress::{Progress, StageGuard};
 use crate::export::{create_folder, manifest, write_file};
+use crate::gmsh::{self, GmshError, GmshRun, inputs};
+use crate::mesh_files;
 use crate::stage::Stage;
 use crate::warning::Weight;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{Mesh, MeshError, quality};
 use dovetail_numerics::stored;
 use dovetail_solver::description::Scene;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::input;
-use dovetail_solver::mesh::gmsh::{self, GmshError, GmshRun};
-use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
-use dovetail_solver::mesh::surface_field::SurfaceField;
-use dovetail_solver::mesh::{self, Mesh, MeshError, inputs, quality};
 use dovetail_solver::model::gather::gather;
-use dovetail_solver::model::{Assembly, BodyMesh, ExcitationKind, FieldSource, Model};
+use dovetail_solver::model::{
+    Assembly, BodyMesh, ExcitationKind, FieldSource, MeshKind, MeshSource, Model, SurfaceFields,
+};
 
 /// The mesh of a script, in the folder of the results.
 pub(super) const MESH_FILE: &str = "mesh.msh";
@@ -80,15 +82,7 @@ pub(super) fn check(assembly: &Assembly, progress: &Progress) -> Result<(), RunE
             is_there(path)?;
         }
     }
-    for excitation in &assembly.excitations {
-        if let ExcitationKind::Field {
-            field: FieldSource::File(path),
-            ..
-        } = &excitation.kind
-        {
-            SurfaceField::read(path)?;
-        }
-    }
+    surface_fields(assembly)?;
     match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
         None => {}
         Some(MeshKind::File { path }) => is_there(path)?,
@@ -104,6 +98,21 @@ pub(super) fn check(assembly: &Assembly, progress: &Progress) -> Result<(), RunE
         }
     }
     Ok(())
+}
+
+/// The fields that excitations name by their files.
+pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
+    let mut fields = SurfaceFields::new();
+    for excitation in &assembly.excitations {
+        if let ExcitationKind::Field {
+            field: FieldSource::File(path),
+            ..
+        } = &excitation.kind
+        {
+            fields.insert(path.clone(), mesh_files::surface_field(path)?);
+        }
+    }
+    Ok(fields)
 }
 
 /// The mesh of all bodies, with the elements of each file checked, and where it came from.
@@ -160,7 +169,7 @@ fn shared_mesh(
         if let Err(error) = write_file(&out, &kept.file) {
             return Ok(Err(error));
         }
-        let mesh = mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
+        let mesh = dovetail_mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
         quality::check(&mesh).map_err(|e| e.to_string())?;
         Ok(Ok((mesh, kept.version, kept.warnings)))
     };
@@ -187,7 +196,7 @@ fn shared_mesh(
 
 /// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have one each.
 fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
-    let mut mesh = mesh::read(path, units)?;
+    let mut mesh = mesh_files::read(path, units)?;
     quality::check(&mesh)?;
     for remark in &mut mesh.remarks {
         *remark = format!("{}: {remark}", path.display());

@@ -2,13 +2,13 @@
 //! made of them.
 
 use dovetail_solver::description::{Scene, Subject};
-use dovetail_solver::mesh::inputs;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Assembly, Prestress};
 use dovetail_solver::reduction::StuckModes;
 
 use super::reduced::stuck_modes;
 use super::statics::static_options;
+use crate::gmsh::inputs;
 
 /// What the mesh of a script depends on, as far as scenes differ in it.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@
 use super::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use super::kinds::{Kind, Limits};
 use super::raw;
-use dovetail_solver::mesh::source::Units;
+use dovetail_mesh::units::Units;
 
 /// Of the relative residual of a balance: a motion with more left of its load is none.
 pub const LARGEST_TOLERANCE: f64 = 1e-3;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use thiserror::Error;
 
-use dovetail_solver::text;
+use dovetail_mesh::text;
 
 /// Why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] the first
 /// problem stands for all, the others follow as related ones.

@@ -24,7 +24,7 @@ pub enum StudyError {
     #[diagnostic(transparent)]
     Invalid(#[from] SceneError),
     #[error("the study has no case \"{name}\"")]
-    #[diagnostic(help("its cases are: {}", dovetail_solver::text::list(cases)))]
+    #[diagnostic(help("its cases are: {}", dovetail_mesh::text::list(cases)))]
     NoSuchCase { name: String, cases: Vec<String> },
     #[error("the study has no piece \"{name}\" that cases share")]
     #[diagnostic(help("{}", choice_of_pieces(pieces)))]
@@ -108,6 +108,6 @@ impl StudyError {
 fn choice_of_pieces(pieces: &[String]) -> String {
     match pieces {
         [] => "no two cases share a mesh that is made or a reduced model".to_owned(),
-        pieces => format!("its pieces are: {}", dovetail_solver::text::list(pieces)),
+        pieces => format!("its pieces are: {}", dovetail_mesh::text::list(pieces)),
     }
 }

@@ -482,7 +482,7 @@ fn base(
         Err(_) => format!("\"{}\"", v.label),
     });
     let shown: Vec<String> = shown.collect();
-    let all = dovetail_solver::text::list(&shown);
+    let all = dovetail_mesh::text::list(&shown);
     let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
     let message = format!("`{}` {problem}", at.key("base"));
     checker.fault(span, fault(message, "not one of the values", remedy));

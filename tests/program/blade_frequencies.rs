@@ -12,11 +12,11 @@ use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 
 use crate::shared_folder::Folder;
 use crate::shared_program::ended;
+use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::space::{norm, sub};
 use dovetail_solver::fem::{self, assemble_body, statics::solve_by_cholesky};
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, NodeMotion, bind};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 
@@ -44,7 +44,7 @@ fn model(mesh: &str, overrides: &[String]) -> Model {
     let MeshKind::File { path } = &source.kind else {
         panic!("the ready mesh was asked for");
     };
-    let mesh = mesh::read(path, source.units).unwrap();
+    let mesh = mesh_files::read(path, source.units).unwrap();
     bind(assembly, &mesh).unwrap()
 }
 

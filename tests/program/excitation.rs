@@ -7,8 +7,8 @@ use std::process::Command;
 use crate::shared_bodies::ready;
 use crate::shared_folder::Folder;
 use crate::shared_program::said_in_one_line;
-use dovetail_solver::mesh::facet;
-use dovetail_solver::mesh::surface_field::SurfaceField;
+use dovetail_mesh::facet;
+use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_testkit::folder::root;
 
 /// scenes/pressure.toml with `--set`; the folder of its results, and what it said.

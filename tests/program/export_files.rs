@@ -15,14 +15,14 @@ use dovetail::export::plots::{
     self, Axis, CampbellFamily, EngineOrders, Heading, HeatMap, Operation, Ordinate, Scale, Series,
 };
 use dovetail::export::{ExportError, csv, flank, vtu};
+use dovetail_mesh::ElementOrder;
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
-use dovetail_solver::mesh::ElementOrder;
-use dovetail_solver::mesh::block::mixed_block;
 use dovetail_solver::model::{BodyPrestress, Rotation};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
+use dovetail_testkit::block::mixed_block;
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 
@@ -413,7 +413,7 @@ fn the_bodies_are_a_mesh_again() {
         let run = run(order, 2, 2);
         let path = folder(&format!("mesh_{order:?}")).join("static.vtu");
         vtu::write_static(&path, &run.model, &static_fields(&run)).unwrap();
-        let content = dovetail_solver::mesh::vtu::parse(&fs::read(&path).unwrap()).unwrap();
+        let content = dovetail_mesh::formats::vtu::parse(&fs::read(&path).unwrap()).unwrap();
         let bodies = &run.model.bodies;
         let nodes: Vec<[f64; 3]> = bodies.iter().flat_map(|b| b.nodes_m.clone()).collect();
         assert_eq!(content.nodes, nodes);

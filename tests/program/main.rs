@@ -10,6 +10,8 @@ mod shared_runs;
 
 #[path = "../../crates/solver/tests/library/shared_bodies.rs"]
 mod shared_bodies;
+#[path = "../../crates/solver/tests/library/shared_dovetail.rs"]
+mod shared_dovetail;
 #[path = "../../crates/solver/tests/library/shared_rigid_body.rs"]
 mod shared_rigid_body;
 
@@ -19,6 +21,7 @@ mod body_meshes;
 mod cache;
 mod closed_forms;
 mod command_line;
+mod dovetail_script;
 mod excitation;
 mod export_files;
 mod extremes;

@@ -292,7 +292,7 @@ fn rigid_ground_is_the_limit_of_a_stiff_second_body() {
 /// whatever the bodies are made of.
 #[test]
 fn frictionless_flanks_carry_the_load_by_their_normals() {
-    let mesh = dovetail_solver::mesh::read(
+    let mesh = dovetail::mesh_files::read(
         &PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_order1.msh"),
         1e-3,
     )

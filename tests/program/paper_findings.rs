@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::path::Path;
 use std::sync::OnceLock;
 
+use dovetail::mesh_files;
 use dovetail::scene;
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::description::Scene;
@@ -14,8 +15,7 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{Model, bind};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{Rayleigh, rayleigh};
@@ -54,7 +54,7 @@ fn joint() -> &'static Joint {
         let MeshKind::File { path } = &source.kind else {
             panic!("the ready mesh was asked for");
         };
-        let mesh = mesh::read(path, source.units).unwrap();
+        let mesh = mesh_files::read(path, source.units).unwrap();
         let model = bind(assembly, &mesh).unwrap();
         let structure = assemble(&model).unwrap();
         let mut blade_load_n = [0.0; 3];

@@ -5,7 +5,7 @@ use std::path::Path;
 use dovetail::scene::{self, SceneError};
 use dovetail_solver::description::{FrequencyRange, Scene};
 use dovetail_solver::dlft::settings::Solver;
-use dovetail_solver::mesh::source::MeshKind;
+use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
 use dovetail_solver::reduction::damping::DampingSpec;
 use miette::{GraphicalReportHandler, GraphicalTheme};

@@ -13,17 +13,17 @@ use crate::shared_bodies::{assembly, body, ready};
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, said_in_one_line};
 use dovetail::scene;
+use dovetail_mesh::facet::shares;
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::eigen::dense::modes;
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::fem::statics::expand_to_nodes;
 use dovetail_solver::fem::{self, Structure};
-use dovetail_solver::mesh::block::{block, map_nodes, side_by_side};
-use dovetail_solver::mesh::facet::shares;
-use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{
     Assembly, Body, Material, Model, ModelError, NodeMotion, SpringSpec, bind,
 };
 use dovetail_solver::reduction::stuck_modes;
+use dovetail_testkit::block::{block, map_nodes, side_by_side};
 
 const STEEL: Material = Material {
     young_pa: 2.1e11,

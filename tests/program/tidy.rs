@@ -5,11 +5,9 @@
 use std::path::{Path, PathBuf};
 
 /// The modules of the library. Each may import itself and what stands before it.
-const SOLVER: [&str; 12] = [
+const SOLVER: [&str; 10] = [
     "input",
-    "text",
-    "contact",
-    "mesh",
+"contact",
     "model",
     "fem",
     "reduction",
@@ -20,7 +18,7 @@ const SOLVER: [&str; 12] = [
     "description",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 19] = [
+const PROGRAM: [(&str, &[&str]); 21] = [
     ("stage", &[]),
     ("exit", &[]),
     ("metrics", &[]),
@@ -30,6 +28,8 @@ const PROGRAM: [(&str, &[&str]); 19] = [
     ("warning", &[]),
     ("words", &[]),
     ("scene", &[]),
+    ("gmsh", &[]),
+    ("mesh_files", &[]),
     ("export", &["stage", "warning", "words"]),
     (
         "pipeline",
@@ -41,6 +41,8 @@ const PROGRAM: [(&str, &[&str]); 19] = [
             "exhaustion",
             "warning",
             "words",
+            "gmsh",
+            "mesh_files",
             "export",
         ],
     ),
@@ -65,6 +67,7 @@ const PROGRAM: [(&str, &[&str]); 19] = [
             "warning",
             "words",
             "scene",
+            "mesh_files",
             "export",
             "pipeline",
             "console",
@@ -154,6 +157,27 @@ fn imports_point_one_way() {
     );
 }
 
+/// What only files, processes and their formats need: the package of meshes has the readers behind
+/// a feature, which the library does not ask for.
+#[test]
+fn the_library_needs_no_reader_of_files() {
+    let text = text_of("crates/solver/Cargo.toml");
+    let manifest: toml::Table = text.parse().unwrap();
+    let needed = manifest["dependencies"].as_table().unwrap();
+    for reader in [
+        "base64",
+        "csv",
+        "flate2",
+        "mshio",
+        "quick-xml",
+        "rustix",
+        "serde_json",
+    ] {
+        assert!(!needed.contains_key(reader), "{reader}");
+    }
+    assert!(needed["dovetail-mesh"].get("features").is_none());
+}
+
 /// The names after every `prefix` in the code, also of a list in braces.
 fn names_after(code: &str, prefix: &str) -> Vec<String> {
     let is_part = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
@@ -223,7 +247,13 @@ fn leads(modules: &[(String, Vec<String>)], from: &str, to: &str, seen: &mut Vec
 #[test]
 fn modules_of_a_folder_import_in_no_circle() {
     let (mut wrong, mut edges) = (Vec::new(), 0);
-    for package in ["crates/numerics/src", "crates/solver/src", "src"] {
+    let packages = [
+        "crates/numerics/src",
+        "crates/mesh/src",
+        "crates/solver/src",
+        "src",
+    ];
+    for package in packages {
         let package = root().join(package);
         let mut folders = vec![package.clone()];
         while let Some(folder) = folders.pop() {
@@ -270,7 +300,11 @@ fn libraries_do_not_ask_the_process_for_threads() {
         "Par::Rayon",
     ];
     let mut wrong = Vec::new();
-    for folder in ["crates/numerics/src", "crates/solver/src"] {
+    for folder in [
+        "crates/numerics/src",
+        "crates/mesh/src",
+        "crates/solver/src",
+    ] {
         let library = sources(&root().join(folder)).into_iter();
         for (file, code) in library.filter(|(file, _)| !file.ends_with("tests.rs")) {
             let code = code.split("#[cfg(test)]\nmod tests").next().unwrap();

@@ -262,7 +262,7 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
         "meshes/decks/joint.inp",
         "meshes/elements/order2_zlib.vtu",
     ] {
-        let mesh = dovetail_solver::mesh::read(&root().join(file), 1.0).unwrap();
+        let mesh = dovetail::mesh_files::read(&root().join(file), 1.0).unwrap();
         let list = printed(ended(program(root(), &["groups", file]), 0));
         for (name, group) in &mesh.groups {
             let kind = ["point", "curve", "surface", "volume"][usize::from(group.dimension)];

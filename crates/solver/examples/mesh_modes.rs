@@ -8,11 +8,10 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, Material, Prestress, RotationSpec, bind,
 };
+use dovetail_solver::model::{MeshKind, MeshSource};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::stuck_modes;
 
@@ -35,7 +34,7 @@ pub struct ModesHz {
 pub fn modes_hz(count: usize) -> Result<ModesHz, Box<dyn Error>> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     // The mesh is in millimetres.
-    let mesh = mesh::read(&file, 1e-3)?;
+    let mesh = dovetail_mesh::parse(std::fs::read(&file)?, 1e-3)?;
     let model = bind(&assembly(), &mesh)?;
     let structure = assemble(&model)?;
     let held = fixed_interface_modes(&model.bodies[0], &structure.bodies[0], count)?;

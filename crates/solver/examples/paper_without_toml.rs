@@ -13,13 +13,12 @@ use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{PairStatus, Response, StaticState};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh;
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
     Material, ObservationSpec, Prestress, RotationSpec, bind,
 };
 use dovetail_solver::problem::Problem;
+use dovetail_solver::model::{MeshKind, MeshSource};
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 
@@ -59,7 +58,7 @@ pub struct Answer {
 /// From the mesh to the response.
 pub fn solve() -> Result<Answer, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
-    let mesh = mesh::read(&file, METRES_PER_UNIT)?;
+    let mesh = dovetail_mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
     let model = bind(&assembly(file), &mesh)?;
     let structure = assemble(&model)?;
     let wanted = StuckModes {

@@ -2,7 +2,7 @@
 //!
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
-//! [`mesh`] bytes -> `Mesh`; [`model`] names -> indices, contact pairs; [`fem`] stiffness, mass,
+//! [`model`] [`Mesh`](dovetail_mesh::Mesh), names -> indices, contact pairs; [`fem`] stiffness, mass,
 //! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
 //! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
 //! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
@@ -17,10 +17,7 @@ pub mod dlft;
 pub mod fem;
 pub mod input;
 pub mod integration;
-
-pub mod mesh;
 pub mod model;
 pub mod problem;
 pub mod reduction;
 pub mod results;
-pub mod text;

@@ -14,9 +14,9 @@ use crate::words::{
     bounded, counted, cycle_counts, error_words, figure, percent, quantity, static_counts,
     supported_digits,
 };
+use dovetail_mesh::ElementType;
 use dovetail_solver::description::Subject;
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::mesh::ElementType;
 use dovetail_solver::model::{
     Assembly, BaseMotion, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
     FieldSource, LoadKind, LoadSpec, Model, Prestress, SpringSpec,

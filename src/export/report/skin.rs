@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::apart::apart;
 use super::packed::{Scaled, integers, scaled};
+use dovetail_mesh::element::facet_corners;
 use dovetail_numerics::space::{dot, scaled as scaled_by, sub, unit};
-use dovetail_solver::mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
 

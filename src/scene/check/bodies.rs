@@ -11,8 +11,8 @@ use crate::scene::error::Fault;
 use crate::scene::keys;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Numbers, RawBody, RawContact, RawRotation, RawScene};
-use dovetail_solver::mesh::parts::Placement;
-use dovetail_solver::mesh::source::Units;
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::units::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
 
 /// Largest speed taken for meant, rpm: far above it squares would leave the range of f64.

@@ -10,7 +10,8 @@ use crate::scene::entries;
 use crate::scene::error::Fault;
 use crate::scene::kinds::Limits;
 use crate::scene::raw::{Located, Number, RawMesh};
-use dovetail_solver::mesh::source::{MeshKind, MeshSource, Units};
+use dovetail_mesh::units::Units;
+use dovetail_solver::model::{MeshKind, MeshSource};
 
 /// What `[mesh]` says.
 pub struct SharedMesh {

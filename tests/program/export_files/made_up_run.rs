@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use dovetail_mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::dlft::{
     CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
-use dovetail_solver::mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::model::Material;
 use dovetail_solver::model::{
     Body, BodyNode, ContactPair, DofMap, Model, NodeMotion, Observation, Side, Slave,

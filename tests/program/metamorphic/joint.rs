@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use dovetail_solver::mesh::Mesh;
+use dovetail_mesh::Mesh;
 
 use super::NEWTON;
 use super::meshes::write;

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use dovetail_solver::mesh::block::map_nodes;
-use dovetail_solver::mesh::{self, Connectivity, Group, Mesh};
+use dovetail::mesh_files;
+use dovetail_mesh::{Connectivity, Group, Mesh};
+use dovetail_testkit::block::map_nodes;
 
 /// Groups of the small dovetail that the scene names.
 const GROUPS: [&str; 9] = [
@@ -22,7 +23,7 @@ const GROUPS: [&str; 9] = [
 /// In its own unit, millimetres.
 pub fn small() -> Mesh {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes/dovetail_small.msh");
-    mesh::read(&path, 1.0).unwrap()
+    mesh_files::read(&path, 1.0).unwrap()
 }
 
 pub fn scaled(mesh: &Mesh, factor: f64) -> Mesh {

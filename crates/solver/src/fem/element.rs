@@ -2,7 +2,7 @@
 
 use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
 use super::tables::{Table, Tables};
-use crate::mesh::element::ElementType;
+use dovetail_mesh::element::ElementType;
 use dovetail_numerics::space::{distance, middle};
 
 /// Most nodes that an element has.

@@ -9,8 +9,8 @@ use super::FemError;
 use super::elasticity::Lame;
 use super::element::{Element, Form, Isoparametric, MOST_NODES};
 use super::incompatible::IncompatibleHexahedron;
-use crate::mesh::element::ElementType;
 use crate::model::Body;
+use dovetail_mesh::element::ElementType;
 
 /// The integrals of a type of element.
 pub fn element(element: ElementType) -> &'static dyn Element {

@@ -12,9 +12,9 @@ use nalgebra_sparse::na::SMatrix;
 use super::elasticity::{self, Lame, Map, add_stiffness, mirror_blocks, stress_at};
 use super::element::{Element, Form, Isoparametric, nodal};
 use super::tables::Table;
-use crate::mesh::element::ElementType;
-use crate::mesh::interpolation::{centre, reference_nodes};
-use crate::mesh::quadrature::Rule;
+use dovetail_mesh::element::ElementType;
+use dovetail_mesh::interpolation::{centre, reference_nodes};
+use dovetail_mesh::quadrature::Rule;
 
 const N: usize = 8;
 /// Nodes and internal functions.

@@ -8,8 +8,8 @@ use nalgebra_sparse::CscMatrix;
 
 use super::element::MOST_NODES;
 use super::elements::element_mass;
-use crate::mesh::facet::{Share, shares};
 use crate::model::{AppliedLoad, Body, Traction};
+use dovetail_mesh::facet::{Share, shares};
 
 /// Adds a load on a body to `load_n` (free dofs). What acts on fixed nodes goes to their support.
 pub fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
@@ -104,9 +104,9 @@ fn add_at(body: &Body, node: u32, force_n: [f64; 3], load_n: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Connectivity, ElementOrder};
     use crate::model::Material;
     use crate::model::{DofMap, NodeMotion};
+    use dovetail_mesh::{Connectivity, ElementOrder};
     use dovetail_numerics::space::middle;
 
     fn body(nodes_m: Vec<[f64; 3]>, loads: Vec<AppliedLoad>) -> Body {

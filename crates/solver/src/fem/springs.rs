@@ -15,8 +15,8 @@
 //! eliminated the energy is k/2 |r_n - P sum_j a_j u_j|^2, exactly. The last node r_n is the end of another
 //! such chain, of another body, or it is zero. Across d the auxiliary nodes stay where they are.
 
-use crate::mesh::facet::products;
 use crate::model::{Body, Spring, SpringChain, SpringSupport};
+use dovetail_mesh::facet::products;
 use dovetail_numerics::space::dot;
 
 /// Local nodes of a body, auxiliary ones too, and the symmetric matrix between them (3 x 3 blocks row by

@@ -1,8 +1,8 @@
 //! Shape functions of an element, tabulated at the points of its rules of quadrature.
 
-use crate::mesh::element::{ElementType, Shape};
-use crate::mesh::interpolation::{self, of_element};
-use crate::mesh::quadrature::{Rule, triangle};
+use dovetail_mesh::element::{ElementType, Shape};
+use dovetail_mesh::interpolation::{self, of_element};
+use dovetail_mesh::quadrature::{Rule, triangle};
 
 /// Shape functions and their reference derivatives at the points of a rule.
 #[derive(Debug, Clone)]

@@ -9,18 +9,31 @@ use super::loads::applied_load;
 use super::springs::add_spring;
 use super::{BodyNode, Model, ModelError, Observation, Rotation};
 use super::{BodyPrestress, Prestress};
-use crate::mesh::Mesh;
-use crate::model::Assembly;
+use crate::model::{Assembly, SurfaceFields};
+use dovetail_mesh::Mesh;
 
-/// Resolves every name of the scene against the mesh.
+/// Resolves every name of the scene against the mesh, where no excitation is a file of a field:
+/// [`bind_with_fields`].
+///
+/// # Errors
+/// Those of [`bind_with_fields`].
+pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
+    bind_with_fields(assembly, mesh, &SurfaceFields::new())
+}
+
+/// Resolves every name of the scene against the mesh; `fields` has what the files of its fields hold.
 ///
 /// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
 /// of the mesh. An observation is the mean of the nodes of its group.
 ///
 /// # Errors
-/// A name that the mesh does not have, or a group that is not what it is used for: see
-/// [`ModelError`].
-pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
+/// A name that the mesh does not have, a group that is not what it is used for, or a file that
+/// `fields` lacks: see [`ModelError`].
+pub fn bind_with_fields(
+    assembly: &Assembly,
+    mesh: &Mesh,
+    fields: &SurfaceFields,
+) -> Result<Model, ModelError> {
     if assembly.bodies.is_empty() {
         return Err(ModelError::NoBody);
     }
@@ -50,7 +63,7 @@ pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
         joints.bonded.extend(add_spring(mesh, &mut bodies, spec)?);
     }
 
-    let (excitations, maps) = excitations(assembly, mesh, &bodies)?;
+    let (excitations, maps) = excitations(assembly, mesh, &bodies, fields)?;
     let mut observations = Vec::new();
     for spec in &assembly.observations {
         let used_by = format!("observation `{}`", spec.name);

@@ -6,9 +6,9 @@ use super::gather::name_for;
 use super::groups::find_group;
 use super::material::material;
 use super::{AppliedLoad, Body, DofMap, ModelError, NodeMotion, Spring, StraightenedEdges};
-use crate::mesh::quality::folds;
-use crate::mesh::{Connectivity, ElementType, Mesh};
 use crate::model::{BodySpec, RotationSpec};
+use dovetail_mesh::quality::folds;
+use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
 
 const NONE: u32 = u32::MAX;

@@ -3,8 +3,8 @@
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::mortar::{Mortar, Reach, Row, mortar};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
-use crate::mesh::{Group, Mesh};
 use crate::model::ContactSpec;
+use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{Vector, cross, distance, dot, middle, scaled, sub, unit};
 
 /// Where a contact gives no other distance: facets may be this far apart, of the longest edge of both.

@@ -1,14 +1,16 @@
 //! Bodies and what acts on them, as a user describes them: in SI units, with the names of mesh groups still
 //! unresolved.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
 use crate::contact::penalty::PairStiffness;
-use crate::mesh::parts::Placement;
-use crate::mesh::source::{MeshSource, Units};
-use crate::mesh::surface_field::SurfaceField;
+use crate::model::MeshSource;
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::surface_field::SurfaceField;
+use dovetail_mesh::units::Units;
 
 /// Bodies of a mesh, how they are held, driven and watched.
 #[derive(Debug, Clone, PartialEq)]
@@ -304,10 +306,13 @@ pub enum BaseMotion {
     Displacement,
 }
 
+/// The fields that files hold, by the path that [`FieldSource::File`] gives.
+pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
+
 /// Where a field on a surface comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldSource {
-    /// A CSV file ([`SurfaceField::read`]).
+    /// A file, which is read for [`bind_with_fields`](super::bind_with_fields).
     File(PathBuf),
     /// The points themselves.
     Points(SurfaceField),

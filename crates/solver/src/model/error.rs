@@ -1,9 +1,10 @@
 //! What can be wrong between a scene and its mesh.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
-use crate::mesh::surface_field::SurfaceFieldError;
-use crate::text::list;
+use dovetail_mesh::text::list;
 
 /// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
 /// the first few, with the number of all.
@@ -176,11 +177,8 @@ pub enum ModelError {
         group: String,
         count: usize,
     },
-    #[error("{used_by}: {source}")]
-    Field {
-        used_by: String,
-        source: SurfaceFieldError,
-    },
+    #[error("{used_by}: the field of {} is not read", path.display())]
+    FieldMissing { used_by: String, path: PathBuf },
     #[error(
         "{used_by}: {count} of {points} points of {field} are farther from surface `{group}` than the body is large ({size_m:.3e} m), the farthest {distance_m:.3e} m: give coordinates in metres, in the frame of the mesh"
     )]

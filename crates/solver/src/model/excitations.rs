@@ -1,15 +1,16 @@
 //! What shakes the assembly, tied to nodes and facets.
 
-use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 
 use super::builder::BodyBuilder;
 use super::loads::{applied_load, surface};
 use super::mapping::{self, Facets, FieldMap, NodalForces};
 use super::{AppliedLoad, Excitation, Growth, ModelError};
-use crate::mesh::Mesh;
-use crate::mesh::surface_field::SurfaceField;
-use crate::model::{Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource};
+use crate::model::{
+    Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, SurfaceFields,
+};
+use dovetail_mesh::Mesh;
+use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_numerics::space::distance;
 
 /// The excitations of the scene, and how its fields were mapped.
@@ -17,6 +18,7 @@ pub(super) fn excitations(
     assembly: &Assembly,
     mesh: &Mesh,
     bodies: &[BodyBuilder],
+    fields: &SurfaceFields,
 ) -> Result<(Vec<Excitation>, Vec<FieldMap>), ModelError> {
     let (mut all, mut maps) = (Vec::new(), Vec::new());
     for (number, spec) in assembly.excitations.iter().enumerate() {
@@ -48,7 +50,17 @@ pub(super) fn excitations(
                 });
             }
             ExcitationKind::Field { on, field } => {
-                let (body, [re, im], map) = field_forces(mesh, bodies, on, field, &used_by, spec)?;
+                let named = match field {
+                    FieldSource::Points(field) => ("the field".to_owned(), field),
+                    FieldSource::File(path) => {
+                        let read = fields.get(path).ok_or_else(|| ModelError::FieldMissing {
+                            used_by: used_by.clone(),
+                            path: path.clone(),
+                        })?;
+                        (path.display().to_string(), read)
+                    }
+                };
+                let (body, [re, im], map) = field_forces(mesh, bodies, on, named, &used_by, spec)?;
                 let loads = |forces: Vec<(u32, [f64; 3])>| {
                     let point = |(node, vector_n)| (body, AppliedLoad::Point { node, vector_n });
                     forces.into_iter().map(point).collect()
@@ -71,24 +83,14 @@ fn field_forces(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
     on: &str,
-    field: &FieldSource,
+    (name, field): (String, &SurfaceField),
     used_by: &str,
     spec: &ExcitationSpec,
 ) -> Result<(usize, [NodalForces; 2], FieldMap), ModelError> {
-    let (name, field) = match field {
-        FieldSource::Points(field) => ("the field".to_owned(), Cow::Borrowed(field)),
-        FieldSource::File(path) => {
-            let field = SurfaceField::read(path).map_err(|source| ModelError::Field {
-                used_by: used_by.to_owned(),
-                source,
-            })?;
-            (path.display().to_string(), Cow::Owned(field))
-        }
-    };
     let (body, facets) = surface(mesh, bodies, on, [1.0; 3], used_by)?;
     let builder = &bodies[body];
     let facets = Facets::new(facets, |node| builder.nodes_m()[node as usize]);
-    let (forces, mut map) = mapping::map(&field, &facets);
+    let (forces, mut map) = mapping::map(field, &facets);
     let size_m = size_m(builder);
     let count = map.farther_than(size_m);
     if count > 0 {

@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::ModelError;
 use super::groups::{Face, faces};
-use crate::mesh::element::{facet_corners, sorted_corners};
-use crate::mesh::facet::shares;
-use crate::mesh::{Group, Mesh};
+use dovetail_mesh::element::{facet_corners, sorted_corners};
+use dovetail_mesh::facet::shares;
+use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Assembly, BodyMesh, BodySpec, ModelError};
-use crate::mesh::parts::Placement;
-use crate::mesh::source::Units;
-use crate::mesh::{Group, Mesh};
-use crate::text::list;
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::text::list;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{Group, Mesh};
 
 /// Adds the bodies that have meshes of their own to the mesh that the others share. `read` gives the mesh of
 /// a file; each file is read once.

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use super::ModelError;
-use crate::mesh::element::{facet_corners, sorted_corners};
-use crate::mesh::{Group, Mesh};
+use dovetail_mesh::element::{facet_corners, sorted_corners};
+use dovetail_mesh::{Group, Mesh};
 
 pub(super) fn kind(dimension: u8) -> &'static str {
     match dimension {

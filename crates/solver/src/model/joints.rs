@@ -7,8 +7,8 @@ use super::contacts::{Contact, Surface, contact, finer, ground_contact};
 use super::crown::add_crown;
 use super::groups::{find_surface, first_tags};
 use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
-use crate::mesh::Mesh;
 use crate::model::{Assembly, ContactLaw, ContactSpec};
+use dovetail_mesh::Mesh;
 
 /// What the contacts of a scene make of the flanks.
 #[derive(Default)]

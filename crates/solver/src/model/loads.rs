@@ -3,8 +3,8 @@
 use super::builder::BodyBuilder;
 use super::groups::{faces, find_group, first_tags, kind};
 use super::{AppliedLoad, ModelError, Traction};
-use crate::mesh::{Group, Mesh};
 use crate::model::{LoadKind, LoadSpec};
+use dovetail_mesh::{Group, Mesh};
 
 /// A load of the scene: per body it acts on, what acts there. Nodes are local.
 pub(super) fn applied_load(

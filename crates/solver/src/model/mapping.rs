@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use super::least_squares;
 use super::neighbours::{FacetTree, PointTree};
-use crate::mesh::element::facet_corners;
-use crate::mesh::facet::{self, FacetPoint};
-use crate::mesh::surface_field::{FieldValues, SurfaceField};
+use dovetail_mesh::element::facet_corners;
+use dovetail_mesh::facet::{self, FacetPoint};
+use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
 /// How a field at points in space was mapped to a surface, at the amplitude of its excitation. Of complex
@@ -410,7 +410,7 @@ impl Forces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::facet::shares;
+    use dovetail_mesh::facet::shares;
     use proptest::prelude::*;
 
     /// A sheet of six-node triangles over the square from 0 to 1, `cells` squares wide.

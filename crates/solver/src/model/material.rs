@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::gather::materials;
 use super::{Material, MaterialSpec, ModelError};
-use crate::mesh::{Mesh, MeshMaterial};
+use dovetail_mesh::{Mesh, MeshMaterial};
 
 /// The material of the body `body`, whose elements are `elements`.
 pub(super) fn material(

@@ -1,6 +1,6 @@
-//! [`Assembly`] + [`Mesh`](crate::mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//! [`Assembly`] + [`Mesh`](dovetail_mesh::Mesh) -> [`Model`]: names become indices here and only here.
 //!
-//! [`bind`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
+//! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
 //! paired node by node and given their frames, and every node learns how it may move.
 
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::penalty::PairStiffness;
-use crate::mesh::{Connectivity, ElementType};
+use dovetail_mesh::{Connectivity, ElementType};
 
 mod bind;
 mod builder;
@@ -26,18 +26,20 @@ mod least_squares;
 mod loads;
 mod mapping;
 mod material;
+mod mesh_source;
 mod mortar;
 mod neighbours;
 mod springs;
 
-pub use bind::bind;
+pub use bind::{bind, bind_with_fields};
 pub use description::{
     Assembly, BaseMotion, BodyMesh, BodySpec, ContactLaw, ContactSpec, CrownSpec, ExcitationKind,
     ExcitationSpec, FieldSource, FlankStiffness, LoadKind, LoadSpec, Material, MaterialSpec,
-    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec,
+    ObservationSpec, Prestress, RotationSpec, Side, SpringSpec, SurfaceFields,
 };
 pub use error::ModelError;
 pub use mapping::FieldMap;
+pub use mesh_source::{MeshKind, MeshSource};
 
 /// What the finite elements and the contact need, with every name resolved.
 #[derive(Debug, Clone, Serialize)]

@@ -19,8 +19,8 @@
 use std::collections::HashMap;
 
 use super::flank::Flank;
-use crate::mesh::interpolation::of_facet;
-use crate::mesh::quadrature::triangle;
+use dovetail_mesh::interpolation::of_facet;
+use dovetail_mesh::quadrature::triangle;
 use dovetail_numerics::dense;
 use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
 use faer::Mat;
@@ -498,7 +498,7 @@ impl Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::facet::shares;
+    use dovetail_mesh::facet::shares;
 
     /// A flank of n x m cells, each a quadrilateral or two triangles, put in space by `map`; its outward
     /// normal is +z of the map, or -z where it lies on the other side.

@@ -3,8 +3,8 @@
 use rstar::primitives::GeomWithData;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-use crate::mesh::element::facet_corners;
-use crate::mesh::facet::{self, FacetPoint};
+use dovetail_mesh::element::facet_corners;
+use dovetail_mesh::facet::{self, FacetPoint};
 use dovetail_numerics::space::{dot, sub};
 
 /// Most steps from the chord of a curved facet to the facet itself.

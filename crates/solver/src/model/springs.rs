@@ -4,9 +4,9 @@ use super::builder::BodyBuilder;
 use super::groups::{find_group, kind};
 use super::loads::{check_nodes, only_body, outward_facets};
 use super::{BodyNode, ModelError, Slave, Spring, SpringChain, SpringSupport};
-use crate::mesh::facet::shares;
-use crate::mesh::{Group, Mesh};
 use crate::model::SpringSpec;
+use dovetail_mesh::facet::shares;
+use dovetail_mesh::{Group, Mesh};
 
 /// A node whose weight is below this fraction of the largest one does not count.
 const NO_WEIGHT: f64 = 1e-12;

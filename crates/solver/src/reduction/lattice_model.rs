@@ -1,12 +1,12 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
 use crate::fem::{BodyMatrices, Structure};
-use crate::mesh::Connectivity;
 use crate::model::Material;
 use crate::model::{
     AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Model, NodeMotion,
     Observation, Side, Slave,
 };
+use dovetail_mesh::Connectivity;
 use dovetail_testkit::lattice::{Lattice, scattered};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar

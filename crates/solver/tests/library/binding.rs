@@ -2,112 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::shared_dovetail::{check_dovetail, dovetail_assembly};
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::block::{block, map_nodes, straighten};
-use dovetail_solver::mesh::{self, Connectivity, ElementType, Mesh, quality};
+use dovetail_mesh::{Connectivity, ElementType, Mesh, quality};
 use dovetail_solver::model::{
     AppliedLoad, Assembly, BodyNode, ContactLaw, ContactSpec, ExcitationKind,
 };
 use dovetail_solver::model::{Model, ModelError, NodeMotion, Side, bind};
-use dovetail_testkit::folder::Folder;
+use dovetail_testkit::block::{block, map_nodes, straighten};
 
 // --------------------------------------------------------------------------- binding a scene
-
-/// What holds for the default dovetail at any flank mesh.
-fn check_dovetail(model: &Model, nu: usize, nv: usize) {
-    let per_flank = nu * nv;
-    assert_eq!(model.pairs.len(), 2 * per_flank);
-    assert_eq!(model.contact_names, ["left", "right"]);
-    let (skew, half) = (25f64.to_radians(), 0.5f64.sqrt());
-    let slot = [skew.cos(), skew.sin(), 0.0];
-    for (i, pair) in model.pairs.iter().enumerate() {
-        assert_eq!(pair.contact, i / per_flank);
-        let [n, t1, t2] = pair.frame;
-        // 45 degrees from the radial direction, from the jaw down into the blade.
-        let sign = if pair.contact == 0 { 1.0 } else { -1.0 };
-        let out = [-skew.sin() * sign, skew.cos() * sign, 0.0];
-        assert_vector(n, [-half * out[0], -half * out[1], -half], 1e-9);
-        assert_vector(t1, slot, 1e-9);
-        assert_vector(t2, cross(n, t1), 1e-14);
-        for (b, at) in [pair.slave.node, pair.slave.partner().unwrap()]
-            .into_iter()
-            .enumerate()
-        {
-            let body = &model.bodies[b];
-            assert_eq!(at.body, b);
-            assert!(distance(body.nodes_m[at.node as usize], pair.position_m) < 1e-12);
-            assert_eq!(body.dofs.free(at.node), Some(body.dofs.interior_nodes + i));
-        }
-    }
-    // Each flank is a parallelogram: length 32 / cos 25 along the slot, 4.5 across.
-    let expected = 4.5e-3 * 32e-3 / skew.cos();
-    for c in 0..2 {
-        let areas = model
-            .pairs
-            .iter()
-            .filter(|p| p.contact == c)
-            .map(|p| p.area_m2);
-        assert!((areas.sum::<f64>() / expected - 1.0).abs() < 1e-9);
-    }
-    assert_eq!(model.flank_facets.len(), 4 * (nu - 1) * (nv - 1));
-    let mut area = 0.0;
-    for t in &model.flank_facets {
-        let [a, b, c] = [0, 1, 2].map(|k| &model.pairs[t[k] as usize]);
-        assert!(a.contact == b.contact && b.contact == c.contact);
-        let normal = cross(
-            sub(b.position_m, a.position_m),
-            sub(c.position_m, a.position_m),
-        );
-        assert!(
-            dot(normal, a.frame[0]) > 0.0,
-            "a triangle is turned away from the blade"
-        );
-        area += 0.5 * dot(normal, a.frame[0]);
-    }
-    assert!((area / (2.0 * expected) - 1.0).abs() < 1e-9);
-    assert!(
-        model.largest_mismatch_m() < 1e-15,
-        "{}",
-        model.largest_mismatch_m()
-    );
-    for body in &model.bodies {
-        let d = &body.dofs;
-        assert_eq!(d.contact_nodes, 2 * per_flank);
-        let free: BTreeSet<u32> = d
-            .nodes
-            .iter()
-            .filter_map(|m| {
-                if let NodeMotion::Free(i) = m {
-                    Some(*i)
-                } else {
-                    None
-                }
-            })
-            .collect();
-        assert_eq!(free, (0..d.free_nodes() as u32).collect());
-        let mut tied = 0;
-        for (n, motion) in d.nodes.iter().enumerate() {
-            let NodeMotion::Tied([a, b]) = motion else {
-                continue;
-            };
-            tied += 1;
-            let (a, b) = (body.nodes_m[*a as usize], body.nodes_m[*b as usize]);
-            assert_vector(
-                body.nodes_m[n],
-                [0, 1, 2].map(|k| 0.5 * (a[k] + b[k])),
-                1e-12,
-            );
-            let kept = d
-                .weights(n)
-                .filter(|&(i, w)| i >= d.interior_nodes && w == 0.5);
-            assert_eq!(kept.count(), 2);
-        }
-        // Edges of a grid with one diagonal per cell.
-        let edges = (nu - 1) * nv + nu * (nv - 1) + (nu - 1) * (nv - 1);
-        let quadratic = body.elements.of(0).len() == 10;
-        assert_eq!(tied, if quadratic { 2 * edges } else { 0 });
-    }
-}
 
 #[test]
 fn the_dovetail_has_72_pairs_at_45_degrees() {
@@ -449,94 +353,6 @@ fn two_cubes_are_bound_with_areas_of_a_quarter_cell() {
         }
         let total: f64 = model.pairs.iter().map(|p| p.area_m2).sum();
         assert!((total - 1e-6).abs() < 1e-18);
-    }
-}
-
-// ------------------------------------------------------------------------------- with gmsh
-
-const WITH_GMSH: &str = "This test runs gmsh: `tools/setup.sh` installs it.";
-
-/// Meshes the script anew.
-fn meshed(name: &str, parameters: &[(&str, f64)]) -> (Mesh, String) {
-    let folder = Folder::new(name);
-    let out = folder.join("a.msh");
-    let parameters: Vec<_> = parameters
-        .iter()
-        .map(|(n, v)| (n.to_string(), *v))
-        .collect();
-    let script = root().join("geometry/dovetail.geo");
-    match mesh::generate(&script, &parameters, 120.0, &out) {
-        Ok(run) => {
-            let mesh = mesh::read(&out, MM).unwrap();
-            println!(
-                "gmsh {}: {:.1} s, {:?}",
-                run.version,
-                run.seconds,
-                quality::check(&mesh).unwrap()
-            );
-            assert!(!run.version.is_empty());
-            (mesh, run.version)
-        }
-        Err(error) => panic!("{error}\n{WITH_GMSH}"),
-    }
-}
-
-#[test]
-fn the_script_meshes_into_what_the_ready_mesh_is() {
-    let (mesh, version) = meshed("default", &[]);
-    let ready = ready("dovetail.msh");
-    check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), 4, 9);
-    assert_eq!(
-        mesh.elements.types().into_keys().collect::<Vec<_>>(),
-        [ElementType::TET10]
-    );
-    let groups = |m: &Mesh| m.groups.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(groups(&mesh), groups(&ready));
-    let volume = |m: &Mesh| quality::check(m).unwrap().volume_m3;
-    assert!((volume(&mesh) / volume(&ready) - 1.0).abs() < 1e-3);
-    if version == "4.8.4" {
-        assert!(
-            mesh == ready,
-            "meshes/dovetail.msh is not what geometry/dovetail.geo gives"
-        );
-    }
-}
-
-#[test]
-fn other_flank_meshes_and_gradings_match_too() {
-    for (name, nu, nv, more) in [
-        ("graded", 4, 9, vec![("bump", 0.3), ("order", 2.0)]),
-        ("strong", 5, 12, vec![("bump_u", 0.15), ("order", 1.0)]),
-        (
-            "fine",
-            8,
-            18,
-            vec![("order", 2.0), ("lc", 5.0), ("lc_root", 2.5)],
-        ),
-        ("coarse", 2, 4, vec![("order", 1.0), ("lc_air", 5.0)]),
-    ] {
-        let mut parameters = vec![("nu", nu as f64), ("nv", nv as f64)];
-        parameters.extend(more);
-        let (mesh, _) = meshed(name, &parameters);
-        check_dovetail(&bind(&dovetail_assembly(), &mesh).unwrap(), nu, nv);
-    }
-}
-
-#[test]
-fn impossible_dimensions_are_explained_by_the_script() {
-    let folder = Folder::new("none");
-    let out = folder.join("a.msh");
-    let script = root().join("geometry/dovetail.geo");
-    for (name, value, told) in [
-        ("nu", 1.0, "at least 2 x 2"),
-        ("wf", 40.0, "do not fit"),
-        ("order", 3.0, "1 or 2"),
-    ] {
-        match mesh::generate(&script, &[(name.to_string(), value)], 60.0, &out) {
-            Err(mesh::GmshError::Missing { .. }) => panic!("{WITH_GMSH}"),
-            Err(error) => assert!(error.to_string().contains(told), "{error}"),
-            Ok(_) => panic!("{name} = {value} gave a mesh"),
-        }
     }
 }
 

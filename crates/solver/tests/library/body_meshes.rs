@@ -1,15 +1,15 @@
 //! Bodies with meshes of their own: put in place, copied, with units and materials of decks.
 
 use crate::shared_scenes::*;
-use dovetail_solver::mesh::block::{block, map_nodes};
-use dovetail_solver::mesh::parts::Placement;
-use dovetail_solver::mesh::source::Units;
-use dovetail_solver::mesh::{self, ElementType, Mesh};
+use dovetail_mesh::parts::Placement;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
     Assembly, BodyMesh, ContactSpec, ExcitationKind, Material, MaterialSpec, Model, ModelError,
     bind,
 };
+use dovetail_testkit::block::{block, map_nodes};
 
 const SIZE: [f64; 3] = [3e-3, 2e-3, 1e-3];
 const STAY: Placement = Placement {
@@ -191,7 +191,7 @@ fn cube(deck: &str, units: Units, material: Option<&str>) -> Result<Model, Model
     (contact.first, contact.second) = ("base".into(), None);
     assembly.excitations[0].kind = ExcitationKind::force("corner", [0.0, 1.0, 0.0]);
     assembly.observations[0].points = "corner".into();
-    bind(&assembly, &mesh::parse(deck, units).unwrap())
+    bind(&assembly, &dovetail_mesh::parse(deck, units).unwrap())
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Pairs with a clearance or an interference: what closes a clearance is not pressed, what an
 //! interference takes is pressed besides, and moving the bodies apart changes no motion.
 
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::eps::Eps;
@@ -12,12 +13,12 @@ use dovetail_solver::fem::assemble;
 use dovetail_solver::integration::compare::on_orbit;
 use dovetail_solver::integration::steady::{Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
-use dovetail_solver::mesh::block::{block, map_nodes};
-use dovetail_solver::mesh::{ElementType, Mesh};
+
 use dovetail_solver::model::{Growth, Material, Model, Prestress, RotationSpec, bind};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, Load, ReducedModel, StuckModes, reduce, superelement};
+use dovetail_testkit::block::{block, map_nodes};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 use std::f64::consts::TAU;

@@ -3,10 +3,10 @@
 
 use std::f64::consts::PI;
 
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::block::{block, map_nodes};
-use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Assembly, Model, ModelError, NodeMotion, bind};
+use dovetail_testkit::block::{block, map_nodes};
 use nalgebra_sparse::CscMatrix;
 
 use crate::shared_scenes::{assembly, body, contact, cross, distance};

@@ -3,11 +3,10 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::shared_scenes::*;
+use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_solver::dlft::orbit::linear_point;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::block::block;
-use dovetail_solver::mesh::surface_field::{FieldValues, SurfaceField};
-use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadKind, LoadSpec,
     Material, ModelError, bind,
@@ -16,6 +15,7 @@ use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_testkit::block::block;
 
 const UNDAMPED: Rayleigh = Rayleigh {
     stiffness_s: 0.0,
@@ -291,7 +291,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     };
     let error = bound(missing).unwrap_err().to_string();
     assert!(
-        error.contains("excitation 1: cannot read no_such.csv"),
+        error.contains("excitation 1: the field of no_such.csv is not read"),
         "{error}"
     );
 }

@@ -4,6 +4,7 @@
 //! its number of threads).
 
 mod shared_bodies;
+mod shared_dovetail;
 mod shared_rigid_body;
 mod shared_scenes;
 
@@ -12,11 +13,11 @@ mod binding;
 mod body_meshes;
 mod clearance;
 mod curved_flanks;
+mod damaged_meshes;
 mod elements;
 mod excitation;
 mod extremes;
 mod gross_slip;
-mod mesh_files;
 mod mortar;
 mod penalty_contact;
 mod reduction;

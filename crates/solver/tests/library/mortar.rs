@@ -1,14 +1,14 @@
 //! Contact between flanks whose meshes do not match, through all packages, against what is exact or holds
 //! for any solution: a uniform pressure, the balance of forces, and what matched meshes give.
 
+use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
-use dovetail_solver::mesh::block::{block, map_nodes, side_by_side, straighten};
-use dovetail_solver::mesh::{ElementType, Mesh};
 use dovetail_solver::model::{Assembly, LoadKind, LoadSpec, Material, Model, Side, bind};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_testkit::block::{block, map_nodes, side_by_side, straighten};
 
 use crate::shared_scenes::{blocks_assembly, body, contact, two_blocks};
 

@@ -2,18 +2,19 @@
 
 use std::path::PathBuf;
 
-use dovetail_solver::mesh::source::{MeshKind, MeshSource};
-use dovetail_solver::mesh::{self, Mesh};
+use dovetail_mesh::Mesh;
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material,
     ObservationSpec, Prestress, RotationSpec,
 };
+use dovetail_solver::model::{MeshKind, MeshSource};
 use dovetail_testkit::folder::root;
 
 pub const MM: f64 = 1e-3;
 
 pub fn ready(name: &str) -> Mesh {
-    mesh::read(&root().join("meshes").join(name), MM).unwrap()
+    let bytes = std::fs::read(root().join("meshes").join(name)).unwrap();
+    dovetail_mesh::parse(bytes, MM).unwrap()
 }
 
 pub fn body(name: &str, fixed: &[&str]) -> BodySpec {

@@ -1,10 +1,11 @@
 //! The ready meshes and assemblies of them, made in code, for the tests of meshes and binding.
 
-use dovetail_solver::mesh::Mesh;
-use dovetail_solver::mesh::block::side_by_side;
-use dovetail_solver::model::{Assembly, ContactSpec};
+use dovetail_mesh::Mesh;
+use dovetail_solver::model::Assembly;
+use dovetail_testkit::block::side_by_side;
 
-pub use crate::shared_bodies::{MM, assembly, body, ready};
+pub use crate::shared_bodies::{assembly, body, ready};
+pub use crate::shared_dovetail::{assert_vector, contact};
 pub use dovetail_testkit::folder::root;
 
 pub fn bytes(name: &str) -> Vec<u8> {
@@ -12,34 +13,6 @@ pub fn bytes(name: &str) -> Vec<u8> {
 }
 
 // ---------------------------------------------------------------------------------- assemblies
-
-pub fn contact(name: &str, first: &str, second: &str) -> ContactSpec {
-    ContactSpec {
-        name: name.into(),
-        first: first.into(),
-        second: Some(second.into()),
-        law: dovetail_solver::model::ContactLaw::UnilateralCoulomb,
-        friction: 0.3,
-        stiffness: None,
-        gap_m: 0.0,
-        gap_from_mesh: false,
-        search_distance_m: None,
-        slave: None,
-        crown: None,
-    }
-}
-
-pub fn dovetail_assembly() -> Assembly {
-    let sides = ["jaw_base", "jaw_side_left", "jaw_side_right"];
-    assembly(
-        vec![body("blade", &[]), body("jaw", &sides)],
-        vec![
-            contact("left", "blade_flank_left", "jaw_flank_left"),
-            contact("right", "blade_flank_right", "jaw_flank_right"),
-        ],
-        "excitation",
-    )
-}
 
 pub fn blocks_assembly() -> Assembly {
     let bodies = vec![body("upper", &[]), body("lower", &["base"])];
@@ -87,11 +60,4 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 pub fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(sub(a, b), sub(a, b)).sqrt()
-}
-
-pub fn assert_vector(found: [f64; 3], expected: [f64; 3], tolerance: f64) {
-    assert!(
-        distance(found, expected) < tolerance,
-        "{found:?} is not {expected:?}"
-    );
 }

@@ -1,10 +1,10 @@
 //! Blocks as bodies: free, held at a flank, distorted, bent.
 
-use dovetail_solver::mesh::block::{block, distort, map_nodes, mixed_block};
-use dovetail_solver::mesh::element::facet_corners;
-use dovetail_solver::mesh::{ElementOrder, ElementType, Mesh};
+use dovetail_mesh::element::facet_corners;
+use dovetail_mesh::{ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
 use dovetail_solver::model::{BodyPrestress, Material};
+use dovetail_testkit::block::{block, distort, map_nodes, mixed_block};
 
 /// What a block is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,10 @@
 //! Mass, and the load of rotation.
 
+use dovetail_mesh::{Connectivity, ElementOrder, ElementType, Shape};
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::mass_properties::mass_properties;
-use dovetail_solver::mesh::block::block;
-use dovetail_solver::mesh::{Connectivity, ElementOrder, ElementType, Shape};
 use dovetail_solver::model::{Body, BodyPrestress, NodeMotion, Rotation};
+use dovetail_testkit::block::block;
 
 use super::algebra::*;
 use super::bodies::*;

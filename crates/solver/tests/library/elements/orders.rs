@@ -6,14 +6,14 @@
 
 use std::collections::BTreeMap;
 
+use dovetail_mesh::interpolation::of_element;
+use dovetail_mesh::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::sparse::submatrix;
 use dovetail_solver::fem::elasticity::Lame;
-use dovetail_solver::mesh::block::{FACES, distort, map_nodes};
-use dovetail_solver::mesh::interpolation::of_element;
-use dovetail_solver::mesh::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_solver::model::Material;
+use dovetail_testkit::block::{FACES, distort, map_nodes};
 
 use super::algebra::*;
 use super::bodies::*;

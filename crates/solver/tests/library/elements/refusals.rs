@@ -1,12 +1,12 @@
 //! Order of work, and what is refused.
 
+use dovetail_mesh::{Connectivity, ElementOrder, ElementType};
 use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::fem::{FemError, assemble_body};
-use dovetail_solver::mesh::block::block;
-use dovetail_solver::mesh::block::straighten;
-use dovetail_solver::mesh::{Connectivity, ElementOrder, ElementType};
 use dovetail_solver::model::BodyPrestress;
 use dovetail_solver::model::{Body, NodeMotion};
+use dovetail_testkit::block::block;
+use dovetail_testkit::block::straighten;
 use nalgebra_sparse::CscMatrix;
 
 use super::algebra::*;

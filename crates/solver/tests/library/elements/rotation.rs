@@ -1,16 +1,16 @@
 //! Rotation: closed forms, tables, and the geometric stiffness itself.
 
+use dovetail_mesh::interpolation::reference_nodes;
+use dovetail_mesh::{ElementType, Shape};
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::elasticity::{Lame, map_gradients};
 use dovetail_solver::fem::element::{Element, Isoparametric};
 use dovetail_solver::fem::elements::element;
 use dovetail_solver::fem::statics::held_displacement;
 use dovetail_solver::fem::stress::nodal_stress;
-use dovetail_solver::mesh::block::{block, map_nodes};
-use dovetail_solver::mesh::interpolation::reference_nodes;
-use dovetail_solver::mesh::{ElementType, Shape};
 use dovetail_solver::model::{Body, Rotation};
 use dovetail_solver::model::{BodyPrestress, Material};
+use dovetail_testkit::block::{block, map_nodes};
 
 use super::algebra::*;
 use super::bodies::*;

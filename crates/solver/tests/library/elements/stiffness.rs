@@ -1,13 +1,13 @@
 //! Stiffness: rigid motions, patch tests, uniform stress.
 
+use dovetail_mesh::ElementType;
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::elasticity::Lame;
 use dovetail_solver::fem::element::{Element, Isoparametric};
 use dovetail_solver::fem::expand_to_nodes;
 use dovetail_solver::fem::stress::{nodal_stress, stress, von_mises};
-use dovetail_solver::mesh::ElementType;
-use dovetail_solver::mesh::block::{block, map_nodes};
 use dovetail_solver::model::BodyPrestress;
+use dovetail_testkit::block::{block, map_nodes};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 

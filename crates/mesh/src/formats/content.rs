@@ -1,0 +1,227 @@
+//! What a mesh file says, whatever its format: the readers of all formats end here.
+
+use std::collections::BTreeMap;
+
+use crate::element::Connectivity;
+use crate::text;
+use crate::units::Units;
+use crate::{FARTHEST_M, Group, Mesh, MeshError, MeshMaterial};
+
+/// Nodes, elements, groups and materials of a file, in the units of the file.
+///
+/// Indices of nodes are positions in `nodes`, of which not all need to be used. Groups are those of a
+/// [`Mesh`]; a set of nodes is a group of dimension 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Content {
+    /// Positions, in the unit of length of the file.
+    pub nodes: Vec<[f64; 3]>,
+    /// Number of each node in the file.
+    pub node_tags: Vec<u64>,
+    /// Solid elements, of the eight types of [`ElementType`](crate::element::ElementType).
+    pub elements: Connectivity,
+    /// Triangles of 3 or 6 nodes, quadrilaterals of 4 or 8.
+    pub facets: Connectivity,
+    /// By name.
+    pub groups: BTreeMap<String, Group>,
+    /// Those that the file gives to elements.
+    pub materials: Vec<FileMaterial>,
+    /// What the file says beside and was not read, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A material of a file, in the units of the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FileMaterial {
+    /// As the file calls it.
+    pub name: String,
+    /// Young's modulus, where it is given.
+    pub young: Option<f64>,
+    /// Poisson's ratio, where it is given.
+    pub poisson: Option<f64>,
+    /// Density, where it is given.
+    pub density: Option<f64>,
+    /// The elements that are made of it, ascending, each once.
+    pub elements: Vec<u32>,
+}
+
+impl FileMaterial {
+    fn in_si(self, units: Units) -> MeshMaterial {
+        let scales = units.stress_pa_and_density_kg_m3();
+        let [stress, density] = scales.unwrap_or([1.0; 2]);
+        MeshMaterial {
+            name: self.name,
+            has_units: scales.is_some(),
+            young_pa: self.young.map(|e| e * stress),
+            poisson: self.poisson,
+            density_kg_m3: self.density.map(|rho| rho * density),
+            elements: self.elements,
+        }
+    }
+}
+
+impl Content {
+    /// The mesh in metres: nodes that no group, element or facet has are dropped, the others numbered in
+    /// the order of the file.
+    ///
+    /// # Errors
+    /// Without groups or solid elements, and where a coordinate is no number or too far away.
+    pub fn into_mesh(mut self, units: Units) -> Result<Mesh, MeshError> {
+        const UNUSED: u32 = u32::MAX;
+        let metres = units.metres();
+        if !(metres.is_finite() && metres > 0.0) {
+            return Err(MeshError::Unit(metres));
+        }
+        if self.groups.is_empty() {
+            return Err(MeshError::NoGroups);
+        }
+        if self.elements.is_empty() {
+            return Err(MeshError::NoElements);
+        }
+        let mut new_index = vec![UNUSED; self.nodes.len()];
+        let in_groups = self.groups.values().flat_map(|g| &g.nodes);
+        let in_lists = self.elements.nodes().iter().chain(self.facets.nodes());
+        for &node in in_groups.chain(in_lists) {
+            new_index[node as usize] = 0;
+        }
+        let (mut nodes_m, mut node_tags) = (Vec::new(), Vec::new());
+        let file = self.nodes.iter().zip(&self.node_tags);
+        for (new, (&at, &tag)) in new_index.iter_mut().zip(file) {
+            if *new == UNUSED {
+                continue;
+            }
+            *new = nodes_m.len() as u32;
+            let at_m = at.map(|x| x * metres);
+            if at_m.iter().any(|x| !x.is_finite() || x.abs() > FARTHEST_M) {
+                return Err(MeshError::NotFinite { tag, at });
+            }
+            nodes_m.push(at_m);
+            node_tags.push(tag);
+        }
+        let lists = [&mut self.elements, &mut self.facets];
+        let nodes = lists.into_iter().flat_map(Connectivity::nodes_mut);
+        let in_groups = self.groups.values_mut().flat_map(|g| &mut g.nodes);
+        for node in nodes.chain(in_groups) {
+            *node = new_index[*node as usize];
+        }
+        for group in self.groups.values_mut() {
+            group.nodes.sort_unstable();
+            group.nodes.dedup();
+        }
+        Ok(Mesh {
+            nodes_m,
+            node_tags,
+            elements: self.elements,
+            facets: self.facets,
+            groups: self.groups,
+            materials: self.materials.into_iter().map(|m| m.in_si(units)).collect(),
+            remarks: self.remarks,
+        })
+    }
+
+    /// The group of all solids.
+    pub(super) fn all_solids(&self) -> Group {
+        Group {
+            dimension: 3,
+            elements: (0..self.elements.len() as u32).collect(),
+            nodes: self.elements.nodes().to_vec(),
+        }
+    }
+
+    /// Leaves out facets and nodes of groups that no solid has, and groups that are empty then; sorts
+    /// what is left. For formats that also hold rigid tools, masses, springs and supports.
+    ///
+    /// # Errors
+    /// There are no solids.
+    pub(super) fn keep_what_solids_have(&mut self) -> Result<(), MeshError> {
+        if self.elements.is_empty() {
+            let what = "solid elements";
+            return Err(MeshError::Empty { what });
+        }
+        let mut on_solid = vec![false; self.nodes.len()];
+        for node in self.elements.nodes() {
+            on_solid[*node as usize] = true;
+        }
+        self.keep_facets(&on_solid);
+        let (mut fewer, mut empty) = (Vec::new(), Vec::new());
+        for (name, group) in &mut self.groups {
+            for list in [&mut group.nodes, &mut group.elements] {
+                list.sort_unstable();
+                list.dedup();
+            }
+            let before = group.nodes.len();
+            group.nodes.retain(|node| on_solid[*node as usize]);
+            let left_out = before - group.nodes.len();
+            let is_empty = match group.dimension {
+                2 | 3 => group.elements.is_empty(),
+                _ => group.nodes.is_empty(),
+            };
+            if is_empty {
+                empty.push(name.clone());
+            } else if left_out > 0 {
+                fewer.push(format!("`{name}` ({left_out} of {before})"));
+            }
+        }
+        for name in &empty {
+            self.groups.remove(name);
+        }
+        if !fewer.is_empty() {
+            let groups = text::list(&fewer);
+            self.remarks.push(format!(
+                "Nodes that no solid element has were left out of these groups: {groups}."
+            ));
+        }
+        if !empty.is_empty() {
+            let quoted: Vec<String> = empty.iter().map(|name| format!("`{name}`")).collect();
+            let groups = text::list(&quoted);
+            self.remarks.push(format!(
+                "These sets are no groups, as nothing in them belongs to a solid element: {groups}."
+            ));
+        }
+        Ok(())
+    }
+
+    /// Leaves out the facets of which a node is not on a solid.
+    fn keep_facets(&mut self, on_solid: &[bool]) {
+        let nodes = on_solid.iter().zip(0..);
+        let nodes: Vec<Option<u32>> = nodes.map(|(on, n)| on.then_some(n)).collect();
+        let (kept, new_index) = self.facets.kept(&nodes);
+        let left_out = self.facets.len() - kept.len();
+        if left_out == 0 {
+            return;
+        }
+        self.facets = kept;
+        for group in self.groups.values_mut().filter(|g| g.dimension == 2) {
+            let elements = group.elements.iter();
+            group.elements = elements.filter_map(|f| new_index[*f as usize]).collect();
+        }
+        self.remarks.push(format!(
+            "{left_out} triangles and quadrilaterals (shells, membranes, rigid faces) were left out, because not all of their nodes belong to solid elements."
+        ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two tetrahedra, of which one is in no group.
+    #[test]
+    fn elements_of_no_group_keep_their_nodes() {
+        let mut content = Content {
+            nodes: (0..9).map(|i| [f64::from(i); 3]).collect(),
+            node_tags: (0..9).collect(),
+            ..Content::default()
+        };
+        content.elements.push(1, [0, 1, 2, 3]);
+        content.elements.push(2, [4, 5, 6, 8]);
+        let group = Group {
+            dimension: 3,
+            elements: vec![0],
+            nodes: vec![0, 1, 2, 3],
+        };
+        content.groups.insert("blade".to_owned(), group);
+        let mesh = content.into_mesh(1.0.into()).unwrap();
+        assert_eq!(mesh.elements.of(1), [4, 5, 6, 7]);
+        assert_eq!(mesh.node_tags, [0, 1, 2, 3, 4, 5, 6, 8]);
+    }
+}

@@ -1,0 +1,260 @@
+//! The lines of a deck: comments left out, keyword lines joined, included files in their place.
+
+use std::borrow::Cow;
+
+use crate::MeshError;
+
+/// Files inside one another at most, so that a file that includes itself comes to an end.
+const DEEPEST: usize = 20;
+/// Files included at most.
+const MOST_FILES: usize = 2000;
+
+/// Where a line stands: number of the file in [`Files`] (the deck is 0), and of the line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Place {
+    pub file: usize,
+    pub line: usize,
+}
+
+/// A keyword line.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Keyword {
+    /// In capital letters, without the star and without blanks.
+    pub name: String,
+    /// As a message shows it, with the star.
+    pub shown: String,
+    /// Names, in capital letters without blanks, and values.
+    pub parameters: Vec<(String, String)>,
+    pub place: Place,
+}
+
+impl Keyword {
+    /// The value of a parameter, empty where it has none.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        let found = self.parameters.iter().find(|(key, _)| key == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.get(name).is_some()
+    }
+
+    /// The value of a parameter that cannot be left out.
+    ///
+    /// # Errors
+    /// It is missing or empty.
+    pub fn required(&self, name: &'static str) -> Result<&str, MeshError> {
+        let value = self.get(name).filter(|value| !value.is_empty());
+        value.ok_or(MeshError::ParameterMissing { parameter: name })
+    }
+}
+
+pub(super) enum Line {
+    Keyword(Keyword),
+    Data(String),
+}
+
+struct Source<'a> {
+    bytes: Cow<'a, [u8]>,
+    at: usize,
+    place: Place,
+}
+
+impl Source<'_> {
+    /// The next line without its end.
+    fn next(&mut self) -> Option<&[u8]> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|b| *b == b'\n');
+        let from = self.at;
+        self.at += length.map_or(rest.len(), |length| length + 1);
+        self.place.line += 1;
+        Some(&self.bytes[from..from + length.unwrap_or(self.bytes.len() - from)])
+    }
+}
+
+/// Names of the files that were read; the deck has none.
+pub(super) struct Files(Vec<String>);
+
+impl Files {
+    /// The error, with the place and the keyword where it was found.
+    pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
+        if matches!(error, MeshError::Deck { .. }) {
+            return error;
+        }
+        let mut place = self.shown(place);
+        if !keyword.is_empty() {
+            place += ", ";
+            place += keyword;
+        }
+        MeshError::Deck {
+            place,
+            error: Box::new(error),
+        }
+    }
+
+    /// A place, as a message names it.
+    pub fn shown(&self, place: Place) -> String {
+        let line = place.line;
+        match self.0.get(place.file).map_or("", String::as_str) {
+            "" => format!("line {line}"),
+            file => format!("line {line} of {file}"),
+        }
+    }
+}
+
+/// All lines of a deck.
+pub(super) struct Lines<'a> {
+    sources: Vec<Source<'a>>,
+    /// Those that were opened.
+    pub files: Files,
+    /// A line that was read and belongs to nobody yet.
+    kept: Option<(Place, String)>,
+    include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
+}
+
+impl<'a> Lines<'a> {
+    pub fn new(
+        bytes: &'a [u8],
+        include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
+    ) -> Self {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        Self {
+            sources: vec![Source {
+                bytes: Cow::Borrowed(bytes),
+                at: 0,
+                place: Place::default(),
+            }],
+            files: Files(vec![String::new()]),
+            kept: None,
+            include,
+        }
+    }
+
+    /// Reads on in another file, and behind it here.
+    ///
+    /// # Errors
+    /// The file cannot be read, or files include one another without end.
+    pub fn include(&mut self, name: &str) -> Result<(), MeshError> {
+        if self.sources.len() >= DEEPEST || self.files.0.len() > MOST_FILES {
+            let file = name.to_owned();
+            return Err(MeshError::IncludeCircle { file });
+        }
+        let bytes = (self.include)(name)?;
+        self.sources.push(Source {
+            bytes: Cow::Owned(bytes),
+            at: 0,
+            place: Place {
+                file: self.files.0.len(),
+                line: 0,
+            },
+        });
+        self.files.0.push(name.to_owned());
+        Ok(())
+    }
+
+    /// The next line that is neither empty nor a comment, without blanks around it.
+    fn raw(&mut self) -> Option<(Place, String)> {
+        if let Some(kept) = self.kept.take() {
+            return Some(kept);
+        }
+        loop {
+            let source = self.sources.last_mut()?;
+            let Some(line) = source.next() else {
+                self.sources.pop();
+                continue;
+            };
+            let line = line.trim_ascii();
+            if !line.is_empty() && !line.starts_with(b"**") {
+                let text = match std::str::from_utf8(line) {
+                    Ok(text) => text.to_owned(),
+                    Err(_) => line.iter().map(|byte| char::from(*byte)).collect(), // Latin-1
+                };
+                return Some((source.place, text));
+            }
+        }
+    }
+
+    /// The next line, and where it stands.
+    pub fn next(&mut self) -> Option<(Place, Line)> {
+        let (place, mut text) = self.raw()?;
+        if !text.starts_with('*') {
+            return Some((place, Line::Data(text)));
+        }
+        while text.ends_with(',') {
+            match self.raw() {
+                Some((_, more)) if !more.starts_with('*') => text += &more,
+                other => {
+                    self.kept = other;
+                    break;
+                }
+            }
+        }
+        Some((place, Line::Keyword(keyword(&text, place))))
+    }
+}
+
+/// Capital letters without blanks: how names of keywords and parameters are compared.
+pub(super) fn bare(text: &str) -> String {
+    let letters = text.chars().filter(|c| !c.is_whitespace());
+    letters.collect::<String>().to_ascii_uppercase()
+}
+
+fn keyword(text: &str, place: Place) -> Keyword {
+    let mut fields = fields(text);
+    let name = fields.next().unwrap_or_default();
+    let words: Vec<&str> = name.split_whitespace().collect();
+    let parameters = fields.filter(|field| !field.is_empty()).map(|field| {
+        let (key, value) = field.split_once('=').unwrap_or((field, ""));
+        (bare(key), unquoted(value).to_owned())
+    });
+    Keyword {
+        name: bare(name.trim_start_matches('*')),
+        shown: words.join(" ").to_uppercase(),
+        parameters: parameters.collect(),
+        place,
+    }
+}
+
+/// What stands between the commas, without blanks around it. Commas between quotation marks belong
+/// to their field.
+pub(super) fn fields(line: &str) -> impl Iterator<Item = &str> {
+    let mut quoted = false;
+    let parts = line.split(move |c: char| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    });
+    parts.map(str::trim)
+}
+
+/// The text without blanks and quotation marks around it.
+pub(super) fn unquoted(text: &str) -> &str {
+    let text = text.trim();
+    let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
+    inner.unwrap_or(text)
+}
+
+/// A number as Fortran writes it, too: `1.5D+3`.
+///
+/// # Errors
+/// It is none.
+pub(super) fn number(field: &str) -> Result<f64, MeshError> {
+    let wrong = || MeshError::NotANumber {
+        found: field.to_owned(),
+    };
+    let text = field.replace(['d', 'D'], "e");
+    let starts = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.');
+    if !text.starts_with(starts) {
+        return Err(wrong()); // not `inf` or `nan`
+    }
+    text.parse().map_err(|_| wrong())
+}
+
+/// Number of a node or an element.
+///
+/// # Errors
+/// It is none.
+pub(super) fn label(field: &str) -> Result<u64, MeshError> {
+    field.parse().map_err(|_| MeshError::NotALabel {
+        found: field.to_owned(),
+    })
+}

@@ -1,0 +1,787 @@
+//! Lines -> [`Deck`]: parts, instances, sets, surfaces and materials, with their names.
+
+use dovetail_numerics::space::{sub, unit};
+
+use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
+use super::scope::{Placement, Scope, Section, SurfaceLine, Turn, block, key};
+use super::types::{Kind, kind};
+use super::vocabulary::{self, Understood};
+use crate::MeshError;
+
+#[derive(Debug, Clone, Default)]
+pub(super) struct Material {
+    pub name: String,
+    pub young: Option<f64>,
+    pub poisson: Option<f64>,
+    pub density: Option<f64>,
+}
+
+/// Everything that a deck says and that is read.
+#[derive(Debug, Default)]
+pub(super) struct Deck {
+    /// What stands in no part, and in the assembly.
+    pub root: Scope,
+    pub parts: Vec<Scope>,
+    pub instances: Vec<Scope>,
+    pub materials: Vec<Material>,
+    pub remarks: Vec<String>,
+}
+
+/// Keywords that hold nothing, or what nobody misses.
+const SILENT: [&str; 9] = [
+    "HEADING",
+    "PREPRINT",
+    "INCLUDE",
+    "ASSEMBLY",
+    "ENDASSEMBLY",
+    "ENDPART",
+    "ENDINSTANCE",
+    "MATERIAL",
+    "ENDSTEP",
+];
+
+/// Where nodes, elements and sets go.
+#[derive(Clone, Copy, PartialEq)]
+enum Open {
+    Root,
+    Part,
+    Instance,
+}
+
+/// What the data lines behind a keyword are.
+enum Mode {
+    Skip,
+    Nodes {
+        cylindrical: bool,
+        set: Option<String>,
+    },
+    Elements(Elements),
+    Set {
+        name: String,
+        of_elements: bool,
+        generate: bool,
+        instance: Option<String>,
+    },
+    Surface(String),
+    Union(String),
+    /// The first line of a property of a material, then those for other temperatures.
+    Property {
+        elastic: bool,
+        is_read: bool,
+    },
+    Placement(usize),
+}
+
+/// An element that is being read, perhaps on several lines.
+struct Elements {
+    kind: Kind,
+    kind_name: String,
+    set: Option<String>,
+    /// Label, then nodes.
+    pending: Vec<u64>,
+    /// A line of a mass or a beam ended with a comma.
+    goes_on: bool,
+    /// A node of it is no number, as of a connector between instances.
+    odd: bool,
+}
+
+/// Reads all lines.
+///
+/// # Errors
+/// See [`MeshError`]; each says where.
+pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
+    let mut reader = Reader {
+        deck: Deck::default(),
+        open: Open::Root,
+        in_assembly: None,
+        mode: Mode::Skip,
+        keyword: Keyword::default(),
+        aside: Vec::new(),
+        aside_parameters: Vec::new(),
+        of_temperature: Vec::new(),
+        aside_types: Vec::new(),
+    };
+    while let Some((place, line)) = lines.next() {
+        let result = match line {
+            Line::Keyword(keyword) => {
+                let closed = reader.close();
+                closed.map_err(|e| reader.at_keyword(lines, e))?;
+                reader.keyword = keyword.clone();
+                vocabulary::understand(keyword).and_then(|found| reader.keyword(found, lines))
+            }
+            Line::Data(text) => reader.data(&text),
+        };
+        result.map_err(|e| lines.files.at(place, &reader.keyword.shown, e))?;
+    }
+    let end = reader.close().and_then(|()| reader.finish());
+    end.map_err(|e| reader.at_keyword(lines, e))?;
+    Ok(reader.deck)
+}
+
+struct Reader {
+    deck: Deck,
+    open: Open,
+    /// Where *ASSEMBLY stands, while it is open.
+    in_assembly: Option<Place>,
+    mode: Mode,
+    /// The last keyword.
+    keyword: Keyword,
+    /// Keywords that are not read.
+    aside: Vec<String>,
+    /// Parameters of keywords that are read, with their places.
+    aside_parameters: Vec<String>,
+    /// Materials with values for several temperatures.
+    of_temperature: Vec<String>,
+    /// Types of elements that have no shape.
+    aside_types: Vec<String>,
+}
+
+fn name_once(list: &mut Vec<String>, name: &str) {
+    if !list.iter().any(|known| known == name) {
+        list.push(name.to_owned());
+    }
+}
+
+impl Reader {
+    fn at_keyword(&self, lines: &Lines<'_>, error: MeshError) -> MeshError {
+        let keyword = &self.keyword;
+        lines.files.at(keyword.place, &keyword.shown, error)
+    }
+
+    fn scope(&mut self) -> &mut Scope {
+        let list = match self.open {
+            Open::Root => return &mut self.deck.root,
+            Open::Part => &mut self.deck.parts,
+            Open::Instance => &mut self.deck.instances,
+        };
+        list.last_mut().expect("one is open")
+    }
+
+    fn keyword(&mut self, found: Understood, lines: &mut Lines<'_>) -> Result<(), MeshError> {
+        let keyword = &found.keyword;
+        self.mode = Mode::Skip;
+        for parameter in &found.aside {
+            let place = lines.files.shown(keyword.place);
+            self.aside_parameters
+                .push(format!("{parameter} of {} ({place})", keyword.shown));
+        }
+        if found.is_generator {
+            let keyword = keyword.shown.clone();
+            return Err(MeshError::NotWrittenOut { keyword });
+        }
+        self.mode = match keyword.name.as_str() {
+            "NODE" => self.node(keyword)?,
+            "ELEMENT" => self.element(keyword)?,
+            "NSET" | "ELSET" => self.set(keyword)?,
+            "SURFACE" => self.surface(keyword)?,
+            "SOLIDSECTION" => self.section(keyword)?,
+            "MATERIAL" => self.material(keyword)?,
+            "ELASTIC" => self.elastic(keyword)?,
+            "DENSITY" => self.density(keyword)?,
+            "INCLUDE" => {
+                lines.include(keyword.required("INPUT")?)?;
+                return Ok(());
+            }
+            "PART" | "ENDPART" | "ASSEMBLY" | "ENDASSEMBLY" | "INSTANCE" | "ENDINSTANCE" => {
+                self.structure(keyword)?
+            }
+            name => {
+                if !SILENT.contains(&name) {
+                    name_once(&mut self.aside, &keyword.shown);
+                }
+                return Ok(());
+            }
+        };
+        match keyword.get("INPUT") {
+            Some(file) if !matches!(self.mode, Mode::Skip) => lines.include(file),
+            _ => Ok(()),
+        }
+    }
+
+    fn node(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let system = keyword.get("SYSTEM").unwrap_or("R").to_uppercase();
+        let cylindrical = match system.as_str() {
+            "R" | "" => false,
+            "C" => true,
+            _ => return Err(MeshError::NodeSystem { found: system }),
+        };
+        let set = keyword.get("NSET").map(str::to_owned);
+        Ok(Mode::Nodes { cylindrical, set })
+    }
+
+    fn element(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let kind_name = keyword.required("TYPE")?.to_owned();
+        let set = keyword.get("ELSET").map(str::to_owned);
+        let kind = kind(&kind_name, set.as_deref())?;
+        if kind == Kind::Aside {
+            name_once(&mut self.aside_types, &kind_name.to_uppercase());
+        }
+        Ok(Mode::Elements(Elements {
+            kind,
+            kind_name,
+            set,
+            pending: Vec::new(),
+            goes_on: false,
+            odd: false,
+        }))
+    }
+
+    fn set(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let of_elements = keyword.name == "ELSET";
+        let parameter = if of_elements { "ELSET" } else { "NSET" };
+        let name = keyword.required(parameter)?.to_owned();
+        let instance = keyword.get("INSTANCE").map(str::to_owned);
+        let scope = self.scope();
+        let sets = if of_elements {
+            &mut scope.elsets
+        } else {
+            &mut scope.nsets
+        };
+        let block = block(sets, &name, keyword.place, instance.as_deref());
+        if let (false, Some(elements)) = (of_elements, keyword.get("ELSET")) {
+            block.elements_of.push(elements.to_owned());
+        }
+        if let Some(set) = sets.get_mut(&key(&name)) {
+            set.internal |= keyword.has("INTERNAL");
+        }
+        Ok(Mode::Set {
+            name,
+            of_elements,
+            generate: keyword.has("GENERATE"),
+            instance,
+        })
+    }
+
+    fn surface(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        const TYPES: [&str; 8] = [
+            "ELEMENT",
+            "NODE",
+            "CUTTINGSURFACE",
+            "CYLINDER",
+            "EULERIANMATERIAL",
+            "REVOLUTION",
+            "SEGMENTS",
+            "USER",
+        ];
+        const COMBINED: [&str; 3] = ["UNION", "INTERSECTION", "DIFFERENCE"];
+        let name = keyword.required("NAME")?.to_owned();
+        let kind = vocabulary::value(keyword.get("TYPE").unwrap_or("ELEMENT"), &TYPES)?;
+        let combine = keyword.get("COMBINE");
+        let combine = combine.map(|how| vocabulary::value(how, &COMBINED));
+        let combine = combine.transpose()?;
+        let union = combine.as_deref() == Some("UNION");
+        let is_read = matches!(kind.as_str(), "ELEMENT" | "NODE")
+            && (combine.is_none() || union)
+            && !keyword.has("CROP");
+        if !is_read {
+            let how = combine.unwrap_or(kind);
+            self.deck.remarks.push(format!(
+                "The surface `{name}` ({how}) was left aside: only those of elements, of nodes and unions are read."
+            ));
+            return Ok(Mode::Skip);
+        }
+        let surface = self.scope().surfaces.entry(key(&name)).or_default();
+        if surface.name.is_empty() {
+            surface.name.clone_from(&name);
+            surface.place = keyword.place;
+            surface.of_nodes = kind == "NODE";
+        }
+        surface.internal |= keyword.has("INTERNAL");
+        Ok(if union {
+            Mode::Union(name)
+        } else {
+            Mode::Surface(name)
+        })
+    }
+
+    fn section(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let section = Section {
+            set: keyword.required("ELSET")?.to_owned(),
+            material: keyword.required("MATERIAL")?.to_owned(),
+            place: keyword.place,
+        };
+        self.scope().sections.push(section);
+        Ok(Mode::Skip)
+    }
+
+    fn material(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let name = keyword.required("NAME")?.to_owned();
+        if self
+            .deck
+            .materials
+            .iter()
+            .any(|m| key(&m.name) == key(&name))
+        {
+            let what = "materials";
+            return Err(MeshError::ScopeTwice { what, name });
+        }
+        self.deck.materials.push(Material {
+            name,
+            ..Material::default()
+        });
+        Ok(Mode::Skip)
+    }
+
+    fn elastic(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        const TYPES: [&str; 11] = [
+            "ISOTROPIC",
+            "ORTHOTROPIC",
+            "ANISOTROPIC",
+            "ENGINEERINGCONSTANTS",
+            "LAMINA",
+            "BILAMINA",
+            "TRACTION",
+            "COUPLEDTRACTION",
+            "SHEAR",
+            "SHORTFIBER",
+            "SHELL",
+        ];
+        let written = keyword.get("TYPE").filter(|kind| !kind.is_empty());
+        let written = written.unwrap_or("ISOTROPIC");
+        let is_given = |m: &Material| m.young.is_some();
+        if vocabulary::value(written, &TYPES)? == "ISOTROPIC" {
+            return self.property(keyword, true, is_given);
+        }
+        if let Some(material) = self.deck.materials.last() {
+            let (name, kind) = (&material.name, written.to_uppercase());
+            self.deck.remarks.push(format!(
+                "The elasticity of the material `{name}` ({kind}) was left aside: only isotropic ones are read."
+            ));
+        }
+        Ok(Mode::Skip)
+    }
+
+    fn density(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        if keyword.has("POREFLUID") {
+            name_once(&mut self.aside, "*DENSITY, PORE FLUID");
+            return Ok(Mode::Skip);
+        }
+        self.property(keyword, false, |m| m.density.is_some())
+    }
+
+    /// The lines of a property, which a material has once.
+    fn property(
+        &self,
+        keyword: &Keyword,
+        elastic: bool,
+        is_given: impl Fn(&Material) -> bool,
+    ) -> Result<Mode, MeshError> {
+        match self.deck.materials.last().filter(|m| is_given(m)) {
+            Some(material) => Err(MeshError::PropertyTwice {
+                material: material.name.clone(),
+                keyword: keyword.shown.clone(),
+            }),
+            None => Ok(Mode::Property {
+                elastic,
+                is_read: false,
+            }),
+        }
+    }
+
+    /// A line of a property that is not the first.
+    fn other_temperatures(&mut self) {
+        if let Some(material) = self.deck.materials.last() {
+            name_once(&mut self.of_temperature, &material.name);
+        }
+    }
+
+    /// Beginning and end of parts, instances and the assembly.
+    fn structure(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let place = keyword.place;
+        let misplaced = |needs: &'static str| MeshError::Misplaced { needs };
+        match (keyword.name.as_str(), self.open, self.in_assembly) {
+            ("PART", Open::Root, None) => {
+                let name = keyword.required("NAME")?.to_owned();
+                if self
+                    .deck
+                    .parts
+                    .iter()
+                    .any(|part| key(&part.name) == key(&name))
+                {
+                    return Err(MeshError::ScopeTwice {
+                        what: "parts",
+                        name,
+                    });
+                }
+                self.deck.parts.push(Scope {
+                    name,
+                    ..Scope::default()
+                });
+                self.open = Open::Part;
+            }
+            ("ENDPART", Open::Part, _) => self.open = Open::Root,
+            ("ASSEMBLY", Open::Root, None) => self.in_assembly = Some(place),
+            ("ENDASSEMBLY", Open::Root, Some(_)) => self.in_assembly = None,
+            ("INSTANCE", Open::Root, Some(_)) => return self.instance(keyword),
+            ("ENDINSTANCE", Open::Instance, _) => self.open = Open::Root,
+            ("PART" | "ASSEMBLY", ..) => return Err(misplaced("the end of what stands before it")),
+            ("ENDPART", ..) => return Err(misplaced("*PART before it")),
+            ("ENDASSEMBLY", ..) => return Err(misplaced("*ASSEMBLY before it")),
+            ("INSTANCE", ..) => return Err(misplaced("*ASSEMBLY around it")),
+            _ => return Err(misplaced("*INSTANCE before it")),
+        }
+        Ok(Mode::Skip)
+    }
+
+    fn instance(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
+        let name = keyword.required("NAME")?.to_owned();
+        let part = keyword.required("PART")?;
+        if self
+            .deck
+            .instances
+            .iter()
+            .any(|i| key(&i.name) == key(&name))
+        {
+            return Err(MeshError::ScopeTwice {
+                what: "instances",
+                name,
+            });
+        }
+        let Some(part) = self.deck.parts.iter().find(|p| key(&p.name) == key(part)) else {
+            let known: Vec<&str> = self.deck.parts.iter().map(|p| p.name.as_str()).collect();
+            return Err(MeshError::NoSuchName {
+                what: "part",
+                name: part.to_owned(),
+                known: crate::text::list(&known),
+            });
+        };
+        let nodes = self
+            .deck
+            .instances
+            .iter()
+            .map(|i| i.nodes.len())
+            .sum::<usize>()
+            + part.nodes.len();
+        if nodes >= u32::MAX as usize {
+            let found = nodes as u64;
+            return Err(MeshError::TooMany {
+                what: "nodes",
+                found,
+            });
+        }
+        let part = Scope {
+            name,
+            part: part.name.clone(),
+            ..part.clone()
+        };
+        self.deck.instances.push(part);
+        self.open = Open::Instance;
+        Ok(Mode::Placement(0))
+    }
+
+    fn data(&mut self, text: &str) -> Result<(), MeshError> {
+        let mut mode = std::mem::replace(&mut self.mode, Mode::Skip);
+        let result = match &mut mode {
+            Mode::Skip => Ok(()),
+            Mode::Nodes { cylindrical, set } => self.node_line(text, *cylindrical, set.as_deref()),
+            Mode::Elements(elements) => self.element_line(text, elements),
+            Mode::Set {
+                name,
+                of_elements,
+                generate,
+                instance,
+            } => self.set_line(text, name, *of_elements, *generate, instance.as_deref()),
+            Mode::Surface(name) => self.surface_line(text, name),
+            Mode::Union(name) => self.union_line(text, name),
+            Mode::Placement(line) => {
+                *line += 1;
+                self.placement_line(text, *line)
+            }
+            Mode::Property { elastic, is_read } => match std::mem::replace(is_read, true) {
+                false => self.material_line(text, *elastic),
+                true => {
+                    self.other_temperatures();
+                    Ok(())
+                }
+            },
+        };
+        self.mode = mode;
+        result
+    }
+
+    fn node_line(
+        &mut self,
+        text: &str,
+        cylindrical: bool,
+        set: Option<&str>,
+    ) -> Result<(), MeshError> {
+        let mut fields = fields(text);
+        let node = label(fields.next().unwrap_or_default())?;
+        let mut at = [0.0; 3];
+        for (x, field) in at.iter_mut().zip(fields) {
+            if !field.is_empty() {
+                *x = number(field)?;
+            }
+        }
+        if cylindrical {
+            let (sine, cosine) = at[1].to_radians().sin_cos();
+            at = [at[0] * cosine, at[0] * sine, at[2]];
+        }
+        let place = self.keyword.place;
+        let scope = self.scope();
+        scope.push_node(node, at)?;
+        if let Some(set) = set {
+            block(&mut scope.nsets, set, place, None).labels.push(node);
+        }
+        Ok(())
+    }
+
+    fn element_line(&mut self, text: &str, elements: &mut Elements) -> Result<(), MeshError> {
+        let mut fields: Vec<&str> = fields(text).collect();
+        let goes_on = fields.last().is_some_and(|last| last.is_empty());
+        if goes_on {
+            fields.pop();
+        }
+        let tolerant = !matches!(elements.kind, Kind::Solid(_) | Kind::Facet(_));
+        for field in fields {
+            match label(field) {
+                Ok(found) => elements.pending.push(found),
+                Err(_) if tolerant && !elements.pending.is_empty() => elements.odd = true,
+                Err(e) => return Err(e),
+            }
+        }
+        elements.goes_on = goes_on;
+        let is_complete = match elements.kind {
+            Kind::Solid(nodes) | Kind::Facet(nodes) => elements.pending.len() > nodes,
+            Kind::Line(_) | Kind::Aside => !goes_on,
+        };
+        if is_complete {
+            self.element_done(elements)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Keeps the element that is read.
+    fn element_done(&mut self, elements: &mut Elements) -> Result<(), MeshError> {
+        let Some((&element, nodes)) = elements.pending.split_first() else {
+            return Ok(());
+        };
+        let wrong = |expected| MeshError::NodesOfElement {
+            element,
+            kind: elements.kind_name.clone(),
+            expected,
+            found: nodes.len(),
+        };
+        let (kind, nodes) = match elements.kind {
+            Kind::Solid(expected) | Kind::Facet(expected) if nodes.len() != expected => {
+                return Err(wrong(expected));
+            }
+            Kind::Line(_) if elements.odd => (Kind::Aside, &[][..]),
+            // A node of a beam's orientation may follow.
+            Kind::Line(expected) => match nodes.get(..expected) {
+                Some(nodes) => (elements.kind, nodes),
+                None => return Err(wrong(expected)),
+            },
+            Kind::Aside => (Kind::Aside, &[][..]),
+            kind => (kind, nodes),
+        };
+        let place = self.keyword.place;
+        let scope = self.scope();
+        scope.push_element(element, kind, nodes, place)?;
+        if let Some(set) = &elements.set {
+            block(&mut scope.elsets, set, place, None)
+                .labels
+                .push(element);
+        }
+        elements.pending.clear();
+        (elements.goes_on, elements.odd) = (false, false);
+        Ok(())
+    }
+
+    fn set_line(
+        &mut self,
+        text: &str,
+        name: &str,
+        of_elements: bool,
+        generate: bool,
+        instance: Option<&str>,
+    ) -> Result<(), MeshError> {
+        let place = self.keyword.place;
+        let scope = self.scope();
+        let sets = if of_elements {
+            &mut scope.elsets
+        } else {
+            &mut scope.nsets
+        };
+        if generate {
+            let fields: Vec<&str> = fields(text).filter(|f| !f.is_empty()).collect();
+            let wrong = || MeshError::Generate {
+                line: text.to_owned(),
+            };
+            let (first, last, step) = match fields[..] {
+                [first, last] => (label(first)?, label(last)?, 1),
+                [first, last, step] => (label(first)?, label(last)?, label(step)?),
+                _ => return Err(wrong()),
+            };
+            if step == 0 || last < first {
+                return Err(wrong());
+            }
+            block(sets, name, place, instance)
+                .ranges
+                .push([first, last, step]);
+            return Ok(());
+        }
+        for field in fields(text).filter(|f| !f.is_empty()) {
+            if let Ok(label) = label(field) {
+                block(sets, name, place, instance).labels.push(label);
+                continue;
+            }
+            match unquoted(field).rsplit_once('.') {
+                // `instance.label`
+                Some((whose, rest)) if label(rest).is_ok() => {
+                    let label = label(rest)?;
+                    block(sets, name, place, Some(unquoted(whose)))
+                        .labels
+                        .push(label);
+                }
+                _ => {
+                    let other = unquoted(field).to_owned();
+                    block(sets, name, place, instance).names.push(other);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn surface_line(&mut self, text: &str, name: &str) -> Result<(), MeshError> {
+        let mut fields = fields(text);
+        let target = unquoted(fields.next().unwrap_or_default()).to_owned();
+        if target.is_empty() {
+            return Err(MeshError::SurfaceOfAll);
+        }
+        let face = fields
+            .next()
+            .filter(|face| !face.is_empty())
+            .map(str::to_uppercase);
+        if let Some(surface) = self.scope().surfaces.get_mut(&key(name)) {
+            surface.lines.push(SurfaceLine { target, face });
+        }
+        Ok(())
+    }
+
+    /// The lines of the surfaces that a union names are lines of its own.
+    fn union_line(&mut self, text: &str, name: &str) -> Result<(), MeshError> {
+        let scope = self.scope();
+        for field in fields(text).filter(|f| !f.is_empty()) {
+            let Some(other) = scope.surfaces.get(&key(unquoted(field))).cloned() else {
+                let known: Vec<&str> = scope.surfaces.values().map(|s| s.name.as_str()).collect();
+                return Err(MeshError::NoSuchName {
+                    what: "surface",
+                    name: unquoted(field).to_owned(),
+                    known: crate::text::list(&known),
+                });
+            };
+            if let Some(surface) = scope.surfaces.get_mut(&key(name)) {
+                surface.of_nodes = other.of_nodes;
+                surface.lines.extend(other.lines);
+                surface.lines.sort();
+                surface.lines.dedup();
+            }
+        }
+        Ok(())
+    }
+
+    fn placement_line(&mut self, text: &str, line: usize) -> Result<(), MeshError> {
+        let mut values = Vec::new();
+        for field in fields(text).filter(|f| !f.is_empty()) {
+            values.push(number(field)?);
+        }
+        let wrong = || MeshError::Placement {
+            line: text.to_owned(),
+        };
+        let placement: &mut Placement = &mut self.scope().placement;
+        match (line, &values[..]) {
+            (1, [x, y, z]) => placement.shift = [*x, *y, *z],
+            (2, [ax, ay, az, bx, by, bz, angle]) => {
+                let (a, b) = ([*ax, *ay, *az], [*bx, *by, *bz]);
+                placement.turn = Some(Turn {
+                    point: a,
+                    direction: unit(sub(b, a)).ok_or_else(wrong)?,
+                    angle_rad: angle.to_radians(),
+                });
+            }
+            _ => return Err(wrong()),
+        }
+        Ok(())
+    }
+
+    fn material_line(&mut self, text: &str, elastic: bool) -> Result<(), MeshError> {
+        let Some(material) = self.deck.materials.last_mut() else {
+            return Err(MeshError::Misplaced {
+                needs: "*MATERIAL before it",
+            });
+        };
+        let mut fields = fields(text);
+        let first = number(fields.next().unwrap_or_default())?;
+        if elastic {
+            material.young = Some(first);
+            // CalculiX and Abaqus take a ratio that is left out for zero.
+            let poisson = fields.next().filter(|f| !f.is_empty());
+            material.poisson = Some(poisson.map_or(Ok(0.0), number)?);
+        } else {
+            material.density = Some(first);
+        }
+        Ok(())
+    }
+
+    /// Ends the data lines of a keyword.
+    fn close(&mut self) -> Result<(), MeshError> {
+        match std::mem::replace(&mut self.mode, Mode::Skip) {
+            Mode::Elements(mut elements) => self.element_done(&mut elements),
+            _ => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> Result<(), MeshError> {
+        let open = match (self.open, self.in_assembly) {
+            (Open::Part, _) => Some(("*PART", "*END PART")),
+            (Open::Instance, _) => Some(("*INSTANCE", "*END INSTANCE")),
+            (Open::Root, Some(_)) => Some(("*ASSEMBLY", "*END ASSEMBLY")),
+            (Open::Root, None) => None,
+        };
+        if let Some((begin, end)) = open {
+            return Err(MeshError::NotEnded { begin, end });
+        }
+        if !self.aside_types.is_empty() {
+            let types = crate::text::list(&self.aside_types);
+            self.deck
+                .remarks
+                .push(format!("Elements of these types were left aside: {types}."));
+        }
+        if !self.aside.is_empty() {
+            let keywords = crate::text::list(&self.aside);
+            let of_the_scene = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
+            let scene = match self
+                .aside
+                .iter()
+                .any(|k| of_the_scene.contains(&k.as_str()))
+            {
+                true => " What holds, touches and loads the bodies stands in the scene.",
+                false => "",
+            };
+            let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
+                true => {
+                    " What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\"."
+                }
+                false => "",
+            };
+            self.deck.remarks.push(format!(
+                "These keywords were not read: {keywords}.{scene}{tie}"
+            ));
+        }
+        if !self.aside_parameters.is_empty() {
+            let parameters = crate::text::list(&self.aside_parameters);
+            self.deck
+                .remarks
+                .push(format!("These parameters were not read: {parameters}."));
+        }
+        if !self.of_temperature.is_empty() {
+            let materials = crate::text::list(&self.of_temperature);
+            self.deck.remarks.push(format!(
+                "Materials with values for several temperatures are taken at the first of each: {materials}."
+            ));
+        }
+        Ok(())
+    }
+}

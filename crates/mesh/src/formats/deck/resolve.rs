@@ -1,0 +1,325 @@
+//! Names and labels -> numbers: the nodes and elements of all scopes in one list, and their sets.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::lines::{Files, Place};
+use super::read::Deck;
+use super::scope::{Block, Scope, Sets, key};
+use crate::MeshError;
+use crate::element::Connectivity;
+use crate::text;
+
+/// Sets inside one another at most.
+const DEEPEST: usize = 200;
+
+/// Labels with the indices of what they stand for, by label.
+type ByLabel = Rc<Vec<(u64, u32)>>;
+
+/// A scope, and where its nodes and elements begin in the lists of all.
+struct Placed<'a> {
+    scope: &'a Scope,
+    first_node: u32,
+    first_element: u32,
+    /// Of nodes and of elements; made when a range asks for them.
+    by_label: [Option<ByLabel>; 2],
+}
+
+/// Nodes or elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum What {
+    Nodes,
+    Elements,
+}
+
+impl What {
+    fn one(self) -> &'static str {
+        match self {
+            Self::Nodes => "node",
+            Self::Elements => "element",
+        }
+    }
+
+    fn keyword(self) -> &'static str {
+        match self {
+            Self::Nodes => "*NSET",
+            Self::Elements => "*ELSET",
+        }
+    }
+}
+
+/// Kind of a set, number of its scope, its key.
+type SetKey = (What, usize, String);
+
+/// All scopes, the root first.
+pub(super) struct Model<'a> {
+    scopes: Vec<Placed<'a>>,
+    /// Nodes of each element of all scopes.
+    pub elements: Connectivity,
+    /// Sets that are resolved; `None` while one is being so.
+    sets: HashMap<SetKey, Option<Rc<Vec<u32>>>>,
+    files: &'a Files,
+    /// Sets that are generated from numbers of which not all are there, with their places.
+    pub fewer: Vec<String>,
+}
+
+impl<'a> Model<'a> {
+    /// Puts the scopes one behind the other.
+    ///
+    /// # Errors
+    /// An element names a node that is not there.
+    pub fn new(deck: &'a Deck, files: &'a Files) -> Result<Self, MeshError> {
+        let instances = match deck.instances.is_empty() {
+            true => &deck.parts,
+            false => &deck.instances,
+        };
+        let mut model = Self {
+            scopes: Vec::new(),
+            elements: Connectivity::default(),
+            sets: HashMap::new(),
+            files,
+            fewer: Vec::new(),
+        };
+        let mut first_node = 0;
+        for scope in std::iter::once(&deck.root).chain(instances) {
+            model.scopes.push(Placed {
+                scope,
+                first_node,
+                first_element: model.elements.len() as u32,
+                by_label: [None, None],
+            });
+            for element in &scope.elements {
+                let mut nodes = Vec::with_capacity(scope.nodes_of(element).len());
+                for node in scope.nodes_of(element) {
+                    let index = scope.node_index.get(node).ok_or_else(|| {
+                        let missing = MeshError::MissingNode {
+                            element: element.label,
+                            node: *node,
+                        };
+                        files.at(element.place, "*ELEMENT", missing)
+                    })?;
+                    nodes.push(first_node + index);
+                }
+                model.elements.push(element.label, nodes);
+            }
+            first_node += scope.nodes.len() as u32;
+        }
+        Ok(model)
+    }
+
+    /// All scopes, and where the elements of each begin.
+    pub fn scopes(&self) -> impl Iterator<Item = (&'a Scope, u32)> + use<'a, '_> {
+        self.scopes.iter().map(|p| (p.scope, p.first_element))
+    }
+
+    /// The error, with its place.
+    pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
+        self.files.at(place, keyword, error)
+    }
+
+    fn sets_of(&self, what: What, scope: usize) -> &'a Sets {
+        match what {
+            What::Nodes => &self.scopes[scope].scope.nsets,
+            What::Elements => &self.scopes[scope].scope.elsets,
+        }
+    }
+
+    /// Number of the instance `name`.
+    fn instance(&self, name: &str) -> Option<usize> {
+        let is = |p: &Placed<'_>| !p.scope.name.is_empty() && key(&p.scope.name) == key(name);
+        self.scopes.iter().position(is)
+    }
+
+    /// Scope and key of the set `name`, also of `instance.set`, as it is seen from a scope.
+    fn find(&self, what: What, scope: usize, name: &str) -> Option<(usize, String)> {
+        if self.sets_of(what, scope).contains_key(&key(name)) {
+            return Some((scope, key(name)));
+        }
+        name.match_indices('.').find_map(|(dot, _)| {
+            let instance = self.instance(&name[..dot])?;
+            let rest = key(&name[dot + 1..]);
+            self.sets_of(what, instance)
+                .contains_key(&rest)
+                .then_some((instance, rest))
+        })
+    }
+
+    /// The nodes or elements of a set, ascending, each once.
+    ///
+    /// # Errors
+    /// There is no such set, it holds what is not there, or itself.
+    pub fn set(&mut self, what: What, scope: usize, name: &str) -> Result<Rc<Vec<u32>>, MeshError> {
+        self.set_inside(what, scope, name, 0)
+    }
+
+    fn set_inside(
+        &mut self,
+        what: What,
+        scope: usize,
+        name: &str,
+        depth: usize,
+    ) -> Result<Rc<Vec<u32>>, MeshError> {
+        let Some((scope, set_key)) = self.find(what, scope, name) else {
+            let known: Vec<&str> = self
+                .sets_of(what, scope)
+                .values()
+                .map(|s| s.name.as_str())
+                .collect();
+            return Err(MeshError::NoSuchName {
+                what: if what == What::Nodes { "NSET" } else { "ELSET" },
+                name: name.to_owned(),
+                known: text::list(&known),
+            });
+        };
+        let set = &self.sets_of(what, scope)[&set_key];
+        let in_list = (what, scope, set_key);
+        match self.sets.get(&in_list) {
+            Some(Some(found)) => return Ok(found.clone()),
+            Some(None) => {
+                return Err(MeshError::SetCircle {
+                    name: set.name.clone(),
+                });
+            }
+            None if depth > DEEPEST => {
+                return Err(MeshError::SetCircle {
+                    name: set.name.clone(),
+                });
+            }
+            None => self.sets.insert(in_list.clone(), None),
+        };
+        let mut found = Vec::new();
+        for block in &set.blocks {
+            self.block(what, scope, (&set.name, block), depth, &mut found)
+                .map_err(|e| self.at(block.place, what.keyword(), named(e, &set.name)))?;
+        }
+        found.sort_unstable();
+        found.dedup();
+        let found = Rc::new(found);
+        self.sets.insert(in_list, Some(found.clone()));
+        Ok(found)
+    }
+
+    /// Adds the members that one keyword line gives.
+    fn block(
+        &mut self,
+        what: What,
+        scope: usize,
+        (set, block): (&str, &Block),
+        depth: usize,
+        out: &mut Vec<u32>,
+    ) -> Result<(), MeshError> {
+        let scope = match &block.instance {
+            Some(name) => self.instance_or_error(name)?,
+            None => scope,
+        };
+        for label in &block.labels {
+            out.push(self.labelled(what, scope, *label)?);
+        }
+        for [first, last, step] in &block.ranges {
+            let by_label = self.by_label(what, scope);
+            let from = by_label.partition_point(|(label, _)| label < first);
+            let inside = by_label[from..]
+                .iter()
+                .take_while(|(label, _)| label <= last);
+            let taken = inside.filter(|(label, _)| (label - first).is_multiple_of(*step));
+            let before = out.len();
+            out.extend(taken.map(|(_, index)| *index));
+            let (there, meant) = (
+                out.len() - before,
+                ((last - first) / step).saturating_add(1),
+            );
+            if (there as u64) < meant {
+                let place = self.files.shown(block.place);
+                let keyword = what.keyword();
+                self.fewer
+                    .push(format!("`{set}` ({place}, {keyword}: {there} of {meant})"));
+            }
+        }
+        for name in &block.names {
+            out.extend(self.set_inside(what, scope, name, depth + 1)?.iter());
+        }
+        for name in &block.elements_of {
+            let elements = self.set_inside(What::Elements, scope, name, depth + 1)?;
+            let nodes = elements.iter().flat_map(|e| self.elements.of(*e as usize));
+            out.extend(nodes);
+        }
+        Ok(())
+    }
+
+    fn instance_or_error(&self, name: &str) -> Result<usize, MeshError> {
+        self.instance(name).ok_or_else(|| {
+            let known: Vec<&str> = self.scopes[1..]
+                .iter()
+                .map(|p| p.scope.name.as_str())
+                .collect();
+            MeshError::NoSuchName {
+                what: "instance",
+                name: name.to_owned(),
+                known: text::list(&known),
+            }
+        })
+    }
+
+    /// The node or element with a label.
+    fn labelled(&self, what: What, scope: usize, label: u64) -> Result<u32, MeshError> {
+        let placed = &self.scopes[scope];
+        let (index, first) = match what {
+            What::Nodes => (placed.scope.node_index.get(&label), placed.first_node),
+            What::Elements => (placed.scope.element_index.get(&label), placed.first_element),
+        };
+        index
+            .map(|index| first + index)
+            .ok_or(MeshError::LabelMissing {
+                what: what.one(),
+                label,
+                set: String::new(),
+            })
+    }
+
+    fn by_label(&mut self, what: What, scope: usize) -> ByLabel {
+        let placed = &mut self.scopes[scope];
+        let (index, first) = match what {
+            What::Nodes => (&placed.scope.node_index, placed.first_node),
+            What::Elements => (&placed.scope.element_index, placed.first_element),
+        };
+        let list = placed.by_label[what as usize].get_or_insert_with(|| {
+            let mut list: Vec<_> = index.iter().map(|(label, i)| (*label, first + i)).collect();
+            list.sort_unstable();
+            Rc::new(list)
+        });
+        list.clone()
+    }
+
+    /// What the first entry on a line of a surface means: a label or a set, perhaps of an instance.
+    ///
+    /// # Errors
+    /// It means nothing.
+    pub fn target(
+        &mut self,
+        what: What,
+        scope: usize,
+        target: &str,
+    ) -> Result<Rc<Vec<u32>>, MeshError> {
+        if let Ok(label) = target.parse() {
+            return Ok(Rc::new(vec![self.labelled(what, scope, label)?]));
+        }
+        if let Some((instance, label)) = target.rsplit_once('.')
+            && let (Some(instance), Ok(label)) = (self.instance(instance), label.parse())
+        {
+            return Ok(Rc::new(vec![self.labelled(what, instance, label)?]));
+        }
+        self.set(what, scope, target)
+    }
+}
+
+/// The error, with the name of the set in which it was found.
+pub(super) fn named(error: MeshError, name: &str) -> MeshError {
+    match error {
+        MeshError::LabelMissing { what, label, .. } => MeshError::LabelMissing {
+            what,
+            label,
+            set: name.to_owned(),
+        },
+        other => other,
+    }
+}

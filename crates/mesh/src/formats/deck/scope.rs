@@ -1,0 +1,217 @@
+//! What a deck says: a part, an instance of one, or all that stands in neither.
+
+use std::collections::{BTreeMap, HashMap};
+
+use dovetail_numerics::space::{cross, dot, sub};
+
+use super::lines::Place;
+use super::types::Kind;
+use crate::MeshError;
+
+/// How names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
+pub(super) fn key(name: &str) -> String {
+    name.to_ascii_uppercase()
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Element {
+    pub label: u64,
+    pub kind: Kind,
+    /// Where its nodes begin in [`Scope::element_nodes`].
+    pub first: usize,
+    /// Of its keyword line.
+    pub place: Place,
+}
+
+/// Members of a set that one keyword line gives.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Block {
+    pub place: Place,
+    /// Whose nodes or elements they are, where the line says it.
+    pub instance: Option<String>,
+    pub labels: Vec<u64>,
+    /// First, last, step.
+    pub ranges: Vec<[u64; 3]>,
+    /// Other sets.
+    pub names: Vec<String>,
+    /// The nodes of the elements of these sets.
+    pub elements_of: Vec<String>,
+}
+
+/// A set of nodes or of elements.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Set {
+    /// As it was first written.
+    pub name: String,
+    /// Written by a program for itself: no group.
+    pub internal: bool,
+    pub blocks: Vec<Block>,
+}
+
+/// Sets by their [`key`].
+pub(super) type Sets = BTreeMap<String, Set>;
+
+/// The block of the set `name` that the keyword line at `place` gives.
+pub(super) fn block<'a>(
+    sets: &'a mut Sets,
+    name: &str,
+    place: Place,
+    instance: Option<&str>,
+) -> &'a mut Block {
+    let set = sets.entry(key(name)).or_default();
+    if set.name.is_empty() {
+        name.clone_into(&mut set.name);
+    }
+    let fits = |block: &Block| block.place == place && block.instance.as_deref() == instance;
+    if !set.blocks.last().is_some_and(fits) {
+        set.blocks.push(Block {
+            place,
+            instance: instance.map(str::to_owned),
+            ..Block::default()
+        });
+    }
+    let last = set.blocks.len() - 1;
+    &mut set.blocks[last]
+}
+
+/// One data line of a surface.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct SurfaceLine {
+    /// An element, a node, or a set, perhaps behind the name of an instance and a dot.
+    pub target: String,
+    /// Label of a face.
+    pub face: Option<String>,
+}
+
+#[derive(Debug, Clone, Default)]
+pub(super) struct Surface {
+    pub name: String,
+    pub internal: bool,
+    /// Of nodes, not of faces of elements.
+    pub of_nodes: bool,
+    pub place: Place,
+    pub lines: Vec<SurfaceLine>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Section {
+    pub set: String,
+    pub material: String,
+    pub place: Place,
+}
+
+/// A shift, then a turn about a line.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Placement {
+    pub shift: [f64; 3],
+    pub turn: Option<Turn>,
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct Turn {
+    /// A point of the line.
+    pub point: [f64; 3],
+    /// Of length one; the turn is that of a right hand.
+    pub direction: [f64; 3],
+    pub angle_rad: f64,
+}
+
+impl Placement {
+    /// Where a node of the part stands in the assembly.
+    pub fn apply(&self, at: [f64; 3]) -> [f64; 3] {
+        let shifted = [0, 1, 2].map(|i| at[i] + self.shift[i]);
+        let Some(turn) = &self.turn else {
+            return shifted;
+        };
+        // Rodrigues' formula.
+        let n = turn.direction;
+        let r = sub(shifted, turn.point);
+        let (sine, cosine) = turn.angle_rad.sin_cos();
+        let (across, along) = (cross(n, r), dot(n, r));
+        [0, 1, 2].map(|i| {
+            turn.point[i] + cosine * r[i] + sine * across[i] + (1.0 - cosine) * along * n[i]
+        })
+    }
+}
+
+/// Nodes, elements, sets and surfaces with labels and names of their own.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scope {
+    /// Of a part or an instance, empty for what stands in none.
+    pub name: String,
+    /// Of an instance: the name of its part.
+    pub part: String,
+    pub placement: Placement,
+    pub nodes: Vec<[f64; 3]>,
+    pub node_labels: Vec<u64>,
+    pub node_index: HashMap<u64, u32>,
+    pub elements: Vec<Element>,
+    pub element_index: HashMap<u64, u32>,
+    /// Labels of the nodes of the elements.
+    pub element_nodes: Vec<u64>,
+    pub nsets: Sets,
+    pub elsets: Sets,
+    pub surfaces: BTreeMap<String, Surface>,
+    pub sections: Vec<Section>,
+}
+
+impl Scope {
+    /// Adds a node.
+    ///
+    /// # Errors
+    /// Its label is another's.
+    pub fn push_node(&mut self, label: u64, at: [f64; 3]) -> Result<(), MeshError> {
+        let index = self.nodes.len() as u32;
+        if self.node_index.insert(label, index).is_some() {
+            return Err(MeshError::LabelTwice {
+                what: "node",
+                label,
+            });
+        }
+        self.nodes.push(at);
+        self.node_labels.push(label);
+        Ok(())
+    }
+
+    /// Adds an element.
+    ///
+    /// # Errors
+    /// Its label is another's, or it has a node twice.
+    pub fn push_element(
+        &mut self,
+        label: u64,
+        kind: Kind,
+        nodes: &[u64],
+        place: Place,
+    ) -> Result<(), MeshError> {
+        let index = self.elements.len() as u32;
+        if self.element_index.insert(label, index).is_some() {
+            return Err(MeshError::LabelTwice {
+                what: "element",
+                label,
+            });
+        }
+        for (i, node) in nodes.iter().enumerate() {
+            if nodes[..i].contains(node) {
+                return Err(MeshError::RepeatedNode {
+                    element: label,
+                    node: *node,
+                });
+            }
+        }
+        self.elements.push(Element {
+            label,
+            kind,
+            first: self.element_nodes.len(),
+            place,
+        });
+        self.element_nodes.extend(nodes);
+        Ok(())
+    }
+
+    /// Labels of the nodes of an element.
+    pub fn nodes_of(&self, element: &Element) -> &[u64] {
+        let count = element.kind.nodes().unwrap_or(0);
+        &self.element_nodes[element.first..element.first + count]
+    }
+}

@@ -1,0 +1,122 @@
+//! Types of elements in decks, by their names.
+
+use crate::MeshError;
+use crate::element::ElementType;
+
+/// What an element is to this program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A solid of so many nodes.
+    Solid(usize),
+    /// A shell, membrane, plane or surface element of so many nodes.
+    Facet(usize),
+    /// A beam, truss or pipe of so many nodes.
+    Line(usize),
+    /// A mass, a spring and the like: nothing is read but its label.
+    Aside,
+}
+
+impl Kind {
+    /// Number of nodes, where it counts.
+    pub fn nodes(self) -> Option<usize> {
+        match self {
+            Self::Solid(nodes) | Self::Facet(nodes) | Self::Line(nodes) => Some(nodes),
+            Self::Aside => None,
+        }
+    }
+}
+
+/// Beginnings of the names of solids; the number of nodes follows.
+const SOLIDS: [&str; 4] = ["C3D", "DC3D", "SC", "CSS"];
+/// The same of facets.
+const FACETS: [&str; 13] = [
+    "CPS", "CPEG", "CPE", "CAX", "CGAX", "M3D", "SFM3D", "R3D", "DC2D", "DCAX", "DS", "STRI", "S",
+];
+/// Names of lines, with their numbers of nodes.
+const LINES: [(&str, usize); 24] = [
+    ("B21", 2),
+    ("B22", 3),
+    ("B23", 2),
+    ("B31", 2),
+    ("B32", 3),
+    ("B33", 2),
+    ("PIPE21", 2),
+    ("PIPE22", 3),
+    ("PIPE31", 2),
+    ("PIPE32", 3),
+    ("ELBOW31", 2),
+    ("ELBOW32", 3),
+    ("T2D2", 2),
+    ("T2D3", 3),
+    ("T3D2", 2),
+    ("T3D3", 3),
+    ("FRAME2D", 2),
+    ("FRAME3D", 2),
+    ("RB2D2", 2),
+    ("RB3D2", 2),
+    ("RAX2", 2),
+    ("SAX1", 2),
+    ("SAX2", 3),
+    ("DC1D2", 2),
+];
+/// Beginnings of the names of what has no shape.
+const ASIDE: [&str; 19] = [
+    "MASS", "ROTARYI", "SPRING", "DASHPOT", "CONN", "DCOUP", "GAP", "ITT", "ITS", "JOINTC",
+    "HEATCAP", "DRAG", "PSI", "F3D", "F2D", "FAX", "COH", "GK", "AC3D",
+];
+
+/// What is read, for messages.
+pub(super) const READ: &str = "C3D4, C3D5, C3D6, C3D8, C3D10, C3D13, C3D15 and C3D20 with any \
+    suffix, shells, membranes, plane and surface elements of 3, 4, 6 or 8 nodes, beams and trusses";
+
+/// The kind of the type that a deck calls `name`; `set` is the set of its elements, for messages.
+///
+/// # Errors
+/// A type with nodes inside faces, or one that is not known.
+pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
+    let capitals = name.trim().to_uppercase();
+    let digits = |prefix: &str| -> Option<(usize, String)> {
+        let rest = capitals.strip_prefix(prefix)?;
+        let end = rest
+            .find(|c: char| !c.is_ascii_digit())
+            .unwrap_or(rest.len());
+        let suffix = rest[end..].to_owned();
+        Some((rest[..end].parse().ok()?, suffix))
+    };
+    let inside = |nodes| MeshError::NodesInside {
+        kind: name.trim().to_owned(),
+        nodes,
+        set: set.unwrap_or("none").to_owned(),
+    };
+    if let Some((nodes, suffix)) = SOLIDS.iter().find_map(|prefix| digits(prefix)) {
+        return match ElementType::with_nodes(nodes) {
+            Some(_) if !suffix.starts_with('V') => Ok(Kind::Solid(nodes)),
+            _ if matches!(nodes, 14 | 15 | 18 | 27) => Err(inside(nodes)),
+            _ => Err(unknown(name, set)),
+        };
+    }
+    let line = LINES.iter().find(|(line, _)| {
+        let rest = capitals.strip_prefix(line);
+        rest.is_some_and(|suffix| !suffix.starts_with(|c: char| c.is_ascii_digit()))
+    });
+    if let Some((_, nodes)) = line {
+        return Ok(Kind::Line(*nodes));
+    }
+    if ASIDE.iter().any(|prefix| capitals.starts_with(prefix)) {
+        return Ok(Kind::Aside);
+    }
+    match FACETS.iter().find_map(|prefix| digits(prefix)) {
+        Some((65, _)) => Ok(Kind::Facet(6)), // STRI65: six nodes, five unknowns each
+        Some((nodes @ (3 | 4 | 6 | 8), _)) => Ok(Kind::Facet(nodes)),
+        Some((nodes @ (7 | 9), _)) => Err(inside(nodes)),
+        _ => Err(unknown(name, set)),
+    }
+}
+
+fn unknown(name: &str, set: Option<&str>) -> MeshError {
+    MeshError::ElementTypeUnknown {
+        kind: name.trim().to_owned(),
+        set: set.unwrap_or("none").to_owned(),
+        read: READ,
+    }
+}

@@ -1,0 +1,273 @@
+//! Keywords and parameters that are known, and the words that their beginnings stand for.
+//!
+//! Abaqus takes the beginning of a keyword, of a parameter or of a parameter's value for the whole
+//! word, where no other word of that place begins so. All words stand here in capital letters
+//! without blanks.
+
+use super::lines::{Keyword, bare};
+use crate::MeshError;
+use crate::text;
+
+/// A keyword that is read, with the parameters that it may have.
+struct Entry {
+    keyword: &'static str,
+    /// Parameters that are read, or that change nothing of what is read.
+    read: &'static [&'static str],
+    /// Parameters of Abaqus or CalculiX that are left aside.
+    aside: &'static [&'static str],
+}
+
+const fn entry(
+    keyword: &'static str,
+    read: &'static [&'static str],
+    aside: &'static [&'static str],
+) -> Entry {
+    Entry {
+        keyword,
+        read,
+        aside,
+    }
+}
+
+const READ: [Entry; 16] = [
+    entry("NODE", &["INPUT", "NSET", "SYSTEM"], &[]),
+    entry(
+        "ELEMENT",
+        &["ELSET", "INPUT", "TYPE"],
+        &["FILE", "OFFSET", "SOLIDELEMENTNUMBERING"],
+    ),
+    entry(
+        "NSET",
+        &[
+            "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "NSET", "UNSORTED",
+        ],
+        &[],
+    ),
+    entry(
+        "ELSET",
+        &["ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"],
+        &[],
+    ),
+    entry(
+        "SURFACE",
+        &["COMBINE", "CROP", "INTERNAL", "NAME", "TYPE"],
+        &[
+            "DEFINITION",
+            "FILLETRADIUS",
+            "MAXRATIO",
+            "NOOFFSET",
+            "NOTHICK",
+            "PROPERTY",
+            "REGIONTYPE",
+            "SCALETHICK",
+            "TRIM",
+        ],
+    ),
+    entry(
+        "SOLIDSECTION",
+        &["ELSET", "MATERIAL"],
+        &[
+            "COMPOSITE",
+            "CONTROLS",
+            "LAYUP",
+            "NODALTHICKNESS",
+            "ORDER",
+            "ORIENTATION",
+            "REFNODE",
+            "STACKDIRECTION",
+            "SYMMETRIC",
+            "THICKNESS",
+        ],
+    ),
+    entry(
+        "MATERIAL",
+        &["NAME"],
+        &[
+            "RTOL",
+            "SRATEFACTOR",
+            "SRATETYPE",
+            "STRAINRATEREGULARIZATION",
+        ],
+    ),
+    entry(
+        "ELASTIC",
+        &["TYPE"],
+        &["COMPRESSIONFACTOR", "DEPENDENCIES", "MODULI"],
+    ),
+    entry("DENSITY", &["POREFLUID"], &["DEPENDENCIES"]),
+    entry("INCLUDE", &["INPUT"], &["PASSWORD"]),
+    entry("PART", &["NAME"], &[]),
+    entry("ENDPART", &[], &["NAME"]),
+    entry("ASSEMBLY", &["NAME"], &[]),
+    entry("ENDASSEMBLY", &[], &["NAME"]),
+    entry("INSTANCE", &["NAME", "PART"], &["INSTANCE", "LIBRARY"]),
+    entry("ENDINSTANCE", &[], &["NAME"]),
+];
+/// Keywords that make nodes or elements by a rule.
+const GENERATORS: [&str; 11] = [
+    "NGEN",
+    "NFILL",
+    "NCOPY",
+    "NMAP",
+    "ELGEN",
+    "ELCOPY",
+    "SYSTEM",
+    "SUBMODEL",
+    "PARAMETER",
+    "IMPORT",
+    "SYMMETRICMODELGENERATION",
+];
+/// Other keywords whose first three letters are those of one above: they say which beginnings stand
+/// for one word alone.
+const OTHERS: [&str; 59] = [
+    "NODALENERGYRATE",
+    "NODALTHICKNESS",
+    "NODEFILE",
+    "NODEOUTPUT",
+    "NODEPRINT",
+    "NODERESPONSE",
+    "ELEMENTMATRIXOUTPUT",
+    "ELEMENTOPERATOROUTPUT",
+    "ELEMENTOUTPUT",
+    "ELEMENTPROGRESSIVEACTIVATION",
+    "ELEMENTRECOVERYMATRIX",
+    "ELEMENTRESPONSE",
+    "ELECTRICALCONDUCTIVITY",
+    "ELECTROMAGNETIC",
+    "SURFACEBEHAVIOR",
+    "SURFACEFLAW",
+    "SURFACEINTERACTION",
+    "SURFACEPROPERTY",
+    "SURFACEPROPERTYASSIGNMENT",
+    "SURFACESECTION",
+    "SURFACESMOOTHING",
+    "SOLUBILITY",
+    "SOLUTIONTECHNIQUE",
+    "MATRIX",
+    "MATRIXASSEMBLE",
+    "MATRIXCHECK",
+    "MATRIXGENERATE",
+    "MATRIXINPUT",
+    "MATRIXOUTPUT",
+    "INCIDENTWAVE",
+    "INCIDENTWAVEFLUIDPROPERTY",
+    "INCIDENTWAVEINTERACTION",
+    "INCIDENTWAVEINTERACTIONPROPERTY",
+    "INCIDENTWAVEPROPERTY",
+    "INCIDENTWAVEREFLECTION",
+    "INCREMENTATIONOUTPUT",
+    "PARAMETERDEPENDENCE",
+    "PARAMETERSHAPEVARIATION",
+    "PARTICLEGENERATOR",
+    "PARTICLEGENERATORFLOW",
+    "PARTICLEGENERATORINLET",
+    "PARTICLEGENERATORMIXTURE",
+    "PARTICLEOUTPUT",
+    "ENDLOADCASE",
+    "ENDSTEP",
+    "SUBCYCLING",
+    "SUBSTRUCTURECOPY",
+    "SUBSTRUCTUREDELETE",
+    "SUBSTRUCTUREDIRECTORY",
+    "SUBSTRUCTUREGENERATE",
+    "SUBSTRUCTURELOADCASE",
+    "SUBSTRUCTUREMATRIXOUTPUT",
+    "SUBSTRUCTUREPATH",
+    "SUBSTRUCTUREPROPERTY",
+    "SYMMETRICRESULTSTRANSFER",
+    "IMPEDANCE",
+    "IMPEDANCEPROPERTY",
+    "IMPERFECTION",
+    "IMPORTCONTROLS",
+];
+/// Letters that a keyword needs at least to be completed.
+const SHORTEST: usize = 3;
+
+/// A keyword line as it is understood.
+pub(super) struct Understood {
+    /// With its name and parameters completed.
+    pub keyword: Keyword,
+    pub is_generator: bool,
+    /// Parameters that are left aside, as they are written.
+    pub aside: Vec<String>,
+}
+
+/// Completes the name and the parameters of a keyword line. A keyword that is not read stays as it is.
+///
+/// # Errors
+/// A beginning of several words, or a parameter that a keyword does not have.
+pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> {
+    let ours = || READ.iter().map(|entry| entry.keyword).chain(GENERATORS);
+    if ours().any(|word| word.starts_with(&keyword.name)) && !OTHERS.contains(&&*keyword.name) {
+        keyword.name = match complete(&keyword.name, ours().chain(OTHERS)) {
+            Ok(word) if word == keyword.name || keyword.name.len() >= SHORTEST => word.to_owned(),
+            Ok(word) => return Err(ambiguous(&keyword.shown, &[word])),
+            Err(words) => return Err(ambiguous(&keyword.shown, &words)),
+        };
+    }
+    let mut aside = Vec::new();
+    if let Some(entry) = READ.iter().find(|entry| entry.keyword == keyword.name) {
+        for (parameter, _) in &mut keyword.parameters {
+            let words = || entry.read.iter().chain(entry.aside).copied();
+            match complete(parameter, words()) {
+                Ok(word) => {
+                    if entry.aside.contains(&word) {
+                        aside.push(parameter.clone());
+                    }
+                    *parameter = word.to_owned();
+                }
+                Err(several) if !several.is_empty() => {
+                    return Err(ambiguous(parameter, &several));
+                }
+                Err(_) => {
+                    let known: Vec<&str> = words().collect();
+                    return Err(MeshError::ParameterUnknown {
+                        parameter: parameter.clone(),
+                        known: text::list(&known),
+                    });
+                }
+            }
+        }
+    }
+    Ok(Understood {
+        is_generator: GENERATORS.contains(&&*keyword.name),
+        keyword,
+        aside,
+    })
+}
+
+/// The value of a parameter: the one of `words` that it is, or begins; else as it is written, in
+/// capital letters.
+///
+/// # Errors
+/// It begins several of them.
+pub(super) fn value(found: &str, words: &[&'static str]) -> Result<String, MeshError> {
+    let found = bare(found);
+    match complete(&found, words.iter().copied()) {
+        Ok(word) => Ok(word.to_owned()),
+        Err(several) if several.is_empty() => Ok(found),
+        Err(several) => Err(ambiguous(&found, &several)),
+    }
+}
+
+/// The word that this is, or alone begins; else all words that begin so.
+fn complete(
+    beginning: &str,
+    words: impl Iterator<Item = &'static str> + Clone,
+) -> Result<&'static str, Vec<&'static str>> {
+    if let Some(whole) = words.clone().find(|word| *word == beginning) {
+        return Ok(whole);
+    }
+    let found: Vec<_> = words.filter(|word| word.starts_with(beginning)).collect();
+    match found[..] {
+        [one] => Ok(one),
+        _ => Err(found),
+    }
+}
+
+fn ambiguous(found: &str, words: &[&str]) -> MeshError {
+    MeshError::CutShort {
+        found: found.to_owned(),
+        words: text::list(words),
+    }
+}

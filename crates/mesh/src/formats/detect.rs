@@ -1,0 +1,475 @@
+//! The format of a mesh file, found by what it holds, and by its name where that says too little.
+
+use std::path::Path;
+
+use crate::MeshError;
+
+/// A format that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Gmsh's MSH 4.1, and what is left of that family: its reader says what is wrong with it.
+    Msh4,
+    /// Gmsh's MSH 2.2.
+    Msh2,
+    /// A deck of Abaqus or CalculiX.
+    Deck,
+    /// VTK's XML file of an unstructured grid.
+    Vtu,
+}
+
+/// Finds the format of a file.
+///
+/// # Errors
+/// One that is not read, with the program that converts it.
+pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if bytes.trim_ascii().is_empty() {
+        return Err(MeshError::NoBytes);
+    }
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4000)]).into_owned();
+    let start = head.trim_start();
+    if let Some(rest) = start.strip_prefix("$MeshFormat") {
+        let version = rest.split_whitespace().next();
+        return Ok(match version {
+            Some("2.2") => Format::Msh2,
+            _ => Format::Msh4,
+        });
+    }
+    if start.starts_with("<VTKFile") || (start.starts_with("<?xml") && head.contains("<VTKFile")) {
+        return Ok(Format::Vtu);
+    }
+    let other = match first_keyword(bytes) {
+        Some(keyword) if keyword.to_ascii_uppercase().starts_with(b"KEYWORD") => Other::LsDyna,
+        Some(_) => return Ok(Format::Deck),
+        None => {
+            let by_name = by_name(name);
+            let by_content = by_content(bytes, &head).filter(|found| {
+                // MED, CGNS and others are HDF5 files.
+                *found != Other::Hdf || by_name.is_none()
+            });
+            by_content.or(by_name).ok_or(MeshError::UnknownFormat)?
+        }
+    };
+    Err(other.error(name))
+}
+
+/// The first line that is neither empty nor a comment, if it is a keyword of a deck.
+fn first_keyword(bytes: &[u8]) -> Option<&[u8]> {
+    let lines = bytes.split(|b| *b == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines
+        .into_iter()
+        .find(|line| !line.is_empty() && !line.starts_with(b"**"))?;
+    let word = first.strip_prefix(b"*")?.trim_ascii_start();
+    word.first()
+        .filter(|b| b.is_ascii_alphabetic())
+        .map(|_| word)
+}
+
+/// A format that another program converts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Other {
+    OldMsh,
+    GmshScript,
+    Nastran,
+    Ansys,
+    Universal,
+    Med,
+    Geometry,
+    Triangles,
+    LegacyVtk,
+    Exodus,
+    Xdmf,
+    Cgns,
+    Medit,
+    LsDyna,
+    Hdf,
+}
+
+impl Other {
+    fn what(self) -> &'static str {
+        match self {
+            Self::OldMsh => "a Gmsh mesh of version 1",
+            Self::GmshScript => "a Gmsh script",
+            Self::Nastran => "a Nastran deck",
+            Self::Ansys => "an archive of Ansys Mechanical APDL",
+            Self::Universal => "an I-DEAS universal file",
+            Self::Med => "a MED file of SALOME",
+            Self::Geometry => "a geometry (STEP, IGES or BREP) and no mesh",
+            Self::Triangles => "a surface of triangles (STL) without a volume",
+            Self::LegacyVtk => "a legacy VTK file",
+            Self::Exodus => "an Exodus file",
+            Self::Xdmf => "an XDMF file",
+            Self::Cgns => "a CGNS file",
+            Self::Medit => "a Medit mesh",
+            Self::LsDyna => "a deck of LS-DYNA",
+            Self::Hdf => "an HDF5 file",
+        }
+    }
+
+    /// The error that says which program converts the file `name`.
+    fn error(self, name: &str) -> MeshError {
+        let file = Path::new(name)
+            .file_name()
+            .map_or("mesh".into(), |n| n.to_string_lossy());
+        let stem = Path::new(name)
+            .file_stem()
+            .map_or("mesh".into(), |n| n.to_string_lossy());
+        let meshio = || format!("convert it: `meshio convert {file} {stem}.vtu`");
+        let remedy = match self {
+            Self::OldMsh => format!("convert it: `gmsh -0 {file} -format msh41 -o {stem}_41.msh`"),
+            Self::GmshScript => format!(
+                "give it as mesh.geometry, or mesh it: `gmsh -3 {file} -format msh41 -o {stem}.msh`"
+            ),
+            Self::Nastran | Self::Universal => format!(
+                "convert it to a deck with its groups: `gmsh -0 {file} -o {stem}.inp`, or write a deck of Abaqus in the program that made it"
+            ),
+            Self::Ansys => format!(
+                "convert it with its components by the Python package mapdl-archive: `mapdl_archive.Archive(\"{file}\").grid.save(\"{stem}.vtu\")`"
+            ),
+            Self::LsDyna => format!(
+                "convert it with its parts by the Python package lsdyna-mesh-reader: `lsdyna_mesh_reader.Deck(\"{file}\").to_grid().save(\"{stem}.vtu\")`"
+            ),
+            Self::Geometry => format!(
+                "mesh it by a Gmsh script with the lines `SetFactory(\"OpenCASCADE\"); Merge \"{file}\"; Physical Volume(\"part\") = Volume{{:}};`, given as mesh.geometry"
+            ),
+            Self::Triangles => format!(
+                "mesh its inside by a Gmsh script with the lines `Merge \"{file}\"; Surface Loop(1) = Surface{{:}}; Volume(1) = {{1}}; Physical Volume(\"part\") = {{1}};`, given as mesh.geometry"
+            ),
+            Self::Med
+            | Self::LegacyVtk
+            | Self::Exodus
+            | Self::Xdmf
+            | Self::Cgns
+            | Self::Medit
+            | Self::Hdf => meshio(),
+        };
+        MeshError::OtherFormat {
+            what: self.what(),
+            remedy,
+        }
+    }
+}
+
+/// The format that the first bytes say.
+fn by_content(bytes: &[u8], head: &str) -> Option<Other> {
+    let start = head.trim_start();
+    let begins = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Some(Other::Hdf);
+    }
+    if bytes.starts_with(b"CDF\x01")
+        || bytes.starts_with(b"CDF\x02")
+        || bytes.starts_with(b"CDF\x05")
+    {
+        return Some(Other::Exodus);
+    }
+    if begins(&["ISO-10303-21", "DBRep_DrawableShape", "CASCADE Topology"]) || is_iges(bytes) {
+        return Some(Other::Geometry);
+    }
+    if start.starts_with("solid") && head.contains("facet") {
+        return Some(Other::Triangles);
+    }
+    if begins(&["# vtk DataFile"]) {
+        return Some(Other::LegacyVtk);
+    }
+    if head.contains("<Xdmf") {
+        return Some(Other::Xdmf);
+    }
+    if begins(&["MeshVersionFormatted"]) {
+        return Some(Other::Medit);
+    }
+    if begins(&["$NOD"]) {
+        return Some(Other::OldMsh);
+    }
+    let mut words = start.split_whitespace();
+    let dataset = |word: &str| word.parse::<u32>().is_ok();
+    if words.next() == Some("-1") && words.next().is_some_and(dataset) {
+        return Some(Other::Universal);
+    }
+    let lines = || head.lines().map(str::trim_start);
+    let is_line =
+        |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
+    if is_line(&["/PREP7", "/COM,ANSYS", "NBLOCK,"]) {
+        return Some(Other::Ansys);
+    }
+    if is_line(&["BEGIN BULK", "CEND", "GRID,", "GRID  ", "GRID* "]) {
+        return Some(Other::Nastran);
+    }
+    is_line(&["*KEYWORD"]).then_some(Other::LsDyna)
+}
+
+/// Every line of an IGES file has 80 letters, and the 73rd of the first ones is an S.
+fn is_iges(bytes: &[u8]) -> bool {
+    let line = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
+    let line = line.strip_suffix(b"\r").unwrap_or(line);
+    line.len() == 80 && line[72] == b'S' && line[73..].trim_ascii() == b"1"
+}
+
+/// The format that the ending of the name says.
+fn by_name(name: &str) -> Option<Other> {
+    let ending = Path::new(name).extension()?.to_str()?.to_lowercase();
+    Some(match ending.as_str() {
+        "geo" | "geo_unrolled" => Other::GmshScript,
+        "bdf" | "nas" | "dat" | "fem" => Other::Nastran,
+        "cdb" => Other::Ansys,
+        "unv" => Other::Universal,
+        "med" => Other::Med,
+        "step" | "stp" | "igs" | "iges" | "brep" => Other::Geometry,
+        "stl" => Other::Triangles,
+        "vtk" => Other::LegacyVtk,
+        "e" | "exo" | "ex2" => Other::Exodus,
+        "xdmf" | "xmf" => Other::Xdmf,
+        "cgns" => Other::Cgns,
+        "mesh" | "meshb" => Other::Medit,
+        "k" | "key" => Other::LsDyna,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Content, parse};
+    use super::*;
+
+    macro_rules! elements {
+        ($file:literal) => {
+            include_bytes!(concat!("../../../../meshes/elements/", $file))
+        };
+    }
+
+    fn none(name: &str) -> Result<Vec<u8>, MeshError> {
+        panic!("{name} is included");
+    }
+
+    fn message(bytes: &[u8], name: &str) -> String {
+        parse(bytes, name, &mut none).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn formats_are_known_by_what_they_hold() {
+        let files: [(&[u8], Format); 8] = [
+            (elements!("order2.msh"), Format::Msh4),
+            (elements!("order2_msh2.msh"), Format::Msh2),
+            (elements!("order2_msh2_binary.msh"), Format::Msh2),
+            (elements!("order2.inp"), Format::Deck),
+            (elements!("order1_meshio.vtu"), Format::Vtu),
+            (elements!("order2_raw.vtu"), Format::Vtu),
+            (b"** a comment\n\n  * node, nset=KEYWORD\n", Format::Deck),
+            (b"\xef\xbb\xbf<?xml version=\"1.0\"?>\n<!-- mine -->\n<VTKFile type=\"UnstructuredGrid\">", Format::Vtu),
+        ];
+        for (bytes, format) in files {
+            // The ending is that of a format that is not read: it does not count.
+            assert_eq!(detect(bytes, "mesh.bdf").unwrap(), format);
+        }
+        let newer = b"$MeshFormat\n4.0 0 8\n$EndMeshFormat\n";
+        assert!(
+            message(newer, "a.msh").starts_with("MSH version 4.0 is not read, only 4.1 and 2.2")
+        );
+    }
+
+    /// What gmsh makes of one geometry, in four formats: the same nodes, elements and groups.
+    #[test]
+    fn all_formats_give_the_same_mesh() {
+        let four: [[(&[u8], &str); 4]; 2] = [
+            [
+                (elements!("order1.msh"), "4.1"),
+                (elements!("order1_msh2.msh"), "2.2"),
+                (elements!("order1_msh2_binary.msh"), "2.2 binary"),
+                (elements!("order1_binary.vtu"), "vtu"),
+            ],
+            [
+                (elements!("order2.msh"), "4.1"),
+                (elements!("order2_msh2.msh"), "2.2"),
+                (elements!("order2_msh2_binary.msh"), "2.2 binary"),
+                (elements!("order2_raw.vtu"), "vtu"),
+            ],
+        ];
+        for files in four {
+            let contents =
+                files.map(|(bytes, name)| (parse(bytes, name, &mut none).unwrap(), name));
+            let (first, _) = &contents[0];
+            for (other, name) in &contents[1..] {
+                for group in [
+                    "hexahedra",
+                    "wedges",
+                    "mixed",
+                    "base",
+                    "top",
+                    "side",
+                    "edge",
+                ] {
+                    assert_eq!(
+                        described(first, group),
+                        described(other, group),
+                        "{name}, {group}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Of a node.
+    type At = [i64; 3];
+
+    /// Dimension of a group, and where the nodes of its elements, and all of its nodes, stand.
+    fn described(content: &Content, group: &str) -> (u8, Vec<Vec<At>>, Vec<At>) {
+        let group = &content.groups[group];
+        let list = match group.dimension {
+            3 => &content.elements,
+            _ => &content.facets,
+        };
+        let at = |nodes: &[u32]| -> Vec<At> {
+            let round = |x: f64| (x * 1e6).round() as i64;
+            nodes
+                .iter()
+                .map(|n| content.nodes[*n as usize].map(round))
+                .collect()
+        };
+        let mut elements: Vec<_> = group
+            .elements
+            .iter()
+            .map(|e| at(list.of(*e as usize)))
+            .collect();
+        elements.sort();
+        let mut nodes = at(&group.nodes);
+        nodes.sort_unstable();
+        nodes.dedup();
+        (group.dimension, elements, nodes)
+    }
+
+    #[test]
+    fn other_formats_are_named_with_their_remedy() {
+        let iges = [b"comment".as_slice(), &[b' '; 65], b"S      1\n"].concat();
+        let cases: [(&[u8], &str, &str, &str); 30] = [
+            (
+                b"CEND\nBEGIN BULK\nGRID,1\n",
+                "a/wheel.inp",
+                "a Nastran deck",
+                "`gmsh -0 wheel.inp -o wheel.inp`",
+            ),
+            (
+                b"$ comment\nGRID    1\n",
+                "wheel.bdf",
+                "a Nastran deck",
+                "`gmsh -0 wheel.bdf -o wheel.inp`",
+            ),
+            (
+                b"unknown",
+                "wheel.NAS",
+                "a Nastran deck",
+                "write a deck of Abaqus",
+            ),
+            (b"unknown", "wheel.dat", "a Nastran deck", "gmsh"),
+            (
+                b"/COM,ANSYS\n/PREP7\n",
+                "b.txt",
+                "an archive of Ansys",
+                "`mapdl_archive.Archive(\"b.txt\").grid.save(\"b.vtu\")`",
+            ),
+            (
+                b"!\nNBLOCK,6,SOLID\n",
+                "b.cdb",
+                "an archive of Ansys",
+                "mapdl-archive",
+            ),
+            (b"unknown", "b.cdb", "an archive of Ansys", "mapdl-archive"),
+            (
+                b"    -1\n  2411\n",
+                "c",
+                "an I-DEAS universal file",
+                "`gmsh -0 c -o c.inp`",
+            ),
+            (b"unknown", "c.unv", "an I-DEAS universal file", "gmsh"),
+            (
+                b"\x89HDF\r\n\x1a\n",
+                "d.med",
+                "a MED file",
+                "`meshio convert d.med d.vtu`",
+            ),
+            (b"\x89HDF\r\n\x1a\n", "d.cgns", "a CGNS file", "meshio"),
+            (b"\x89HDF\r\n\x1a\n", "d.h5", "an HDF5 file", "meshio"),
+            (b"CDF\x01", "e.e", "an Exodus file", "meshio"),
+            (b"CDF\x02", "e.nc", "an Exodus file", "meshio"),
+            (b"unknown", "e.exo", "an Exodus file", "meshio"),
+            (
+                b"ISO-10303-21;\n",
+                "f.step",
+                "a geometry (STEP, IGES or BREP) and no mesh",
+                "Merge \"f.step\"; Physical Volume(\"part\") = Volume{:};`",
+            ),
+            (
+                b"\nCASCADE Topology V3",
+                "f.txt",
+                "a geometry",
+                "OpenCASCADE",
+            ),
+            (&iges, "f.txt", "a geometry", "OpenCASCADE"),
+            (b"unknown", "f.IGS", "a geometry", "OpenCASCADE"),
+            (
+                b"solid a\nfacet normal 0 0 1\n",
+                "g.txt",
+                "a surface of triangles (STL) without a volume",
+                "Surface Loop(1) = Surface{:}; Volume(1) = {1};",
+            ),
+            (
+                b"\0\0\0\0",
+                "g.stl",
+                "a surface of triangles",
+                "Merge \"g.stl\"",
+            ),
+            (
+                b"# vtk DataFile Version 3.0\n",
+                "h.vtk",
+                "a legacy VTK file",
+                "`meshio convert h.vtk h.vtu`",
+            ),
+            (
+                b"<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">",
+                "i",
+                "an XDMF file",
+                "meshio",
+            ),
+            (b"MeshVersionFormatted 2\n", "j", "a Medit mesh", "meshio"),
+            (
+                b"$ made by\n*KEYWORD\n*NODE\n",
+                "k.k",
+                "a deck of LS-DYNA",
+                "`lsdyna_mesh_reader.Deck(\"k.k\").to_grid().save(\"k.vtu\")`",
+            ),
+            (
+                b"*KEYWORD MEMORY=20\n*NODE\n",
+                "k",
+                "a deck of LS-DYNA",
+                "lsdyna",
+            ),
+            (
+                b"$NOD\n3\n",
+                "l.msh",
+                "a Gmsh mesh of version 1",
+                "`gmsh -0 l.msh -format msh41 -o l_41.msh`",
+            ),
+            (
+                b"Point(1) = {0, 0, 0};\n",
+                "m.geo",
+                "a Gmsh script",
+                "mesh.geometry, or mesh it: `gmsh -3 m.geo -format msh41 -o m.msh`",
+            ),
+            (b"unknown", "m.mesh", "a Medit mesh", "meshio"),
+            (b"unknown", "m.key", "a deck of LS-DYNA", "lsdyna"),
+        ];
+        for (bytes, name, what, remedy) in cases {
+            let found = message(bytes, name);
+            let expected = format!("this is {what}");
+            assert!(
+                found.starts_with(&expected) && found.contains(remedy),
+                "{name}: {found}"
+            );
+        }
+        assert!(
+            message(b"unknown", "mesh.xyz")
+                .starts_with("the format of the mesh is not known: read are")
+        );
+        assert!(message(b"unknown", "").contains("meshio convert"));
+        assert!(message(b" \r\n", "mesh.msh").starts_with("the file is empty"));
+    }
+}

@@ -1,0 +1,119 @@
+//! What Gmsh's files, of whatever version of the format, say of elements: their types, the order of the
+//! nodes inside them, and the groups that they belong to.
+
+use super::sections::Names;
+use crate::element::{ElementOrder, ElementType, Shape};
+
+/// Dimension and number of nodes of an element by Gmsh's number of its type. Those that have nodes inside
+/// faces or elements are among them.
+pub fn dimension_and_nodes(kind: u64) -> Option<(u8, usize)> {
+    Some(match kind {
+        15 => (0, 1),
+        1 => (1, 2),
+        8 => (1, 3),
+        2 => (2, 3),
+        3 => (2, 4),
+        9 => (2, 6),
+        10 => (2, 9),
+        16 => (2, 8),
+        4 => (3, 4),
+        5 => (3, 8),
+        6 => (3, 6),
+        7 => (3, 5),
+        11 => (3, 10),
+        12 => (3, 27),
+        13 => (3, 18),
+        14 => (3, 14),
+        17 => (3, 20),
+        18 => (3, 15),
+        19 => (3, 13),
+        _ => return None,
+    })
+}
+
+/// Types with nodes inside faces or elements, which are not read.
+pub const COMPLETE: [u64; 4] = [10, 12, 13, 14];
+
+/// The name of a physical group; one without a name is called after its dimension and tag, such as
+/// `surface 12`.
+pub(super) fn group_name(names: &Names, dimension: u8, tag: u32) -> String {
+    names.get(&(dimension, tag)).cloned().unwrap_or_else(|| {
+        let kind = ["point", "curve", "surface", "volume"][usize::from(dimension)];
+        format!("{kind} {tag}")
+    })
+}
+
+/// Where in Gmsh's element each of our nodes stands: node `i` is Gmsh's node `from_gmsh(element)[i]`.
+/// Corners are the same; the middles of the edges follow another list of edges. Facets and lines
+/// need no table: Gmsh's order is ours.
+pub fn from_gmsh(element: ElementType) -> &'static [usize] {
+    use ElementOrder::{Linear, Quadratic};
+    const CORNERS: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+    match (element.shape, element.order) {
+        (shape, Linear) => &CORNERS[..shape.corners()],
+        (Shape::Tetrahedron, Quadratic) => &[0, 1, 2, 3, 4, 5, 6, 7, 9, 8],
+        (Shape::Pyramid, Quadratic) => &[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12],
+        (Shape::Wedge, Quadratic) => &[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11],
+        (Shape::Hexahedron, Quadratic) => &[
+            0, 1, 2, 3, 4, 5, 6, 7, 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15,
+        ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    /// Rows of numbers of a section of an ASCII file in MSH 2.2, behind its count.
+    fn rows<'a>(text: &'a str, section: &str) -> impl Iterator<Item = Vec<f64>> + 'a {
+        let (_, from) = text.split_once(&format!("${section}\n")).unwrap();
+        let (rows, _) = from.split_once("$End").unwrap();
+        rows.lines()
+            .skip(1)
+            .map(|row| row.split(' ').map(|word| word.parse().unwrap()).collect())
+    }
+
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    #[test]
+    fn middles_lie_between_the_corners_of_their_edges() {
+        let text = include_str!("../../../../meshes/elements/order2_msh2.msh");
+        let nodes: BTreeMap<u64, [f64; 3]> = rows(text, "Nodes")
+            .map(|row| (row[0] as u64, [row[1], row[2], row[3]]))
+            .collect();
+        let mut seen = BTreeSet::new();
+        for row in rows(text, "Elements") {
+            let nodes: Vec<[f64; 3]> = row[3 + row[2] as usize..]
+                .iter()
+                .map(|tag| nodes[&(*tag as u64)])
+                .collect();
+            let solid = ElementType::with_nodes(nodes.len())
+                .filter(|_| [11.0, 17.0, 18.0, 19.0].contains(&row[1]));
+            let Some(element) = solid else { continue };
+            seen.insert(element);
+            let at: Vec<_> = from_gmsh(element).iter().map(|i| nodes[*i]).collect();
+            for (middle, [a, b]) in at[element.shape.corners()..]
+                .iter()
+                .zip(element.shape.edges())
+            {
+                for axis in 0..3 {
+                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
+                    assert!(
+                        (middle[axis] - between).abs() < 1e-9,
+                        "{element:?}, edge {a} {b}: {middle:?}"
+                    );
+                }
+            }
+        }
+        assert_eq!(seen.len(), 4, "{seen:?}");
+    }
+
+    #[test]
+    fn every_node_has_one_place() {
+        for element in ElementType::ALL {
+            let mut places = from_gmsh(element).to_vec();
+            places.sort_unstable();
+            assert!(places.into_iter().eq(0..element.nodes()), "{element:?}");
+        }
+    }
+}

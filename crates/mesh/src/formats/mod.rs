@@ -1,0 +1,38 @@
+//! The bytes of a file -> [`Content`], what it says in its own units -> [`Mesh`](crate::Mesh).
+//!
+//! [`detect`](fn@detect) finds the format. Each has a reader: [`msh`] and [`msh2`] Gmsh's files,
+//! [`deck`] decks of Abaqus and CalculiX, [`vtu`] VTK's. [`surface_field`] reads forces or pressures at
+//! points.
+
+mod content;
+pub mod deck;
+mod detect;
+mod error;
+pub mod gmsh_order;
+pub mod msh;
+pub mod msh2;
+mod sections;
+pub mod surface_field;
+pub mod vtu;
+
+pub use content::{Content, FileMaterial};
+pub use detect::{Format, detect};
+pub use error::MeshError;
+
+/// Parses the bytes of a mesh file, in the units of the file. `name` is that of the file, for its ending;
+/// `include` gives the bytes of another file that a deck names.
+///
+/// # Errors
+/// A format that is not read, with the program that converts it; or bytes that are no whole mesh.
+pub fn parse(
+    bytes: &[u8],
+    name: &str,
+    include: &mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
+) -> Result<Content, MeshError> {
+    match detect(bytes, name)? {
+        Format::Msh4 => msh::parse(bytes),
+        Format::Msh2 => msh2::parse(bytes),
+        Format::Deck => deck::parse(bytes, include),
+        Format::Vtu => vtu::parse(bytes),
+    }
+}

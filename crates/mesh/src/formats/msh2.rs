@@ -1,0 +1,574 @@
+//! Gmsh's MSH 2.2 files, ASCII and binary.
+//!
+//! An element names its physical group itself. Gmsh writes an element that is in several groups once
+//! for each of them: such copies become one element, with the tag of the first. Elements without a
+//! physical group are left out. Format: Gmsh reference manual, "MSH file format version 2".
+
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
+
+use super::content::Content;
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, from_gmsh, group_name};
+use super::sections::{Encoding, Names, content, encoding, physical_names, sections};
+use crate::element::ElementType;
+use crate::{Group, MeshError};
+
+/// Parses the bytes of a mesh file. Lengths are those of the file.
+///
+/// # Errors
+/// Bytes that are no whole mesh in MSH 2.2: see [`MeshError`].
+pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
+    let encoding = encoding(bytes, "2.2")?;
+    let sections = sections(bytes)?;
+    let names = physical_names(bytes, &sections)?;
+    let of = |section| {
+        let range = content(&sections, section).ok_or(MeshError::MissingSection { section })?;
+        Ok(Numbers {
+            bytes,
+            encoding,
+            section,
+            at: range,
+        })
+    };
+    let mut reader = Reader::new(&names);
+    reader.nodes(of("Nodes")?)?;
+    reader.elements(of("Elements")?)?;
+    reader.finish()
+}
+
+/// The numbers of a section, one after the other.
+struct Numbers<'a> {
+    bytes: &'a [u8],
+    encoding: Encoding,
+    section: &'static str,
+    /// What is not yet read.
+    at: Range<usize>,
+}
+
+impl<'a> Numbers<'a> {
+    fn error(&self, byte: usize, reason: impl Into<String>) -> MeshError {
+        MeshError::Malformed {
+            byte,
+            at: format!("section ${}", self.section),
+            reason: reason.into(),
+        }
+    }
+
+    /// The next word, of text.
+    fn word(&mut self) -> Result<&'a str, MeshError> {
+        let rest = &self.bytes[self.at.clone()];
+        let is_space = |b: &u8| b.is_ascii_whitespace();
+        let blanks = rest.iter().take_while(|b| is_space(b)).count();
+        let length = rest[blanks..].iter().take_while(|b| !is_space(b)).count();
+        let start = self.at.start + blanks;
+        if length == 0 {
+            return Err(self.error(start, "it breaks off"));
+        }
+        self.at.start = start + length;
+        std::str::from_utf8(&self.bytes[start..start + length])
+            .map_err(|_| self.error(start, "expected a number"))
+    }
+
+    fn parsed<T: std::str::FromStr>(&mut self) -> Result<T, MeshError> {
+        let word = self.word()?;
+        word.parse()
+            .map_err(|_| self.error(self.at.start - word.len(), "expected a number"))
+    }
+
+    /// The next bytes of binary numbers.
+    fn raw<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
+        let rest = &self.bytes[self.at.clone()];
+        let Some(found) = rest.first_chunk::<N>() else {
+            return Err(self.error(self.at.start, "it breaks off"));
+        };
+        self.at.start += N;
+        Ok(*found)
+    }
+
+    /// The count on the first line, of text in binary files too, no more than the bytes that follow
+    /// can hold of items of `least` bytes.
+    fn count(&mut self, least: usize) -> Result<usize, MeshError> {
+        let count: usize = self.parsed()?;
+        if self.encoding != Encoding::Ascii {
+            let end = self.bytes[self.at.clone()].iter().position(|b| *b == b'\n');
+            self.at.start += end.map_or(self.at.len(), |end| end + 1);
+        }
+        if count > self.at.len() / least + 1 {
+            let reason = format!("it announces {count} items and is shorter");
+            return Err(self.error(self.at.start, reason));
+        }
+        Ok(count)
+    }
+
+    fn int(&mut self) -> Result<i64, MeshError> {
+        Ok(match self.encoding {
+            Encoding::Ascii => return self.parsed(),
+            Encoding::LittleEndian => i32::from_le_bytes(self.raw()?).into(),
+            Encoding::BigEndian => i32::from_be_bytes(self.raw()?).into(),
+        })
+    }
+
+    fn float(&mut self) -> Result<f64, MeshError> {
+        Ok(match self.encoding {
+            Encoding::Ascii => return self.parsed(),
+            Encoding::LittleEndian => f64::from_le_bytes(self.raw()?),
+            Encoding::BigEndian => f64::from_be_bytes(self.raw()?),
+        })
+    }
+
+    /// A number that cannot be negative.
+    fn natural(&mut self, what: &str) -> Result<u64, MeshError> {
+        let byte = self.at.start;
+        let found = self.int()?;
+        u64::try_from(found).map_err(|_| self.error(byte, format!("{what} is {found}")))
+    }
+
+    fn is_at_end(&self) -> bool {
+        let rest = &self.bytes[self.at.clone()];
+        rest.iter().all(u8::is_ascii_whitespace)
+    }
+}
+
+struct Reader<'a> {
+    names: &'a Names,
+    content: Content,
+    index_of: HashMap<u64, u32>,
+    element_tags: HashSet<u64>,
+    /// Elements by dimension and nodes.
+    found: HashMap<(u8, Vec<u32>), u32>,
+    groups: BTreeMap<(u8, u32), Group>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(names: &'a Names) -> Self {
+        let mut reader = Self {
+            names,
+            content: Content::default(),
+            index_of: HashMap::new(),
+            element_tags: HashSet::new(),
+            found: HashMap::new(),
+            groups: BTreeMap::new(),
+        };
+        for &(dimension, tag) in names.keys() {
+            reader.group(dimension, tag);
+        }
+        reader
+    }
+
+    fn group(&mut self, dimension: u8, tag: u32) -> &mut Group {
+        let empty = || Group {
+            dimension,
+            elements: Vec::new(),
+            nodes: Vec::new(),
+        };
+        self.groups.entry((dimension, tag)).or_insert_with(empty)
+    }
+
+    fn nodes(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {
+        let least = match numbers.encoding {
+            Encoding::Ascii => "1 0 0 0\n".len(),
+            _ => 4 + 3 * 8,
+        };
+        let count = numbers.count(least)?;
+        if count >= u32::MAX as usize {
+            let found = count as u64;
+            return Err(MeshError::TooMany {
+                what: "nodes",
+                found,
+            });
+        }
+        for index in 0..count {
+            let tag = numbers.natural("a node's tag")?;
+            let at = [numbers.float()?, numbers.float()?, numbers.float()?];
+            if self.index_of.insert(tag, index as u32).is_some() {
+                return Err(MeshError::TagTwice { what: "node", tag });
+            }
+            self.content.nodes.push(at);
+            self.content.node_tags.push(tag);
+        }
+        check_end(&numbers, count)
+    }
+
+    fn elements(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {
+        let ascii = numbers.encoding == Encoding::Ascii;
+        let least = if ascii { "1 1 0 1 2\n".len() } else { 8 };
+        let count = numbers.count(least)?;
+        if count == 0 {
+            return Err(MeshError::Empty { what: "elements" });
+        }
+        let mut left = count;
+        while left > 0 {
+            // A binary file has the type once for several elements.
+            let first_tag = if ascii {
+                Some(numbers.natural("an element's tag")?)
+            } else {
+                None
+            };
+            let kind = numbers.natural("a type")?;
+            let in_block = if ascii {
+                1
+            } else {
+                numbers.natural("a number of elements")?
+            };
+            let tags = numbers.natural("a number of tags")?;
+            if in_block == 0 || in_block > left as u64 {
+                let reason = format!("a block of {in_block} elements, where {left} are left");
+                return Err(numbers.error(numbers.at.start, reason));
+            }
+            left -= in_block as usize;
+            for _ in 0..in_block {
+                let tag = match first_tag {
+                    Some(tag) => tag,
+                    None => numbers.natural("an element's tag")?,
+                };
+                self.element(&mut numbers, tag, kind, tags)?;
+            }
+        }
+        check_end(&numbers, count)
+    }
+
+    fn element(
+        &mut self,
+        numbers: &mut Numbers<'_>,
+        tag: u64,
+        kind: u64,
+        tags: u64,
+    ) -> Result<(), MeshError> {
+        let mut physical = 0;
+        for i in 0..tags {
+            let found = numbers.int()?;
+            if i == 0 {
+                physical = found.unsigned_abs(); // the sign is an orientation
+            }
+        }
+        let Some((dimension, count)) = dimension_and_nodes(kind) else {
+            let kind = kind.to_string();
+            return Err(MeshError::ElementKind { element: tag, kind });
+        };
+        let mut nodes = Vec::with_capacity(count);
+        for _ in 0..count {
+            let node = numbers.natural("a node")?;
+            let missing = MeshError::MissingNode { element: tag, node };
+            let index = *self.index_of.get(&node).ok_or(missing)?;
+            if nodes.contains(&index) {
+                return Err(MeshError::RepeatedNode { element: tag, node });
+            }
+            nodes.push(index);
+        }
+        if !self.element_tags.insert(tag) {
+            return Err(MeshError::TagTwice {
+                what: "element",
+                tag,
+            });
+        }
+        let Ok(physical) = u32::try_from(physical) else {
+            let reason = format!("a physical group has the tag {physical}");
+            return Err(numbers.error(numbers.at.start, reason));
+        };
+        if physical == 0 {
+            return Ok(());
+        }
+        if COMPLETE.contains(&kind) {
+            return Err(MeshError::CompleteElement {
+                group: group_name(self.names, dimension, physical),
+                nodes: count,
+            });
+        }
+        self.keep(dimension, physical, tag, nodes);
+        Ok(())
+    }
+
+    /// Adds an element, unless it is there already, and puts it into its group.
+    fn keep(&mut self, dimension: u8, physical: u32, tag: u64, nodes: Vec<u32>) {
+        let solid = ElementType::with_nodes(nodes.len()).filter(|_| dimension == 3);
+        let nodes = match solid {
+            Some(element) => from_gmsh(element).iter().map(|i| nodes[*i]).collect(),
+            None => nodes,
+        };
+        self.group(dimension, physical).nodes.extend(&nodes);
+        let list = match dimension {
+            3 => &mut self.content.elements,
+            2 => &mut self.content.facets,
+            _ => return,
+        };
+        let index = match self.found.entry((dimension, nodes)) {
+            Entry::Occupied(entry) => *entry.get(),
+            Entry::Vacant(entry) => {
+                let index = list.len() as u32;
+                list.push(tag, entry.key().1.iter().copied());
+                *entry.insert(index)
+            }
+        };
+        self.group(dimension, physical).elements.push(index);
+    }
+
+    fn finish(mut self) -> Result<Content, MeshError> {
+        for ((dimension, tag), mut group) in self.groups {
+            for list in [&mut group.nodes, &mut group.elements] {
+                list.sort_unstable();
+                list.dedup();
+            }
+            let name = group_name(self.names, dimension, tag);
+            if self.content.groups.insert(name.clone(), group).is_some() {
+                return Err(MeshError::GroupNameTwice { name });
+            }
+        }
+        Ok(self.content)
+    }
+}
+
+fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
+    if numbers.is_at_end() {
+        return Ok(());
+    }
+    let reason = format!("it has more than the {said} items that it announces");
+    Err(numbers.error(numbers.at.start, reason))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::Shape;
+    use std::collections::BTreeSet;
+
+    const ASCII: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2.msh");
+    const BINARY: &[u8] = include_bytes!("../../../../meshes/elements/order2_msh2_binary.msh");
+    const LINEAR: &[u8] = include_bytes!("../../../../meshes/elements/order1_msh2.msh");
+
+    /// A tetrahedron with a face, and what `change` makes of the text.
+    fn one(change: impl Fn(&str) -> String) -> Result<Content, MeshError> {
+        let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n3 7 \"blade\"\n\
+            $EndPhysicalNames\n$Nodes\n4\n10 0 0 0\n20 1 0 0\n30 0 1 0\n40 0 0 1\n$EndNodes\n\
+            $Elements\n2\n5 4 2 7 1 10 20 30 40\n6 2 2 9 1 10 30 20\n$EndElements\n";
+        parse(change(text).as_bytes())
+    }
+
+    /// The message of the error that a changed text leads to.
+    fn message(from: &str, to: &str) -> String {
+        let change = |text: &str| {
+            assert!(text.contains(from), "{from}");
+            text.replacen(from, to, 1)
+        };
+        one(change).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_type_stands_in_its_group() {
+        for (bytes, order) in [(LINEAR, 1), (ASCII, 2), (BINARY, 2)] {
+            let content = parse(bytes).unwrap();
+            let shapes = |group: &str| -> BTreeSet<Shape> {
+                let elements = content.groups[group].elements.iter();
+                let nodes = elements.map(|e| content.elements.of(*e as usize).len());
+                nodes
+                    .map(|n| ElementType::with_nodes(n).unwrap().shape)
+                    .collect()
+            };
+            assert_eq!(shapes("hexahedra"), [Shape::Hexahedron].into());
+            assert_eq!(shapes("wedges"), [Shape::Wedge].into());
+            let others = [Shape::Tetrahedron, Shape::Pyramid, Shape::Wedge];
+            assert_eq!(shapes("mixed"), others.into());
+            let count = |group: &str| content.groups[group].elements.len();
+            assert_eq!(
+                (count("hexahedra"), count("wedges"), count("mixed")),
+                (8, 4, 80)
+            );
+            let edge = &content.groups["edge"];
+            assert_eq!(
+                (edge.dimension, edge.elements.len(), edge.nodes.len()),
+                (1, 0, 5 * order + 3)
+            );
+            let facets: BTreeSet<_> = content.facets.iter().map(<[u32]>::len).collect();
+            assert_eq!(facets, [3 * order, 4 * order].into());
+        }
+    }
+
+    /// The mesh is made by gmsh, with straight edges: every middle lies halfway between its corners.
+    #[test]
+    fn middles_lie_between_the_corners_of_their_edges() {
+        let content = parse(BINARY).unwrap();
+        for nodes in content.elements.iter() {
+            let at: Vec<_> = nodes.iter().map(|n| content.nodes[*n as usize]).collect();
+            let shape = ElementType::with_nodes(nodes.len()).unwrap().shape;
+            for (middle, [a, b]) in at[shape.corners()..].iter().zip(shape.edges()) {
+                for axis in 0..3 {
+                    let between = 0.5 * (at[*a][axis] + at[*b][axis]);
+                    assert!((middle[axis] - between).abs() < 1e-9, "{shape:?} {a} {b}");
+                }
+            }
+        }
+    }
+
+    /// gmsh writes text with 16 digits.
+    #[test]
+    fn text_and_both_byte_orders_say_the_same() {
+        let (text, binary) = (parse(ASCII).unwrap(), parse(BINARY).unwrap());
+        for (a, b) in text
+            .nodes
+            .as_flattened()
+            .iter()
+            .zip(binary.nodes.as_flattened())
+        {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+        assert_eq!(
+            Content {
+                nodes: binary.nodes.clone(),
+                ..text
+            },
+            binary
+        );
+        assert_eq!(parse(&swapped(BINARY)).unwrap(), binary);
+    }
+
+    /// The file with every number in the other byte order.
+    fn swapped(bytes: &[u8]) -> Vec<u8> {
+        let find = |word: &[u8]| bytes.windows(word.len()).position(|w| w == word).unwrap();
+        let behind_count = |section: &str| {
+            let start = find(section.as_bytes()) + section.len();
+            start + bytes[start..].iter().position(|b| *b == b'\n').unwrap() + 1
+        };
+        let mut out = bytes.to_vec();
+        let header = find(b"2.2 1 8\n") + 8;
+        out[header..header + 4].reverse();
+        let nodes = &mut out[behind_count("$Nodes\n")..find(b"\n$EndNodes")];
+        assert_eq!(nodes.len() % 28, 0);
+        for node in nodes.chunks_mut(28) {
+            node[..4].reverse();
+            node[4..].chunks_mut(8).for_each(<[u8]>::reverse);
+        }
+        let elements = behind_count("$Elements\n")..find(b"\n$EndElements");
+        out[elements].chunks_mut(4).for_each(<[u8]>::reverse);
+        out
+    }
+
+    #[test]
+    fn tags_may_be_sparse_and_groups_nameless() {
+        let content = one(str::to_owned).unwrap();
+        assert_eq!(content.node_tags, [10, 20, 30, 40]);
+        assert_eq!(
+            (content.elements.tags(), content.elements.of(0)),
+            (&[5][..], &[0, 1, 2, 3][..])
+        );
+        assert_eq!(content.groups["blade"].elements, [0]);
+        assert_eq!(
+            (content.groups["surface 9"].dimension, content.facets.of(0)),
+            (2, &[0, 2, 1][..])
+        );
+    }
+
+    #[test]
+    fn an_element_of_two_groups_is_one_element() {
+        let twice = |text: &str| {
+            let second = "$Elements\n3\n7 4 2 -8 1 10 20 30 40\n";
+            text.replace("$Elements\n2\n", second)
+        };
+        let content = one(twice).unwrap();
+        assert_eq!(content.elements.len(), 1);
+        assert_eq!(content.groups["volume 8"].elements, [0]);
+        assert_eq!(content.groups["blade"].elements, [0]);
+    }
+
+    #[test]
+    fn elements_of_no_group_are_left_out() {
+        let content = one(|text| text.replace("6 2 2 9 1", "6 2 2 0 1")).unwrap();
+        assert_eq!((content.facets.len(), content.groups.len()), (0, 1));
+        let content = one(|text| text.replace("6 2 2 9 1", "6 2 0")).unwrap();
+        assert_eq!(content.facets.len(), 0);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let cases = [
+            ("20 1 0 0", "10 1 0 0", "node tag 10 occurs twice"),
+            ("6 2 2 9", "5 2 2 9", "element tag 5 occurs twice"),
+            (
+                "20 30 40",
+                "20 30 50",
+                "element 5 names node 50, which the file does not have",
+            ),
+            ("20 30 40", "20 30 20", "element 5 names node 20 twice"),
+            (
+                "6 2 2 9",
+                "6 20 2 9",
+                "element 6 is of Gmsh's type 20, which is not read: mesh with Mesh.ElementOrder 1",
+            ),
+            (
+                "6 2 2 9 1 10 30 20",
+                "6 2 2 9 1 10 30",
+                "section $Elements): it breaks off",
+            ),
+            (
+                "$Nodes\n4",
+                "$Nodes\n3",
+                "it has more than the 3 items that it announces",
+            ),
+            (
+                "$Nodes\n4",
+                "$Nodes\n123456789",
+                "it announces 123456789 items and is shorter",
+            ),
+            ("$Elements\n2", "$Elements\n0", "the mesh has no elements"),
+            ("20 1 0 0", "20 1 x 0", "expected a number"),
+            ("20 1 0 0", "-20 1 0 0", "a node's tag is -20"),
+            (
+                "6 2 2 9 1",
+                "6 2 2 99999999999 1",
+                "a physical group has the tag 99999999999",
+            ),
+            ("6 2 2 9 1", "6 2 -2 9 1", "a number of tags is -2"),
+            (
+                "\"blade\"",
+                "\"surface 9\"",
+                "two groups are called `surface 9`",
+            ),
+            (
+                "$Nodes\n",
+                "$ParametricNodes\n",
+                "it has no $EndParametricNodes",
+            ),
+            (
+                "2.2 0 8",
+                "2.1 0 8",
+                "MSH version 2.1 is not read, only 4.1 and 2.2",
+            ),
+            (
+                "2.2 0 8",
+                "2.2 0 4",
+                "the $MeshFormat line `2.2 0 4` is not understood",
+            ),
+        ];
+        for (from, to, expected) in cases {
+            let found = message(from, to);
+            assert!(found.contains(expected), "{to}: {found}");
+        }
+    }
+
+    #[test]
+    fn nodes_inside_faces_have_their_remedy() {
+        let with = |physical: u32| {
+            let points = (1..=9).map(|i| format!("{i} {i} 0 {}\n", i * i));
+            let points: String = points.collect();
+            format!(
+                "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n9\n{points}$EndNodes\n\
+                 $Elements\n1\n1 10 2 {physical} 1 1 2 3 4 5 6 7 8 9\n$EndElements\n"
+            )
+        };
+        let found = parse(with(3).as_bytes()).unwrap_err().to_string();
+        let expected = "group `surface 3` has elements of 9 nodes";
+        assert!(
+            found.contains(expected) && found.contains("Mesh.SecondOrderIncomplete = 1"),
+            "{found}"
+        );
+        assert!(parse(with(0).as_bytes()).is_ok(), "it is in no group");
+    }
+
+    #[test]
+    fn a_file_that_breaks_off_is_an_error_at_any_byte() {
+        for bytes in [LINEAR, BINARY] {
+            for end in (0..bytes.len() - 2).step_by(7) {
+                assert!(parse(&bytes[..end]).is_err(), "{end}");
+            }
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! A CSV file of points in space with complex forces or pressures, as programs of fluid dynamics give them.
+//!
+//! The first line names the columns, in any order: `x_m`, `y_m`, `z_m`, and either `pressure_re_pa` with
+//! `pressure_im_pa` and `area_m2` where there are such, or `force_x_re_n`, `force_y_re_n`, `force_z_re_n` with
+//! `force_x_im_n` and so on. Imaginary parts that are left out are zero. `pressure_amplitude_pa` and
+//! `pressure_phase_deg` may stand in the place of real and imaginary parts, and names of other programs in
+//! the place of these (`columns.rs`). A line that begins with `#` is a remark. Of a file with sections, such
+//! as CFD-Post writes, the section `[Data]` is read.
+//! The value at the time t is the real part of (re + i im) exp(i w t); re + i im is the amplitude times
+//! exp(i phase).
+
+mod columns;
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use self::columns::{Column, Columns, ValueColumns};
+use crate::surface_field::{FieldValues, SurfaceField};
+use crate::text::plain;
+
+/// Most points of a file.
+pub const MOST_POINTS: usize = 20_000_000;
+
+/// Why a file of points cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what they mean")]
+pub enum SurfaceFieldError {
+    #[error("cannot read {}: {reason}", path.display())]
+    Io { path: PathBuf, reason: String },
+    #[error("{}: it has no lines after the one that names the columns", path.display())]
+    NoPoints { path: PathBuf },
+    #[error("{}: it has more than {MOST_POINTS} points", path.display())]
+    TooManyPoints { path: PathBuf },
+    #[error("{}: the first line names no column `{column}`; columns it names: {found}; {COLUMNS}", path.display())]
+    NoColumn {
+        path: PathBuf,
+        column: String,
+        found: String,
+    },
+    #[error("{}: column `{column}` has no unit that is known: write the unit in brackets behind the name, one of {units}", path.display())]
+    Unit {
+        path: PathBuf,
+        column: String,
+        units: String,
+    },
+    #[error("{}: `{column}` is one way too many to give a value: keep real and imaginary parts, or amplitudes and phases, or one column alone", path.display())]
+    TwoWays { path: PathBuf, column: String },
+    #[error("{}: column `{column}` is not known; {COLUMNS}", path.display())]
+    UnknownColumn { path: PathBuf, column: String },
+    #[error("{}: the first line names column `{column}` twice", path.display())]
+    ColumnTwice { path: PathBuf, column: String },
+    #[error("{}: it has forces and `{column}`: keep the columns of the forces or those of the pressures", path.display())]
+    TwoKinds { path: PathBuf, column: String },
+    #[error("{}, line {line}, column `{column}`: `{value}` is not {wanted}", path.display())]
+    Value {
+        path: PathBuf,
+        line: u64,
+        column: String,
+        value: String,
+        wanted: &'static str,
+    },
+    #[error("{}, line {line}: {reason}", path.display())]
+    Line {
+        path: PathBuf,
+        line: u64,
+        reason: String,
+    },
+}
+
+const COLUMNS: &str = "the columns are x_m, y_m, z_m, and pressure_re_pa (and pressure_im_pa, area_m2) or \
+                       force_x_re_n, force_y_re_n, force_z_re_n (and force_x_im_n, force_y_im_n, force_z_im_n); \
+                       amplitude and phase may stand for re and im (pressure_amplitude_pa, pressure_phase_deg), and \
+                       units in brackets (Pressure Amplitude [Pa])";
+/// So many units are named in a message.
+const UNITS: usize = 6;
+
+impl SurfaceField {
+    /// Reads the text of a file; `path` is for messages.
+    ///
+    /// # Errors
+    /// A text that cannot be read, or is none of such points: see [`SurfaceFieldError`].
+    pub fn parse(text: impl Read, path: &Path) -> Result<Self, SurfaceFieldError> {
+        let mut lines = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text);
+        let mut record = csv::StringRecord::new();
+        let mut next =
+            |record: &mut csv::StringRecord| lines.read_record(record).map_err(|e| fault(path, &e));
+        next(&mut record)?;
+        if section(&record).is_some() {
+            while section(&record).is_none_or(|name| name != "data") {
+                if !next(&mut record)? {
+                    return Err(SurfaceFieldError::NoPoints {
+                        path: path.to_owned(),
+                    });
+                }
+            }
+            next(&mut record)?;
+        }
+        let columns = Columns::of(&record, path)?;
+        let mut field = Self {
+            points_m: Vec::new(),
+            values: no_values(&columns),
+        };
+        while next(&mut record)? && section(&record).is_none() {
+            if field.points_m.len() == MOST_POINTS {
+                let path = path.to_owned();
+                return Err(SurfaceFieldError::TooManyPoints { path });
+            }
+            field.add(&columns, &record, path)?;
+        }
+        match field.points_m.is_empty() {
+            true => Err(SurfaceFieldError::NoPoints {
+                path: path.to_owned(),
+            }),
+            false => Ok(field),
+        }
+    }
+
+    /// Adds the point of a line.
+    fn add(
+        &mut self,
+        columns: &Columns,
+        record: &csv::StringRecord,
+        path: &Path,
+    ) -> Result<(), SurfaceFieldError> {
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != columns.count {
+            return Err(SurfaceFieldError::Line {
+                path: path.to_owned(),
+                line,
+                reason: format!(
+                    "it has {} values, and the first line names {} columns",
+                    record.len(),
+                    columns.count
+                ),
+            });
+        }
+        let value = |column: &Column, wanted: &'static str, least: f64| {
+            let text = record.get(column.at).unwrap_or_default();
+            let number = text.parse::<f64>().ok().map(|v| v * column.factor);
+            let fits = |v: &f64| v.is_finite() && v.abs() < 1e100 && *v >= least;
+            number.filter(fits).ok_or_else(|| SurfaceFieldError::Value {
+                path: path.to_owned(),
+                line,
+                column: column.name.clone(),
+                value: plain(text),
+                wanted,
+            })
+        };
+        let number = |column: &Column| value(column, "a finite number", f64::NEG_INFINITY);
+        let [x, y, z] = &columns.place;
+        self.points_m.push([number(x)?, number(y)?, number(z)?]);
+        match (&columns.values, &mut self.values) {
+            (ValueColumns::Forces(axes), FieldValues::Forces(forces)) => {
+                let mut force = [[0.0; 3]; 2];
+                for (k, axis) in axes.iter().enumerate() {
+                    [force[0][k], force[1][k]] = axis.value(number)?;
+                }
+                forces.push(force);
+            }
+            (
+                ValueColumns::Pressures(pressure, area),
+                FieldValues::Pressures {
+                    pressures_pa,
+                    areas_m2,
+                },
+            ) => {
+                pressures_pa.push(pressure.value(number)?);
+                if let (Some(areas), Some(area)) = (areas_m2, area) {
+                    areas.push(value(area, "an area, 0 or more", 0.0)?);
+                }
+            }
+            (ValueColumns::Forces(_), FieldValues::Pressures { .. })
+            | (ValueColumns::Pressures(..), FieldValues::Forces(_)) => {
+                unreachable!("the values are made by the columns")
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The name of the section that a line begins, in small letters: `[Data]`.
+fn section(record: &csv::StringRecord) -> Option<String> {
+    let name = record.get(0).filter(|_| record.len() == 1)?;
+    let name = name.strip_prefix('[')?.strip_suffix(']')?;
+    Some(name.trim().to_lowercase())
+}
+
+fn no_values(columns: &Columns) -> FieldValues {
+    match &columns.values {
+        ValueColumns::Forces(_) => FieldValues::Forces(Vec::new()),
+        ValueColumns::Pressures(_, area) => FieldValues::Pressures {
+            pressures_pa: Vec::new(),
+            areas_m2: area.as_ref().map(|_| Vec::new()),
+        },
+    }
+}
+
+fn fault(path: &Path, error: &csv::Error) -> SurfaceFieldError {
+    let path = path.to_owned();
+    let line = error.position().map_or(1, csv::Position::line);
+    let reason = match error.kind() {
+        csv::ErrorKind::Io(source) => {
+            let reason = source.to_string();
+            return SurfaceFieldError::Io { path, reason };
+        }
+        csv::ErrorKind::Utf8 { .. } => "it is not a text in UTF-8".to_owned(),
+        _ => plain(&error.to_string()),
+    };
+    SurfaceFieldError::Line { path, line, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<SurfaceField, String> {
+        SurfaceField::parse(text.as_bytes(), Path::new("p.csv")).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn columns_in_any_order_with_remarks_and_blanks() {
+        let text =
+            "# from a CFD run\npressure_im_pa, z_m,x_m,y_m ,pressure_re_pa\n-1,3, 1e-3,2,4.5\n";
+        let field = parse(text).unwrap();
+        assert_eq!(field.points_m, [[1e-3, 2.0, 3.0]]);
+        let expected = FieldValues::Pressures {
+            pressures_pa: vec![[4.5, -1.0]],
+            areas_m2: None,
+        };
+        assert_eq!(field.values, expected);
+        let text =
+            "x_m,y_m,z_m,force_x_re_n,force_y_re_n,force_z_re_n,force_y_im_n\n1,2,3,4,5,6,7\n";
+        let forces = FieldValues::Forces(vec![[[4.0, 5.0, 6.0], [0.0, 7.0, 0.0]]]);
+        assert_eq!(parse(text).unwrap().values, forces);
+        let text = "x_m,y_m,z_m,pressure_re_pa,area_m2\n0,0,0,1,0.5\n0,0,1,2,0\n";
+        let expected = FieldValues::Pressures {
+            pressures_pa: vec![[1.0, 0.0], [2.0, 0.0]],
+            areas_m2: Some(vec![0.5, 0.0]),
+        };
+        assert_eq!(parse(text).unwrap().values, expected);
+    }
+
+    /// As CFD-Post exports a surface, and as Fluent writes ASCII with commas.
+    #[test]
+    fn files_of_other_programs_are_read_by_their_names_and_units() {
+        let post = "\n[Name]\nBlade 1 pressure side\n\n[Spatial Fields]\nX,Y,Z\n\n[Data]\n\
+            Node Number, X [ mm ], Y [ mm ], Z [ mm ], Pressure Amplitude [ kPa ], Pressure Phase [ degree ]\n\
+            0, 1.0e+00, 2.0, 3.0, 2.0, 90\n1, 4.0, 5.0, 6.0, 1.0e+00, -180\n\n[Faces]\n0, 1, 2, 3\n";
+        let field = parse(post).unwrap();
+        let expected = [[1e-3, 2e-3, 3e-3], [4e-3, 5e-3, 6e-3]];
+        for (a, b) in field
+            .points_m
+            .as_flattened()
+            .iter()
+            .zip(expected.as_flattened())
+        {
+            assert!((a - b).abs() < 1e-15);
+        }
+        let FieldValues::Pressures {
+            pressures_pa,
+            areas_m2: None,
+        } = field.values
+        else {
+            panic!("{:?}", field.values);
+        };
+        // The angle of re + i im.
+        for (found, expected) in pressures_pa.iter().zip([[0.0, 2e3], [-1e3, 0.0]]) {
+            for (a, b) in found.iter().zip(expected) {
+                assert!((a - b).abs() < 1e-9, "{found:?}");
+            }
+        }
+        let fluent = "nodenumber,    x-coordinate,    y-coordinate,    z-coordinate,        pressure\n\
+                      1, 1.5, -2.0, 3.0, 101.0\n";
+        let field = parse(fluent).unwrap();
+        assert_eq!(field.points_m, [[1.5, -2.0, 3.0]]);
+        let expected = FieldValues::Pressures {
+            pressures_pa: vec![[101.0, 0.0]],
+            areas_m2: None,
+        };
+        assert_eq!(field.values, expected);
+        let parts = "x [m],y [m],z [m],Force X Real [N],Force Y Real [N],Force Z Real Part [kN],Imaginary Force Y [N]\n\
+                     1,2,3,4,5,6,7\n";
+        let forces = FieldValues::Forces(vec![[[4.0, 5.0, 6e3], [0.0, 7.0, 0.0]]]);
+        assert_eq!(parse(parts).unwrap().values, forces);
+        let own = "x_m,y_m,z_m,pressure_amplitude_pa,pressure_phase_deg,area_m2\n1,2,3,4,60,5\n";
+        let FieldValues::Pressures {
+            pressures_pa,
+            areas_m2,
+        } = parse(own).unwrap().values
+        else {
+            panic!("{own}");
+        };
+        assert!((pressures_pa[0][0] - 2.0).abs() < 1e-15 && areas_m2 == Some(vec![5.0]));
+    }
+
+    #[test]
+    fn names_with_more_than_one_meaning_are_errors() {
+        let place = "X [m],Y [m],Z [m]";
+        for (text, words) in [
+            (
+                "x,y,z,pressure\n".to_owned(),
+                &["`x` has no unit", "m, mm"][..],
+            ),
+            (
+                format!("{place},Pressure\n"),
+                &["`Pressure` has no unit", "Pa"],
+            ),
+            (
+                format!("{place},Pressure [mPa]\n"),
+                &["`Pressure [mPa]` has no unit that is known"],
+            ),
+            (
+                format!("{place},Pressure Amplitude [Pa]\n"),
+                &["no column `pressure_phase_deg`"],
+            ),
+            (
+                format!("{place},Pressure Phase [rad]\n"),
+                &["no column `pressure_amplitude_pa`"],
+            ),
+            (
+                "x-coordinate,y-coordinate,z-coordinate,pressure-amplitude,pressure-phase\n"
+                    .to_owned(),
+                &["`pressure-phase` has no unit", "deg"],
+            ),
+            (
+                format!("{place},Pressure [Pa],Pressure Amplitude [Pa],Pressure Phase [deg]\n"),
+                &["`Pressure [Pa]` is one way too many"],
+            ),
+            (
+                format!("{place},Pressure [Pa],Pressure Imag [Pa]\n"),
+                &["`Pressure [Pa]` is one way too many"],
+            ),
+            (
+                format!("{place},Total Pressure [Pa]\n"),
+                &["`Total Pressure [Pa]` is not known", "brackets"],
+            ),
+            (
+                format!("{place},Pressure Re [Pa],pressure_re_pa\n"),
+                &["`pressure_re_pa` twice"],
+            ),
+            ("[Name]\nblade\n".to_owned(), &["no lines"]),
+        ] {
+            let error = parse(&text).unwrap_err();
+            for word in words {
+                assert!(error.contains(word), "{error}: {word}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_place() {
+        let all = "x_m,y_m,z_m,pressure_re_pa";
+        for (text, words) in [
+            (String::new(), &["`x_m`", "names: none", "area_m2"][..]),
+            (
+                "x_m,y_m,z_m\n".into(),
+                &["`pressure_re_pa`", "x_m, y_m, z_m;"],
+            ),
+            (format!("{all},p\n"), &["`p` is not known", "force_z_im_n"]),
+            (format!("{all},x_m\n"), &["`x_m` twice"]),
+            (
+                format!("{all},force_x_re_n\n"),
+                &["forces and `pressure_re_pa`"],
+            ),
+            ("x_m,y_m,z_m,force_x_re_n\n".into(), &["`force_y_re_n`"]),
+            (format!("{all}\n"), &["no lines"]),
+            (
+                format!("{all}\n1,2,3,4\n1,2,3,nan\n"),
+                &["line 3", "`nan`", "finite"],
+            ),
+            (format!("{all}\n1,2,3,1e300\n"), &["line 2", "`1e300`"]),
+            (format!("{all}\n1,,3,4\n"), &["line 2", "`y_m`", "``"]),
+            (
+                format!("{all}\n1,2,3\n"),
+                &["line 2", "3 values", "4 columns"],
+            ),
+            (
+                format!("{all},area_m2\n1,2,3,4,-1\n"),
+                &["`area_m2`", "0 or more"],
+            ),
+        ] {
+            let error = parse(&text).unwrap_err();
+            for word in words {
+                assert!(error.contains(word), "{error}: {word}");
+            }
+        }
+        let error = SurfaceField::parse(&b"x_m,\xff\n"[..], Path::new("p.csv")).unwrap_err();
+        assert!(error.to_string().contains("UTF-8"), "{error}");
+    }
+}

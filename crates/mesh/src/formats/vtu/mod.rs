@@ -1,0 +1,439 @@
+//! VTU files of VTK, ParaView, pyvista and meshio: one unstructured grid, of one piece or several.
+//!
+//! Arrays of whole numbers say which cells and nodes belong together. One of a single component and of
+//! at most 1000 distinct values gives a group `<array> <value>` for each value, unless it numbers more
+//! than 100 cells or nodes, each differently. One that holds nothing
+//! but 0 and 1 gives a group `<array>` of the ones, too. Where cells of several dimensions have a value,
+//! the word `volume`, `surface`, `curve` or `point` stands behind the name. Arrays of nodes give
+//! groups of nodes, with the word `nodes` behind the name where cells have an array of that name. All
+//! solids are the group `all`, unless an array is called so.
+//!
+//! Tags of nodes and cells are their numbers in ParaView, from 0.
+
+mod arrays;
+mod xml;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dovetail_numerics::space::{cross, dot};
+
+use super::content::Content;
+use crate::element::{ElementType, Shape};
+use crate::{Group, MeshError};
+use arrays::values;
+use xml::{Array, File, Piece};
+
+/// Values of an array that gives groups, at most.
+const MOST_VALUES: usize = 1000;
+/// So many numbers that are all distinct are numbers of nodes or cells, and no groups.
+const LEAST_NUMBERING: usize = 101;
+/// Name of the group of all solids.
+const ALL: &str = "all";
+
+/// What a cell is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cell {
+    Solid(ElementType),
+    Facet(usize),
+    /// Of so many nodes, or of any number.
+    Line(Option<usize>),
+    Points,
+}
+
+impl Cell {
+    fn dimension(self) -> u8 {
+        match self {
+            Self::Solid(_) => 3,
+            Self::Facet(_) => 2,
+            Self::Line(_) => 1,
+            Self::Points => 0,
+        }
+    }
+}
+
+/// VTK's types of cells.
+fn cell(kind: f64) -> Option<Cell> {
+    let solid = |nodes| ElementType::with_nodes(nodes).map(Cell::Solid);
+    match kind as i64 {
+        10 => solid(4),
+        11 | 12 => solid(8),
+        13 => solid(6),
+        14 => solid(5),
+        24 => solid(10),
+        25 => solid(20),
+        26 => solid(15),
+        27 => solid(13),
+        5 => Some(Cell::Facet(3)),
+        8 | 9 => Some(Cell::Facet(4)),
+        22 => Some(Cell::Facet(6)),
+        23 => Some(Cell::Facet(8)),
+        3 => Some(Cell::Line(Some(2))),
+        21 => Some(Cell::Line(Some(3))),
+        4 => Some(Cell::Line(None)),
+        1 | 2 => Some(Cell::Points),
+        _ => None,
+    }
+}
+
+/// Where our nodes stand in a voxel or a pixel, whose nodes are sorted by coordinates.
+const SORTED: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+/// Where our nodes stand in a wedge that is inside out.
+const TURNED_WEDGE: [usize; 15] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14, 13];
+
+/// Parses the bytes of a file. Lengths are those of the file.
+///
+/// # Errors
+/// Bytes that are no whole VTU file, or cells that are not read: see [`MeshError`].
+pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
+    let file = xml::read(bytes)?;
+    let mut grid = Grid::default();
+    for piece in &file.pieces {
+        grid.add(&file, piece)?;
+    }
+    if file.pieces.iter().filter(|p| p.points > 0).count() > 1 {
+        let remark = "The file has several pieces: nodes that stand in two of them are not joined \
+            (ParaView's filter Clean to Grid joins them).";
+        grid.content.remarks.push(remark.to_owned());
+    }
+    grid.groups(&file)?;
+    let mut content = grid.content;
+    if !content.groups.contains_key(ALL) {
+        content.groups.insert(ALL.to_owned(), content.all_solids());
+    }
+    content.keep_what_solids_have()?;
+    Ok(content)
+}
+
+/// What a cell of the file is, and its nodes: an element, or nodes alone.
+struct Placed {
+    cell: Cell,
+    /// Index among the elements or the facets.
+    index: u32,
+    /// Of lines and points.
+    nodes: Vec<u32>,
+}
+
+#[derive(Default)]
+struct Grid {
+    content: Content,
+    cells: Vec<Placed>,
+}
+
+fn named<'a, 'b>(arrays: &'b [Array<'a>], name: &str) -> Result<&'b Array<'a>, MeshError> {
+    let found = arrays
+        .iter()
+        .find(|array| array.name.eq_ignore_ascii_case(name));
+    found.ok_or_else(|| xml::broken(format!("a piece lacks the array `{name}` of <Cells>")))
+}
+
+impl Grid {
+    fn add(&mut self, file: &File<'_>, piece: &Piece<'_>) -> Result<(), MeshError> {
+        let first = self.content.nodes.len();
+        if piece.points > 0 {
+            let Some(positions) = piece.positions.first() else {
+                return Err(xml::broken("a piece has no array in <Points>"));
+            };
+            if positions.components != 3 {
+                return Err(xml::broken(
+                    "the array in <Points> has not three components",
+                ));
+            }
+            let positions = values(file, positions, piece.points)?;
+            let positions = positions.as_chunks::<3>().0;
+            self.content.nodes.extend(positions);
+            let tags = first as u64..self.content.nodes.len() as u64;
+            self.content.node_tags.extend(tags);
+        }
+        let found = self.content.nodes.len() as u64;
+        if found >= u64::from(u32::MAX) {
+            return Err(MeshError::TooMany {
+                what: "nodes",
+                found,
+            });
+        }
+        if piece.cells == 0 {
+            return Ok(());
+        }
+        let kinds = values(file, named(&piece.topology, "types")?, piece.cells)?;
+        let offsets = values(file, named(&piece.topology, "offsets")?, piece.cells)?;
+        let total = offsets.last().copied().unwrap_or(0.0);
+        if !(0.0..4e9).contains(&total) {
+            return Err(xml::broken(format!(
+                "the last offset of <Cells> is {total}"
+            )));
+        }
+        let connectivity = values(
+            file,
+            named(&piece.topology, "connectivity")?,
+            total as usize,
+        )?;
+        let mut begin = 0;
+        for (kind, end) in kinds.iter().zip(&offsets) {
+            let end = *end as usize;
+            let tag = self.cells.len() as u64;
+            let Some(nodes) = connectivity.get(begin..end) else {
+                return Err(xml::broken(format!(
+                    "the offsets of <Cells> go back at cell {tag}"
+                )));
+            };
+            begin = end;
+            let nodes = indices(nodes, piece.points, first, tag)?;
+            self.cell(tag, *kind, nodes)?;
+        }
+        Ok(())
+    }
+
+    fn cell(&mut self, tag: u64, kind: f64, nodes: Vec<u32>) -> Result<(), MeshError> {
+        let Some(cell) = cell(kind) else {
+            return Err(MeshError::CellType { cell: tag, kind });
+        };
+        let expected = match cell {
+            Cell::Solid(element) => Some(element.nodes()),
+            Cell::Facet(nodes) => Some(nodes),
+            Cell::Line(nodes) => nodes,
+            Cell::Points => None,
+        };
+        if expected.is_some_and(|expected| expected != nodes.len()) {
+            let found = nodes.len();
+            return Err(xml::broken(format!(
+                "cell {tag} of type {kind} has {found} nodes"
+            )));
+        }
+        if matches!(cell, Cell::Solid(_) | Cell::Facet(_)) {
+            let twice = (1..nodes.len()).find(|i| nodes[..*i].contains(&nodes[*i]));
+            if let Some(i) = twice {
+                return Err(MeshError::RepeatedNode {
+                    element: tag,
+                    node: nodes[i].into(),
+                });
+            }
+        }
+        let nodes = match kind as i64 {
+            8 | 11 => SORTED[..nodes.len()].iter().map(|i| nodes[*i]).collect(),
+            _ => nodes,
+        };
+        let mut placed = Placed {
+            cell,
+            index: 0,
+            nodes: Vec::new(),
+        };
+        match cell {
+            Cell::Solid(element) => {
+                placed.index = self.content.elements.len() as u32;
+                let nodes = self.upright(element, nodes);
+                self.content.elements.push(tag, nodes);
+            }
+            Cell::Facet(_) => {
+                placed.index = self.content.facets.len() as u32;
+                self.content.facets.push(tag, nodes);
+            }
+            Cell::Line(_) | Cell::Points => placed.nodes = nodes,
+        }
+        self.cells.push(placed);
+        Ok(())
+    }
+
+    /// The nodes of a solid; those of a wedge whose base looks the other way are turned, as VTK's own
+    /// wedges stand so, and those of other programs do not.
+    fn upright(&self, element: ElementType, nodes: Vec<u32>) -> Vec<u32> {
+        if element.shape != Shape::Wedge {
+            return nodes;
+        }
+        let at = |i: usize| self.content.nodes[nodes[i] as usize];
+        let from_first = |i: usize| [0, 1, 2].map(|axis| at(i)[axis] - at(0)[axis]);
+        let normal = cross(from_first(1), from_first(2));
+        let up = [0, 1, 2].map(|axis| {
+            let top: f64 = (3..6).map(|i| at(i)[axis]).sum();
+            let base: f64 = (0..3).map(|i| at(i)[axis]).sum();
+            top - base
+        });
+        match dot(normal, up) < 0.0 {
+            true => TURNED_WEDGE[..nodes.len()]
+                .iter()
+                .map(|i| nodes[*i])
+                .collect(),
+            false => nodes,
+        }
+    }
+
+    fn groups(&mut self, file: &File<'_>) -> Result<(), MeshError> {
+        let of_cells = whole_arrays(file, |p| (p.cells, &p.cell_data), &mut self.content.remarks)?;
+        let of_points = whole_arrays(
+            file,
+            |p| (p.points, &p.point_data),
+            &mut self.content.remarks,
+        )?;
+        for (name, values) in &of_cells {
+            let mut by_value: BTreeMap<(i64, u8), Vec<usize>> = BTreeMap::new();
+            for (i, (value, placed)) in values.iter().zip(&self.cells).enumerate() {
+                let key = (*value, placed.cell.dimension());
+                by_value.entry(key).or_default().push(i);
+            }
+            let groups: Vec<_> = by_value
+                .iter()
+                .map(|((value, dimension), cells)| {
+                    let several = (0..=3u8)
+                        .filter(|d| by_value.contains_key(&(*value, *d)))
+                        .count()
+                        > 1;
+                    let word = ["point", "curve", "surface", "volume"][usize::from(*dimension)];
+                    let suffix = if several {
+                        format!(" {word}")
+                    } else {
+                        String::new()
+                    };
+                    (*value, suffix, self.group_of(*dimension, cells))
+                })
+                .collect();
+            let is_mark = is_mark(values);
+            for (value, suffix, group) in groups {
+                if is_mark && value == 1 {
+                    self.insert(format!("{name}{suffix}"), group.clone())?;
+                }
+                self.insert(format!("{name} {value}{suffix}"), group)?;
+            }
+        }
+        for (name, values) in &of_points {
+            let suffix = if of_cells.contains_key(name) {
+                " nodes"
+            } else {
+                ""
+            };
+            let mut by_value: BTreeMap<i64, Vec<u32>> = BTreeMap::new();
+            for (i, value) in values.iter().enumerate() {
+                by_value.entry(*value).or_default().push(i as u32);
+            }
+            let is_mark = is_mark(values);
+            for (value, nodes) in by_value {
+                let group = Group {
+                    dimension: 0,
+                    elements: Vec::new(),
+                    nodes,
+                };
+                if is_mark && value == 1 {
+                    self.insert(format!("{name}{suffix}"), group.clone())?;
+                }
+                self.insert(format!("{name} {value}{suffix}"), group)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn group_of(&self, dimension: u8, cells: &[usize]) -> Group {
+        let mut group = Group {
+            dimension,
+            elements: Vec::new(),
+            nodes: Vec::new(),
+        };
+        for placed in cells.iter().map(|i| &self.cells[*i]) {
+            let nodes = match placed.cell {
+                Cell::Solid(_) => self.content.elements.of(placed.index as usize),
+                Cell::Facet(_) => self.content.facets.of(placed.index as usize),
+                Cell::Line(_) | Cell::Points => &placed.nodes,
+            };
+            group.nodes.extend(nodes);
+            if dimension >= 2 {
+                group.elements.push(placed.index);
+            }
+        }
+        group
+    }
+
+    fn insert(&mut self, name: String, group: Group) -> Result<(), MeshError> {
+        if self.content.groups.insert(name.clone(), group).is_some() {
+            return Err(MeshError::GroupNameTwice { name });
+        }
+        Ok(())
+    }
+}
+
+/// Whether all values are 0 or 1.
+fn is_mark(values: &[i64]) -> bool {
+    values.iter().all(|value| matches!(value, 0 | 1))
+}
+
+/// Numbers of nodes in the whole grid.
+fn indices(nodes: &[f64], points: usize, first: usize, cell: u64) -> Result<Vec<u32>, MeshError> {
+    let mut found = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let in_piece = *node as usize;
+        if *node < 0.0 || node.fract() != 0.0 || in_piece >= points {
+            return Err(xml::broken(format!(
+                "cell {cell} names point {node}, and its piece has {points}"
+            )));
+        }
+        let index = (first + in_piece) as u32;
+        found.push(index);
+    }
+    Ok(found)
+}
+
+/// The values of arrays of one component that every piece has, where all are whole numbers and not too
+/// many are distinct.
+fn whole_arrays<'a>(
+    file: &'a File<'a>,
+    of: impl Fn(&'a Piece<'a>) -> (usize, &'a Vec<Array<'a>>),
+    remarks: &mut Vec<String>,
+) -> Result<BTreeMap<String, Vec<i64>>, MeshError> {
+    let pieces: Vec<_> = file
+        .pieces
+        .iter()
+        .map(of)
+        .filter(|(count, _)| *count > 0)
+        .collect();
+    let mut found = BTreeMap::new();
+    let Some((_, first)) = pieces.first() else {
+        return Ok(found);
+    };
+    let names: BTreeSet<&str> = first.iter().map(|array| array.name.as_str()).collect();
+    for name in names {
+        let arrays: Vec<_> = pieces
+            .iter()
+            .map(|(count, arrays)| (*count, arrays.iter().find(|array| array.name == name)))
+            .collect();
+        let mut whole = Some(Vec::new());
+        for (count, array) in arrays {
+            let Some(array) = array else {
+                remarks.push(format!(
+                    "The array `{name}` was left aside, as not every piece has it."
+                ));
+                whole = None;
+                break;
+            };
+            if name.is_empty() || array.components != 1 || array.scalar.is_none() {
+                whole = None;
+                break;
+            }
+            let values = values(file, array, count)?;
+            let Some(values) = whole_numbers(&values) else {
+                whole = None;
+                break;
+            };
+            if let Some(whole) = &mut whole {
+                whole.extend(values);
+            }
+        }
+        let groups = |values: &Vec<i64>| {
+            let distinct = values.iter().collect::<BTreeSet<_>>().len();
+            let is_numbering = distinct == values.len() && distinct >= LEAST_NUMBERING;
+            distinct <= MOST_VALUES && !is_numbering
+        };
+        if let Some(values) = whole.filter(groups) {
+            found.insert(name.to_owned(), values);
+        }
+    }
+    Ok(found)
+}
+
+/// The values as whole numbers, if all are.
+fn whole_numbers(values: &[f64]) -> Option<Vec<i64>> {
+    const EXACT: f64 = 9_007_199_254_740_992.0; // 2^53
+    let is_whole = |x: &f64| x.fract() == 0.0 && x.abs() < EXACT;
+    values
+        .iter()
+        .map(|x| is_whole(x).then_some(*x as i64))
+        .collect()
+}

@@ -1,0 +1,92 @@
+//! Bytes -> [`Mesh`]: nodes, solid elements, facets and named groups, in metres.
+//!
+//! [`parse`] reads the bytes of a file of any format that is known ([`formats`], behind the feature of
+//! that name), [`quality`] refuses elements no calculation can use. [`interpolation`] has the shape
+//! functions, [`quadrature`] the rules, [`facet`] integrals over faces. No file is opened here.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs, clippy::missing_errors_doc)]
+
+use std::collections::BTreeMap;
+
+pub mod element;
+pub mod facet;
+#[cfg(feature = "formats")]
+pub mod formats;
+pub mod interpolation;
+pub mod parts;
+pub mod quadrature;
+pub mod quality;
+pub mod surface_field;
+pub mod text;
+pub mod units;
+
+pub use element::{Connectivity, ElementOrder, ElementType, Shape};
+#[cfg(feature = "formats")]
+pub use formats::MeshError;
+pub use quality::{Quality, QualityError};
+
+/// Farthest coordinate of a node of a file, m: volumes of what is larger leave the range of f64.
+pub const FARTHEST_M: f64 = 1e9;
+
+/// A named group: a physical group of Gmsh, a set or a surface of a deck.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// 0 points (or a set of nodes), 1 curve, 2 surface, 3 volume.
+    pub dimension: u8,
+    /// Indices into the elements (dimension 3) or the facets (dimension 2); empty otherwise.
+    pub elements: Vec<u32>,
+    /// Indices of all nodes of the group, ascending, each once.
+    pub nodes: Vec<u32>,
+}
+
+/// A mesh of solid elements. Nodes inside an element stand as [`element`] says. Indices are positions
+/// in `nodes_m`; the tags of the file are kept for messages only.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    /// Node positions, m.
+    pub nodes_m: Vec<[f64; 3]>,
+    /// Tag of each node in the file.
+    pub node_tags: Vec<u64>,
+    /// Solid elements.
+    pub elements: Connectivity,
+    /// Faces of elements that are named by groups, whichever way they turn.
+    pub facets: Connectivity,
+    /// By name.
+    pub groups: BTreeMap<String, Group>,
+    /// Those that the file gives to elements.
+    pub materials: Vec<MeshMaterial>,
+    /// What the file says beside and was not read, one sentence each.
+    pub remarks: Vec<String>,
+}
+
+/// A material of a mesh file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshMaterial {
+    /// As the file calls it.
+    pub name: String,
+    /// Whether the units of the file are known: without them its numbers mean nothing.
+    pub has_units: bool,
+    /// Young's modulus, where it is given.
+    pub young_pa: Option<f64>,
+    /// Poisson's ratio, where it is given.
+    pub poisson: Option<f64>,
+    /// Density, where it is given.
+    pub density_kg_m3: Option<f64>,
+    /// The elements that are made of it, ascending, each once.
+    pub elements: Vec<u32>,
+}
+
+/// Parses the bytes of a mesh file that includes no other, whatever its format.
+///
+/// # Errors
+/// Bytes that are no whole mesh of solid elements in a format that is read: see [`MeshError`].
+#[cfg(feature = "formats")]
+pub fn parse(bytes: impl AsRef<[u8]>, units: impl Into<units::Units>) -> Result<Mesh, MeshError> {
+    let mut include = |name: &str| {
+        Err(MeshError::IncludeAlone {
+            file: name.to_owned(),
+        })
+    };
+    formats::parse(bytes.as_ref(), "", &mut include)?.into_mesh(units.into())
+}

@@ -1,0 +1,44 @@
+//! The units of a mesh file.
+
+/// What the numbers of a mesh file are in; no format says it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Units {
+    /// Length of one unit in metres. Materials of the file cannot be used.
+    MetresPerUnit(f64),
+    /// Metre, kilogram, second: Pa, kg/m3.
+    MetreKilogramSecond,
+    /// Millimetre, tonne, second: MPa, t/mm3.
+    MillimetreTonneSecond,
+}
+
+impl Units {
+    /// The systems of units by the words that name them.
+    pub const SYSTEMS: [(&'static str, Self); 2] = [
+        ("m-kg-s", Self::MetreKilogramSecond),
+        ("mm-t-s", Self::MillimetreTonneSecond),
+    ];
+
+    /// Length of one unit in metres.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::MetresPerUnit(metres) => metres,
+            Self::MetreKilogramSecond => 1.0,
+            Self::MillimetreTonneSecond => 1e-3,
+        }
+    }
+
+    /// One unit of stress in Pa and one of density in kg/m3, where they are known.
+    pub fn stress_pa_and_density_kg_m3(self) -> Option<[f64; 2]> {
+        match self {
+            Self::MetresPerUnit(_) => None,
+            Self::MetreKilogramSecond => Some([1.0, 1.0]),
+            Self::MillimetreTonneSecond => Some([1e6, 1e12]),
+        }
+    }
+}
+
+impl From<f64> for Units {
+    fn from(metres_per_unit: f64) -> Self {
+        Self::MetresPerUnit(metres_per_unit)
+    }
+}

@@ -1,0 +1,119 @@
+//! What a mesh made by gmsh depends on besides the command line: so that a mesh kept from an earlier run is taken
+//! again only where gmsh would make the same.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::script::{Token, is_in_word, tokens};
+use dovetail_solver::input;
+
+/// Words of Gmsh's language by which a script reads what is outside of it, or differs from run to run.
+const REACH_OUT: [&str; 24] = [
+    "Include",
+    "Merge",
+    "MergeWithBoundingBox",
+    "ShapeFromFile",
+    "Open",
+    "OpenProject",
+    "SystemCall",
+    "NonBlockingSystemCall",
+    "GetEnv",
+    "GetString",
+    "GetNumber",
+    "FileExists",
+    "CurrentDir",
+    "CurrentDirectory",
+    "CurrentFileName",
+    "AbsolutePath",
+    "Rand",
+    "Today",
+    "Cpu",
+    "Memory",
+    "TotalMemory",
+    "OnelabAction",
+    "OnelabRun",
+    "Plugin",
+];
+
+/// The bytes of a script and of each file of settings that gmsh reads with it.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct ScriptInputs {
+    script: Vec<u8>,
+    settings: Vec<Option<Vec<u8>>>,
+}
+
+/// `None` where the script reaches out, or something cannot be read.
+pub fn inputs(script: &Path) -> Option<ScriptInputs> {
+    let bytes = input::short_bytes(script).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
+    let reaches_out = |token: &Token| match token {
+        Token::Word(word) => REACH_OUT.contains(word),
+        // A text may be a command.
+        Token::Text(text) => text
+            .split(|c| !is_in_word(c))
+            .any(|word| REACH_OUT.contains(&word)),
+        Token::Sign(_) => false,
+    };
+    if tokens(&text).iter().any(reaches_out) {
+        return None;
+    }
+    let mut settings = Vec::new();
+    for path in settings_files(script) {
+        let found = match input::short_bytes(&path) {
+            Ok(bytes) => Some(bytes),
+            Err(e) if e.kind() == ErrorKind::NotFound => None,
+            Err(_) => return None,
+        };
+        settings.push(found);
+    }
+    Some(ScriptInputs {
+        script: bytes,
+        settings,
+    })
+}
+
+/// `<script>.opt`, and two files in gmsh's idea of the home folder.
+fn settings_files(script: &Path) -> Vec<PathBuf> {
+    let mut beside = script.as_os_str().to_owned();
+    beside.push(".opt");
+    let home = ["GMSH_HOME", "HOME", "TMP", "TEMP"]
+        .into_iter()
+        .find_map(std::env::var_os);
+    let in_home = home
+        .into_iter()
+        .flat_map(|home| [".gmshrc", ".gmsh-options"].map(|name| Path::new(&home).join(name)));
+    std::iter::once(beside.into()).chain(in_home).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_script_that_reaches_out_is_not_known_by_its_bytes() {
+        let name = format!("dovetail-inputs-{}.geo", std::process::id());
+        let script = std::env::temp_dir().join(name);
+        let of = |text: &str| {
+            std::fs::write(&script, text).unwrap();
+            inputs(&script)
+        };
+        let plain = of("// Include 'a.geo';\nnu = 4; /* Rand(1) */ Mesh 3;").unwrap();
+        assert_ne!(plain, of("nu = 4; Mesh 3;").unwrap());
+        for reaching in [
+            "Include \"a.geo\";",
+            "Merge 'part.step';",
+            "x = Rand(2);",
+            "s = GetEnv('HOME');",
+            "Printf('//'); Include \"a.geo\";",
+        ] {
+            assert_eq!(of(reaching), None, "{reaching}");
+        }
+        let beside = script.with_extension("geo.opt");
+        std::fs::write(&beside, "Mesh.Algorithm = 5;").unwrap();
+        let with_options = of("nu = 4; Mesh 3;");
+        std::fs::remove_file(&beside).unwrap();
+        assert_ne!(with_options, of("nu = 4; Mesh 3;"));
+        std::fs::remove_file(&script).unwrap();
+        assert_eq!(inputs(&script), None);
+    }
+}
