@@ -219,13 +219,12 @@ enum Strategy {
 }
 
 impl Strategy {
-    /// Without balances on the way, or with those of a few frequencies.
-    fn is_short(self) -> bool {
+    /// Without balances on the way.
+    fn is_direct(self) -> bool {
         match self {
             Self::FromNeighbour(method) | Self::FromRest(method) => {
                 !matches!(method, Method::Dogleg)
             }
-            Self::InFrequency(steps) => steps <= 4,
             _ => false,
         }
     }
@@ -307,8 +306,8 @@ impl<'a> FrequencySolver<'a> {
     ) -> Solution<'_> {
         let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| {
-            let follows = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
-            strategy.is_short() || follows
+            let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
+            strategy.is_direct() || is_short
         });
         if strategies.is_empty() {
             strategies = self.strategies(frequency_hz);
@@ -426,18 +425,17 @@ impl<'a> FrequencySolver<'a> {
         work: &mut Work,
     ) -> Solution<'_> {
         let mut best: Option<Solution<'_>> = None;
-        let mut fallback: Option<Solution<'_>> = None;
+        let mut far: Option<Solution<'_>> = None;
         let means: &[Mean] = match (self.must_be_retained(), last.map(|l| l.mean)) {
             (true, _) => &[Mean::Retained],
             (false, Some(Mean::Retained)) => &[Mean::Retained, Mean::Free],
             (false, Some(Mean::Free) | None) => &[Mean::Free, Mean::Retained],
         };
         for &strategy in strategies {
-            if best.is_some() && self.budget_exhausted(work) {
+            if best.is_some() && self.budget_exhausted(work)
+                || far.is_some() && !strategy.is_direct()
+            {
                 break;
-            }
-            if fallback.is_some() && !strategy.is_short() {
-                continue;
             }
             (self.tell)(Told::Tries {
                 frequency_hz,
@@ -461,22 +459,15 @@ impl<'a> FrequencySolver<'a> {
                 };
                 if solved.is_converged() {
                     let retained = mean == Mean::Retained;
-                    if retained && self.must_be_retained() {
+                    if retained && !self.must_be_retained() {
+                        return self
+                            .with_mean_released(frequency_hz, &solved, work)
+                            .unwrap_or(solved);
+                    }
+                    if retained {
                         return solved;
                     }
                     let is_held = self.is_blocked_by_friction(&solved);
-                    if retained {
-                        let released = self.with_mean_released(frequency_hz, &solved, work);
-                        if let Some(released) = released {
-                            return released;
-                        }
-                        // Pairs that stick all period could hold the mean: a motion without the spring comes first.
-                        if is_held {
-                            fallback.get_or_insert(solved);
-                            continue;
-                        }
-                        return solved;
-                    }
                     if !self.walked_off(&solved.u) {
                         return match is_held {
                             true => solved,
@@ -487,7 +478,7 @@ impl<'a> FrequencySolver<'a> {
                     }
                     // Friction holds bodies anywhere along a slot: one nearer to where they are at rest comes first.
                     if is_held {
-                        fallback.get_or_insert(solved);
+                        far.get_or_insert(solved);
                         continue;
                     }
                     solved.end.status = NewtonStatus::Stagnated;
@@ -501,8 +492,8 @@ impl<'a> FrequencySolver<'a> {
                 }
             }
         }
-        if let Some(fallback) = fallback {
-            return fallback;
+        if let Some(far) = far {
+            return far;
         }
         let mut best = best.expect("the static state is always a start");
         if work.deadline.is_over() {

@@ -14,7 +14,7 @@ const SAME: f64 = 0.05;
 const STEP: f64 = 1.3;
 /// ... or is not [`SAME`], and changes so many times as fast as on either side of them.
 const ABRUPT: f64 = 1.5;
-/// A step is gone over in so many parts.
+/// A step that is not gone over at once, or that is abrupt, is gone over in so many parts.
 const PARTS: u32 = 4;
 
 /// Two motions of a curve, and where the curve steps from one to the other.
@@ -70,13 +70,12 @@ pub fn second_motions<'s, 'a: 's>(
         if ends.iter().any(|orbit| !orbit.outcome.holds()) {
             continue;
         }
-        let is_step = is_step(orbits, above);
+        let step = step(orbits, above);
         match look(ends) {
             Look::Always => {}
-            Look::AtSteps if is_step => {}
+            Look::AtSteps if step != Step::Small => {}
             Look::AtSteps | Look::Never => continue,
         }
-        let parts = if is_step { PARTS } else { 1 };
         let upwards: Vec<usize> = (above..orbits.len()).collect();
         let downwards: Vec<usize> = (0..=below).rev().collect();
         let differ = [(below, upwards), (above, downwards)].map(|(start, way)| {
@@ -84,7 +83,7 @@ pub fn second_motions<'s, 'a: 's>(
                 orbits,
                 start,
                 &way,
-                parts,
+                step,
                 &solver_of,
                 &mut others,
                 &mut work,
@@ -100,11 +99,21 @@ pub fn second_motions<'s, 'a: 's>(
     found
 }
 
-/// Whether an amplitude changes much, or abruptly, from the frequency before to this one.
-fn is_step(orbits: &[Orbit], above: usize) -> bool {
+/// How the amplitudes change from one frequency to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Step {
+    Small,
+    /// By more than [`STEP`].
+    Large,
+    /// [`ABRUPT`] times as fast as on either side.
+    Abrupt,
+}
+
+/// The largest step of an amplitude from the frequency before to this one.
+fn step(orbits: &[Orbit], above: usize) -> Step {
     let [before, after] = [above.checked_sub(2), Some(above + 1)].map(|i| orbits.get(i?));
     let (from, to) = (&orbits[above - 1], &orbits[above]);
-    (0..to.observed_amplitude_m.len()).any(|observation| {
+    let steps = (0..to.observed_amplitude_m.len()).map(|observation| {
         let amplitude = |orbit: &Orbit| orbit.observed_amplitude_m.get(observation).copied();
         let rate = |from: Option<&Orbit>, to: Option<&Orbit>| {
             let (from, to) = (from?, to?);
@@ -112,15 +121,20 @@ fn is_step(orbits: &[Orbit], above: usize) -> bool {
             Some(change.abs() / (to.frequency_hz - from.frequency_hz))
         };
         let [Some(a), Some(b)] = [from, to].map(amplitude) else {
-            return false;
+            return Step::Small;
         };
         let own = rate(Some(from), Some(to));
         let sides = [rate(before, Some(from)), rate(Some(to), after)];
         let is_abrupt = sides
             .iter()
             .all(|side| side.is_some_and(|side| own > Some(ABRUPT * side)));
-        a.max(b) > STEP * a.min(b) || differ(&[a], &[b]) && is_abrupt
-    })
+        match differ(&[a], &[b]) && is_abrupt {
+            true => Step::Abrupt,
+            false if a.max(b) > STEP * a.min(b) => Step::Large,
+            false => Step::Small,
+        }
+    });
+    steps.max().unwrap_or(Step::Small)
 }
 
 /// Whether two motions have other amplitudes.
@@ -130,13 +144,13 @@ fn differ(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Follows the motion of orbit `start` along `way` until it ends or is that of the curve, and notes its amplitudes; says
-/// whether there are any. The first of the way is reached at once or, where it is not, or with the motion of the curve, in
-/// so many parts.
+/// whether there are any. The first of the way is reached at once or, where it is not found so, in [`PARTS`]; over an abrupt
+/// step also where it is the motion of the curve that is found.
 fn follow<'s, 'a: 's>(
     orbits: &[Orbit],
     start: usize,
     way: &[usize],
-    parts: u32,
+    over: Step,
     solver_of: &impl Fn(usize) -> &'s FrequencySolver<'a>,
     others: &mut [Other],
     work: &mut Work,
@@ -166,9 +180,16 @@ fn follow<'s, 'a: 's>(
         let is_other = |(_, amplitudes): &(Neighbour, Vec<f64>)| {
             orbit.outcome.holds() && differ(amplitudes, &orbit.observed_amplitude_m)
         };
-        let mut reached = reach(&neighbour, orbit.frequency_hz, 1).filter(is_other);
-        if reached.is_none() && step == 0 && parts > 1 {
-            reached = reach(&neighbour, orbit.frequency_hz, parts).filter(is_other);
+        let at_once = reach(&neighbour, orbit.frequency_hz, 1);
+        let in_parts = step == 0
+            && match over {
+                Step::Small => false,
+                Step::Large => at_once.is_none(),
+                Step::Abrupt => true,
+            };
+        let mut reached = at_once.filter(is_other);
+        if reached.is_none() && in_parts {
+            reached = reach(&neighbour, orbit.frequency_hz, PARTS).filter(is_other);
         }
         let Some((next, amplitudes)) = reached else {
             break;

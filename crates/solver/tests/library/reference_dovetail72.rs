@@ -101,31 +101,6 @@ fn static_state_slides_everywhere_and_carries_the_load() {
     close(slip, "max_slip_m", 1e-3);
 }
 
-/// Six frequencies through the resonance, far apart. At 698.826 Hz 16 pairs stick all period: friction holds the mean,
-/// whatever the samples, and a motion with the mean retained is no answer.
-#[test]
-fn where_pairs_stick_all_period_a_motion_with_a_free_mean_is_found() {
-    let model = model(1.0);
-    let first_hz = model.reduced.omega2[0].sqrt() / std::f64::consts::TAU;
-    let ratios = [0.996, 0.997, 0.998, 0.999, 1.0, 1.001];
-    for samples in [256, 512, 1024] {
-        let resolution = Resolution::Fixed {
-            harmonics: 3,
-            samples,
-        };
-        let settings = SweepSettings::new(ratios.map(|r| r * first_hz).to_vec(), resolution);
-        let state = statics(&model);
-        let response = sweep(&model, damping(&model), &state, &settings, &[], &|_| ());
-        for orbit in &response.orbits {
-            let hz = orbit.frequency_hz;
-            assert!(orbit.outcome.is_converged(), "{samples}: {hz} Hz");
-            assert_eq!(orbit.retention_n, 0.0, "{samples}: {hz} Hz");
-        }
-        let amplitude_m = response.orbits[4].observed_amplitude_m[0];
-        println!("{samples} samples: {amplitude_m:.7e} m");
-    }
-}
-
 /// Compares a set of points with the reference's and returns the Newton iterations of both.
 fn compare(key: &str, harmonics: usize, eps: EpsChoice, solver: Solver) -> (usize, usize) {
     let expected = expected();
