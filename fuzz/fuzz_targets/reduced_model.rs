@@ -6,9 +6,9 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
+use dovetail_mesh::text;
 use dovetail_solver::reduction::superelement::FILES;
 use dovetail_solver::reduction::{ReducedModel, superelement};
-use dovetail_mesh::text;
 
 const MARK: &[u8] = b"=== ";
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// The modules of the library. Each may import itself and what stands before it.
 const SOLVER: [&str; 10] = [
     "input",
-"contact",
+    "contact",
     "model",
     "fem",
     "reduction",

@@ -17,8 +17,8 @@ use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
     Material, ObservationSpec, Prestress, RotationSpec, bind,
 };
-use dovetail_solver::problem::Problem;
 use dovetail_solver::model::{MeshKind, MeshSource};
+use dovetail_solver::problem::Problem;
 use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 

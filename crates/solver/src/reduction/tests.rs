@@ -4,7 +4,6 @@ use super::lattice_model::assembly;
 use super::*;
 use crate::fem::{BodyMatrices, Structure};
 use crate::model::{AppliedLoad, Body, BodyNode, Model, Slave};
-use crate::problem::Problem;
 use dovetail_numerics::sparse::dense as to_dense;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
@@ -141,12 +140,19 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
     let n = 3 * model.pairs.len();
     let contact = Mat::from_fn(n, 1, |i, _| c64::new((i as f64).cos(), 0.3 * i as f64));
     for (harmonic, w) in [(1, 2.3e3), (3, 1.1e4)] {
-        let excitations = Problem::new(reduced.model.clone(), model).excitations;
-        let load = excitations.iter().find(|e| e.harmonic == harmonic);
-        let load = load.unwrap();
-        let minus = |v: &[f64]| v.iter().map(|x| -x).collect::<Vec<_>>();
-        let on_x = complex(&load.cosine.on_x, &minus(&load.sine.on_x));
-        let on_modes = complex(&load.cosine.on_modes, &minus(&load.sine.on_modes));
+        let excitations = model.excitations.iter().zip(&reduced.model.unit_loads);
+        let mut on_x = Mat::zeros(n, 1);
+        let mut on_modes = Mat::zeros(reduced.model.omega2.len(), 1);
+        for (excitation, unit) in excitations.filter(|(e, _)| e.harmonic == harmonic) {
+            let amplitude = c64::from_polar(excitation.amplitude, -excitation.phase_rad);
+            let add = |to: &mut Mat<c64>, unit: &[f64]| {
+                for (i, f) in unit.iter().enumerate() {
+                    to[(i, 0)] += amplitude * f;
+                }
+            };
+            add(&mut on_x, &unit.on_x);
+            add(&mut on_modes, &unit.on_modes);
+        }
         // Lambda X = F - sum c fm / d - lambda, q = (fm - c . X) / d.
         let s = c64::new(w * w, -w * B);
         let mut rhs = &on_x - &contact;
