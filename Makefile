@@ -24,14 +24,16 @@ test: setup checks
 	    --set response.points=21
 	$(PYTHON) scripts/check_output.py output/check
 
-# The slow tests, the comparisons with CalculiX where it is there, the extremes, and that the targets
-# of `make fuzz` compile: see docs/verification.md, which has their figures and what they take.
+# The slow tests, the kernels of `make bench` once, the comparisons with CalculiX where it is there, the
+# extremes, and that the targets of `make fuzz` compile: see docs/verification.md, which has their
+# figures and what they take.
 verify: setup
 	@tools/setup.sh calculix
 	@tools/setup.sh fuzz
 	cargo check --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
 	cargo build --release --locked
 	cargo test --release --locked --workspace -- --ignored
+	cargo bench --locked --bench kernels -- --test
 	@if command -v ccx >/dev/null; then $(MAKE) calculix; \
 	    else echo "verify: no CalculiX (ccx), its comparisons are left out"; fi
 	$(MAKE) extremes

@@ -153,7 +153,7 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
             .current_dir(env!("CARGO_MANIFEST_DIR"))
             .args(["run", "scenes/verification/column.toml", "--no-cache"])
             .args(["--set", &format!("response.points={POINTS}")])
-            .args(["--set", "response.harmonics=9", "--out"])
+            .args(["--set", "response.harmonics=3", "--out"])
             .arg(out)
             .args(words);
         program
@@ -161,7 +161,7 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
     let whole = Folder::new("column-unbroken");
     ended(column(&whole, &[]), 0);
     let out = Folder::new("column-broken");
-    let mut broken = started(column(&out, &[]), &out, 800_000);
+    let mut broken = started(column(&out, &[]), &out, 300_000);
     send("-INT", &broken);
     assert_eq!(broken.wait().unwrap().code(), Some(130));
     assert_eq!(summary(&out).state, RunState::Interrupted);
