@@ -103,7 +103,7 @@ pub enum FrequencyRange {
         /// Last.
         to_hz: f64,
     },
-    /// Multiples of the first frequency of the [linear reference](crate::reduction::LinearReference).
+    /// Multiples of the first frequency of the [linear reference](crate::problem::LinearReference).
     OfFirstLinearMode {
         /// First.
         from: f64,

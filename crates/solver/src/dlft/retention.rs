@@ -62,7 +62,7 @@ impl<'a> Holding<'a> {
         }
     }
 
-    /// As [`ReducedModel::is_held_without_contact`].
+    /// As [`is_held_without_contact`](crate::reduction::ReducedModel::is_held_without_contact).
     pub fn without_contact(&self) -> bool {
         *self
             .without_contact

@@ -293,7 +293,7 @@ pub struct Rotation {
     /// What it adds to the stiffness of each body by itself.
     pub prestress: BodyPrestress,
     /// The prestress is that of the static state of all bodies with contact
-    /// ([`Prestress::Contact`](description::Prestress::Contact)), which the bodies by themselves do not tell.
+    /// ([`Prestress::Contact`]), which the bodies by themselves do not tell.
     pub prestress_of_contact: bool,
 }
 

@@ -11,7 +11,7 @@ pub enum DampingSpec {
         mass_per_s: f64,
     },
     /// Stiffness-proportional damping that gives this ratio of critical on one mode of the
-    /// [linear reference](super::LinearReference) (1 = first).
+    /// [linear reference](crate::problem::LinearReference) (1 = first).
     Ratio {
         /// Of critical.
         ratio: f64,
