@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use super::ExportError;
 use dovetail_solver::dlft::SolvedFrequency;
@@ -34,7 +35,7 @@ impl Journal {
     /// Whether another process has the journal of a folder: its run is under way.
     pub fn is_busy(folder: &Path) -> bool {
         let file = File::options().write(true).open(folder.join(JOURNAL));
-        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+        file.is_ok_and(|file| is_held(&file))
     }
 
     /// Opens the journal, or makes an empty one.
@@ -46,8 +47,7 @@ impl Journal {
         let mut options = File::options();
         let options = options.read(true).write(true).create(true).truncate(false);
         let file = options.open(path).map_err(&failed)?;
-        // Where the file system has no locks there is none to hold.
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        if is_held(&file) {
             let folder = path.parent().unwrap_or(path).to_path_buf();
             return Err(ExportError::Busy { folder });
         }
@@ -207,6 +207,24 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ExportError {
     }
 }
 
+/// How long a lock is waited for.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+
+/// Takes the lock of a file, or says that another process holds it. Where the file system has no locks there is none to hold.
+///
+/// A process that is being started shares the open files of the one that starts it until it becomes another program: a
+/// journal that was closed in this moment is held for a moment longer.
+fn is_held(file: &File) -> bool {
+    let begun = Instant::now();
+    while let Err(TryLockError::WouldBlock) = file.try_lock() {
+        if begun.elapsed() > LONGEST_WAIT {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    false
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -332,5 +350,19 @@ mod tests {
         assert!(matches!(error, ExportError::Busy { .. }), "{error}");
         drop(first);
         assert!(Journal::open(&path).is_ok());
+    }
+
+    #[test]
+    fn one_that_is_held_for_a_moment_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(JOURNAL);
+        let first = Journal::open(&path).unwrap();
+        let holder = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(100));
+            drop(first);
+        });
+        assert!(Journal::open(&path).is_ok());
+        holder.join().unwrap();
+        assert!(!Journal::is_busy(folder.path()));
     }
 }
