@@ -10,13 +10,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::pipeline::RunError;
-use crate::pipeline::observer::{Observer, ResponseBegins};
-use crate::stage::{Stage, StageRecord};
+use crate::export::manifest::StageSummary;
 use crate::warning::{Warning, Weight, by_weight};
 use crate::words::{counted, cycle_counts, quantity};
 use dovetail_mesh::text;
-use dovetail_solver::dlft::{Orbit, SolvedFrequency};
+use dovetail_solver::dlft::Orbit;
+use dovetail_solver::run::{Event, Stage};
 
 /// Between two lines of a loop where there is no terminal.
 pub const LINE_INTERVAL: Duration = Duration::from_secs(5);
@@ -184,8 +183,9 @@ fn residuals(orbit: &Orbit) -> String {
     attempts.collect::<Vec<_>>().join(" | ")
 }
 
-impl Observer for Console {
-    fn stage_begins(&mut self, _: Stage, title: &str) {
+impl Console {
+    /// A stage begins.
+    pub fn stage_begins(&mut self, title: &str) {
         if self.on_terminal {
             let template = "{spinner} {msg}  {elapsed}";
             let spinner = ProgressBar::new_spinner()
@@ -197,20 +197,40 @@ impl Observer for Console {
         }
     }
 
-    fn stage_ends(&mut self, record: &StageRecord) {
+    /// The stage that began last ends.
+    pub fn stage_ends(&mut self, record: &StageSummary) {
         if let Some(spinner) = self.spinners.pop() {
             spinner.finish_and_clear();
             self.lines.remove(&spinner);
         }
-        self.solved |= record.stage == Stage::Response;
+        self.solved |= record.id == Stage::Response;
         let memory = record
-            .peak_rss_mib
+            .peak_memory_mib
             .map_or(String::new(), |m| format!("{m:8.0} MiB"));
         let kept = if record.from_cache { "  cache" } else { "" };
         self.note(&format!(
             "  {:<28} {:8.2} s {memory}{kept}",
             record.name, record.seconds
         ));
+    }
+
+    /// What goes on in a loop; other events are not heard.
+    pub fn loop_event(&mut self, event: &Event<'_>) {
+        match event {
+            Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
+            Event::LoopAdvances(steps) => self.loop_advances(*steps),
+            Event::LoopGrows => self.loop_grows(),
+            Event::LoopEnds => self.loop_ends(),
+            Event::Tries {
+                frequency_hz,
+                harmonics,
+                strategy,
+            } => {
+                let harmonics = counted(*harmonics, "harmonic", "harmonics");
+                self.loop_detail(&format!("{frequency_hz:.3} Hz: {harmonics}, {strategy}"));
+            }
+            _ => {}
+        }
     }
 
     fn loop_begins(&mut self, label: &str, steps: usize) {
@@ -273,16 +293,13 @@ impl Observer for Console {
         }
     }
 
-    fn response_begins(
-        &mut self,
-        _: &ResponseBegins<'_>,
-    ) -> Result<Vec<SolvedFrequency>, RunError> {
+    /// A response is about to be computed.
+    pub fn response_begins(&mut self) {
         self.failed = 0;
-        Ok(Vec::new())
     }
 
-    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
-        let orbit = &solved.orbit;
+    /// One frequency of the response that began last is solved, converged or not.
+    pub fn frequency(&mut self, orbit: &Orbit) {
         self.failed += usize::from(!orbit.outcome.is_converged());
         let news = news(orbit, self.failed);
         if self.verbosity == Verbosity::Verbose {
@@ -294,11 +311,10 @@ impl Observer for Console {
             }
             turn.news = news;
         }
-        Ok(())
     }
 
     /// A line, but for the quiet.
-    fn note(&mut self, message: &str) {
+    pub fn note(&mut self, message: &str) {
         if self.verbosity != Verbosity::Quiet {
             self.line(message);
         }
@@ -306,7 +322,7 @@ impl Observer for Console {
 
     /// A line at once, for the quiet, too. What is told of a finished response waits for the end, and what
     /// is more than a remark is said there once more.
-    fn warning(&mut self, warning: &Warning) {
+    pub fn warning(&mut self, warning: &Warning) {
         let waits = self.solved && self.verbosity != Verbosity::Quiet;
         if !waits {
             self.line(&format!("warning: {}", warning.text));

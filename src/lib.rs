@@ -2,24 +2,31 @@
 //! slip and lift off.
 //!
 //! This package is the program about the library `dovetail_solver`. [`scene`] reads TOML into a
-//! description of a run. [`pipeline`] alone knows the sequence of the stages. [`export`] writes
-//! files. [`study`] runs the whole of it many times.
+//! description of a run. [`commands`] opens its meshes and hands them to the library, which computes.
+//! [`reporter`] hears of the run; [`files`] and [`export`] write it down. [`study`] runs the whole of
+//! it many times.
 
 #![forbid(unsafe_code)]
 
+pub mod cache;
 pub mod cli;
+pub mod commands;
 pub mod console;
+pub mod error;
 pub mod exhaustion;
 pub mod exit;
 pub mod export;
+pub mod files;
+pub mod fingerprint;
 pub mod gmsh;
 pub mod mesh_files;
 pub mod metrics;
-pub mod pipeline;
+pub mod motions;
 pub mod reference;
+pub mod reporter;
 pub mod scene;
+pub mod scene_files;
 pub mod schema;
-pub mod stage;
 pub mod study;
 pub mod terminal;
 pub mod version;

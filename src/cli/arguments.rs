@@ -8,12 +8,14 @@ use clap_complete::Shell;
 
 use super::error::Error;
 use super::new::Template;
+use crate::cache::CacheSettings;
+use crate::commands::SpeedRange;
 use crate::console::Verbosity;
-use crate::pipeline::verify::Verification;
-use crate::pipeline::{CacheSettings, FurtherPlot, SpeedRange};
+use crate::files::FurtherPlot;
 use crate::study::{Action, Sharing, StudyOptions};
 use dovetail_solver::integration::steady::MOST_PERIODS;
 use dovetail_solver::integration::step::{LEAST_STEPS, MOST_STEPS};
+use dovetail_solver::run::Verification;
 
 const EXIT_CODES: &str = "\
 Exit codes:

@@ -7,7 +7,6 @@ use crate::export::manifest::{
     ContactCounts, StageSummary, StaticSummary, Summary, contact_counts,
 };
 use crate::export::report::REPORT;
-use crate::pipeline::Run;
 use crate::words::{
     cycle_counts, error_words, figure, percent, quantity, quantity_beside, static_counts,
     supported_digits,
@@ -15,6 +14,7 @@ use crate::words::{
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{LocalPeak, Peak, linear_peak, local_peaks, peak};
+use dovetail_solver::run::Run;
 
 /// Stages that took less than this share of the time are not named.
 const LEAST_SHARE: f64 = 0.1;
@@ -24,10 +24,11 @@ const LINEAR_DIGITS: usize = 4;
 const WIDTHS: [usize; 2] = [14, 16];
 
 /// The last lines of a run; one line for the quiet.
-pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
+pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosity) -> String {
     let names = run.reduced.observations();
     let peaks: Vec<PeakLines> = match &run.response {
-        Some(response) => {
+        Some(found) => {
+            let response = &found.response;
             let own = names.iter().enumerate();
             own.filter_map(|(i, name)| PeakLines::of(name, i, response, &run.reduced.pairs))
                 .collect()
@@ -37,10 +38,10 @@ pub(super) fn of(run: &Run, folder: &Path, verbosity: Verbosity) -> String {
     let report = folder.join(REPORT);
     match verbosity {
         Verbosity::Quiet => {
-            let result = one_line(&run.summary, &peaks);
+            let result = one_line(summary, &peaks);
             format!("{result}; {}\n", report.display())
         }
-        Verbosity::Normal | Verbosity::Verbose => lines(&run.summary, &peaks, &report),
+        Verbosity::Normal | Verbosity::Verbose => lines(summary, &peaks, &report),
     }
 }
 
@@ -241,7 +242,7 @@ fn static_words(state: &StaticSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stage::Stage;
+    use dovetail_solver::run::Stage;
 
     #[test]
     fn columns_begin_behind_the_longest_name() {

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::error::RunError;
 use crate::exit::ExitStatus;
-use crate::pipeline::RunError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
-use dovetail_numerics::memory::TooLittle;
+use dovetail_solver::memory::TooLittle;
 
 /// Why a command ended without its full result.
 #[derive(Debug, Error, Diagnostic)]

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use super::error::Error;
+use crate::console::Console;
+use crate::error::RunError;
 use crate::mesh_files;
-use crate::pipeline::RunError;
-use crate::pipeline::observer::Observer;
-use crate::pipeline::progress::Progress;
-use crate::warning::Weight;
+use crate::warning::{Warning, Weight};
 use crate::words::counted;
 use dovetail_mesh::{Group, Mesh};
 
@@ -18,12 +17,14 @@ const MOST_OF_A_COLUMN: usize = 40;
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn of(path: &Path, observer: &mut dyn Observer) -> Result<String, Error> {
+pub(super) fn of(path: &Path, console: &mut Console) -> Result<String, Error> {
     // Its numbers are shown as they are: one unit of the file is a metre here.
     let mesh = mesh_files::read(path, 1.0).map_err(RunError::from)?;
-    let progress = Progress::new(observer);
     for remark in &mesh.remarks {
-        progress.warning(Weight::Remark, format!("mesh: {remark}"));
+        console.warning(&Warning {
+            weight: Weight::Remark,
+            text: format!("mesh: {remark}"),
+        });
     }
     Ok(table(&mesh))
 }

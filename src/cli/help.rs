@@ -10,8 +10,8 @@ use clap_complete::Shell;
 
 use super::arguments::{Cli, Command};
 use super::error::Error;
+use crate::error::RunError;
 use crate::export::{create_folder, write_file};
-use crate::pipeline::RunError;
 
 /// Columns of help, for terminals that are as wide or wider.
 const WIDTH: usize = 80;

@@ -1,5 +1,5 @@
 //! Turns the arguments of the command line into a checked scene and one call of
-//! [`crate::pipeline`], and errors into an exit code. Results are printed here alone.
+//! [`crate::commands`], and errors into an exit code. Results are printed here alone.
 
 mod arguments;
 mod closing;
@@ -16,24 +16,25 @@ use std::sync::Arc;
 pub use self::error::Error;
 
 use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
+use crate::cache::Cache;
+use crate::commands::{self, Work};
 use crate::console::Console;
+use crate::error::RunError;
 use crate::exhaustion;
 use crate::exit::ExitStatus;
-use crate::export::csv;
+use crate::export::csv::ASSEMBLY;
 use crate::export::folder::OtherScene;
-use crate::export::manifest::Summary;
-use crate::pipeline::observer::{Both, Observer};
-use crate::pipeline::progress::Progress;
-use crate::pipeline::verify::verify;
-use crate::pipeline::{self, Beginning, Context, Files, RunError, SharedFiles};
+use crate::files::{Beginning, Files, Output, SharedFiles};
+use crate::reporter::Reporter;
 use crate::scene;
 use crate::schema;
 use crate::study;
 use crate::terminal;
-use crate::warning::Weight;
-use dovetail_numerics::memory;
 use dovetail_solver::description::Scene;
+use dovetail_solver::memory;
 use dovetail_solver::reduction::LISTED_MODES;
+use dovetail_solver::results::modes::NaturalFrequency;
+use dovetail_solver::run::{Options, factorise_on_one_thread};
 use signal_hook::consts::SIGXFSZ;
 
 /// Runs the program on the process's arguments. Exit codes: see [`ExitStatus`].
@@ -70,9 +71,9 @@ fn run(cli: &Cli) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match &cli.command {
         Command::Study(arguments) => {
-            let progress = Progress::new(&mut console);
+            let reporter = Reporter::new(&mut console, None);
             let options = arguments.options(&cli.shared);
-            let studied = study::study(&arguments.study, &options, &progress)?;
+            let studied = study::study(&arguments.study, &options, &reporter)?;
             print(&studied.answers)?;
             Ok(studied.verdict?)
         }
@@ -105,9 +106,8 @@ fn run(cli: &Cli) -> Result<(), Error> {
 }
 
 fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Error> {
-    // Dense factorisations split among threads round differently: each runs on one, and the work is shared
-    // between bodies, halves of the sweep and pairs, so that results do not depend on --threads.
-    faer::set_global_parallelism(faer::Par::Seq);
+    // Results do not depend on --threads.
+    factorise_on_one_thread();
     let shared = &cli.shared;
     let scene = scene::load(file, &shared.overrides)?;
     start_threads(shared.threads.map(usize::from))?;
@@ -123,37 +123,40 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
         Command::Run(run) => Some(run),
         _ => None,
     };
-    let context = Context {
-        out,
+    let output = Output {
+        folder: out,
         scene_file: file.to_path_buf(),
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
-        held_modes: match &cli.command {
-            Command::Run(run) => run.held_modes,
-            Command::Reduce(reduce) => reduce.held_modes,
-            _ => false,
-        },
         further_plots: run.map_or_else(Vec::new, Run::further_plots),
-        cache: cache_settings(shared)?,
     };
+    let cache = Cache::new(cache_settings(shared)?.as_ref());
     let other = match shared.force {
         true => OtherScene::Replace,
         false => OtherScene::Refuse,
     };
     match &cli.command {
         Command::Reduce(Reduce {
-            into_cache: true, ..
+            into_cache: true,
+            held_modes,
+            ..
         }) => {
-            let progress = Progress::new(console);
-            Ok(pipeline::reduce_into_cache(&scene, &context, &progress)?)
+            let work = Work {
+                scene: &scene,
+                folder: output.folder,
+                cache,
+                files: None,
+                reporter: Reporter::new(console, None),
+            };
+            Ok(work.reduce_into_cache(*held_modes)?)
         }
-        Command::Check(_) => Ok(pipeline::check(&scene, &Progress::new(console))?),
+        Command::Check(_) => Ok(commands::check(&scene, &Reporter::new(console, None))?),
         command => {
             // A signal that comes while the folder is opened is heard once it is.
             let signals = interruption::signals().map_err(Error::Signals)?;
-            let files = files(command, &scene, &context, other)?;
+            let files = files(command, &scene, &output, other)?;
             let ended = hear_of_ends(command, &files, signals, console)
-                .and_then(|()| with_files(command, &scene, &context, &files, console));
+                .and_then(|()| with_files(command, &scene, &output, cache, &files, console));
             ended.inspect_err(|error| files.locked().failed(error))
         }
     }
@@ -178,7 +181,7 @@ fn start_threads(asked: Option<usize>) -> Result<(), Error> {
 fn files(
     command: &Command,
     scene: &Scene,
-    context: &Context,
+    output: &Output,
     other: OtherScene,
 ) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
@@ -186,7 +189,7 @@ fn files(
         Command::Run(_) | Command::Static(_) => Beginning::Anew,
         _ => Beginning::Beside,
     };
-    let files = Files::open(scene, context, other, beginning)?;
+    let files = Files::open(scene, output, other, beginning)?;
     Ok(SharedFiles::new(files))
 }
 
@@ -220,76 +223,73 @@ fn hear_of_ends(
 fn with_files(
     command: &Command,
     scene: &Scene,
-    context: &Context,
+    output: &Output,
+    cache: Cache,
     files: &Arc<SharedFiles>,
     console: &mut Console,
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
-    let mut writer = Arc::clone(files);
-    let observers = &mut Both(&mut writer, console);
+    let verbosity = console.verbosity();
+    let work = Work {
+        scene,
+        folder: output.folder.clone(),
+        cache,
+        files: Some(Arc::clone(files)),
+        reporter: Reporter::new(console, Some(Arc::clone(files))),
+    };
+    let finish = |verdict: &Result<(), RunError>| finish(files, verdict, &work.reporter);
     match command {
         Command::Run(_) | Command::Static(_) => {
+            let options = Options {
+                fields: output.fields,
+                held_modes: matches!(command, Command::Run(run) if run.held_modes),
+            };
             let run = match command {
-                Command::Static(_) => pipeline::static_state(scene, context, observers),
-                _ => pipeline::solve(scene, context, observers),
+                Command::Static(_) => work.static_state(options),
+                _ => work.solve(options),
             }?;
-            let verdict = run.verdict();
+            let verdict = run.verdict().map_err(RunError::from);
+            files.locked().take_down(work.reporter.taken());
             files.locked().report(scene, &run, &verdict)?;
-            finish(files, &run.summary, &verdict, console)?;
+            finish(&verdict)?;
+            drop(work);
             console.end();
+            let files = files.locked();
             print(&closing::of(
                 &run,
-                files.locked().folder(),
-                console.verbosity(),
+                files.summary(),
+                files.folder(),
+                verbosity,
             ))?;
             Ok(verdict?)
         }
         Command::Mesh(_) => {
-            let progress = Progress::new(observers);
-            let summary = pipeline::mesh(scene, context, &progress)?;
-            finish(files, &summary, &Ok(()), console)
+            work.mesh()?;
+            finish(&Ok(()))
         }
         Command::Modes(Modes { rpm: None, .. }) => {
-            let progress = Progress::new(observers);
-            let modes = pipeline::modes(scene, context, &progress)?;
-            let listed = modes.rows.iter().filter(|r| r.mode <= LISTED_MODES);
+            let modes = work.modes()?;
+            let listed = modes.iter().filter(|r| r.mode <= LISTED_MODES);
             print(&listed.map(mode_line).collect::<String>())?;
-            files.locked().modal_analysis(&modes)?;
-            finish(files, &modes.summary, &Ok(()), console)
+            finish(&Ok(()))
         }
         Command::Modes(Modes {
             rpm: Some(speeds),
             orders,
             ..
         }) => {
-            let progress = Progress::new(observers);
-            let campbell = pipeline::campbell(scene, *speeds, orders, context, &progress)?;
-            files.locked().campbell(&campbell)?;
-            print(&campbell.table())?;
-            finish(files, &campbell.summary, &Ok(()), console)
+            print(&work.campbell(*speeds, orders)?)?;
+            finish(&Ok(()))
         }
         Command::Verify(arguments) => {
-            let progress = Progress::new(observers);
-            let verified = verify(scene, context, &arguments.asked(), &progress)?;
-            files.locked().verification(&verified.comparisons)?;
-            finish(files, &verified.summary, &Ok(()), console)?;
-            print(&verified.table())?;
-            Ok(verified.verdict?)
+            let (verified, table) = work.verify(&arguments.asked())?;
+            finish(&Ok(()))?;
+            print(&table)?;
+            Ok(verified.verdict.map_err(RunError::from)?)
         }
         Command::Reduce(_) => {
-            let progress = Progress::new(observers);
-            let condensed = pipeline::reduce(scene, context, &progress)?;
-            let law = files
-                .locked()
-                .reduced_model(&condensed.reduced, &progress)?;
-            match condensed.lines_of_scene(law, &context.out) {
-                Some(lines) => progress.note(&lines),
-                None => progress.warning(
-                    Weight::Doubt,
-                    "the pairs differ in friction, stiffness or clearance, of which [reduced_model] has one value for all",
-                ),
-            }
-            finish(files, &condensed.summary, &Ok(()), console)
+            work.reduce()?;
+            finish(&Ok(()))
         }
         // They write no results of a run.
         Command::Check(_)
@@ -305,19 +305,25 @@ fn with_files(
 /// The last file of a run, and where all of them are.
 fn finish(
     files: &SharedFiles,
-    summary: &Summary,
     verdict: &Result<(), RunError>,
-    console: &mut Console,
+    reporter: &Reporter<'_>,
 ) -> Result<(), Error> {
-    let mut files = files.locked();
-    files.finish(summary, verdict)?;
-    console.note(&format!("results in {}", files.folder().display()));
+    let folder = {
+        let mut files = files.locked();
+        files.take_down(reporter.taken());
+        files.finish(verdict)?;
+        files.folder().display().to_string()
+    };
+    reporter.note(&format!("results in {folder}"));
     Ok(())
 }
 
-fn mode_line(row: &csv::ModeRow) -> String {
+fn mode_line(row: &NaturalFrequency) -> String {
     format!(
         "{:<15} {:<10} {:>3} {:>14.4} Hz\n",
-        row.kind, row.body, row.mode, row.frequency_hz
+        row.kind.id(),
+        row.body.as_deref().unwrap_or(ASSEMBLY),
+        row.mode,
+        row.frequency_hz
     )
 }

@@ -8,8 +8,8 @@ use std::path::Path;
 use clap::ValueEnum;
 
 use super::error::Error;
+use crate::error::RunError;
 use crate::export::{ExportError, create_folder, write_file};
-use crate::pipeline::RunError;
 use crate::scene::check::fields::is_name;
 use crate::schema;
 

@@ -11,58 +11,15 @@ use super::{ExportError, write_file};
 use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::integration::compare::Comparison;
 use dovetail_solver::model::Model;
+use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     CycleFields, cycle_fields, linear_amplitude, peak, phasors, static_fields, sweep_fields,
 };
+use dovetail_solver::run::{Crossing, Family};
 
-/// One row of modes.csv.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ModeRow {
-    /// What was held: `stuck` (assembly with all pairs stuck), `linear` (those that are open in the static state
-    /// released), `fixed_interface` (Craig-Bampton)...
-    pub kind: String,
-    /// Name of the body, `assembly` for both.
-    pub body: String,
-    /// 1 = lowest.
-    pub mode: usize,
-    pub frequency_hz: f64,
-}
-
-/// One row of modes_campbell.csv.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CampbellRow {
-    pub speed_rpm: f64,
-    /// `flanks_held` or `stuck`, as in [`ModeRow`].
-    pub kind: String,
-    /// Name of the body, `assembly` for both.
-    pub body: String,
-    /// 1 = lowest.
-    pub mode: usize,
-    /// `None` where the structure does not stand the speed.
-    pub frequency_hz: Option<f64>,
-}
-
-/// One row of modes_crossings.csv: where a mode has the frequency of an engine order.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CrossingRow {
-    /// `flanks_held` or `stuck`, as in [`ModeRow`].
-    pub kind: String,
-    /// Name of the body, `assembly` for both.
-    pub body: String,
-    /// 1 = lowest.
-    pub mode: usize,
-    pub engine_order: usize,
-    pub speed_rpm: f64,
-    pub frequency_hz: f64,
-}
-
-impl CrossingRow {
-    /// By how much the speed of the crossing is above that of operation, relative.
-    pub fn margin(&self, operating_rpm: f64) -> f64 {
-        self.speed_rpm / operating_rpm - 1.0
-    }
-}
+/// What tables call the assembly, beside the names of its bodies.
+pub const ASSEMBLY: &str = "assembly";
 
 /// response.csv: one row per frequency, those added at peaks included (`added` is 1; `point` is the number of the
 /// frequency, which its file of the flanks has). Amplitudes are the largest departure from the mean in the
@@ -327,11 +284,13 @@ pub fn write_contact(
 }
 
 /// The rows of a modes.csv that was written before; none where it is not there or is no such table.
-pub fn read_modes(path: &Path) -> Vec<ModeRow> {
+pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
     let row = |cells: ::csv::StringRecord| {
-        Some(ModeRow {
-            kind: cells.get(0)?.to_owned(),
-            body: cells.get(1)?.to_owned(),
+        let kind = cells.get(0)?;
+        let body = cells.get(1)?;
+        Some(NaturalFrequency {
+            kind: ModeKind::ALL.into_iter().find(|k| k.id() == kind)?,
+            body: (body != ASSEMBLY).then(|| body.to_owned()),
             mode: cells.get(2)?.parse().ok()?,
             frequency_hz: cells.get(3)?.parse().ok()?,
         })
@@ -342,28 +301,33 @@ pub fn read_modes(path: &Path) -> Vec<ModeRow> {
 }
 
 /// modes.csv: kind, body, mode, frequency_hz.
-pub fn write_modes(path: &Path, rows: &[ModeRow]) -> Result<(), ExportError> {
+pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["kind", "body", "mode", "frequency_hz"]);
     table.end_row();
     for row in rows {
-        table.mode(&row.kind, &row.body, row.mode);
+        table.mode(row.kind, row.body.as_deref(), row.mode);
         table.number("frequency_hz", Some(row.frequency_hz))?;
         table.end_row();
     }
     table.write()
 }
 
-/// modes_campbell.csv: speed_rpm, kind, body, mode, frequency_hz.
-pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportError> {
+/// modes_campbell.csv: speed_rpm, kind, body, mode, frequency_hz (empty where the structure does not stand the speed).
+pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["speed_rpm", "kind", "body", "mode", "frequency_hz"]);
     table.end_row();
-    for row in rows {
-        table.number("speed_rpm", Some(row.speed_rpm))?;
-        table.mode(&row.kind, &row.body, row.mode);
-        table.number("frequency_hz", row.frequency_hz)?;
-        table.end_row();
+    for family in families {
+        for (speed_rpm, frequencies_hz) in &family.speeds {
+            for mode in 0..family.modes() {
+                let frequency_hz = frequencies_hz.as_ref().and_then(|f| f.get(mode).copied());
+                table.number("speed_rpm", Some(*speed_rpm))?;
+                table.mode(family.kind, family.body.as_deref(), mode + 1);
+                table.number("frequency_hz", frequency_hz)?;
+                table.end_row();
+            }
+        }
     }
     table.write()
 }
@@ -372,7 +336,7 @@ pub fn write_campbell(path: &Path, rows: &[CampbellRow]) -> Result<(), ExportErr
 pub fn write_crossings(
     path: &Path,
     operating_rpm: f64,
-    rows: &[CrossingRow],
+    rows: &[Crossing],
 ) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["speed_rpm", "kind", "body", "mode", "engine_order"]);
@@ -380,7 +344,7 @@ pub fn write_crossings(
     table.end_row();
     for row in rows {
         table.number("speed_rpm", Some(row.speed_rpm))?;
-        table.mode(&row.kind, &row.body, row.mode);
+        table.mode(row.kind, row.body.as_deref(), row.mode);
         table.integer(Some(row.engine_order));
         table.number("frequency_hz", Some(row.frequency_hz))?;
         let margin = (operating_rpm > 0.0).then(|| row.margin(operating_rpm));
@@ -510,9 +474,9 @@ impl<'a> Table<'a> {
     }
 
     /// What was held, the body, and the number of the mode.
-    fn mode(&mut self, kind: &str, body: &str, mode: usize) {
-        self.text(kind);
-        self.text(body);
+    fn mode(&mut self, kind: ModeKind, body: Option<&str>, mode: usize) {
+        self.text(kind.id());
+        self.text(body.unwrap_or(ASSEMBLY));
         self.integer(Some(mode));
     }
 
@@ -651,15 +615,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("modes.csv");
         assert_eq!(read_modes(&path), []);
-        let row = |kind: &str, body: &str, mode: usize| ModeRow {
-            kind: kind.to_owned(),
-            body: body.to_owned(),
+        let row = |kind: ModeKind, body: Option<&str>, mode: usize| NaturalFrequency {
+            kind,
+            body: body.map(str::to_owned),
             mode,
             frequency_hz: 450.0 / 7.0,
         };
         let rows = [
-            row("linear", "assembly", 1),
-            row("flanks_held", "a, \"b\"", 2),
+            row(ModeKind::Linear, None, 1),
+            row(ModeKind::FlanksHeld, Some("a, \"b\""), 2),
         ];
         write_modes(&path, &rows).unwrap();
         assert_eq!(read_modes(&path), rows);

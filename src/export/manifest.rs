@@ -4,13 +4,12 @@
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::unrolled::Orientation;
 use super::{ExportError, write_file};
-use crate::stage::Stage;
 use crate::warning::{Warning, Weight};
 use dovetail_solver::dlft::{
     CycleCounts, Orbit, Outcome, Response, SecondMotion, StaticCounts, StaticState,
@@ -24,6 +23,7 @@ use dovetail_solver::results::quantities::{
     largest_of_pairs, linear_peak, local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
     static_fields, sweep_fields, with_motion,
 };
+use dovetail_solver::run::{PrestressPass, Stage};
 
 /// The whole of summary.json.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -168,16 +168,6 @@ pub struct TruncationSummary {
     /// where no mode was left out.
     #[serde(default)]
     pub modes_reach: Option<f64>,
-}
-
-/// One pass of the prestress of the static state.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct PrestressPass {
-    /// Largest change of a normal force since the pass before, over the largest one; without pairs that of the first
-    /// stuck frequency squared. `None` for the first pass, whose stress is that with all pairs stuck.
-    pub change: Option<f64>,
-    /// First frequency of the fully stuck assembly.
-    pub stuck_frequency_hz: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -466,14 +456,24 @@ pub struct ObservationTerm {
     pub direction: [f64; 3],
 }
 
+/// Where a mesh came from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MeshOrigin {
+    /// The .msh file or the .geo script.
+    pub source: PathBuf,
+    /// Hash of the bytes of the mesh, in hexadecimals; `None` where its file cannot be read.
+    pub blake3: Option<String>,
+    /// Version of gmsh that made the mesh; `None` for a ready mesh.
+    pub gmsh: Option<String>,
+    /// The committed mesh was used because gmsh is missing.
+    pub fallback: bool,
+}
+
 /// Mesh sizes read off the model.
 pub fn mesh_summary(
     model: &Model,
     properties: &[MassProperties],
-    source: String,
-    blake3: Option<String>,
-    gmsh: Option<String>,
-    fallback: bool,
+    origin: &MeshOrigin,
 ) -> MeshSummary {
     let bodies: Vec<BodySummary> = model
         .bodies
@@ -503,10 +503,10 @@ pub fn mesh_summary(
         edges: orientation.edges,
     });
     MeshSummary {
-        source,
-        blake3,
-        gmsh,
-        fallback,
+        source: origin.source.display().to_string(),
+        blake3: origin.blake3.clone(),
+        gmsh: origin.gmsh.clone(),
+        fallback: origin.fallback,
         nodes: bodies.iter().map(|b| b.nodes).sum(),
         elements: bodies.iter().map(|b| b.elements).sum(),
         element_types: types.into_iter().map(|(t, n)| (t.name(), n)).collect(),

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use dovetail_numerics::space::{dot, scaled, sub, unit};
 use dovetail_solver::model::{ContactPair, Model, Rotation};
+use dovetail_solver::space::{dot, scaled, sub, unit};
 
 /// A side of a flank is named after a direction of the machine with at least this cosine to it.
 const LEAST_COSINE: f64 = 0.1;

@@ -14,6 +14,7 @@ use vtkio::xml::Compressor;
 
 use super::{ExportError, write_file};
 use dovetail_solver::model::Model;
+use dovetail_solver::results::modes::ModeShape;
 use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
 
 /// Fields of one body in the static state.
@@ -170,48 +171,32 @@ fn check_motion(
     Ok(())
 }
 
-/// A mode shape on the nodes of all bodies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ModeShape {
-    /// What was held: `stuck`, `flanks_held`, as in modes.csv.
-    pub kind: String,
-    /// Name of the body that vibrates alone; `None` where all do.
-    pub body: Option<String>,
-    /// 1 = lowest.
-    pub mode: usize,
-    pub frequency_hz: f64,
-    /// Per body, then per node; to any scale.
-    pub shape: Vec<NodalField>,
+/// Name of the array of a mode: `stuck_1_451.12_hz`, `flanks_held_blade_1_455.36_hz`; the frequency with five digits.
+fn array_name(mode: &ModeShape) -> String {
+    let body = mode.body.iter().map(|body| format!("_{body}"));
+    let digits = 4.0 - mode.frequency_hz.abs().max(1e-9).log10().floor();
+    format!(
+        "{}{}_{}_{:.*}_hz",
+        mode.kind.id(),
+        body.collect::<String>(),
+        mode.mode,
+        digits.max(0.0) as usize,
+        mode.frequency_hz
+    )
 }
 
-impl ModeShape {
-    /// Name of its array: `stuck_1_451.12_hz`, `flanks_held_blade_1_455.36_hz`; the frequency with five digits.
-    fn array(&self) -> String {
-        let body = self.body.iter().map(|body| format!("_{body}"));
-        let digits = 4.0 - self.frequency_hz.abs().max(1e-9).log10().floor();
-        format!(
-            "{}{}_{}_{:.*}_hz",
-            self.kind,
-            body.collect::<String>(),
-            self.mode,
-            digits.max(0.0) as usize,
-            self.frequency_hz
-        )
-    }
-
-    /// All nodes, so that the largest displacement is 1 and its largest component positive.
-    fn to_scale(&self) -> Vec<f64> {
-        let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
-        let nodes = || self.shape.iter().flatten();
-        let largest = nodes().max_by(|a, b| size(a).total_cmp(&size(b)));
-        let scale = largest.map_or(1.0, |u| {
-            let component = u.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
-            size(u).sqrt().copysign(component.unwrap_or(1.0))
-        });
-        // A mode that does not move has no scale.
-        let scale = if scale == 0.0 { 1.0 } else { scale };
-        nodes().flatten().map(|u| u / scale).collect()
-    }
+/// A mode on all nodes, so that the largest displacement is 1 and its largest component positive.
+fn to_scale(mode: &ModeShape) -> Vec<f64> {
+    let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
+    let nodes = || mode.shape.iter().flatten();
+    let largest = nodes().max_by(|a, b| size(a).total_cmp(&size(b)));
+    let scale = largest.map_or(1.0, |u| {
+        let component = u.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()));
+        size(u).sqrt().copysign(component.unwrap_or(1.0))
+    });
+    // A mode that does not move has no scale.
+    let scale = if scale == 0.0 { 1.0 } else { scale };
+    nodes().flatten().map(|u| u / scale).collect()
 }
 
 /// The bodies with mode shapes on the nodes, each a vector without unit whose largest length is 1, under the name
@@ -219,13 +204,13 @@ impl ModeShape {
 pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<(), ExportError> {
     let mut grid = Grid::of_bodies(model);
     for mode in modes {
-        let name = mode.array();
+        let name = array_name(mode);
         for (body, shape) in model.bodies.iter().zip(&mode.shape) {
             let field = format!("{name} of body {}", body.name);
             let nodes = body.nodes_m.len();
             check_length(path, &field, shape.len(), nodes, "one per node")?;
         }
-        grid.point_array(&name, 3, mode.to_scale());
+        grid.point_array(&name, 3, to_scale(mode));
     }
     grid.write(path)
 }

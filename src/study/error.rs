@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 use thiserror::Error;
 
+use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::export::ExportError;
-use crate::pipeline::RunError;
 use crate::scene::SceneError;
 
 /// A case that fails is no error: it is reported in the tables.

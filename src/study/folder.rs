@@ -18,8 +18,9 @@ use crate::export::folder::remove_run;
 use crate::export::journal::{JOURNAL, Journal};
 use crate::export::manifest::{self, RunState, Summary};
 use crate::export::write_file;
-use crate::pipeline;
+use crate::fingerprint::{executable_hash, fingerprint};
 use crate::scene;
+use crate::scene_files;
 use dovetail_solver::description::Scene;
 
 /// case.json.
@@ -122,7 +123,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
     Ok(CaseRecord {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         program_hash: program_hash()?,
-        machine_hash: pipeline::fingerprint().map_or_else(String::new, |hash| hexadecimals(&hash)),
+        machine_hash: fingerprint().map_or_else(String::new, |hash| hexadecimals(&hash)),
         study: study.name.clone(),
         case: case.slug.clone(),
         parameters: names.zip(labels).collect(),
@@ -136,7 +137,7 @@ pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRec
 
 fn program_hash() -> Result<String, StudyError> {
     let program = || std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));
-    let hash = pipeline::executable_hash().map_err(StudyError::io("reading", &program()))?;
+    let hash = executable_hash().map_err(StudyError::io("reading", &program()))?;
     Ok(hexadecimals(&hash))
 }
 
@@ -147,13 +148,13 @@ fn hexadecimals(hash: &[u8; 32]) -> String {
 /// The scene file and the files it names.
 fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
     let input = |file: PathBuf| {
-        let hash = pipeline::inputs::hash_of_file(&file);
+        let hash = scene_files::hash_of_file(&file);
         Ok(Input {
             file: file.display().to_string(),
             blake3: hash.map_err(StudyError::io("reading", &file))?,
         })
     };
-    let named = pipeline::inputs::files(scene).into_iter();
+    let named = scene_files::files(scene).into_iter();
     let all = std::iter::once(scene_file.to_path_buf()).chain(named);
     all.map(input).collect()
 }

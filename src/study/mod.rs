@@ -39,9 +39,9 @@ use self::parameter::Parameter;
 use self::pieces::Pieces;
 use self::results::{CaseResult, Ended, collect};
 use self::workflow::Workflow;
+use crate::commands;
 use crate::export::report::REPORT;
-use crate::pipeline;
-use crate::pipeline::progress::Progress;
+use crate::reporter::Reporter;
 use crate::scene::{self, Fault};
 use crate::warning::Weight;
 use crate::words::counted;
@@ -139,7 +139,7 @@ pub struct Studied {
 pub fn study(
     file: &Path,
     options: &StudyOptions,
-    progress: &Progress,
+    reporter: &Reporter<'_>,
 ) -> Result<Studied, StudyError> {
     let text = StudyText::read(file)?;
     let study = text.parse(&options.overrides)?;
@@ -158,8 +158,8 @@ pub fn study(
         cache: sharing.words(),
     };
     let verdict = match &options.action {
-        Action::Run => return run(&study, &all, &settings, Some(options.jobs), progress),
-        Action::Collect => return run(&study, &all, &settings, None, progress),
+        Action::Run => return run(&study, &all, &settings, Some(options.jobs), reporter),
+        Action::Collect => return run(&study, &all, &settings, None, reporter),
         Action::ExportWorkflow(folder) => {
             let pieces = match shares {
                 true => Pieces::of(&study, &all)?,
@@ -173,7 +173,7 @@ pub fn study(
                 pieces: &pieces,
             };
             workflow.write(folder)?;
-            progress.note(&format!(
+            reporter.note(&format!(
                 "{} and {} in {}",
                 counted(all.len(), "case", "cases"),
                 counted(pieces.all.len(), "shared piece", "shared pieces"),
@@ -199,7 +199,7 @@ pub fn study(
                 name: name.clone(),
                 cases: all.iter().map(|c| c.slug.clone()).collect(),
             })?];
-            runner::run(&study, &one, &settings, 1, progress)?;
+            runner::run(&study, &one, &settings, 1, reporter)?;
             all_complete(&collect(&study, &one, &settings)?)
         }
     };
@@ -216,11 +216,11 @@ fn run(
     all: &[Case],
     settings: &Settings,
     jobs: Option<usize>,
-    progress: &Progress,
+    reporter: &Reporter<'_>,
 ) -> Result<Studied, StudyError> {
-    progress.note(&format!("study \"{}\": {} cases", study.name, all.len()));
+    reporter.note(&format!("study \"{}\": {} cases", study.name, all.len()));
     if let Some(jobs) = jobs {
-        runner::run(study, all, settings, jobs, progress)?;
+        runner::run(study, all, settings, jobs, reporter)?;
     }
     let results = collect(study, all, settings)?;
     let analysis = analyse(study, &results);
@@ -239,7 +239,7 @@ fn run(
     if jobs.is_some() {
         let removed = folder::remove_other_cases(study, all, settings)?;
         if !removed.is_empty() {
-            progress.note(&format!(
+            reporter.note(&format!(
                 "removed {} of an earlier definition of the study: {}",
                 counted(removed.len(), "case", "cases"),
                 removed.join(", ")
@@ -249,10 +249,10 @@ fn run(
     for result in &results {
         if let Ended::Failed { message, .. } = &result.ended {
             let words = format!("{} failed: {message}", result.case.slug);
-            progress.warning(Weight::Wrong, words);
+            reporter.warning(Weight::Wrong, words);
         }
     }
-    progress.note(&format!("answers in {}", out.join(REPORT).display()));
+    reporter.note(&format!("answers in {}", out.join(REPORT).display()));
     let least = report::least_values(study, &results, &analysis);
     Ok(Studied {
         answers: least.iter().map(|line| format!("{line}\n")).collect(),
@@ -277,7 +277,7 @@ fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyErr
         let checked = load(&case.set(study)).map_err(StudyError::from);
         let checked = checked.and_then(|scene| {
             if !subjects.contains(&scene.subject) {
-                pipeline::check(&scene, &Progress::new(&mut ()))?;
+                commands::check(&scene, &Reporter::silent(None))?;
                 subjects.push(scene.subject);
             }
             Ok(())

@@ -8,7 +8,7 @@ use super::error::StudyError;
 use super::file::Study;
 use super::folder::Settings;
 use super::quantity::BLADE_FREQUENCY;
-use crate::pipeline::pieces::{MeshInputs, ReductionInputs, mesh_inputs, reduction_inputs};
+use crate::commands::pieces::{MeshInputs, ReductionInputs, mesh_inputs, reduction_inputs};
 use crate::scene;
 
 /// What a piece is.

@@ -6,7 +6,7 @@ use super::file::Study;
 use super::folder::{self, Found, Settings};
 use super::quantity::Figure;
 use crate::export::manifest::{StageSummary, Summary};
-use crate::stage::Stage;
+use dovetail_solver::run::Stage;
 
 /// A case and what came of it.
 #[derive(Debug, Clone, PartialEq)]

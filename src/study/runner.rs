@@ -14,7 +14,7 @@ use super::pieces::Piece;
 use crate::exit::ExitStatus;
 use crate::export::journal::Journal;
 use crate::export::{ExportError, create_folder};
-use crate::pipeline::progress::Progress;
+use crate::reporter::Reporter;
 
 /// Runs those of the cases that are not complete, `jobs` at a time, in their order.
 ///
@@ -26,7 +26,7 @@ pub fn run(
     cases: &[Case],
     settings: &Settings,
     jobs: usize,
-    progress: &Progress,
+    reporter: &Reporter<'_>,
 ) -> Result<(), StudyError> {
     let mut pending = Vec::new();
     for case in cases {
@@ -38,7 +38,7 @@ pub fn run(
     }
     let complete = cases.len() - pending.len();
     if complete > 0 {
-        progress.note(&format!(
+        reporter.note(&format!(
             "{complete} of {} cases are complete already",
             cases.len()
         ));
@@ -53,7 +53,7 @@ pub fn run(
             // Nothing more is begun after a failure.
             let outcome = outcome.inspect_err(|_| *queue() = [].iter())?;
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            progress.note(&format!(
+            reporter.note(&format!(
                 "[{done}/{}] {:<28} {:8.2} s{}",
                 pending.len(),
                 case.slug,

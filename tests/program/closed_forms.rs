@@ -4,11 +4,15 @@
 use std::path::Path;
 
 use crate::shared_folder::Folder;
+use dovetail::cache::Cache;
+use dovetail::commands::Work;
 use dovetail::export::folder::OtherScene;
-use dovetail::pipeline::{self, Beginning, Context, Files};
+use dovetail::files::{Beginning, Files, Output, SharedFiles};
+use dovetail::reporter::Reporter;
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
+use dovetail_solver::run::Options;
 use faer::Mat;
 
 /// What a run says of its only frequency.
@@ -35,22 +39,25 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let folder = Folder::new(name);
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
     let scene = scene::load(&scene_file, set).unwrap();
-    let context = Context {
-        out: folder.to_path_buf(),
+    let output = Output {
+        folder: folder.to_path_buf(),
+        scene_file,
         fields: true,
         frames: None,
-        held_modes: false,
         further_plots: Vec::new(),
-        scene_file,
-        cache: None,
     };
-    pipeline::solve(
-        &scene,
-        &context,
-        &mut Files::open(&scene, &context, OtherScene::Refuse, Beginning::Anew).unwrap(),
-    )
-    .and_then(|run| run.verdict())
-    .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
+    let files = Files::open(&scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
+    let files = SharedFiles::new(files);
+    let work = Work {
+        scene: &scene,
+        folder: output.folder,
+        cache: Cache::new(None),
+        files: Some(files.clone()),
+        reporter: Reporter::silent(Some(files)),
+    };
+    work.solve(Options::default())
+        .and_then(|run| Ok(run.verdict()?))
+        .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
     let table = |file: &str| std::fs::read_to_string(folder.join(file)).unwrap();
     let [response, contact] = ["response.csv", "contact.csv"].map(table);
     assert_eq!(response.lines().count(), 2, "one frequency was asked for");

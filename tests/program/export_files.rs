@@ -10,7 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use dovetail::export::manifest::{self, SceneSummary, StageSummary, Summary};
+use dovetail::export::manifest::{self, MeshOrigin, SceneSummary, StageSummary, Summary};
 use dovetail::export::plots::{
     self, Axis, CampbellFamily, EngineOrders, Heading, HeatMap, Operation, Ordinate, Scale, Series,
 };
@@ -20,6 +20,7 @@ use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyPrestress, Rotation};
+use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{peak, sweep_fields};
 use dovetail_testkit::block::mixed_block;
@@ -53,10 +54,10 @@ fn summary(run: &Run) -> Summary {
                 centre_m: [0.0, 0.0, 0.5],
                 centrifugal_force_n: None,
             }; 2],
-            "made up".into(),
-            None,
-            None,
-            false,
+            &MeshOrigin {
+                source: "made up".into(),
+                ..MeshOrigin::default()
+            },
         )),
         stuck_modes: Some(3),
         pairs: run.model.pairs.len(),
@@ -69,7 +70,7 @@ fn summary(run: &Run) -> Summary {
         stages: vec![StageSummary {
             from_cache: false,
             unknowns: Vec::new(),
-            id: dovetail::stage::Stage::Mesh,
+            id: dovetail_solver::run::Stage::Mesh,
             name: "none".into(),
             seconds: f64::NAN,
             processor_seconds: None,
@@ -132,8 +133,8 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     let files = vtu::frame_files("peak", FRAMES);
     assert_eq!((files.len(), &files[FRAMES][..]), (FRAMES + 1, "peak.pvd"));
     assert!(files.iter().all(|file| out.join(file).exists()));
-    let mode = vtu::ModeShape {
-        kind: "stuck".to_owned(),
+    let mode = ModeShape {
+        kind: ModeKind::Stuck,
         body: None,
         mode: 1,
         frequency_hz: 377.0,
@@ -449,18 +450,18 @@ fn mode_shapes_have_the_length_1_under_names_with_their_frequency() {
         let scaled = bodies.map(|u| u.iter().map(|u| u.map(|u| factor * u)).collect());
         scaled.collect()
     };
-    let mode = |kind: &str, body: Option<&str>, mode, frequency_hz, factor| vtu::ModeShape {
-        kind: kind.to_owned(),
+    let mode = |kind: ModeKind, body: Option<&str>, mode, frequency_hz, factor| ModeShape {
+        kind,
         body: body.map(str::to_owned),
         mode,
         frequency_hz,
         shape: shape(factor),
     };
     let mut modes = vec![
-        mode("stuck", None, 1, 450.7647, 1.0),
-        mode("stuck", None, 2, 43924.8738, -7.0),
-        mode("flanks_held", Some("jaw"), 1, 0.0512345, 3.0),
-        mode("flanks_held", Some("jaw"), 2, 0.0, 0.0),
+        mode(ModeKind::Stuck, None, 1, 450.7647, 1.0),
+        mode(ModeKind::Stuck, None, 2, 43924.8738, -7.0),
+        mode(ModeKind::FlanksHeld, Some("jaw"), 1, 0.0512345, 3.0),
+        mode(ModeKind::FlanksHeld, Some("jaw"), 2, 0.0, 0.0),
     ];
     vtu::write_modes(&path, &run.model, &modes).unwrap();
     let grid = read(&path);

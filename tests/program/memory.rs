@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use dovetail::export::manifest::{RunState, Summary};
-use dovetail::stage::Stage;
+use dovetail_solver::run::Stage;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{ended, in_one_line, said};

@@ -1,31 +1,24 @@
-//! A run as a value: what it gives back, what an observer hears, and that nothing is written unless an observer does.
+//! A run as a value: what it gives back, what an observer hears, and that nothing is written unless files are asked for.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use dovetail::cache::Cache;
+use dovetail::commands::Work;
 use dovetail::export::folder::OtherScene;
 use dovetail::export::manifest::Summary;
-use dovetail::pipeline::observer::{Both, Compared, Observer};
-use dovetail::pipeline::{Beginning, Context, Files, Reduced, Run, RunError, solve};
+use dovetail::files::{Beginning, Files, Output, SharedFiles};
+use dovetail::reporter::Reporter;
 use dovetail::scene;
-use dovetail::stage::{Stage, StageRecord};
 use dovetail_solver::description::Scene;
-use dovetail_solver::dlft::{Outcome, Response, SolvedFrequency, StaticState};
+use dovetail_solver::dlft::Outcome;
+use dovetail_solver::run::{Error, Event, Observer, Options, Run, Session, Stage, solve};
 
-fn jenkins(out: PathBuf) -> (Scene, Context) {
+fn jenkins() -> (Scene, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let scene_file = root.join("scenes/verification/jenkins.toml");
     let set = ["response.frequency_hz=[0.15, 0.2]", "response.points=5"].map(String::from);
-    let scene = scene::load(&scene_file, &set).unwrap();
-    let context = Context {
-        out,
-        scene_file,
-        fields: true,
-        frames: None,
-        held_modes: false,
-        further_plots: Vec::new(),
-        cache: None,
-    };
-    (scene, context)
+    (scene::load(&scene_file, &set).unwrap(), scene_file)
 }
 
 /// A folder of this name that does not exist yet.
@@ -47,76 +40,116 @@ struct Listener {
 }
 
 impl Observer for Listener {
-    fn stage_ends(&mut self, record: &StageRecord) {
-        self.stages.push(record.stage);
-    }
-    fn loop_advances(&mut self, steps: usize) {
-        self.steps += steps;
-    }
-    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
-        assert_eq!(reduced.problem().laws.len(), 1);
-        self.heard.push("reduced");
-        Ok(())
-    }
-    fn static_state(&mut self, _: &Reduced, state: &StaticState) -> Result<(), RunError> {
-        assert_eq!(state.outcome, Outcome::Converged);
-        self.heard.push("static state");
-        match self.refuses {
-            true => Err(RunError::NothingHolds {
-                what: "the bodies".to_owned(),
-            }),
-            false => Ok(()),
+    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+        match event {
+            Event::StageEnds(end) => self.stages.push(end.stage),
+            Event::LoopAdvances(steps) => self.steps += steps,
+            Event::Reduced(reduced) => {
+                assert_eq!(reduced.problem.laws.len(), 1);
+                self.heard.push("reduced");
+            }
+            Event::StaticState { statics, .. } => {
+                assert_eq!(statics.state.outcome, Outcome::Converged);
+                self.heard.push("static state");
+                if self.refuses {
+                    return ControlFlow::Break(());
+                }
+            }
+            Event::Frequency(solved) => self.frequencies_hz.push(solved.orbit.frequency_hz),
+            Event::Response(run) => {
+                assert_eq!(run.response.as_ref().unwrap().response.orbits.len(), 5);
+                self.heard.push("response");
+            }
+            _ => {}
         }
-    }
-    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
-        self.frequencies_hz.push(solved.orbit.frequency_hz);
-        Ok(())
-    }
-    fn response(
-        &mut self,
-        _: &Reduced,
-        response: &Response,
-        _: Option<&Compared>,
-    ) -> Result<(), RunError> {
-        assert_eq!(response.orbits.len(), 5);
-        self.heard.push("response");
-        Ok(())
+        ControlFlow::Continue(())
     }
 }
 
+fn heard_by(listener: &mut Listener, scene: &Scene) -> Result<Run, Error> {
+    let options = Options::default();
+    solve(scene, None, options, &Session::new(listener, &mut ()))
+}
+
 #[test]
-fn a_run_tells_everything_and_writes_nothing() {
-    let out = folder("quiet");
-    let (scene, context) = jenkins(out.clone());
+fn a_run_tells_everything() {
+    let (scene, _) = jenkins();
     let mut listener = Listener::default();
-    let run: Run = solve(&scene, &context, &mut listener).unwrap();
-    assert!(!out.exists());
+    let run = heard_by(&mut listener, &scene).unwrap();
     run.verdict().unwrap();
-    let response = run.response.unwrap();
+    let response = run.response.unwrap().response;
     assert_eq!(listener.heard, ["reduced", "static state", "response"]);
     assert_eq!((listener.steps, listener.frequencies_hz.len()), (5, 5));
     // They may come in any order.
     listener.frequencies_hz.sort_by(f64::total_cmp);
     let solved: Vec<f64> = response.orbits.iter().map(|o| o.frequency_hz).collect();
     assert_eq!(listener.frequencies_hz, solved);
-    let recorded: Vec<Stage> = run.summary.stages.iter().map(|s| s.id).collect();
-    assert_eq!(listener.stages, recorded);
-    assert!(recorded.contains(&Stage::StaticState) && recorded.contains(&Stage::Response));
+    assert_eq!(
+        listener.stages,
+        [Stage::ReducedModel, Stage::StaticState, Stage::Response]
+    );
+}
+
+#[test]
+fn an_observer_ends_the_run() {
+    let (scene, _) = jenkins();
+    let mut listener = Listener {
+        refuses: true,
+        ..Listener::default()
+    };
+    let error = heard_by(&mut listener, &scene).unwrap_err();
+    assert!(matches!(error, Error::Stopped), "{error}");
+    assert!(listener.frequencies_hz.is_empty());
+    assert_eq!(listener.heard, ["reduced", "static state"]);
+}
+
+#[test]
+fn without_files_nothing_is_written() {
+    let out = folder("quiet");
+    let (scene, _) = jenkins();
+    let work = Work {
+        scene: &scene,
+        folder: out.clone(),
+        cache: Cache::new(None),
+        files: None,
+        reporter: Reporter::silent(None),
+    };
+    work.solve(Options::default()).unwrap().verdict().unwrap();
+    assert!(!out.exists());
+    let stages = work.reporter.taken().stages;
+    let stages: Vec<Stage> = stages.iter().map(|s| s.id).collect();
+    assert!(stages.contains(&Stage::StaticState) && stages.contains(&Stage::Response));
 }
 
 #[test]
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let out = folder("files");
-    let (scene, context) = jenkins(out.clone());
-    let (mut listener, mut files) = (
-        Listener::default(),
-        Files::open(&scene, &context, OtherScene::Refuse, Beginning::Anew).unwrap(),
-    );
-    let run = solve(&scene, &context, &mut Both(&mut listener, &mut files)).unwrap();
-    files.finish(&run.summary, &run.verdict()).unwrap();
+    let (scene, scene_file) = jenkins();
+    let output = Output {
+        folder: out.clone(),
+        scene_file,
+        fields: true,
+        frames: None,
+        further_plots: Vec::new(),
+    };
+    let files = Files::open(&scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
+    let files = SharedFiles::new(files);
+    let work = Work {
+        scene: &scene,
+        folder: output.folder,
+        cache: Cache::new(None),
+        files: Some(files.clone()),
+        reporter: Reporter::silent(Some(files.clone())),
+    };
+    let run = work.solve(Options::default()).unwrap();
+    files.locked().take_down(work.reporter.taken());
+    let verdict = run.verdict().map_err(Into::into);
+    files.locked().finish(&verdict).unwrap();
     let text = std::fs::read_to_string(out.join("summary.json")).unwrap();
     let read: Summary = serde_json::from_str(&text).unwrap();
-    let (found, own) = (read.response.unwrap(), run.summary.response.unwrap());
+    let own = files.locked().summary().clone();
+    assert_eq!(read.stages.len(), own.stages.len());
+    let (found, own) = (read.response.unwrap(), own.response.unwrap());
     assert_eq!((found.points, found.converged_points), (5, 5));
     assert_eq!(found.peak_row, own.peak_row);
     let (found, own) = (
@@ -125,25 +158,17 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     );
     assert!((found / own - 1.0).abs() < 1e-15);
     assert_eq!(read.static_state.unwrap().outcome, Outcome::Converged);
-    let ids = |summary: &[dovetail::export::manifest::StageSummary]| -> Vec<Stage> {
-        summary.iter().map(|s| s.id).collect()
-    };
-    assert_eq!(ids(&read.stages), ids(&run.summary.stages));
+    let ids: Vec<Stage> = read.stages.iter().map(|s| s.id).collect();
+    let expected = [
+        Stage::ReducedModel,
+        Stage::StaticState,
+        Stage::StaticFiles,
+        Stage::Response,
+        Stage::ResponseFiles,
+    ];
+    assert_eq!(ids, expected);
     for file in ["response.csv", "static.csv", "modes.csv", "contact.csv"] {
         assert!(out.join(file).exists(), "{file}");
     }
     let _ = std::fs::remove_dir_all(&out);
-}
-
-#[test]
-fn an_observer_that_fails_ends_the_run() {
-    let (scene, context) = jenkins(folder("refused"));
-    let mut listener = Listener {
-        refuses: true,
-        ..Listener::default()
-    };
-    let error = solve(&scene, &context, &mut listener).unwrap_err();
-    assert!(matches!(error, RunError::NothingHolds { .. }), "{error}");
-    assert!(listener.frequencies_hz.is_empty());
-    assert_eq!(listener.heard, ["reduced", "static state"]);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dovetail::scene::{self, SceneError};
-use dovetail_solver::description::{FrequencyRange, Scene};
+use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec};
 use dovetail_solver::dlft::settings::Solver;
 use dovetail_solver::model::MeshKind;
 use dovetail_solver::model::{ExcitationKind, LoadKind, LoadSpec, MaterialSpec};
@@ -174,6 +174,25 @@ fn what_the_paper_writes_out_is_mostly_the_default() {
     .map(|key| format!("{key}="));
     let defaults: Vec<&str> = defaults.iter().map(String::as_str).collect();
     assert_eq!(parse(&defaults).unwrap(), parse(&[]).unwrap());
+}
+
+/// The library and the checker of scenes have the same defaults.
+#[test]
+fn a_response_that_asks_for_no_more_is_that_of_the_library() {
+    let leave_out = ["stuck_modes", "compare_harmonics"].map(|key| format!("response.{key}="));
+    let leave_out: Vec<&str> = leave_out.iter().map(String::as_str).collect();
+    let fixed = parse(&leave_out).unwrap();
+    let mut adapted = leave_out.clone();
+    adapted.extend([
+        "response.harmonics=",
+        "response.samples=",
+        "response.tolerance=",
+    ]);
+    for scene in [fixed, parse(&adapted).unwrap()] {
+        let own = &scene.response;
+        assert_eq!(*own, ResponseSpec::new(own.range, own.resolution));
+        assert_eq!(scene.static_state, StaticSpec::default());
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 /// The modules of the library. Each may import itself and what stands before it.
-const SOLVER: [&str; 10] = [
+const SOLVER: [&str; 11] = [
     "input",
     "contact",
     "model",
@@ -16,42 +16,82 @@ const SOLVER: [&str; 10] = [
     "integration",
     "results",
     "description",
+    "run",
 ];
 /// The modules of the program, and what of it each may import.
-const PROGRAM: [(&str, &[&str]); 21] = [
-    ("stage", &[]),
+const PROGRAM: [(&str, &[&str]); 27] = [
     ("exit", &[]),
     ("metrics", &[]),
     ("version", &[]),
+    ("fingerprint", &[]),
     ("terminal", &[]),
     ("exhaustion", &["exit", "terminal"]),
     ("warning", &[]),
     ("words", &[]),
+    ("motions", &["words"]),
     ("scene", &[]),
     ("gmsh", &[]),
     ("mesh_files", &[]),
-    ("export", &["stage", "warning", "words"]),
+    ("scene_files", &["mesh_files"]),
+    ("export", &["warning", "words"]),
     (
-        "pipeline",
+        "error",
+        &["exit", "exhaustion", "words", "motions", "gmsh", "export"],
+    ),
+    (
+        "files",
         &[
-            "stage",
             "exit",
             "metrics",
             "version",
-            "exhaustion",
+            "fingerprint",
             "warning",
             "words",
-            "gmsh",
-            "mesh_files",
+            "scene_files",
             "export",
+            "error",
         ],
     ),
-    ("console", &["stage", "warning", "words", "pipeline"]),
+    ("console", &["warning", "words", "export"]),
+    (
+        "reporter",
+        &[
+            "metrics", "warning", "words", "motions", "export", "error", "files", "console",
+        ],
+    ),
+    (
+        "cache",
+        &["fingerprint", "warning", "export", "files", "reporter"],
+    ),
+    (
+        "commands",
+        &[
+            "warning",
+            "gmsh",
+            "mesh_files",
+            "scene_files",
+            "export",
+            "error",
+            "files",
+            "reporter",
+            "cache",
+        ],
+    ),
     (
         "study",
         &[
-            "stage", "exit", "metrics", "version", "warning", "words", "scene", "export",
-            "pipeline",
+            "exit",
+            "metrics",
+            "version",
+            "fingerprint",
+            "warning",
+            "words",
+            "scene",
+            "scene_files",
+            "export",
+            "error",
+            "reporter",
+            "commands",
         ],
     ),
     ("reference", &["scene", "study"]),
@@ -59,7 +99,6 @@ const PROGRAM: [(&str, &[&str]); 21] = [
     (
         "cli",
         &[
-            "stage",
             "exit",
             "version",
             "terminal",
@@ -69,8 +108,12 @@ const PROGRAM: [(&str, &[&str]); 21] = [
             "scene",
             "mesh_files",
             "export",
-            "pipeline",
+            "error",
+            "files",
             "console",
+            "reporter",
+            "cache",
+            "commands",
             "study",
             "schema",
         ],
@@ -295,7 +338,6 @@ fn libraries_do_not_ask_the_process_for_threads() {
         ".self_adjoint_eigen(",
         ".self_adjoint_eigenvalues(",
         "get_global_parallelism",
-        "set_global_parallelism",
         "Par::rayon",
         "Par::Rayon",
     ];

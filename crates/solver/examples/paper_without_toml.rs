@@ -1,93 +1,78 @@
 //! The scene of Charleux, Thouverez and Lombard (IMAC XXII, 2004) as values: what scenes/paper.toml
-//! says, on the ready mesh, at three frequencies about the peak.
+//! says, on the ready mesh.
 //!
 //!     cargo run --release --package dovetail-solver --example paper_without_toml
 
 use std::error::Error;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use dovetail_numerics::newton::NewtonOptions;
+use dovetail_solver::description::{FrequencyRange, ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::dlft::settings::Resolution;
-use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{PairStatus, Response, StaticState};
-use dovetail_solver::fem::assemble;
 use dovetail_solver::model::{
     Assembly, BodyMesh, BodySpec, ContactLaw, ContactSpec, ExcitationKind, ExcitationSpec,
-    Material, ObservationSpec, Prestress, RotationSpec, bind,
+    Material, MeshKind, MeshSource, ObservationSpec, Prestress, RotationSpec,
 };
-use dovetail_solver::model::{MeshKind, MeshSource};
-use dovetail_solver::problem::Problem;
-use dovetail_solver::reduction::damping::{DampingSpec, rayleigh};
-use dovetail_solver::reduction::{Highest, StuckModes, reduce};
+use dovetail_solver::reduction::damping::DampingSpec;
+use dovetail_solver::results::quantities::{linear_peak, peak};
+use dovetail_solver::run::{self, Options, Run, Session};
 
 /// Gmsh files carry no unit: this one is in millimetres.
 const METRES_PER_UNIT: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let answer = solve()?;
-    println!("first stuck mode {:.2} Hz", answer.first_stuck_hz);
-    let sliding = |s: &&PairStatus| **s == PairStatus::Slipping;
-    let statuses = &answer.state.status;
-    println!(
-        "static state: {} of {} pairs slide",
-        statuses.iter().filter(sliding).count(),
-        statuses.len()
-    );
-    for (orbit, stuck) in answer.response.orbits.iter().zip(&answer.response.linear) {
+    let run = solve()?;
+    let response = &run.response.as_ref().ok_or("no static state")?.response;
+    for (words, peak) in [
+        ("friction", peak(response, 0)),
+        ("all pairs stuck", linear_peak(response, 0)),
+    ] {
+        let peak = peak.ok_or("no peak")?;
         println!(
-            "{:.4} Hz: {}, tip {:.3} mm, {:.3} mm with all pairs stuck, friction {:.2} W",
-            orbit.frequency_hz,
-            orbit.outcome.word(),
-            1e3 * orbit.observed_amplitude_m[0],
-            1e3 * stuck.observed_amplitude_m[0],
-            orbit.friction_power_w
+            "{words}: tip {:.3} mm at {:.2} Hz",
+            1e3 * peak.amplitude_m,
+            peak.frequency_hz
         );
     }
     Ok(())
 }
 
-/// What comes out.
-pub struct Answer {
-    pub first_stuck_hz: f64,
-    pub state: StaticState,
-    pub response: Response,
-}
-
 /// From the mesh to the response.
-pub fn solve() -> Result<Answer, Box<dyn Error>> {
+pub fn solve() -> Result<Run, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     let mesh = dovetail_mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
-    let model = bind(&assembly(file), &mesh)?;
-    let structure = assemble(&model)?;
-    let wanted = StuckModes {
-        count: None,
-        excited: Highest::OfFirstStuckMode(1.02),
-        kept: Highest::OfFirstStuckMode(1.02),
+    let scene = scene(assembly(file));
+    let (mut observer, mut store) = ((), ());
+    let session = Session::new(&mut observer, &mut store);
+    let run = run::solve(&scene, Some(&mesh.into()), Options::default(), &session)?;
+    run.verdict()?;
+    Ok(run)
+}
+
+/// What is asked of the assembly: its response near the first mode, at 11 frequencies and some more at the peaks.
+fn scene(assembly: Assembly) -> Scene {
+    let range = FrequencyRange::OfFirstLinearMode {
+        from: 0.98,
+        to: 1.02,
     };
-    let problem = Problem::new(reduce(&model, &structure, wanted)?.model, &model);
-    let ratio = DampingSpec::Ratio {
-        ratio: 0.001,
-        linear_mode: 1,
-    };
-    let damping = rayleigh(&ratio, problem.reduced.stuck_omega2())?;
-    let newton = NewtonOptions {
-        tolerance: 1e-10,
-        max_iterations: 100,
-    };
-    let state = static_state(&problem, 10, newton);
     let resolution = Resolution::Fixed {
         harmonics: 3,
         samples: 128,
     };
-    let settings = SweepSettings::new(vec![449.5, 450.0977, 451.0], resolution);
-    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
-    Ok(Answer {
-        first_stuck_hz: problem.reduced.omega2[0].sqrt() / TAU,
-        state,
-        response,
-    })
+    let ratio = 0.001;
+    Scene {
+        name: "paper".into(),
+        subject: Subject::Assembly(Box::new(assembly)),
+        damping: DampingSpec::Ratio {
+            ratio,
+            linear_mode: 1,
+        },
+        static_state: StaticSpec::default(),
+        response: ResponseSpec {
+            points: 11,
+            ..ResponseSpec::new(range, resolution)
+        },
+    }
 }
 
 fn assembly(mesh: PathBuf) -> Assembly {

@@ -59,6 +59,13 @@ pub struct StaticSpec {
     pub load_steps: usize,
 }
 
+impl Default for StaticSpec {
+    /// Ten load steps.
+    fn default() -> Self {
+        Self { load_steps: 10 }
+    }
+}
+
 /// A response over a range of frequencies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseSpec {
@@ -91,6 +98,28 @@ pub struct ResponseSpec {
     /// A pair slips in a period when it slides farther than this, m; `None`: 1e-5 of the largest
     /// static slip.
     pub slip_threshold_m: Option<f64>,
+}
+
+impl ResponseSpec {
+    /// A response over a range, with everything else as a scene has it that asks for no more: 200 frequencies, and up
+    /// to 12 more at peaks.
+    pub fn new(range: FrequencyRange, resolution: Resolution) -> Self {
+        Self {
+            range,
+            points: 200,
+            most_added_points: 12,
+            resolution,
+            compare_harmonics: None,
+            eps: EpsChoice::Dynamic,
+            eps_scale: 1.0,
+            tolerance: resolution.tolerance(),
+            max_newton_iterations: 60,
+            most_seconds_per_frequency: None,
+            solver: Solver::NewtonKrylov,
+            stuck_modes: None,
+            slip_threshold_m: None,
+        }
+    }
 }
 
 /// First and last frequency of a response.

@@ -6,7 +6,7 @@
 //! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
 //! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
 //! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
-//! it; [`results`] physical fields. [`description`] is a whole run as a value.
+//! it; [`results`] physical fields. [`description`] is a whole run as a value, and [`run`] does it.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]
@@ -21,3 +21,6 @@ pub mod model;
 pub mod problem;
 pub mod reduction;
 pub mod results;
+pub mod run;
+
+pub use dovetail_numerics::{memory, space};

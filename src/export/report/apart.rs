@@ -1,7 +1,7 @@
 //! Directions along which bodies are pulled apart, so that the flanks between them are seen.
 
-use dovetail_numerics::space::{dot, scaled, sub, unit};
 use dovetail_solver::model::Model;
+use dovetail_solver::space::{dot, scaled, sub, unit};
 
 /// Sweeps over all contacts. Chains of bodies take the most.
 const SWEEPS: usize = 400;

@@ -10,13 +10,13 @@ use super::{Contents, Sweep};
 use crate::export::states::{STATES, State};
 use crate::export::unrolled::{Panel, panels};
 use crate::words::{figure, quantity, supported_digits};
-use dovetail_numerics::fourier::Fourier;
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     cycle_fields, friction_power_w, linear_amplitude, peak, phasors, static_fields,
 };
+use dovetail_solver::results::signals::{PairSignals, pair_signals};
 
 /// Hysteresis loops that are shown.
 const LOOPS: usize = 4;
@@ -340,17 +340,10 @@ fn place_of(panels: &[Panel], pair: usize) -> Option<String> {
 }
 
 fn hysteresis(orbit: &Orbit, pair: usize, letter: char, title: String) -> Loop {
-    let blocks = 2 * orbit.harmonics + 1;
-    let n = orbit.x.len() / blocks;
-    let fourier = Fourier::new(orbit.harmonics, INSTANTS.max(4 * (orbit.harmonics + 1)));
-    let signal = |v: &[f64], c: usize| {
-        let coefficients: Vec<f64> = (0..blocks).map(|h| v[h * n + 3 * pair + c]).collect();
-        let mut out = vec![0.0; fourier.samples()];
-        fourier.to_time(&coefficients, &mut out);
-        out
-    };
-    let [x1, x2] = [1, 2].map(|c| signal(&orbit.x, c));
-    let [f1, f2] = [1, 2].map(|c| signal(&orbit.lambda, c));
+    let PairSignals {
+        displacement_m: [_, x1, x2],
+        force_n: [_, f1, f2],
+    } = pair_signals(orbit, pair, INSTANTS);
     // The longest axis of the path.
     let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
     let (m1, m2) = (mean(&x1), mean(&x2));

@@ -10,12 +10,12 @@ mod skin;
 
 use std::path::Path;
 
-use super::csv::ModeRow;
 use super::manifest::Summary;
 use super::{ExportError, write_file};
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::Model;
+use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
@@ -35,7 +35,7 @@ pub struct Contents<'a> {
     pub pairs: &'a PairTable,
     /// Where there is a mesh.
     pub model: Option<&'a Model>,
-    pub modes: &'a [ModeRow],
+    pub modes: &'a [NaturalFrequency],
     pub static_state: Option<&'a StaticState>,
     pub sweep: Option<Sweep<'a>>,
     /// The 2H+1 nodal fields of each body at the peak of the first observation.

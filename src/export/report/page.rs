@@ -7,6 +7,7 @@ use maud::{Markup, html};
 use super::data::Data;
 use super::frame::{self, Frame, card, frame, line, warnings};
 use super::{Contents, REPORT};
+use crate::export::csv::ASSEMBLY;
 use crate::export::journal::JOURNAL;
 use crate::export::manifest::{ResponseSummary, RunState, StaticSummary};
 use crate::warning::Weight;
@@ -23,6 +24,7 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::reduction::LISTED_MODES;
 use dovetail_solver::reduction::damping::DampingSpec;
+use dovetail_solver::results::modes::ModeKind;
 
 const SCRIPTS: [&str; 4] = [
     include_str!("viewer.js"),
@@ -822,13 +824,13 @@ fn modes(contents: &Contents<'_>) -> Markup {
     }
     let kinds = [
         (
-            "linear",
+            ModeKind::Linear,
             "about the static state: closed pairs stick, open ones are free",
         ),
-        ("stuck", "all pairs stuck"),
-        ("flanks_held", "each body by itself, its flanks held"),
+        (ModeKind::Stuck, "all pairs stuck"),
+        (ModeKind::FlanksHeld, "each body by itself, its flanks held"),
         (
-            "fixed_interface",
+            ModeKind::FixedInterface,
             "kept in the reduction of a body by itself",
         ),
     ];
@@ -840,10 +842,10 @@ fn modes(contents: &Contents<'_>) -> Markup {
                 @for (kind, words) in kinds {
                     @let bodies = bodies_of(contents, kind);
                     @for body in bodies {
-                        @let rows = || contents.modes.iter().filter(|r| r.kind == kind && r.body == body);
+                        @let rows = || contents.modes.iter().filter(|r| r.kind == kind && r.body.as_deref() == body);
                         tr {
                             td { (words) }
-                            td { (body) }
+                            td { (body.unwrap_or(ASSEMBLY)) }
                             @for row in rows().take(LISTED_MODES) { td { (figure(row.frequency_hz, 6)) } }
                         }
                     }
@@ -854,9 +856,9 @@ fn modes(contents: &Contents<'_>) -> Markup {
     }
 }
 
-fn bodies_of<'a>(contents: &'a Contents<'_>, kind: &str) -> Vec<&'a str> {
+fn bodies_of<'a>(contents: &'a Contents<'_>, kind: ModeKind) -> Vec<Option<&'a str>> {
     let of_kind = contents.modes.iter().filter(|row| row.kind == kind);
-    let mut bodies: Vec<&str> = of_kind.map(|row| row.body.as_str()).collect();
+    let mut bodies: Vec<_> = of_kind.map(|row| row.body.as_deref()).collect();
     bodies.dedup();
     bodies
 }

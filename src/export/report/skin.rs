@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::apart::apart;
 use super::packed::{Scaled, integers, scaled};
 use dovetail_mesh::element::facet_corners;
-use dovetail_numerics::space::{dot, scaled as scaled_by, sub, unit};
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::space::{dot, scaled as scaled_by, sub, unit};
 
 /// Above so many nodes on the faces the middles of edges are left out.
 const MOST_NODES: usize = 60_000;

@@ -130,7 +130,7 @@ fn resolution(
     match (&raw.accuracy, &raw.harmonics) {
         (Some(accuracy), _) => (
             adapted(checker, at, raw, accuracy),
-            Some(adapted_tolerance(accuracy.get_ref().0)),
+            Some(Resolution::Accuracy(accuracy.get_ref().0).tolerance()),
         ),
         (None, Some(_)) => (
             fixed(checker, at, raw),
@@ -144,7 +144,7 @@ fn resolution(
         ),
         (None, None) => (
             by_default(checker, at, raw),
-            Some(adapted_tolerance(DEFAULT_ACCURACY)),
+            Some(Resolution::Accuracy(DEFAULT_ACCURACY).tolerance()),
         ),
     }
 }
@@ -225,11 +225,6 @@ const ACCURACY: Limits = Limits::between(1e-4, 0.5);
 
 /// Of a scene that says neither an accuracy nor harmonics.
 const DEFAULT_ACCURACY: f64 = 0.01;
-
-/// Residual that an accuracy needs: what is left of it is far below what is cut off.
-fn adapted_tolerance(accuracy: f64) -> f64 {
-    (1e-4 * accuracy).clamp(1e-10, 1e-6)
-}
 
 fn frequency_range(
     checker: &mut Checker,

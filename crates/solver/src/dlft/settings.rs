@@ -26,6 +26,15 @@ impl Resolution {
         4 * (harmonics + 1)
     }
 
+    /// Relative residual at which a frequency has converged, where nothing else is asked for. What is left at an accuracy is far
+    /// below what is cut off.
+    pub fn tolerance(self) -> f64 {
+        match self {
+            Self::Fixed { .. } => 1e-8,
+            Self::Accuracy(accuracy) => (1e-4 * accuracy).clamp(1e-10, 1e-6),
+        }
+    }
+
     /// The most harmonics any frequency may have.
     pub fn most_harmonics(self) -> usize {
         match self {

@@ -40,6 +40,17 @@ pub enum Kind {
     },
 }
 
+/// A rigid motion of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyMotion {
+    /// Number of the body.
+    pub body: usize,
+    /// Its name.
+    pub name: String,
+    /// Its motion.
+    pub kind: Kind,
+}
+
 impl RigidMotion {
     /// The rigid motion of nodes that is nearest to their displacements, in the sum of squares.
     fn nearest(body: usize, nodes_m: &[Vector], field: &[Vector]) -> Self {

@@ -1,0 +1,31 @@
+//! Displacement and force of a pair over a period.
+
+use crate::dlft::Orbit;
+use dovetail_numerics::fourier::Fourier;
+
+/// A pair over one period, from the start of the excitation's cosine; components n, t1, t2.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PairSignals {
+    /// Relative displacement, m, one entry per instant.
+    pub displacement_m: [Vec<f64>; 3],
+    /// Contact force, N, one entry per instant.
+    pub force_n: [Vec<f64>; 3],
+}
+
+/// A pair of an orbit at no fewer than `instants` instants, which are evenly spaced, the end of the period left out.
+pub fn pair_signals(orbit: &Orbit, pair: usize, instants: usize) -> PairSignals {
+    let blocks = 2 * orbit.harmonics + 1;
+    let n = orbit.x.len() / blocks;
+    let fourier = Fourier::new(orbit.harmonics, instants.max(4 * (orbit.harmonics + 1)));
+    let signal = |v: &[f64], component: usize| {
+        let at = |h: usize| v[h * n + 3 * pair + component];
+        let coefficients: Vec<f64> = (0..blocks).map(at).collect();
+        let mut out = vec![0.0; fourier.samples()];
+        fourier.to_time(&coefficients, &mut out);
+        out
+    };
+    PairSignals {
+        displacement_m: [0, 1, 2].map(|c| signal(&orbit.x, c)),
+        force_n: [0, 1, 2].map(|c| signal(&orbit.lambda, c)),
+    }
+}

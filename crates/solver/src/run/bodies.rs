@@ -1,0 +1,156 @@
+//! The bodies of a run: their meshes, their model, and what a reduction leaves of them.
+
+use std::cell::OnceCell;
+
+use faer::Mat;
+
+use super::kept::{Displacement, Key, ReductionModes};
+use crate::dlft::{Orbit, StaticState};
+use crate::fem::mass_properties::MassProperties;
+use crate::fem::{Structure, expand_to_nodes};
+use crate::model::{Model, SurfaceFields};
+use crate::problem::Problem;
+use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
+use crate::results::modes::{ModeKind, ModeShape, hertz};
+use crate::results::recovery::NodalField;
+use dovetail_mesh::Mesh;
+use dovetail_numerics::eigen::Modes;
+
+/// What an assembly is bound to.
+#[derive(Debug)]
+pub struct Meshes {
+    /// The mesh of all bodies, in metres: see [`gather`](crate::model::gather::gather).
+    pub mesh: Mesh,
+    /// Fields that excitations name by their files.
+    pub fields: SurfaceFields,
+}
+
+impl From<Mesh> for Meshes {
+    fn from(mesh: Mesh) -> Self {
+        Self {
+            mesh,
+            fields: SurfaceFields::new(),
+        }
+    }
+}
+
+/// An assembly with its flanks paired, before matrices are assembled.
+#[derive(Debug)]
+pub struct Bound {
+    /// Bodies, pairs, loads and excitations by their numbers.
+    pub model: Model,
+    /// Volume, mass and centre of each body.
+    pub properties: Vec<MassProperties>,
+}
+
+/// An assembly and its reduced model.
+#[derive(Debug)]
+pub struct Bodies {
+    /// With its flanks paired.
+    pub bound: Bound,
+    /// What is known of the modes of the reduction.
+    pub modes: ReductionModes,
+    pub(super) wanted: StuckModes,
+    pub(super) structure: OnceCell<Structure>,
+    /// Displacement of the static state that the prestress comes from, where it was repeated.
+    pub(super) displacement: Option<Displacement>,
+    pub(super) recovery: OnceCell<Recovery>,
+    pub(super) key: Option<Key>,
+}
+
+impl Bodies {
+    /// The bodies, pairs, loads and excitations by their numbers.
+    pub fn model(&self) -> &Model {
+        &self.bound.model
+    }
+
+    /// The way back from the reduced model to the bodies, where [`Bodies::recover`] has made it.
+    pub fn recovery(&self) -> Option<&Recovery> {
+        self.recovery.get()
+    }
+
+    /// Displacements of all nodes of each body in a static state, m; `None` where there is no way back to the bodies.
+    pub fn static_displacements_m(&self, state: &StaticState) -> Option<Vec<NodalField>> {
+        let free = self.recovery()?.full_static(&state.x);
+        let bodies = self.model().bodies.iter().zip(&free);
+        let on_nodes = bodies.map(|(body, free)| expand_to_nodes(&body.dofs, free));
+        Some(on_nodes.collect())
+    }
+
+    /// The 2H+1 fields of all nodes of each body in an orbit, m: mean, cosine 1, sine 1, ... `None` where there is no way
+    /// back to the bodies.
+    pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
+        let recovery = self.recovery()?;
+        let blocks = 2 * orbit.harmonics + 1;
+        let columns = |v: &[f64]| {
+            let rows = v.len() / blocks;
+            Mat::from_fn(rows, blocks, |i, j| v[j * rows + i])
+        };
+        let motion =
+            recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
+        // The mean: what the static load does to the interior is not in the modes.
+        let n = orbit.x.len() / blocks;
+        let mean = recovery.full_static(&orbit.x[..n]);
+        let bodies = self.model().bodies.iter().zip(motion.iter().zip(&mean));
+        let on_nodes = bodies.map(|(body, (motion, mean))| {
+            let harmonic = (1..blocks).map(|j| expand_to_nodes(&body.dofs, motion.col_as_slice(j)));
+            std::iter::once(expand_to_nodes(&body.dofs, mean))
+                .chain(harmonic)
+                .collect()
+        });
+        Some(on_nodes.collect())
+    }
+
+    /// The listed modes on the nodes: those of the stuck assembly, where there is a way back to the bodies, and those of
+    /// each body with its flanks held.
+    pub fn shapes(&self, problem: &Problem, held: &[Modes]) -> Vec<ModeShape> {
+        let bodies = &self.model().bodies;
+        let on_nodes = |b: usize, free: &[f64]| {
+            let dofs = &bodies[b].dofs;
+            let mut all = vec![0.0; 3 * dofs.free_nodes()];
+            all[..free.len()].copy_from_slice(free);
+            expand_to_nodes(dofs, &all)
+        };
+        let shape = |kind: ModeKind, body: Option<&str>, mode: usize, omega2: f64| ModeShape {
+            kind,
+            body: body.map(str::to_owned),
+            mode: mode + 1,
+            frequency_hz: hertz(omega2),
+            shape: Vec::new(),
+        };
+        let mut shapes = Vec::new();
+        if let Some(recovery) = self.recovery() {
+            let reduced = &problem.reduced;
+            let all = reduced.omega2.len();
+            let count = reduced.stuck_modes.min(LISTED_MODES);
+            let still = Mat::zeros(3 * self.model().pairs.len(), count);
+            let each = Mat::from_fn(all, count, |i, j| f64::from(u8::from(i == j)));
+            let motion = recovery.full_motion(still.as_ref(), each.as_ref());
+            shapes.extend((0..count).map(|j| {
+                ModeShape {
+                    shape: (0..bodies.len())
+                        .map(|b| on_nodes(b, motion[b].col_as_slice(j)))
+                        .collect(),
+                    ..shape(ModeKind::Stuck, None, j, reduced.omega2[j])
+                }
+            }));
+        }
+        for (moving, modes) in held.iter().enumerate() {
+            let name = Some(bodies[moving].name.as_str());
+            shapes.extend((0..modes.count()).map(|j| {
+                let of_body = |b: usize| {
+                    if b == moving {
+                        on_nodes(b, modes.vectors.col_as_slice(j))
+                    } else {
+                        on_nodes(b, &[])
+                    }
+                };
+                ModeShape {
+                    shape: (0..bodies.len()).map(of_body).collect(),
+                    ..shape(ModeKind::FlanksHeld, name, j, modes.omega2[j])
+                }
+            }));
+        }
+        shapes
+    }
+}

@@ -1,0 +1,329 @@
+//! Natural frequencies over the speed of rotation, and where they cross engine orders.
+
+use super::bodies::{Bound, Meshes};
+use super::error::Error;
+use super::prestress::assemble;
+use super::session::{Session, Stage};
+use crate::description::Scene;
+use crate::fem::{BodyMatrices, Structure};
+use crate::model::{Model, RotationSpec};
+use crate::reduction::craig_bampton::fixed_interface_modes;
+use crate::reduction::{LISTED_MODES, ReductionError, stuck_modes};
+use crate::results::modes::{ModeKind, hertz};
+use dovetail_numerics::sparse::sum;
+
+/// Modes over the speed.
+#[derive(Debug)]
+pub struct Campbell {
+    /// The model at the highest speed.
+    pub bound: Bound,
+    /// Modes of the first body with its flanks held (full model), and of the stuck assembly.
+    pub families: [Family; 2],
+    /// The speed of the scene, rpm; 0 at rest.
+    pub operating_rpm: f64,
+    /// Speeds (rpm) that the structure does not stand, and why.
+    pub failed: Vec<(f64, ReductionError)>,
+}
+
+/// Modes of one kind over the speeds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Family {
+    /// What is held.
+    pub kind: ModeKind,
+    /// Name of the body; `None` for the assembly.
+    pub body: Option<String>,
+    /// Speed (rpm), rising, and frequencies (Hz) of each; `None` where the structure does not stand the speed.
+    pub speeds: Vec<(f64, Option<Vec<f64>>)>,
+}
+
+/// A mode that has the frequency of an engine order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crossing {
+    /// What is held.
+    pub kind: ModeKind,
+    /// Name of the body; `None` for the assembly.
+    pub body: Option<String>,
+    /// Number of the mode, 1 the lowest.
+    pub mode: usize,
+    /// Cycles in a revolution.
+    pub engine_order: usize,
+    /// rpm.
+    pub speed_rpm: f64,
+    /// Hz.
+    pub frequency_hz: f64,
+}
+
+impl Crossing {
+    /// By how much the speed of the crossing is above that of operation, relative.
+    pub fn margin(&self, operating_rpm: f64) -> f64 {
+        self.speed_rpm / operating_rpm - 1.0
+    }
+}
+
+/// Modes at each of `speeds_rpm`, which rise: of the first body with its flanks held (full model), and of the stuck
+/// assembly. Mesh, pairs, stiffness and mass are made once: under rotation the stiffness is a parabola of the speed, so
+/// that two assemblies, at rest and at the highest speed, give it at any. The stress is that with all pairs stuck.
+///
+/// # Errors
+/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed. A
+/// higher speed that the structure does not stand is none: see [`Campbell::failed`].
+pub fn campbell(
+    scene: &Scene,
+    meshes: &Meshes,
+    speeds_rpm: &[f64],
+    session: &Session<'_>,
+) -> Result<Campbell, Error> {
+    let assembly = scene.assembly().ok_or(Error::NoMesh)?;
+    let operating = assembly.rotation.as_ref();
+    let operating_rpm = operating.map_or(0.0, RotationSpec::speed_rpm);
+    let fastest_rpm = speeds_rpm.last().copied().unwrap_or(0.0);
+    let mut fastest = assembly.clone();
+    let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
+    rotation.speed_rad_s = fastest_rpm * std::f64::consts::PI / 30.0;
+    let bound = Bound::of(&fastest, meshes, session)?;
+    let model = &bound.model;
+    let spun = Spun::of(model, session)?;
+    let (mut held, mut stuck, mut failed) = (Vec::new(), Vec::new(), Vec::new());
+    {
+        let _stage = session.stage(Stage::ModesAtSpeeds);
+        let steps = session.steps(speeds_rpm.len(), "speeds");
+        for &rpm in speeds_rpm {
+            let share = match fastest_rpm {
+                0.0 => 0.0,
+                fastest => (rpm / fastest).powi(2),
+            };
+            let [of_body, of_assembly] = match spun.modes(model, share) {
+                Ok(modes) => modes.map(Some),
+                // At the lowest speed it is the scene that is at fault, not the speed.
+                Err(
+                    error @ (ReductionError::InteriorUnstable { .. }
+                    | ReductionError::NotHeld { .. }),
+                ) if rpm > speeds_rpm[0] => {
+                    failed.push((rpm, error));
+                    [None, None]
+                }
+                Err(error) => return Err(error.into()),
+            };
+            held.push((rpm, of_body));
+            stuck.push((rpm, of_assembly));
+            steps.step();
+        }
+    }
+    let held = Family {
+        kind: ModeKind::FlanksHeld,
+        body: Some(model.bodies[0].name.clone()),
+        speeds: held,
+    };
+    let stuck = Family {
+        kind: ModeKind::Stuck,
+        body: None,
+        speeds: stuck,
+    };
+    session.goes_on()?;
+    Ok(Campbell {
+        bound,
+        families: [held, stuck],
+        operating_rpm,
+        failed,
+    })
+}
+
+impl Campbell {
+    /// Where modes cross these engine orders, rising in speed.
+    pub fn crossings(&self, engine_orders: &[usize]) -> Vec<Crossing> {
+        let families = self.families.iter();
+        let mut all: Vec<Crossing> = families.flat_map(|f| f.crossings(engine_orders)).collect();
+        all.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+        all
+    }
+
+    /// The crossing of each mode that is nearest to the speed of the scene; none at rest.
+    pub fn nearest_crossings(&self, engine_orders: &[usize]) -> Vec<Crossing> {
+        let rpm = self.operating_rpm;
+        let families = self.families.iter().filter(|_| rpm > 0.0);
+        families
+            .flat_map(|f| f.nearest_crossings(engine_orders, rpm))
+            .collect()
+    }
+}
+
+/// Frequencies (Hz) at one speed: flanks held, stuck.
+type ModesAtSpeed = [Vec<f64>; 2];
+
+/// The bodies at rest and at the highest speed.
+struct Spun {
+    at_rest: Structure,
+    fastest: Structure,
+}
+
+impl Spun {
+    fn of(model: &Model, session: &Session<'_>) -> Result<Self, Error> {
+        let at_rest = Model {
+            rotation: None,
+            ..model.clone()
+        };
+        let at_rest = assemble(&at_rest, session)?;
+        let fastest = assemble(model, session)?;
+        Ok(Self { at_rest, fastest })
+    }
+
+    /// Matrices of a body at `share` of the square of the highest speed.
+    fn body(&self, b: usize, share: f64) -> BodyMatrices {
+        let (rest, fast) = (&self.at_rest.bodies[b], &self.fastest.bodies[b]);
+        // (1 - share) K_rest + share K_fast: exact at both ends.
+        let mut stiffness = rest.stiffness.clone();
+        stiffness
+            .values_mut()
+            .iter_mut()
+            .for_each(|k| *k *= 1.0 - share);
+        BodyMatrices {
+            stiffness: sum(&stiffness, share, &fast.stiffness),
+            mass: rest.mass.clone(),
+            load_n: fast.load_n.iter().map(|f| share * f).collect(),
+        }
+    }
+
+    fn modes(&self, model: &Model, share: f64) -> Result<ModesAtSpeed, ReductionError> {
+        let bodies = (0..model.bodies.len()).map(|b| self.body(b, share));
+        let structure = Structure {
+            bodies: bodies.collect(),
+        };
+        let held =
+            fixed_interface_modes(&model.bodies[0], &structure.bodies[0], LISTED_MODES)?.omega2;
+        let stuck = stuck_modes(model, &structure, LISTED_MODES)?;
+        Ok([held, stuck].map(|omega2| {
+            omega2
+                .iter()
+                .take(LISTED_MODES)
+                .map(|w2| hertz(*w2))
+                .collect()
+        }))
+    }
+}
+
+impl Family {
+    /// Modes that it has at any speed.
+    pub fn modes(&self) -> usize {
+        let counts = self.speeds.iter().flat_map(|(_, f)| f).map(Vec::len);
+        counts.max().unwrap_or(0)
+    }
+
+    /// Frequency of a mode, counted from 0, at a speed, Hz. Between two speeds the square of a frequency goes with the square
+    /// of the speed.
+    pub fn frequency_hz(&self, mode: usize, rpm: f64) -> Option<f64> {
+        let stretch = self
+            .stretches(mode)
+            .find(|s| (s.from.0..=s.to.0).contains(&rpm))?;
+        let squared = stretch.offset() + stretch.slope() * rpm * rpm;
+        Some(squared.max(0.0).sqrt())
+    }
+
+    fn stretches(&self, mode: usize) -> impl Iterator<Item = Stretch> {
+        let at = move |(rpm, f): &(f64, Option<Vec<f64>>)| Some((*rpm, *f.as_ref()?.get(mode)?));
+        self.speeds.windows(2).filter_map(move |pair| {
+            Some(Stretch {
+                from: at(&pair[0])?,
+                to: at(&pair[1])?,
+            })
+        })
+    }
+
+    /// The crossing of each mode that crosses an engine order which is nearest to a speed.
+    fn nearest_crossings(&self, orders: &[usize], rpm: f64) -> Vec<Crossing> {
+        let all = self.crossings(orders);
+        let nearest = |mode: usize| {
+            let own = all.iter().filter(|c| c.mode == mode);
+            own.min_by(|a, b| a.margin(rpm).abs().total_cmp(&b.margin(rpm).abs()))
+        };
+        (1..=self.modes()).filter_map(nearest).cloned().collect()
+    }
+
+    fn crossings(&self, orders: &[usize]) -> Vec<Crossing> {
+        let of_mode = |mode: usize| {
+            self.stretches(mode).flat_map(move |stretch| {
+                orders.iter().filter_map(move |&engine_order| {
+                    let speed_rpm = stretch.crossing_rpm(engine_order)?;
+                    Some(Crossing {
+                        kind: self.kind,
+                        body: self.body.clone(),
+                        mode: mode + 1,
+                        engine_order,
+                        speed_rpm,
+                        frequency_hz: engine_order as f64 * speed_rpm / 60.0,
+                    })
+                })
+            })
+        };
+        (0..self.modes()).flat_map(of_mode).collect()
+    }
+}
+
+/// A mode between two speeds: speed (rpm) and frequency (Hz) at both.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    from: (f64, f64),
+    to: (f64, f64),
+}
+
+impl Stretch {
+    /// Of f2 = offset + slope rpm2.
+    fn slope(self) -> f64 {
+        let square = |v: f64| v * v;
+        (square(self.to.1) - square(self.from.1)) / (square(self.to.0) - square(self.from.0))
+    }
+
+    fn offset(self) -> f64 {
+        self.from.1 * self.from.1 - self.slope() * self.from.0 * self.from.0
+    }
+
+    /// Where the mode has the frequency of an engine order; the end of a stretch belongs to the next one.
+    fn crossing_rpm(self, engine_order: usize) -> Option<f64> {
+        let order = engine_order as f64 / 60.0;
+        let squared = self.offset() / (order * order - self.slope());
+        let rpm = Some(squared).filter(|s| s.is_finite() && *s > 0.0)?.sqrt();
+        (self.from.0..self.to.0).contains(&rpm).then_some(rpm)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Engine orders up to this one.
+    const MOST_ENGINE_ORDER: usize = 36;
+
+    #[test]
+    fn crossings_lie_on_the_mode_and_on_the_engine_order() {
+        // f2 = 100^2 + 1e-4 rpm2.
+        let hz = |rpm: f64| (1e4 + 1e-4 * rpm * rpm).sqrt();
+        let speeds = [0.0, 2000.0, 4000.0, 8000.0];
+        let family = Family {
+            kind: ModeKind::Stuck,
+            body: None,
+            speeds: speeds
+                .iter()
+                .map(|rpm| (*rpm, Some(vec![hz(*rpm)])))
+                .collect(),
+        };
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a} {b}");
+        near(family.frequency_hz(0, 3000.0).unwrap(), hz(3000.0));
+        assert_eq!(family.frequency_hz(0, 9000.0), None);
+        let orders: Vec<usize> = (1..=MOST_ENGINE_ORDER).collect();
+        let crossings = family.crossings(&orders);
+        // EO 1 is reached beyond the range: 100^2 = (1/3600 - 1e-4) rpm2 at 7500 rpm it is inside.
+        let one = crossings.iter().find(|c| c.engine_order == 1).unwrap();
+        near(one.speed_rpm, 7500.0);
+        assert_eq!(crossings.len(), MOST_ENGINE_ORDER);
+        for c in &crossings {
+            near(c.frequency_hz, hz(c.speed_rpm));
+        }
+        near(1.0 + one.margin(6000.0), 1.25);
+        let nearest = family.nearest_crossings(&orders, 7000.0);
+        assert_eq!((nearest.len(), nearest[0].engine_order), (1, 1));
+        // Of orders that were asked for, those alone.
+        let of_two = family.crossings(&[2, 40]);
+        let mut found: Vec<usize> = of_two.iter().map(|c| c.engine_order).collect();
+        found.sort_unstable();
+        assert_eq!(found, [2, 40]);
+    }
+}

@@ -1,0 +1,272 @@
+//! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
+//!
+//! [`solve`] is the run. Nothing is written or printed here: a [`Session`] tells an [`Observer`] of everything as it comes,
+//! and asks a [`Store`] for what earlier runs have computed. `()` is an observer that does not listen, and a store that keeps
+//! nothing.
+
+mod bodies;
+mod campbell;
+mod error;
+mod free_motion;
+mod kept;
+mod outcome;
+mod prestress;
+mod reduced;
+mod reducing;
+mod response;
+mod session;
+mod statics;
+mod verify;
+
+pub use bodies::{Bodies, Bound, Meshes};
+pub use campbell::{Campbell, Crossing, Family, campbell};
+pub use error::Error;
+pub use kept::{
+    Displacement, KeptReduction, Key, PrestressPass, ReductionInputs, ReductionModes, StaticOptions,
+};
+pub use outcome::{Compared, ResponseInputs, ResponseResult, Run, StaticResult};
+pub use reduced::{Reduced, stuck_modes};
+pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
+pub use statics::static_options;
+pub use verify::{Verification, Verified, verify};
+
+use crate::description::{Scene, Subject};
+use crate::dlft::{Orbit, Response};
+use crate::model::Assembly;
+use crate::reduction::damping::rayleigh;
+use crate::results::far_slip::ShorterSides;
+use crate::results::modes::ModeShape;
+use crate::results::small::Sizes;
+use dovetail_numerics::eigen::Modes;
+
+/// Lets each dense product and factorisation of this process run on one thread: split among threads they round differently.
+/// The work is shared between bodies, halves of a sweep and pairs, so that results then do not depend on the number of
+/// threads. It is a setting of the whole process, and therefore left to the program.
+pub fn factorise_on_one_thread() {
+    faer::set_global_parallelism(faer::Par::Seq);
+}
+
+/// What a run makes besides the response.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The way back to the bodies, which fields on them need.
+    pub fields: bool,
+    /// The modes of each body with its flanks held.
+    pub held_modes: bool,
+}
+
+/// From the meshes of a scene, or its reduced model, to static state and response. A static state that nothing can vibrate
+/// about is no error: [`Run::verdict`] tells of it.
+///
+/// # Errors
+/// That of a stage; [`Error::Stopped`] by the observer or the store.
+pub fn solve(
+    scene: &Scene,
+    meshes: Option<&Meshes>,
+    options: Options,
+    session: &Session<'_>,
+) -> Result<Run, Error> {
+    let mut run = static_state(scene, meshes, options, session)?;
+    if run.verdict().is_err() {
+        return Ok(run);
+    }
+    let (reduced, state) = (&run.reduced, &run.statics.state);
+    let linear_omega2 = reduced.linear_omega2(state);
+    let damping = rayleigh(&scene.damping, linear_omega2)?;
+    let frequencies_hz = response::frequencies_hz(&scene.response, linear_omega2)?;
+    let resolution = scene.response.resolution;
+    response::off_undamped_modes(
+        reduced.model(),
+        state,
+        damping,
+        &frequencies_hz,
+        resolution.most_harmonics(),
+    )?;
+    let responses = response::Responses {
+        spec: &scene.response,
+        reduced,
+        damping,
+        state,
+        frequencies_hz: &frequencies_hz,
+        session,
+    };
+    let (response, slide) = responses.response(None)?;
+    let compared = scene.response.compare_harmonics;
+    let compared = compared.filter(|h| response::compared(resolution, *h) != resolution);
+    let compare = |harmonics| {
+        let (response, _) = responses.response(Some(harmonics))?;
+        Ok::<Compared, Error>(Compared {
+            harmonics,
+            response,
+        })
+    };
+    let compared = compared.map(compare).transpose()?;
+    let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
+    let held = response.orbits.iter().filter(held);
+    let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {
+        Some(most) => free_motion::retained_in_motion(reduced, state, most, session)?,
+        None => Vec::new(),
+    };
+    let all: Vec<&Response> = std::iter::once(&response)
+        .chain(compared.iter().map(|c| &c.response))
+        .collect();
+    let bodies = reduced.bodies.as_ref();
+    let farthest = bodies.and_then(|b| Sizes::of(b.model()).farthest_observed(&response));
+    run.response = Some(ResponseResult {
+        slide,
+        farthest,
+        retained,
+        modes_reach: reduced.modes_reach(&all),
+        response,
+        compared,
+    });
+    session.tell(&Event::Response(&run))?;
+    if let (Some(bodies), true) = (&run.reduced.bodies, options.held_modes) {
+        run.held_omega2 = omega2(&bodies.held_modes(session)?);
+    }
+    Ok(run)
+}
+
+/// Up to the static state under the steady load: a run without a response.
+///
+/// # Errors
+/// That of a stage; [`Error::Stopped`] by the observer.
+pub fn static_state(
+    scene: &Scene,
+    meshes: Option<&Meshes>,
+    options: Options,
+    session: &Session<'_>,
+) -> Result<Run, Error> {
+    let reduced = Reduced::of(scene, meshes, session)?;
+    let statics = statics(scene, &reduced, options.fields, session)?;
+    session.tell(&Event::StaticState {
+        reduced: &reduced,
+        statics: &statics,
+    })?;
+    Ok(Run {
+        reduced,
+        statics,
+        response: None,
+        held_omega2: Vec::new(),
+    })
+}
+
+/// The static state of a reduced model, and what is known with it.
+fn statics(
+    scene: &Scene,
+    reduced: &Reduced,
+    fields: bool,
+    session: &Session<'_>,
+) -> Result<StaticResult, Error> {
+    let mut state = statics::static_state(scene, &reduced.problem, session);
+    let retained = free_motion::retained_at_rest(reduced, &state, session)?;
+    let free = free_motion::held_by_nothing(reduced, &state, session)?;
+    let slide = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
+    let (mut displacements_m, mut farthest) = (None, None);
+    if let Some(bodies) = reduced.bodies.as_ref().filter(|_| fields) {
+        bodies.recover(session)?;
+        if state.outcome.is_converged() {
+            displacements_m = bodies.static_displacements_m(&state);
+        }
+        let sizes = Sizes::of(bodies.model());
+        farthest = displacements_m
+            .as_ref()
+            .and_then(|u| sizes.farthest_node(u));
+    }
+    Ok(StaticResult {
+        state,
+        slide,
+        displacements_m,
+        farthest,
+        retained,
+        free,
+    })
+}
+
+/// Squared angular frequencies of each body, rad2/s2.
+fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
+    modes.iter().map(|modes| modes.omega2.clone()).collect()
+}
+
+/// What a modal analysis finds.
+#[derive(Debug)]
+pub struct ModalAnalysis {
+    /// The reduced model.
+    pub reduced: Reduced,
+    /// Squared angular frequencies of each body with its flanks held, rad2/s2.
+    pub held_omega2: Vec<Vec<f64>>,
+    /// Shapes on the nodes; none without bodies.
+    pub shapes: Vec<ModeShape>,
+}
+
+/// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
+///
+/// # Errors
+/// Those of [`Reduced::of`] and of the eigenvalues.
+pub fn modes(
+    scene: &Scene,
+    meshes: Option<&Meshes>,
+    session: &Session<'_>,
+) -> Result<ModalAnalysis, Error> {
+    let reduced = Reduced::of(scene, meshes, session)?;
+    let (mut held_omega2, mut shapes) = (Vec::new(), Vec::new());
+    if let Some(bodies) = &reduced.bodies {
+        bodies.recover(session)?;
+        let modes = bodies.held_modes(session)?;
+        shapes = bodies.shapes(&reduced.problem, &modes);
+        held_omega2 = omega2(&modes);
+    }
+    Ok(ModalAnalysis {
+        reduced,
+        held_omega2,
+        shapes,
+    })
+}
+
+/// What a condensation for other programs finds.
+#[derive(Debug)]
+pub struct Condensed {
+    /// Excited by 1 N in all, where the scene has forces alone.
+    pub reduced: Reduced,
+    /// What the excitation is to be multiplied by, N.
+    pub force_n: f64,
+}
+
+/// Up to the reduced model, under 1 N in all whatever the forces of the scene. Where the scene has other causes than
+/// forces they stay as they are.
+///
+/// # Errors
+/// [`Error::NoMesh`] of a scene about a reduced model; [`Error::AllBonded`] of one without pairs; those of [`Reduced::of`].
+pub fn reduce(scene: &Scene, meshes: &Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
+    let assembly = scene.assembly().ok_or(Error::NoMesh)?;
+    let (of_one_newton, force_n) = of_one_newton(assembly);
+    let mut excited = scene.clone();
+    excited.subject = Subject::Assembly(Box::new(of_one_newton));
+    let reduced = Reduced::of(&excited, Some(meshes), session)?;
+    if reduced.pairs.rows.is_empty() {
+        let why = "a reduced model is about the pairs of its contacts";
+        return Err(Error::AllBonded { why });
+    }
+    Ok(Condensed { reduced, force_n })
+}
+
+/// The assembly with forces that are 1 N in all, in the proportions of its own, and the sum of its
+/// own. Pressures and accelerations have no such sum: with any of them the assembly stays as it is,
+/// and the sum is 1.
+fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
+    let mut scaled = assembly.clone();
+    if assembly.excitations.iter().any(|e| e.kind.unit() != "N") {
+        return (scaled, 1.0);
+    }
+    let force_n: f64 = assembly.excitations.iter().map(|e| e.amplitude).sum();
+    let count = assembly.excitations.len() as f64;
+    for excitation in &mut scaled.excitations {
+        // Without any force all proportions are alike.
+        excitation.amplitude = if force_n > 0.0 {
+            excitation.amplitude / force_n
+        } else {
+            1.0 / count
+        };
+    }
+    (scaled, force_n)
+}

@@ -1,0 +1,144 @@
+//! What comes of a run: static state, response, and whether they are a full result.
+
+use super::error::Error;
+use super::reduced::Reduced;
+use crate::dlft::sweep::SweepSettings;
+use crate::dlft::{Outcome, Response, StaticState};
+use crate::problem::Problem;
+use crate::reduction::damping::Rayleigh;
+use crate::results::recovery::NodalField;
+use crate::results::rigid_motion::BodyMotion;
+use crate::results::small::Moved;
+
+/// What came of a run.
+#[derive(Debug)]
+pub struct Run {
+    /// The reduced model.
+    pub reduced: Reduced,
+    /// The static state.
+    pub statics: StaticResult,
+    /// The response; `None` where there is no static state to vibrate about, or none was asked for.
+    pub response: Option<ResponseResult>,
+    /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they were not asked for.
+    pub held_omega2: Vec<Vec<f64>>,
+}
+
+/// A static state, and what is known with it.
+#[derive(Debug)]
+pub struct StaticResult {
+    /// The state, converged or not.
+    pub state: StaticState,
+    /// The farthest slide of a pair over the shorter side of its flank.
+    pub slide: f64,
+    /// Displacements of all nodes of each body, m, where the state converged and the way back to the bodies was made.
+    pub displacements_m: Option<Vec<NodalField>>,
+    /// What moves farthest over the size of its body, where displacements are known.
+    pub farthest: Option<Moved>,
+    /// What friction does not hold under the steady load; empty where it holds all, or nothing is known of the bodies.
+    pub retained: Vec<BodyMotion>,
+    /// How bodies are free that nothing holds.
+    pub free: Vec<BodyMotion>,
+}
+
+impl StaticResult {
+    /// Whether there is a static state to vibrate about.
+    ///
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
+    pub fn usable(&self) -> Result<(), Error> {
+        match self.state.outcome {
+            Outcome::NothingHolds => Err(Error::NothingHolds {
+                motions: self.free.clone(),
+            }),
+            Outcome::SlidesTooFar => Err(Error::SlidesTooFar),
+            outcome if outcome.is_converged() => Ok(()),
+            outcome => Err(Error::StaticState {
+                outcome,
+                iterations: self.state.newton_iterations,
+                residual: self.state.residual,
+            }),
+        }
+    }
+}
+
+/// A response, and what is known with it.
+#[derive(Debug)]
+pub struct ResponseResult {
+    /// The response that the scene asks for.
+    pub response: Response,
+    /// The response with another number of harmonics, where the scene asks for one.
+    pub compared: Option<Compared>,
+    /// The farthest slide of a pair over the shorter side of its flank.
+    pub slide: f64,
+    /// Observed displacement that is largest over the size of its body, where there are bodies.
+    pub farthest: Option<Moved>,
+    /// What friction does not hold where it holds least; empty where it holds all, or nothing is known of the bodies.
+    pub retained: Vec<BodyMotion>,
+    /// Frequency of the last stuck mode over that of the highest harmonic of any solution; `None` where no mode was left
+    /// out, or where it is not known.
+    pub modes_reach: Option<f64>,
+}
+
+/// A response with another number of harmonics.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// Harmonics.
+    pub harmonics: usize,
+    /// The response with so many.
+    pub response: Response,
+}
+
+impl Run {
+    /// Whether the run came to its full result.
+    ///
+    /// # Errors
+    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`], [`Error::MovesTooFar`],
+    /// [`Error::NotConverged`] where some frequencies failed.
+    pub fn verdict(&self) -> Result<(), Error> {
+        let Some(found) = &self.response else {
+            self.statics.usable()?;
+            return moves_too_far(self.statics.farthest.as_ref());
+        };
+        moves_too_far(found.farthest.as_ref().or(self.statics.farthest.as_ref()))?;
+        let compared = found.compared.iter().map(|c| &c.response);
+        all_converged(std::iter::once(&found.response).chain(compared))
+    }
+}
+
+/// Everything that a response is computed from.
+#[derive(Debug, Clone, Copy)]
+pub struct ResponseInputs<'a> {
+    /// Reduced model, laws and excitations.
+    pub problem: &'a Problem,
+    /// Damping of the bodies.
+    pub damping: Rayleigh,
+    /// The static state that the motion is about.
+    pub state: &'a StaticState,
+    /// Frequencies, harmonics and solver.
+    pub settings: &'a SweepSettings,
+    /// How many frequencies are asked for.
+    pub points: usize,
+}
+
+/// Why a state or a motion is none: something moves by more than its body is long.
+fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
+    match moved.filter(|moved| moved.share() > 1.0) {
+        Some(moved) => Err(Error::MovesTooFar(moved.clone())),
+        None => Ok(()),
+    }
+}
+
+fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
+    let (mut points, mut unconverged) = (0, 0);
+    for orbit in responses.flat_map(|r| &r.orbits) {
+        points += 1;
+        unconverged += usize::from(!orbit.outcome.is_converged());
+    }
+    match unconverged {
+        0 => Ok(()),
+        _ => Err(Error::NotConverged {
+            unconverged,
+            points,
+        }),
+    }
+}

@@ -1,0 +1,261 @@
+//! The prestress of an assembly. That of the static state with contact depends on the reduced model itself: both are
+//! repeated until the normal forces no longer move. The first pass takes the stress of the static state with all pairs
+//! stuck, which one linear system gives.
+
+use nalgebra_sparse::CscMatrix;
+
+use super::error::Error;
+use super::kept::{Displacement, KeptReduction, PrestressPass, ReductionModes};
+use super::session::{Event, Session, Stage, StageGuard};
+use super::statics::static_state;
+use crate::description::Scene;
+use crate::dlft::StaticState;
+use crate::fem::statics::{prestressing, solve_by_cholesky};
+use crate::fem::{self, FemError, Structure, assemble_stressed, expand_to_nodes};
+use crate::model::{BodyPrestress, Model};
+use crate::problem::Problem;
+use crate::reduction::{
+    self, Recovery, Reduction, StuckModes, Truncation, frequency_change, stuck_displacement,
+};
+use crate::results::modes::hertz;
+
+/// Passes after which the normal forces still move.
+const MOST_PASSES: usize = 20;
+/// Largest change of a normal force over the largest normal force that counts as none.
+const STILL: f64 = 1e-3;
+
+/// A reduction with the prestress that its model asks for.
+pub(super) struct Settled {
+    pub structure: Structure,
+    pub reduction: KeptReduction,
+    pub recovery: Recovery,
+}
+
+/// Whether the prestress of a model is that of its static state.
+pub(super) fn is_of_contact(model: &Model) -> bool {
+    let rotation = model.rotation.as_ref();
+    rotation.is_some_and(|r| r.prestress_of_contact)
+}
+
+/// Reduces a model with the prestress that it asks for.
+///
+/// # Errors
+/// Those of the finite elements and of the reduction; [`Error::Prestress`] where the normal forces do not settle.
+pub(super) fn settle(
+    model: &Model,
+    wanted: StuckModes,
+    scene: &Scene,
+    session: &Session<'_>,
+) -> Result<Settled, Error> {
+    let mut structure = assemble(model, session)?;
+    let (reduction, held_flanks_error) = {
+        let _stage = reduction_stage(model, session);
+        let reduction = reduction::reduce(model, &structure, wanted)?;
+        let error = held_flanks_error(model, &structure, &reduction)?;
+        (reduction, error)
+    };
+    let (mut pass, mut recovery) = Pass::of(reduction, model);
+    let (mut passes, mut displacement) = (Vec::new(), None);
+    if is_of_contact(model) {
+        let mut state = static_state(scene, &pass.problem, session);
+        pass.take_down(None, &mut passes, session)?;
+        // Without a state there is nothing to go on from: the run says why, by the one of this model.
+        while state.outcome.is_converged() {
+            let change = passes.last().and_then(|pass: &PrestressPass| pass.change);
+            match change {
+                Some(change) if change < STILL => break,
+                Some(change) if passes.len() >= MOST_PASSES => {
+                    let passes = passes.len();
+                    return Err(Error::Prestress { passes, change });
+                }
+                _ => {}
+            }
+            let moved = on_nodes(model, &recovery.full_static(&state.x));
+            structure = stressed(model, &moved, session)?;
+            displacement = Some(moved);
+            let before = (state, pass.first_omega2());
+            (pass, recovery) = Pass::of(reduce(model, &structure, wanted, session)?, model);
+            state = static_state(scene, &pass.problem, session);
+            let change = if state.status.is_empty() {
+                relative(before.1, pass.first_omega2())
+            } else {
+                change_of_normal_forces(&before.0, &state)
+            };
+            pass.take_down(Some(change), &mut passes, session)?;
+        }
+    }
+    Ok(Settled {
+        structure,
+        reduction: KeptReduction {
+            reduced: pass.problem.reduced,
+            modes: ReductionModes {
+                truncation: pass.truncation,
+                fixed_interface_omega2: pass.fixed_interface_omega2,
+                prestress_passes: passes,
+                held_flanks_error,
+            },
+            displacement,
+        },
+        recovery,
+    })
+}
+
+/// The reduced model of one pass with its laws, and what is known of its modes.
+struct Pass {
+    problem: Problem,
+    truncation: Truncation,
+    fixed_interface_omega2: Vec<Vec<f64>>,
+}
+
+impl Pass {
+    /// A reduction, its way back apart.
+    fn of(reduction: Reduction, model: &Model) -> (Self, Recovery) {
+        let Reduction {
+            model: reduced,
+            truncation,
+            fixed_interface_omega2,
+            recovery,
+        } = reduction;
+        let pass = Self {
+            problem: Problem::new(reduced, model),
+            truncation,
+            fixed_interface_omega2,
+        };
+        (pass, recovery)
+    }
+
+    fn first_omega2(&self) -> Option<f64> {
+        self.problem.reduced.omega2.first().copied()
+    }
+
+    fn take_down(
+        &self,
+        change: Option<f64>,
+        passes: &mut Vec<PrestressPass>,
+        session: &Session<'_>,
+    ) -> Result<(), Error> {
+        let pass = PrestressPass {
+            change,
+            stuck_frequency_hz: self.first_omega2().map(hertz),
+        };
+        let number = passes.len() + 1;
+        session.tell(&Event::PrestressPass {
+            number,
+            pass: &pass,
+        })?;
+        passes.push(pass);
+        Ok(())
+    }
+}
+
+/// The matrices with the stress of a displacement.
+pub(super) fn stressed(
+    model: &Model,
+    displacement: &[Vec<[f64; 3]>],
+    session: &Session<'_>,
+) -> Result<Structure, Error> {
+    let _stage = session.stage(Stage::FiniteElements);
+    Ok(assemble_stressed(model, displacement)?)
+}
+
+/// Largest change of a normal force over the largest normal force.
+fn change_of_normal_forces(before: &StaticState, after: &StaticState) -> f64 {
+    let normal =
+        |state: &StaticState| -> Vec<f64> { state.lambda.iter().step_by(3).copied().collect() };
+    let (before, after) = (normal(before), normal(after));
+    let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0f64, |m, v| m.max(v.abs()));
+    let moved = most(&mut before.iter().zip(&after).map(|(a, b)| a - b));
+    match most(&mut after.iter().copied()) {
+        0.0 => 0.0,
+        largest => moved / largest,
+    }
+}
+
+/// Where no pair can open: the change of the first stuck frequency squared.
+fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
+    before
+        .zip(after)
+        .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
+}
+
+/// The matrices of the bodies. Where their prestress is that of the static state with contact, it is taken with all
+/// pairs stuck.
+pub(super) fn assemble(model: &Model, session: &Session<'_>) -> Result<Structure, Error> {
+    let stage = session.stage(Stage::FiniteElements);
+    let solve = |k: &CscMatrix<f64>, f: &[f64]| {
+        stage.solves(k.ncols());
+        solve_by_cholesky(k, f)
+    };
+    let structure = fem::assemble_with(model, &solve)?;
+    if !is_of_contact(model) {
+        return Ok(structure);
+    }
+    stage.solves(unknowns(model));
+    let free = stuck_displacement(model, &structure)?;
+    let bodies = model.bodies.iter().zip(&free);
+    let displacement: Displacement = bodies
+        .map(|(body, free)| prestressing(body, free))
+        .collect::<Result<_, FemError>>()?;
+    Ok(assemble_stressed(model, &displacement)?)
+}
+
+/// What the prestress of the held flanks makes of the first stuck frequencies: their largest relative change where the
+/// stress is that of the static state with all pairs stuck. `None` where the prestress is another one, or the bodies
+/// do not touch.
+fn held_flanks_error(
+    model: &Model,
+    structure: &Structure,
+    reduction: &Reduction,
+) -> Result<Option<f64>, FemError> {
+    let joined = !model.pairs.is_empty() || !model.bonded.is_empty();
+    let rotation = model.rotation.as_ref();
+    if rotation.map(|r| r.prestress) != Some(BodyPrestress::HeldFlanks) || !joined {
+        return Ok(None);
+    }
+    let stuck = vec![0.0; 3 * model.pairs.len()];
+    let displacement = on_nodes(model, &reduction.recovery.full_static(&stuck));
+    let other = assemble_stressed(model, &displacement)?;
+    Ok(frequency_change(reduction, structure, &other))
+}
+
+/// Displacements of all nodes of each body, of those of its free dofs.
+fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Displacement {
+    let bodies = model.bodies.iter().zip(free);
+    bodies
+        .map(|(body, free)| expand_to_nodes(&body.dofs, free))
+        .collect()
+}
+
+/// Unknowns of the stuck assembly, no body of which is reduced by itself.
+fn unknowns(model: &Model) -> usize {
+    let free: usize = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
+    free - 3 * (model.pairs.len() + model.bonded.len())
+}
+
+pub(super) fn reduce(
+    model: &Model,
+    structure: &Structure,
+    wanted: StuckModes,
+    session: &Session<'_>,
+) -> Result<Reduction, Error> {
+    let _stage = reduction_stage(model, session);
+    Ok(reduction::reduce(model, structure, wanted)?)
+}
+
+/// Told of the systems that a reduction solves.
+fn reduction_stage<'s, 'o>(model: &Model, session: &'s Session<'o>) -> StageGuard<'s, 'o> {
+    let stage = session.stage(Stage::Reduction);
+    // A body that is reduced by itself, and then the assembly of what is left.
+    let mut assembly = 0;
+    for body in &model.bodies {
+        match body.fixed_interface_modes {
+            Some(modes) => {
+                stage.solves(3 * body.dofs.interior_nodes);
+                assembly += modes + 3 * body.dofs.contact_nodes;
+            }
+            None => assembly += 3 * body.dofs.free_nodes(),
+        }
+    }
+    stage.solves(assembly - 3 * (model.pairs.len() + model.bonded.len()));
+    stage
+}

@@ -1,0 +1,116 @@
+//! The reduced model of a scene, whether it began with a mesh or with a folder.
+
+use super::bodies::Bodies;
+use crate::description::{FrequencyRange, Scene};
+use crate::dlft::settings::Resolution;
+use crate::dlft::{Response, StaticState};
+use crate::problem::Problem;
+use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
+use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
+use crate::results::pairs::PairTable;
+
+/// The reduced model of a scene with its laws and excitations, and what tables say of its pairs.
+#[derive(Debug)]
+pub struct Reduced {
+    /// Places and areas of the pairs.
+    pub pairs: PairTable,
+    /// What is to be solved.
+    pub problem: Problem,
+    /// The bodies; `None` where the model was read from a folder.
+    pub bodies: Option<Bodies>,
+}
+
+impl Reduced {
+    /// The matrices.
+    pub fn model(&self) -> &ReducedModel {
+        &self.problem.reduced
+    }
+
+    /// Squared angular frequencies of the linear reference about a static state, rad2/s2: as many modes as
+    /// [`ReducedModel::stuck_omega2`] has, and a few where all that moves are open pairs.
+    pub fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
+        let count = match self.model().stuck_omega2().len() {
+            0 => LISTED_MODES,
+            stuck => stuck,
+        };
+        &state.linear.omega2[..count.min(state.linear.with_mass)]
+    }
+
+    /// Frequency of the last stuck mode over that of the highest harmonic of any solution. `None` where no mode was left
+    /// out, or where it is not known.
+    pub(super) fn modes_reach(&self, responses: &[&Response]) -> Option<f64> {
+        let kept = self.bodies.as_ref()?;
+        if kept.modes.truncation.amplitude == Some(0.0) || self.problem.laws.is_empty() {
+            return None;
+        }
+        let last_hz = hertz(*self.model().stuck_omega2().last()?);
+        let orbits = responses.iter().flat_map(|r| &r.orbits);
+        let solved = orbits.filter(|o| o.outcome.is_converged());
+        let highest_hz = solved.map(|o| o.harmonics as f64 * o.frequency_hz);
+        let highest_hz = highest_hz.reduce(f64::max).filter(|hz| *hz > 0.0)?;
+        Some(last_hz / highest_hz)
+    }
+
+    /// Names of the observed displacements.
+    pub fn observations(&self) -> Vec<&str> {
+        let probes = self.model().observations.iter();
+        probes.map(|probe| probe.name.as_str()).collect()
+    }
+
+    /// Natural frequencies: `held_omega2` are squared angular frequencies of each body with its contacts held, where they
+    /// are known; with a static state the modes of the linear reference about it are among them.
+    pub fn natural_frequencies(
+        &self,
+        state: Option<&StaticState>,
+        held_omega2: &[Vec<f64>],
+    ) -> Vec<NaturalFrequency> {
+        let mut all = Vec::new();
+        let mut add = |kind: ModeKind, body: Option<&str>, omega2: &[f64]| {
+            all.extend(omega2.iter().enumerate().map(|(i, w2)| NaturalFrequency {
+                kind,
+                body: body.map(str::to_owned),
+                mode: i + 1,
+                frequency_hz: hertz(*w2),
+            }));
+        };
+        if let Some(bodies) = &self.bodies {
+            let names = || bodies.model().bodies.iter().map(|b| Some(b.name.as_str()));
+            for (body, omega2) in names().zip(held_omega2) {
+                add(ModeKind::FlanksHeld, body, omega2);
+            }
+            for (body, omega2) in names().zip(&bodies.modes.fixed_interface_omega2) {
+                add(ModeKind::FixedInterface, body, omega2);
+            }
+        }
+        add(ModeKind::Stuck, None, self.model().stuck_omega2());
+        if let Some(state) = state {
+            add(ModeKind::Linear, None, self.linear_omega2(state));
+        }
+        all
+    }
+}
+
+/// Where the number of harmonics is adapted, the modes are chosen as for so many.
+const USUALLY_ADAPTED: usize = 7;
+
+/// The stuck modes that the response of a scene asks for.
+pub fn stuck_modes(scene: &Scene) -> StuckModes {
+    let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
+    let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
+    let highest = match scene.response.range {
+        FrequencyRange::Hz { to_hz, .. } => Highest::RadS(std::f64::consts::TAU * to_hz),
+        FrequencyRange::OfFirstLinearMode { to, .. } => Highest::OfFirstStuckMode(to),
+    };
+    let count = scene.response.stuck_modes;
+    let kept = match (count, scene.response.resolution) {
+        // Harmonics then ask for nothing, and scenes that differ in them share a reduction.
+        (Some(_), _) => 0,
+        (None, Resolution::Fixed { harmonics, .. }) => harmonics,
+        (None, Resolution::Accuracy(_)) => USUALLY_ADAPTED,
+    };
+    StuckModes {
+        count,
+        excited: highest.times(harmonic).rounded_up(),
+        kept: highest.times(harmonic.max(kept as f64)).rounded_up(),
+    }
+}

@@ -1,0 +1,201 @@
+//! From the meshes of a scene to its reduced model. What only fields and modes of single bodies need is made, or taken
+//! from the store, when it is first asked for.
+
+use std::cell::OnceCell;
+use std::time::{Duration, Instant};
+
+use super::bodies::{Bodies, Bound, Meshes};
+use super::error::Error;
+use super::kept::ReductionInputs;
+use super::prestress::{assemble, is_of_contact, reduce, settle, stressed};
+use super::reduced::{Reduced, stuck_modes};
+use super::session::{Event, Session, Stage};
+use super::statics::static_options;
+use crate::description::{Scene, Subject};
+use crate::fem::Structure;
+use crate::fem::mass_properties::mass_properties;
+use crate::model::{Assembly, bind_with_fields};
+use crate::problem::Problem;
+use crate::reduction::craig_bampton::fixed_interface_modes;
+use crate::reduction::{LISTED_MODES, StuckModes, superelement};
+use crate::results::pairs::PairTable;
+use dovetail_numerics::eigen::Modes;
+
+impl Reduced {
+    /// Binds, assembles and reduces a scene about meshes, or reads the folder of its reduced model.
+    ///
+    /// # Errors
+    /// [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of binding, finite elements, prestress and
+    /// reduction; a folder that cannot be read.
+    pub fn of(
+        scene: &Scene,
+        meshes: Option<&Meshes>,
+        session: &Session<'_>,
+    ) -> Result<Self, Error> {
+        let reduced = match &scene.subject {
+            Subject::Assembly(assembly) => {
+                let meshes = meshes.ok_or(Error::NoMesh)?;
+                let bound = Bound::of(assembly, meshes, session)?;
+                let (bodies, problem) = Bodies::reduce(bound, stuck_modes(scene), scene, session)?;
+                Self {
+                    pairs: PairTable::of_model(bodies.model()),
+                    problem,
+                    bodies: Some(bodies),
+                }
+            }
+            Subject::ReducedModel(spec) => {
+                let _stage = session.stage(Stage::ReducedModel);
+                let element = superelement::read(&spec.folder)?;
+                let pairs = PairTable::of_superelement(&element, spec.law.gap_m);
+                let reduced = match scene.response.stuck_modes {
+                    Some(modes) => element.model.with_modes(modes),
+                    None => element.model,
+                };
+                Self {
+                    pairs,
+                    problem: Problem::of_one_law(reduced, spec.law, spec.force_n),
+                    bodies: None,
+                }
+            }
+        };
+        session.tell(&Event::Reduced(&reduced))?;
+        Ok(reduced)
+    }
+}
+
+impl Bound {
+    /// Binds an assembly to its mesh, and tells of it.
+    ///
+    /// # Errors
+    /// A name that the mesh does not have, flanks that do not lie on each other, elements without volume.
+    pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
+        let _stage = session.stage(Stage::Model);
+        let model = bind_with_fields(assembly, &meshes.mesh, &meshes.fields)?;
+        let rotation = model.rotation.as_ref();
+        let bodies = model.bodies.iter();
+        let properties = bodies
+            .map(|body| mass_properties(body, rotation))
+            .collect::<Result<_, _>>()?;
+        let bound = Self { model, properties };
+        session.tell(&Event::Model {
+            assembly,
+            mesh: &meshes.mesh,
+            bound: &bound,
+        })?;
+        Ok(bound)
+    }
+}
+
+impl Bodies {
+    /// Takes an assembly to its reduced model, with the laws and the excitations of the assembly.
+    ///
+    /// # Errors
+    /// Those of [`Bound::of`], of the finite elements, of the reduction and of the prestress.
+    pub(super) fn reduce(
+        bound: Bound,
+        wanted: StuckModes,
+        scene: &Scene,
+        session: &Session<'_>,
+    ) -> Result<(Self, Problem), Error> {
+        let model = &bound.model;
+        let key = session.store().key(&ReductionInputs::of(
+            model,
+            wanted,
+            is_of_contact(model).then(|| static_options(scene)),
+        ));
+        let (structure, recovery) = (OnceCell::new(), OnceCell::new());
+        let begin = Instant::now();
+        let kept = key.and_then(|key| session.store().reduction(&key));
+        let kept = match kept {
+            Some(kept) => {
+                session.kept_stage(Stage::FiniteElements, Duration::ZERO);
+                session.kept_stage(Stage::Reduction, begin.elapsed());
+                kept
+            }
+            None => {
+                let settled = settle(model, wanted, scene, session)?;
+                if let Some(key) = &key {
+                    let _stage = session.stage(Stage::Keeping);
+                    let mut store = session.store();
+                    store.keep_reduction(key, &settled.reduction, &settled.recovery);
+                }
+                structure.get_or_init(|| settled.structure);
+                recovery.get_or_init(|| settled.recovery);
+                settled.reduction
+            }
+        };
+        let problem = Problem::new(kept.reduced, model);
+        let bodies = Self {
+            modes: kept.modes,
+            displacement: kept.displacement,
+            bound,
+            wanted,
+            structure,
+            recovery,
+            key,
+        };
+        Ok((bodies, problem))
+    }
+
+    /// Makes the way back from the reduced model to the bodies.
+    ///
+    /// # Errors
+    /// Those of the finite elements and of the reduction.
+    pub fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
+        if self.recovery.get().is_some() {
+            return Ok(());
+        }
+        let begin = Instant::now();
+        let kept = self.key.and_then(|key| session.store().recovery(&key));
+        let recovery = match kept {
+            Some(recovery) => {
+                session.kept_stage(Stage::Recovery, begin.elapsed());
+                recovery
+            }
+            None => {
+                let matrices = self.structure(session)?;
+                let recovery = reduce(self.model(), matrices, self.wanted, session)?.recovery;
+                if let Some(key) = &self.key {
+                    session.store().keep_recovery(key, &recovery);
+                }
+                recovery
+            }
+        };
+        self.recovery.get_or_init(|| recovery);
+        Ok(())
+    }
+
+    /// Matrices of the bodies, assembled once.
+    fn structure(&self, session: &Session<'_>) -> Result<&Structure, Error> {
+        if let Some(structure) = self.structure.get() {
+            return Ok(structure);
+        }
+        let structure = match &self.displacement {
+            None => assemble(self.model(), session)?,
+            Some(displacement) => stressed(self.model(), displacement, session)?,
+        };
+        Ok(self.structure.get_or_init(|| structure))
+    }
+
+    /// Modes of each body alone, its flanks held (full model), on the free dofs of its interior.
+    ///
+    /// # Errors
+    /// Those of the finite elements and of the eigenvalues.
+    pub fn held_modes(&self, session: &Session<'_>) -> Result<Vec<Modes>, Error> {
+        let begin = Instant::now();
+        if let Some(kept) = self.key.and_then(|key| session.store().held_modes(&key)) {
+            session.kept_stage(Stage::HeldModes, begin.elapsed());
+            return Ok(kept);
+        }
+        let structure = self.structure(session)?;
+        let _stage = session.stage(Stage::HeldModes);
+        let bodies = self.model().bodies.iter().zip(&structure.bodies);
+        let modes = bodies
+            .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?))
+            .collect::<Result<Vec<Modes>, Error>>()?;
+        if let Some(key) = &self.key {
+            session.store().keep_held_modes(key, &modes);
+        }
+        Ok(modes)
+    }
+}

@@ -1,0 +1,236 @@
+//! The response of a reduced model about its static state.
+
+use super::error::Error;
+use super::outcome::ResponseInputs;
+use super::reduced::Reduced;
+use super::session::{Event, Session, Stage};
+use crate::description::{FrequencyRange, ResponseSpec};
+use crate::dlft::accuracy::samples_for;
+use crate::dlft::demand;
+use crate::dlft::eps::Eps;
+use crate::dlft::linear_curve::linear_curve;
+use crate::dlft::orbit::{linear_orbit, linear_point};
+use crate::dlft::settings::Resolution;
+use crate::dlft::sweep::{SweepSettings, sweep};
+use crate::dlft::{Response, StaticState, Told};
+
+use crate::problem::dynamic_stiffness::ContactSystem;
+use crate::reduction::ReducedModel;
+use crate::reduction::damping::Rayleigh;
+use crate::results::far_slip::ShorterSides;
+use crate::results::modes::{ModeKind, hertz};
+use dovetail_numerics::memory;
+use dovetail_numerics::newton::NewtonOptions;
+use std::ops::ControlFlow;
+
+/// The frequencies of the response, rising.
+///
+/// # Errors
+/// [`Error::NoLinearMode`] where they are counted from the first of the linear modes `omega2`, and there is none.
+pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<Vec<f64>, Error> {
+    let (from, to) = match response.range {
+        FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
+        FrequencyRange::OfFirstLinearMode { from, to } => {
+            let first = hertz(*omega2.first().ok_or(Error::NoLinearMode)?);
+            (from * first, to * first)
+        }
+    };
+    let points = response.points;
+    let last = points.saturating_sub(1).max(1) as f64;
+    Ok((0..points)
+        .map(|i| from + (to - from) * i as f64 / last)
+        .collect())
+}
+
+/// Nearer to an undamped mode than this, relative, a harmonic of the response is taken to lie on it.
+const ON_A_MODE: f64 = 1e-9;
+
+/// Without damping the linear answer is infinite at the frequency of a linear mode. At that of a stuck mode the
+/// condensed stiffness is.
+///
+/// # Errors
+/// [`Error::UndampedMode`] where a harmonic of some frequency lies there.
+pub(super) fn off_undamped_modes(
+    reduced: &ReducedModel,
+    state: &StaticState,
+    damping: Rayleigh,
+    frequencies_hz: &[f64],
+    harmonics: usize,
+) -> Result<(), Error> {
+    if damping.stiffness_s > 0.0 || damping.mass_per_s > 0.0 {
+        return Ok(());
+    }
+    let modes = [
+        (ModeKind::Stuck, &reduced.omega2),
+        (ModeKind::Linear, &state.linear.omega2),
+    ];
+    for (kind, omega2) in modes {
+        let modes_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
+        for &frequency_hz in frequencies_hz {
+            let on_it = |h: usize| Some((h, mode_at(&modes_hz, h as f64 * frequency_hz)?));
+            if let Some((harmonic, mode)) = (1..=harmonics).find_map(on_it) {
+                return Err(Error::UndampedMode {
+                    frequency_hz,
+                    harmonic,
+                    kind,
+                    mode: mode + 1,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The mode, of ascending ones, that lies at a frequency.
+fn mode_at(modes_hz: &[f64], frequency_hz: f64) -> Option<usize> {
+    // The first one not below the window around it.
+    let mode = modes_hz.partition_point(|m| *m < frequency_hz * (1.0 - ON_A_MODE));
+    let is_there = |m: &f64| (m / frequency_hz - 1.0).abs() <= ON_A_MODE;
+    modes_hz.get(mode).is_some_and(is_there).then_some(mode)
+}
+
+/// A response with `harmonics` beside one of another resolution: with its samples, where it says how many.
+pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
+    let samples = match own {
+        Resolution::Fixed { samples, .. } => samples,
+        Resolution::Accuracy(accuracy) => samples_for(accuracy, harmonics),
+    };
+    Resolution::Fixed { harmonics, samples }
+}
+
+/// What the responses of a run have in common.
+pub(super) struct Responses<'a, 'o> {
+    pub spec: &'a ResponseSpec,
+    pub reduced: &'a Reduced,
+    pub damping: Rayleigh,
+    pub state: &'a StaticState,
+    /// Rising.
+    pub frequencies_hz: &'a [f64],
+    pub session: &'a Session<'o>,
+}
+
+impl Responses<'_, '_> {
+    /// The scene's own response, or the one with so many harmonics that it is compared with, and
+    /// how far a pair slides in it over the shorter side of its flank.
+    ///
+    /// # Errors
+    /// [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
+    pub fn response(&self, compared_harmonics: Option<usize>) -> Result<(Response, f64), Error> {
+        let own = self.spec.resolution;
+        let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
+        let sides = ShorterSides::of(&self.reduced.pairs);
+        let mut response = if self.reduced.problem.laws.is_empty() {
+            self.linear(resolution)
+        } else {
+            self.with_contact(resolution, compared_harmonics, &sides)?
+        };
+        let farthest = sides.judge_response(&mut response);
+        Ok((response, farthest))
+    }
+
+    fn with_contact(
+        &self,
+        resolution: Resolution,
+        compared_harmonics: Option<usize>,
+        sides: &ShorterSides,
+    ) -> Result<Response, Error> {
+        let Self { spec, session, .. } = self;
+        let problem = &self.reduced.problem;
+        let stage = session.titled_stage(Stage::Response, &title(resolution));
+        let blocks = 2 * resolution.most_harmonics() + 1;
+        stage.solves(blocks * problem.reduced.stiffness.nrows());
+        let settings = SweepSettings {
+            eps: Eps {
+                choice: spec.eps,
+                scale: spec.eps_scale,
+            },
+            newton: NewtonOptions {
+                tolerance: spec.tolerance,
+                max_iterations: spec.max_newton_iterations,
+            },
+            solver: spec.solver,
+            slip_threshold_m: spec.slip_threshold_m,
+            most_added: spec.most_added_points,
+            most_seconds: spec.most_seconds_per_frequency,
+            ..SweepSettings::new(self.frequencies_hz.to_vec(), resolution)
+        };
+        memory::ask_for(demand::bytes(problem, &settings))
+            .map_err(|source| Error::TooLittleMemory { blocks, source })?;
+        let (damping, state) = (self.damping, self.state);
+        session.tell(&Event::ResponseBegins {
+            reduced: self.reduced,
+            frequencies_hz: self.frequencies_hz,
+            compared_harmonics,
+        })?;
+        let solved = session.store().solved(&ResponseInputs {
+            problem,
+            damping,
+            state,
+            settings: &settings,
+            points: self.frequencies_hz.len(),
+        });
+        let ControlFlow::Continue(earlier) = solved else {
+            return Err(Error::Stopped);
+        };
+        let steps = session.steps(self.frequencies_hz.len(), "frequencies");
+        // An observer that ends the run is heeded once the sweep is done.
+        let tell = |told: Told<'_>| match told {
+            Told::Solved(solved) => {
+                let mut solved = solved.clone();
+                sides.judge_orbit(&mut solved.orbit);
+                let _ = session.tell(&Event::Frequency(&solved));
+                steps.step();
+            }
+            Told::Adds => steps.grow(),
+            Told::Tries {
+                frequency_hz,
+                harmonics,
+                strategy,
+            } => {
+                let _ = session.tell(&Event::Tries {
+                    frequency_hz,
+                    harmonics,
+                    strategy,
+                });
+            }
+        };
+        let response = sweep(problem, damping, state, &settings, &earlier, &tell);
+        session.goes_on()?;
+        Ok(response)
+    }
+
+    /// Where all flanks are bonded: the modes' answer, each by itself.
+    fn linear(&self, resolution: Resolution) -> Response {
+        let _stage = self
+            .session
+            .titled_stage(Stage::Response, "linear response");
+        let problem = &self.reduced.problem;
+        let harmonics = match resolution {
+            Resolution::Fixed { harmonics, .. } => harmonics,
+            Resolution::Accuracy(_) => problem.highest_excited().max(1),
+        };
+        let system = ContactSystem::new(problem, self.damping);
+        let frequencies = || self.frequencies_hz.iter();
+        Response {
+            linear: frequencies()
+                .map(|&f| linear_point(&system, harmonics, f))
+                .collect(),
+            linear_curve: linear_curve(&system, harmonics, self.frequencies_hz),
+            orbits: frequencies()
+                .enumerate()
+                .map(|(point, &f)| linear_orbit(&system, harmonics, (point, f)))
+                .collect(),
+            asked: self.frequencies_hz.len(),
+            second_motions: Vec::new(),
+            slip_threshold_m: 0.0,
+        }
+    }
+}
+
+fn title(resolution: Resolution) -> String {
+    match resolution {
+        Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
+        Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
+        Resolution::Accuracy(accuracy) => format!("response, accuracy {accuracy}"),
+    }
+}

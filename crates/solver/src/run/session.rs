@@ -1,0 +1,504 @@
+//! Who hears of a run while it goes on, and what it may take from earlier runs.
+//!
+//! A [`Session`] is handed through all stages of a run. It tells an [`Observer`] of each [`Event`], and asks a [`Store`]
+//! for what an earlier run has computed. Several threads may use it at once.
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::bodies::Bound;
+use super::error::Error;
+use super::kept::{KeptReduction, Key, PrestressPass, ReductionInputs};
+use super::outcome::{ResponseInputs, Run, StaticResult};
+use super::reduced::Reduced;
+use crate::dlft::SolvedFrequency;
+use crate::model::Assembly;
+use crate::reduction::Recovery;
+use dovetail_mesh::Mesh;
+use dovetail_numerics::eigen::Modes;
+
+/// A part of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// The mesh is made or read, by whoever calls the library.
+    Mesh,
+    /// Names become indices, flanks become pairs.
+    Model,
+    /// Matrices of the bodies.
+    FiniteElements,
+    /// From the bodies to pairs and modes.
+    Reduction,
+    /// The reduction is kept for later runs.
+    Keeping,
+    /// The way back from the reduced model is taken from the store.
+    Recovery,
+    /// A reduced model is read.
+    ReducedModel,
+    /// The files of a reduced model are written, by whoever calls the library.
+    ReducedModelFiles,
+    /// Modes of each body by itself, its flanks held.
+    HeldModes,
+    /// Modes of a Campbell diagram.
+    ModesAtSpeeds,
+    /// Static state with friction.
+    StaticState,
+    /// The files of the static state are written, by whoever hears of it.
+    StaticFiles,
+    /// Harmonic balance over the frequencies.
+    Response,
+    /// The files of the response are written, by whoever hears of it.
+    ResponseFiles,
+    /// Steps in time beside harmonic balance.
+    TimeIntegration,
+}
+
+impl Stage {
+    /// All stages.
+    pub const ALL: [Self; 15] = [
+        Self::Mesh,
+        Self::Model,
+        Self::FiniteElements,
+        Self::Reduction,
+        Self::Keeping,
+        Self::Recovery,
+        Self::ReducedModel,
+        Self::ReducedModelFiles,
+        Self::HeldModes,
+        Self::ModesAtSpeeds,
+        Self::StaticState,
+        Self::StaticFiles,
+        Self::Response,
+        Self::ResponseFiles,
+        Self::TimeIntegration,
+    ];
+
+    /// Name for programs, which stays when a title changes.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Model => "model",
+            Self::FiniteElements => "finite_elements",
+            Self::Reduction => "reduction",
+            Self::Keeping => "keeping",
+            Self::Recovery => "recovery",
+            Self::ReducedModel => "reduced_model",
+            Self::ReducedModelFiles => "reduced_model_files",
+            Self::HeldModes => "held_modes",
+            Self::ModesAtSpeeds => "modes_at_speeds",
+            Self::StaticState => "static_state",
+            Self::StaticFiles => "static_files",
+            Self::Response => "response",
+            Self::ResponseFiles => "response_files",
+            Self::TimeIntegration => "time_integration",
+        }
+    }
+
+    /// The stage with a name for programs.
+    pub fn of_id(id: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|stage| stage.id() == id)
+    }
+
+    /// Title for readers, where a run has no better one.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Model => "model",
+            Self::FiniteElements => "finite elements",
+            Self::Reduction => "reduction",
+            Self::Keeping => "cache",
+            Self::Recovery => "recovery",
+            Self::ReducedModel => "reduced model",
+            Self::ReducedModelFiles => "files of the reduced model",
+            Self::HeldModes => "modes of each body, flanks held",
+            Self::ModesAtSpeeds => "modes at each speed",
+            Self::StaticState => "static state",
+            Self::StaticFiles => "static files",
+            Self::Response => "response",
+            Self::ResponseFiles => "response files",
+            Self::TimeIntegration => "time integration",
+        }
+    }
+}
+
+/// What a run tells as it goes on.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// A stage begins.
+    StageBegins {
+        /// Which.
+        stage: Stage,
+        /// Its title for a reader.
+        title: &'a str,
+    },
+    /// The stage that began last ends.
+    StageEnds(&'a StageEnd),
+    /// A loop begins.
+    LoopBegins {
+        /// Its steps in one word.
+        label: &'a str,
+        /// How many there are.
+        steps: usize,
+    },
+    /// So many more steps of the loop that began last are done.
+    LoopAdvances(usize),
+    /// The loop that began last has one step more.
+    LoopGrows,
+    /// The loop that began last ends.
+    LoopEnds,
+    /// Names have become indices, and flanks pairs.
+    Model {
+        /// What was bound.
+        assembly: &'a Assembly,
+        /// To which mesh.
+        mesh: &'a Mesh,
+        /// What came of it.
+        bound: &'a Bound,
+    },
+    /// One pass of the prestress by contact is done.
+    PrestressPass {
+        /// Counted from 1.
+        number: usize,
+        /// How far it moved.
+        pass: &'a PrestressPass,
+    },
+    /// The reduced model is there.
+    Reduced(&'a Reduced),
+    /// The static state is there, converged or not.
+    StaticState {
+        /// Its model.
+        reduced: &'a Reduced,
+        /// The state and what is known with it.
+        statics: &'a StaticResult,
+    },
+    /// A response is about to be computed.
+    ResponseBegins {
+        /// Its model.
+        reduced: &'a Reduced,
+        /// The frequencies that are asked for, Hz, rising.
+        frequencies_hz: &'a [f64],
+        /// Harmonics of the response that the scene's own is compared with; `None`: its own.
+        compared_harmonics: Option<usize>,
+    },
+    /// A strategy is tried at a frequency.
+    Tries {
+        /// Frequency of the excitation, Hz.
+        frequency_hz: f64,
+        /// Harmonics kept.
+        harmonics: usize,
+        /// Name of the strategy.
+        strategy: &'a str,
+    },
+    /// One frequency of the response that began last is solved, converged or not.
+    Frequency(&'a SolvedFrequency),
+    /// The response is there, and the one that it is compared with.
+    Response(&'a Run),
+}
+
+/// How a stage ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StageEnd {
+    /// Which.
+    pub stage: Stage,
+    /// Its title for a reader.
+    pub title: String,
+    /// What the stage makes was taken from the store.
+    pub from_store: bool,
+    /// How long it took, where it began before it was told.
+    pub took: Option<Duration>,
+    /// Unknowns of each system that it solved, the largest first.
+    pub unknowns: Vec<usize>,
+}
+
+/// Hears of a run. The calls come one after the other, from whichever thread has something to tell.
+pub trait Observer: Send {
+    /// Hears of an event. [`ControlFlow::Break`] ends the run with [`Error::Stopped`] as soon as the stage under way allows.
+    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()>;
+}
+
+/// An observer that does not listen.
+impl Observer for () {
+    fn on(&mut self, _: &Event<'_>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Keeps what runs compute. By itself it keeps nothing and finds nothing.
+pub trait Store: Send {
+    /// The key of a reduction; `None` where nothing is kept.
+    fn key(&mut self, _inputs: &ReductionInputs) -> Option<Key> {
+        None
+    }
+    /// A reduction that was kept. Where there is none the run makes it, and keeps it with [`Store::keep_reduction`].
+    fn reduction(&mut self, _key: &Key) -> Option<KeptReduction> {
+        None
+    }
+    /// Keeps a reduction with its way back to the bodies.
+    fn keep_reduction(&mut self, _key: &Key, _reduction: &KeptReduction, _recovery: &Recovery) {}
+    /// The way back to the bodies of a reduction that was kept.
+    fn recovery(&mut self, _key: &Key) -> Option<Recovery> {
+        None
+    }
+    /// Keeps the way back to the bodies alone.
+    fn keep_recovery(&mut self, _key: &Key, _recovery: &Recovery) {}
+    /// Modes of each body with its contacts held.
+    fn held_modes(&mut self, _key: &Key) -> Option<Vec<Modes>> {
+        None
+    }
+    /// Keeps the modes of each body with its contacts held.
+    fn keep_held_modes(&mut self, _key: &Key, _modes: &[Modes]) {}
+    /// The frequencies of a response that an earlier run solved before it was broken off. [`ControlFlow::Break`] ends the run.
+    fn solved(&mut self, _inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        ControlFlow::Continue(Vec::new())
+    }
+}
+
+/// A store that keeps nothing.
+impl Store for () {}
+
+/// What a run talks to.
+pub struct Session<'o> {
+    observer: Mutex<&'o mut dyn Observer>,
+    store: Mutex<&'o mut dyn Store>,
+    stopped: AtomicBool,
+}
+
+impl fmt::Debug for Session<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Session").finish_non_exhaustive()
+    }
+}
+
+impl<'o> Session<'o> {
+    /// Tells `observer`, and asks `store`.
+    pub fn new(observer: &'o mut dyn Observer, store: &'o mut dyn Store) -> Self {
+        Self {
+            observer: Mutex::new(observer),
+            store: Mutex::new(store),
+            stopped: AtomicBool::new(false),
+        }
+    }
+
+    /// Tells the observer, while no one else does.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] where the observer has ended the run.
+    pub fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
+        if lock(&self.observer).on(event).is_break() {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        self.goes_on()
+    }
+
+    /// Whether the run goes on.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] where the observer has ended it.
+    pub(super) fn goes_on(&self) -> Result<(), Error> {
+        if self.stopped.load(Ordering::Relaxed) {
+            return Err(Error::Stopped);
+        }
+        Ok(())
+    }
+
+    /// The store, while no one else has it.
+    pub(super) fn store(&self) -> MutexGuard<'_, &'o mut dyn Store> {
+        lock(&self.store)
+    }
+
+    /// Begins a stage, which ends when the guard is dropped.
+    pub(super) fn stage(&self, stage: Stage) -> StageGuard<'_, 'o> {
+        self.titled_stage(stage, stage.title())
+    }
+
+    /// Begins a stage under a title of its own.
+    pub(super) fn titled_stage(&self, stage: Stage, title: &str) -> StageGuard<'_, 'o> {
+        // An observer that ends the run is heeded at the next result.
+        let _ = self.tell(&Event::StageBegins { stage, title });
+        StageGuard {
+            session: self,
+            stage,
+            title: title.to_owned(),
+            unknowns: Mutex::default(),
+        }
+    }
+
+    /// Tells of a stage that took `time`, its result taken from the store.
+    pub(super) fn kept_stage(&self, stage: Stage, time: Duration) {
+        let title = stage.title();
+        let _ = self.tell(&Event::StageBegins { stage, title });
+        let _ = self.tell(&Event::StageEnds(&StageEnd {
+            stage,
+            title: title.to_owned(),
+            from_store: true,
+            took: Some(time),
+            unknowns: Vec::new(),
+        }));
+    }
+
+    /// Begins a loop of `steps` steps, which ends when the guard is dropped.
+    pub(super) fn steps(&self, steps: usize, label: &str) -> Steps<'_, 'o> {
+        let _ = self.tell(&Event::LoopBegins { label, steps });
+        Steps { session: self }
+    }
+}
+
+/// A stage under way. Its end is told when this is dropped.
+#[must_use = "the stage ends when the guard is dropped"]
+pub(super) struct StageGuard<'s, 'o> {
+    session: &'s Session<'o>,
+    stage: Stage,
+    title: String,
+    unknowns: Mutex<Vec<usize>>,
+}
+
+impl StageGuard<'_, '_> {
+    /// Tells of one more system that the stage solves, with so many unknowns.
+    pub(super) fn solves(&self, unknowns: usize) {
+        lock(&self.unknowns).push(unknowns);
+    }
+}
+
+impl Drop for StageGuard<'_, '_> {
+    fn drop(&mut self) {
+        let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
+        unknowns.sort_unstable_by(|a, b| b.cmp(a));
+        let _ = self.session.tell(&Event::StageEnds(&StageEnd {
+            stage: self.stage,
+            title: std::mem::take(&mut self.title),
+            from_store: false,
+            took: None,
+            unknowns,
+        }));
+    }
+}
+
+/// The steps of a long loop, which may come from several threads.
+#[must_use = "the loop ends when the guard is dropped"]
+pub(super) struct Steps<'s, 'o> {
+    session: &'s Session<'o>,
+}
+
+impl Steps<'_, '_> {
+    /// One more step is done.
+    pub(super) fn step(&self) {
+        let _ = self.session.tell(&Event::LoopAdvances(1));
+    }
+
+    /// One more step is to be done.
+    pub(super) fn grow(&self) {
+        let _ = self.session.tell(&Event::LoopGrows);
+    }
+}
+
+impl Drop for Steps<'_, '_> {
+    fn drop(&mut self) {
+        let _ = self.session.tell(&Event::LoopEnds);
+    }
+}
+
+/// A panic of another thread while it held the lock leaves what it guards whole.
+fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    /// Writes down what it hears, and ends the run at a loop of no steps.
+    #[derive(Default)]
+    struct Listener {
+        heard: Vec<String>,
+        steps: usize,
+    }
+
+    impl Observer for Listener {
+        fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+            match event {
+                Event::StageBegins { stage, title } => {
+                    self.heard.push(format!("{} begins: {title}", stage.id()));
+                }
+                Event::StageEnds(end) => {
+                    let StageEnd {
+                        title,
+                        unknowns,
+                        took,
+                        ..
+                    } = end;
+                    self.heard
+                        .push(format!("{title} ends: {unknowns:?}, {took:?}"));
+                }
+                Event::LoopAdvances(steps) => self.steps += steps,
+                Event::LoopBegins { steps: 0, .. } => return ControlFlow::Break(()),
+                _ => {}
+            }
+            ControlFlow::Continue(())
+        }
+    }
+
+    #[test]
+    fn stages_are_told_in_the_order_of_their_ends() {
+        let mut listener = Listener::default();
+        let mut store = ();
+        let session = Session::new(&mut listener, &mut store);
+        {
+            let _outer = session.stage(Stage::Model);
+            let inner = session.titled_stage(Stage::Response, "inner");
+            inner.solves(3);
+            inner.solves(7);
+        }
+        session.kept_stage(Stage::Reduction, Duration::from_secs(2));
+        assert_eq!(
+            listener.heard,
+            [
+                "model begins: model",
+                "response begins: inner",
+                "inner ends: [7, 3], None",
+                "model ends: [], None",
+                "reduction begins: reduction",
+                "reduction ends: [], Some(2s)",
+            ]
+        );
+    }
+
+    #[test]
+    fn steps_of_all_threads_are_heard() {
+        let mut listener = Listener::default();
+        let mut store = ();
+        let session = Session::new(&mut listener, &mut store);
+        let steps = session.steps(1000, "points");
+        (0..1000).into_par_iter().for_each(|_| steps.step());
+        drop(steps);
+        assert_eq!(listener.steps, 1000);
+    }
+
+    #[test]
+    fn an_observer_ends_a_run_for_good() {
+        let mut listener = Listener::default();
+        let mut store = ();
+        let session = Session::new(&mut listener, &mut store);
+        assert!(session.goes_on().is_ok());
+        drop(session.steps(0, "points"));
+        assert!(matches!(session.goes_on(), Err(Error::Stopped)));
+        assert!(session.tell(&Event::LoopGrows).is_err());
+    }
+
+    #[test]
+    fn ids_lead_back_to_their_stage() {
+        for stage in Stage::ALL {
+            assert_eq!(Stage::of_id(stage.id()), Some(stage));
+            let written = serde_json::to_value(stage).unwrap();
+            assert_eq!(written, stage.id());
+            assert_eq!(serde_json::from_value::<Stage>(written).unwrap(), stage);
+        }
+        assert_eq!(Stage::of_id("response, 3 harmonics"), None);
+    }
+}

@@ -1,0 +1,49 @@
+//! From a reduced model to its static state.
+
+use super::kept::StaticOptions;
+use super::session::{Session, Stage};
+use crate::description::Scene;
+use crate::dlft::static_state::static_state as solve_static;
+use crate::dlft::{Outcome, StaticState};
+use crate::problem::{LinearReference, Problem};
+use dovetail_numerics::newton::NewtonOptions;
+
+/// Newton iterations allowed for one step of the static load.
+const STATIC_ITERATIONS: usize = 100;
+
+/// What the static state of a scene is solved with.
+pub fn static_options(scene: &Scene) -> StaticOptions {
+    StaticOptions {
+        load_steps: scene.static_state.load_steps,
+        tolerance: scene.response.tolerance.min(1e-10),
+        max_iterations: STATIC_ITERATIONS,
+    }
+}
+
+/// The static state with friction; where no pair can open or slip there is nothing to solve.
+pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'_>) -> StaticState {
+    if problem.laws.is_empty() {
+        return StaticState {
+            outcome: Outcome::Converged,
+            x: Vec::new(),
+            lambda: Vec::new(),
+            status: Vec::new(),
+            newton_iterations: 0,
+            residual: 0.0,
+            retention_n: None,
+            linear: LinearReference::stuck(&problem.reduced),
+        };
+    }
+    let stage = session.stage(Stage::StaticState);
+    stage.solves(problem.reduced.stiffness.nrows());
+    let StaticOptions {
+        load_steps,
+        tolerance,
+        max_iterations,
+    } = static_options(scene);
+    let newton = NewtonOptions {
+        tolerance,
+        max_iterations,
+    };
+    solve_static(problem, load_steps, newton)
+}

@@ -1,0 +1,245 @@
+//! Harmonic balance beside integration in time, at a few frequencies.
+
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
+use super::bodies::Meshes;
+use super::error::Error;
+use super::outcome::{ResponseResult, Run, StaticResult};
+use super::reduced::Reduced;
+use super::response::{Responses, frequencies_hz as frequencies_of};
+use super::session::{Session, Stage};
+use crate::description::{ResponseSpec, Scene, Subject};
+use crate::dlft::{Orbit, Response};
+use crate::integration::compare::{Comparison, Start, compare};
+use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
+use crate::reduction::StuckModes;
+use crate::reduction::damping::{Rayleigh, rayleigh};
+use crate::results::quantities::peak;
+
+/// Most frequencies of the response in which the peak is looked for.
+const MOST_POINTS: usize = 81;
+/// A flank of the peak is the first frequency beside it below this fraction of its amplitude.
+const FLANK: f64 = 0.75;
+
+/// What is integrated, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verification {
+    /// Empty: the peak of a response over the scene's range, and its two flanks.
+    pub frequencies_hz: Vec<f64>,
+    /// Steps of one period.
+    pub steps_per_period: usize,
+    /// Exactly so many periods; `None`: until steady, at most `most_periods`.
+    pub periods: Option<usize>,
+    /// Most periods until the motion is steady.
+    pub most_periods: usize,
+    /// What may be left of the transient, relative.
+    pub steady: f64,
+    /// Start from the static state instead of the motion of harmonic balance.
+    pub from_rest: bool,
+    /// Largest relative difference that passes.
+    pub tolerance: f64,
+}
+
+impl Verification {
+    /// How many periods are integrated, or the most where they end with the transient.
+    fn most_periods_asked(&self) -> usize {
+        self.periods.unwrap_or(self.most_periods)
+    }
+}
+
+/// Both methods beside each other.
+#[derive(Debug)]
+pub struct Verified {
+    /// The reduced model, its static state, and harmonic balance at the frequencies that were asked for or searched.
+    pub run: Run,
+    /// One for each frequency that was integrated.
+    pub comparisons: Vec<Comparison>,
+    /// [`Error::NotSteady`] or [`Error::Disagreement`], where they are not alike.
+    pub verdict: Result<(), Error>,
+}
+
+/// Integrates the reduced model in time at each frequency and compares.
+///
+/// # Errors
+/// [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the reduction; [`Error::NotConverged`]
+/// where harmonic balance has no motion to compare.
+pub fn verify(
+    scene: &Scene,
+    meshes: Option<&Meshes>,
+    asked: &Verification,
+    session: &Session<'_>,
+) -> Result<Verified, Error> {
+    let (periods, steps) = (asked.most_periods_asked(), asked.steps_per_period);
+    if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
+        return Err(Error::TooManySteps {
+            periods,
+            steps,
+            most: MOST_STEPS_IN_ALL,
+        });
+    }
+    let scene = &with_modes_of_harmonics(scene);
+    let reduced = Reduced::of(scene, meshes, session)?;
+    let problem = &reduced.problem;
+    if problem.laws.is_empty() {
+        let why = "the response is linear and in closed form, there is nothing to compare";
+        return Err(Error::AllBonded { why });
+    }
+    let statics = super::statics(scene, &reduced, false, session)?;
+    statics.usable()?;
+    let damping = rayleigh(&scene.damping, reduced.linear_omega2(&statics.state))?;
+    let (found, chosen) = orbits(scene, &reduced, damping, &statics, asked, session)?;
+    let response = &found.response;
+    let failed = chosen
+        .iter()
+        .filter(|i| !response.orbits[**i].outcome.has_motion());
+    if let (unconverged @ 1.., points) = (failed.count(), chosen.len()) {
+        return Err(Error::NotConverged {
+            unconverged,
+            points,
+        });
+    }
+    let comparisons = {
+        let _stage = session.stage(Stage::TimeIntegration);
+        let steps = session.steps(chosen.len(), "frequencies");
+        let until = Until {
+            most_periods: periods,
+            tolerance: if asked.periods.is_some() {
+                0.0
+            } else {
+                asked.steady
+            },
+        };
+        let one = |i: &usize| {
+            let start = if asked.from_rest {
+                Start::Rest(&statics.state)
+            } else {
+                Start::Orbit
+            };
+            let done = compare(
+                problem,
+                damping,
+                &response.orbits[*i],
+                start,
+                asked.steps_per_period,
+                until,
+                response.slip_threshold_m,
+            );
+            steps.step();
+            done
+        };
+        chosen
+            .par_iter()
+            .map(one)
+            .collect::<Result<Vec<Comparison>, _>>()?
+    };
+    session.goes_on()?;
+    Ok(Verified {
+        verdict: judge(&comparisons, asked),
+        comparisons,
+        run: Run {
+            reduced,
+            statics,
+            response: Some(found),
+            held_omega2: Vec::new(),
+        },
+    })
+}
+
+/// A motion in time has all harmonics: the scene with no fewer modes than they ask for. A folder has the modes that it has.
+fn with_modes_of_harmonics(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let asked = &mut scene.response.stuck_modes;
+    let least = StuckModes::OF_HARMONICS;
+    *asked = match (*asked, &scene.subject) {
+        (None, Subject::ReducedModel(_)) => None,
+        (asked, _) => Some(asked.map_or(least, |modes| modes.max(least))),
+    };
+    scene
+}
+
+/// A response, and the positions in it of the orbits to compare.
+fn orbits(
+    scene: &Scene,
+    reduced: &Reduced,
+    damping: Rayleigh,
+    statics: &StaticResult,
+    asked: &Verification,
+    session: &Session<'_>,
+) -> Result<(ResponseResult, Vec<usize>), Error> {
+    let state = &statics.state;
+    let mut frequencies_hz = asked.frequencies_hz.clone();
+    frequencies_hz.sort_by(f64::total_cmp);
+    frequencies_hz.dedup();
+    let given = !frequencies_hz.is_empty();
+    if !given {
+        let mut spec = scene.response.clone();
+        spec.points = spec.points.min(MOST_POINTS);
+        frequencies_hz = frequencies_of(&spec, reduced.linear_omega2(state))?;
+    }
+    // Those that are compared are asked for by the caller, or found on the grid.
+    let spec = ResponseSpec {
+        most_added_points: 0,
+        ..scene.response.clone()
+    };
+    let responses = Responses {
+        spec: &spec,
+        reduced,
+        damping,
+        state,
+        frequencies_hz: &frequencies_hz,
+        session,
+    };
+    let (response, slide) = responses.response(None)?;
+    let chosen = if given {
+        (0..response.orbits.len()).collect()
+    } else {
+        peak_and_flanks(&response)
+    };
+    let found = ResponseResult {
+        response,
+        compared: None,
+        slide,
+        farthest: None,
+        retained: Vec::new(),
+        modes_reach: None,
+    };
+    Ok((found, chosen))
+}
+
+/// Peak, and the first frequency with a motion on each side below [`FLANK`] of it; all where nothing is
+/// observed or has a motion.
+fn peak_and_flanks(response: &Response) -> Vec<usize> {
+    let Some(top) = peak(response, 0) else {
+        return (0..response.orbits.len()).collect();
+    };
+    let below = |i: &usize| {
+        let orbit: &Orbit = &response.orbits[*i];
+        orbit.outcome.has_motion() && orbit.observed_amplitude_m[0] < FLANK * top.amplitude_m
+    };
+    let left = (0..top.index).rev().find(below);
+    let right = (top.index + 1..response.orbits.len()).find(below);
+    left.into_iter().chain([top.index]).chain(right).collect()
+}
+
+fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> {
+    if asked.periods.is_none()
+        && let Some(moving) = comparisons.iter().find(|c| !c.steady)
+    {
+        return Err(Error::NotSteady {
+            frequency_hz: moving.frequency_hz,
+            periods: moving.periods,
+            left: moving.transient_left,
+        });
+    }
+    let worst = comparisons
+        .iter()
+        .max_by(|a, b| a.worst().total_cmp(&b.worst()));
+    match worst {
+        Some(worst) if worst.worst() > asked.tolerance => Err(Error::Disagreement {
+            frequency_hz: worst.frequency_hz,
+            percent: 100.0 * worst.worst(),
+            tolerance_percent: 100.0 * asked.tolerance,
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,129 @@
+//! What a run takes from earlier ones: reductions from the cache, solved frequencies from the journal of its folder.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use super::{Cache, Kind, Turn};
+use crate::export::journal::Inputs;
+use crate::files::SharedFiles;
+use crate::fingerprint::fingerprint;
+use crate::reporter::Reporter;
+use dovetail_solver::dlft::SolvedFrequency;
+use dovetail_solver::reduction::Recovery;
+use dovetail_solver::results::modes::Modes;
+use dovetail_solver::run::{KeptReduction, Key, ReductionInputs, ResponseInputs, Store};
+
+/// The cache and the files of a run.
+#[derive(Debug)]
+pub struct RunStore<'r, 'c> {
+    cache: Cache,
+    files: Option<Arc<SharedFiles>>,
+    reporter: &'r Reporter<'c>,
+    /// Held while the reduction is made that was not found.
+    turn: Option<Turn>,
+}
+
+impl<'r, 'c> RunStore<'r, 'c> {
+    /// Takes from `cache`, and goes on with what `files` hold.
+    pub fn new(cache: Cache, files: Option<Arc<SharedFiles>>, reporter: &'r Reporter<'c>) -> Self {
+        Self {
+            cache,
+            files,
+            reporter,
+            turn: None,
+        }
+    }
+
+    fn entry(&self, kind: Kind, key: &Key) -> Option<super::Key> {
+        self.cache.key(kind, key)
+    }
+}
+
+impl Store for RunStore<'_, '_> {
+    fn key(&mut self, inputs: &ReductionInputs) -> Option<Key> {
+        self.cache
+            .key(Kind::ReducedModel, inputs)
+            .map(|key| key.hash)
+    }
+
+    fn reduction(&mut self, key: &Key) -> Option<KeptReduction> {
+        let key = self.entry(Kind::ReducedModel, key);
+        match self.cache.get_or_turn(key.as_ref(), Ok, self.reporter) {
+            Ok(found) => Some(found),
+            Err(turn) => {
+                self.turn = turn;
+                None
+            }
+        }
+    }
+
+    fn keep_reduction(&mut self, key: &Key, reduction: &KeptReduction, recovery: &Recovery) {
+        let of_reduction = self.entry(Kind::ReducedModel, key);
+        self.cache
+            .put(of_reduction.as_ref(), reduction, self.reporter);
+        self.keep_recovery(key, recovery);
+        self.turn = None;
+    }
+
+    fn recovery(&mut self, key: &Key) -> Option<Recovery> {
+        let key = self.entry(Kind::Recovery, key);
+        self.cache.get(key.as_ref(), Ok, self.reporter)
+    }
+
+    fn keep_recovery(&mut self, key: &Key, recovery: &Recovery) {
+        let key = self.entry(Kind::Recovery, key);
+        self.cache.put(key.as_ref(), recovery, self.reporter);
+    }
+
+    fn held_modes(&mut self, key: &Key) -> Option<Vec<Modes>> {
+        let key = self.entry(Kind::HeldModes, key);
+        self.cache.get(key.as_ref(), Ok, self.reporter)
+    }
+
+    fn keep_held_modes(&mut self, key: &Key, modes: &[Modes]) {
+        let key = self.entry(Kind::HeldModes, key);
+        self.cache.put(key.as_ref(), &modes, self.reporter);
+    }
+
+    fn solved(&mut self, inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
+        let Some(files) = &self.files else {
+            return ControlFlow::Continue(Vec::new());
+        };
+        let earlier = match files.locked().solved(hash_of(inputs)) {
+            Ok(earlier) => earlier,
+            Err(error) => {
+                self.reporter.fail(error);
+                return ControlFlow::Break(());
+            }
+        };
+        if !earlier.is_empty() {
+            self.reporter.note(&format!(
+                "{} of {} frequencies were solved before",
+                earlier.len(),
+                inputs.points
+            ));
+        }
+        ControlFlow::Continue(earlier)
+    }
+}
+
+/// A hash of all that a response is computed from, the program included.
+fn hash_of(inputs: &ResponseInputs<'_>) -> Inputs {
+    let ResponseInputs {
+        problem,
+        damping,
+        state,
+        settings,
+        ..
+    } = inputs;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&fingerprint().unwrap_or_default());
+    // Numbers are written so that they read back to the bit.
+    let (loads, laws) = (&problem.excitations, &problem.laws);
+    let rest = (&state.x, &state.lambda, &state.status, state.retention_n);
+    hasher.update(format!("{loads:?}{laws:?}{damping:?}{rest:?}{settings:?}").as_bytes());
+    if postcard::to_io(&problem.reduced, &mut hasher).is_err() {
+        unreachable!("a hasher takes all bytes");
+    }
+    *hasher.finalize().as_bytes()
+}

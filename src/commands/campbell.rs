@@ -1,0 +1,253 @@
+//! The table and the diagram of `dovetail modes --rpm`.
+
+use std::collections::BTreeSet;
+
+use crate::export::csv::ASSEMBLY;
+use crate::export::plots::{CampbellFamily, EngineOrders, Operation};
+use dovetail_solver::results::modes::ModeKind;
+use dovetail_solver::run::{Campbell, Crossing, Family};
+
+/// Without a list of engine orders crossings with those up to this one are listed.
+const MOST_ENGINE_ORDER: usize = 36;
+/// Of these the diagram has those whose names have room, besides those that are named in the text.
+const DRAWN_ENGINE_ORDERS: [usize; 12] = [1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 36];
+/// Most speeds of one table.
+const MOST_SPEEDS: usize = 10_000;
+
+/// Speeds of a Campbell table: `points` of them, evenly spaced, ends included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedRange {
+    from_rpm: f64,
+    to_rpm: f64,
+    points: usize,
+}
+
+/// Why a text is no [`SpeedRange`].
+#[derive(Debug, thiserror::Error, PartialEq)]
+pub enum SpeedRangeError {
+    #[error("`{0}` is not FROM:TO:N, such as 0:8000:9")]
+    Form(String),
+    #[error("speeds must be from 0 to below 1e7 rpm and ascend, not {from} to {to}")]
+    Speeds { from: f64, to: f64 },
+    #[error(
+        "the number of speeds must be from 2 to {MOST_SPEEDS} (1 where both ends are equal), not {0}"
+    )]
+    Points(usize),
+}
+
+impl std::str::FromStr for SpeedRange {
+    type Err = SpeedRangeError;
+
+    fn from_str(text: &str) -> Result<Self, SpeedRangeError> {
+        let form = || SpeedRangeError::Form(text.to_string());
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let [from, to, points] = parts[..] else {
+            return Err(form());
+        };
+        let speed = |s: &str| s.parse::<f64>().ok().filter(|v| v.is_finite());
+        let (from, to) = (speed(from).ok_or_else(form)?, speed(to).ok_or_else(form)?);
+        let points: usize = points.parse().map_err(|_| form())?;
+        if !(0.0 <= from && from <= to && to < 1e7) {
+            return Err(SpeedRangeError::Speeds { from, to });
+        }
+        if points > MOST_SPEEDS || points < if from == to { 1 } else { 2 } {
+            return Err(SpeedRangeError::Points(points));
+        }
+        Ok(Self {
+            from_rpm: from,
+            to_rpm: to,
+            points,
+        })
+    }
+}
+
+impl SpeedRange {
+    /// The speeds, rpm, ascending.
+    pub fn values_rpm(&self) -> Vec<f64> {
+        let last = (self.points - 1).max(1) as f64;
+        let step = (self.to_rpm - self.from_rpm) / last;
+        (0..self.points)
+            .map(|i| match i + 1 {
+                n if n == self.points && n > 1 => self.to_rpm,
+                _ => self.from_rpm + step * i as f64,
+            })
+            .collect()
+    }
+}
+
+/// Modes over the speed beside engine orders.
+#[derive(Debug)]
+pub struct Diagram<'a> {
+    campbell: &'a Campbell,
+    /// Engine orders that were asked for, rising; none: all up to [`MOST_ENGINE_ORDER`].
+    asked: Vec<usize>,
+}
+
+impl<'a> Diagram<'a> {
+    /// With the engine orders that were asked for; none: all up to 36.
+    pub fn new(campbell: &'a Campbell, engine_orders: &[usize]) -> Self {
+        let asked: BTreeSet<usize> = engine_orders.iter().copied().collect();
+        Self {
+            campbell,
+            asked: asked.into_iter().collect(),
+        }
+    }
+
+    /// The curves.
+    pub fn curves(&self) -> Vec<CampbellFamily> {
+        self.campbell.families.iter().map(curves).collect()
+    }
+
+    /// Where modes cross engine orders, rising in speed.
+    pub fn crossings(&self) -> Vec<Crossing> {
+        self.campbell.crossings(&self.crossed())
+    }
+
+    /// The engine orders whose crossings are found.
+    fn crossed(&self) -> Vec<usize> {
+        if self.asked.is_empty() {
+            (1..=MOST_ENGINE_ORDER).collect()
+        } else {
+            self.asked.clone()
+        }
+    }
+
+    /// The crossing of each mode that is nearest to the speed of the scene.
+    fn nearest(&self) -> Vec<Crossing> {
+        self.campbell.nearest_crossings(&self.crossed())
+    }
+
+    /// The engine orders of the diagram: all that were asked for or that the text names, and others
+    /// that have room.
+    pub fn drawn_orders(&self) -> EngineOrders {
+        if !self.asked.is_empty() {
+            return EngineOrders {
+                all_of: self.asked.clone(),
+                with_room: Vec::new(),
+            };
+        }
+        let named = self.nearest().into_iter().map(|c| c.engine_order);
+        let named: BTreeSet<usize> = named.collect();
+        EngineOrders {
+            all_of: named.into_iter().collect(),
+            with_room: DRAWN_ENGINE_ORDERS.to_vec(),
+        }
+    }
+
+    /// The speed of the scene, and its modes there.
+    pub fn operation(&self) -> Operation {
+        let speed_rpm = self.campbell.operating_rpm;
+        let modes = self.campbell.families.iter().flat_map(|family| {
+            (0..family.modes()).filter_map(move |mode| family.frequency_hz(mode, speed_rpm))
+        });
+        let name = |hz: f64| format!("{hz:.1} Hz, EO {:.2}", hz * 60.0 / speed_rpm);
+        Operation {
+            speed_rpm,
+            modes: if speed_rpm > 0.0 {
+                modes.map(|hz| (hz, name(hz))).collect()
+            } else {
+                Vec::new()
+            },
+        }
+    }
+
+    /// For a reader: the frequencies, and the crossings nearest to the speed of the scene.
+    pub fn table(&self) -> String {
+        let tables: String = self.campbell.families.iter().map(table).collect();
+        let operating_rpm = self.campbell.operating_rpm;
+        if operating_rpm <= 0.0 {
+            return tables;
+        }
+        let line = |c: Crossing| {
+            format!(
+                "{:>10.1}{:>12.4}  EO {:<3}{:+8.1} %  {}, {}, mode {}\n",
+                c.speed_rpm,
+                c.frequency_hz,
+                c.engine_order,
+                100.0 * c.margin(operating_rpm),
+                c.body.as_deref().unwrap_or(ASSEMBLY),
+                c.kind.id().replace('_', " "),
+                c.mode
+            )
+        };
+        let lines: String = self.nearest().into_iter().map(line).collect();
+        let orders = if self.asked.is_empty() {
+            format!("an engine order up to {MOST_ENGINE_ORDER}")
+        } else {
+            let orders: Vec<String> = self.asked.iter().map(usize::to_string).collect();
+            format!("one of the engine orders {}", orders.join(", "))
+        };
+        format!(
+            "{tables}crossing with {orders} that is nearest to {operating_rpm:.0} rpm, of each mode\n\
+             {:>10}{:>12}\n{lines}",
+            "speed_rpm", "Hz"
+        )
+    }
+}
+
+fn title(family: &Family) -> String {
+    let body = family.body.as_deref().unwrap_or(ASSEMBLY);
+    format!("{body}, {}", family.kind.id().replace('_', " "))
+}
+
+fn curves(family: &Family) -> CampbellFamily {
+    let mode = |mode: usize| {
+        let point = |(rpm, f): &(f64, Option<Vec<f64>>)| Some((*rpm, *f.as_ref()?.get(mode)?));
+        family.speeds.iter().filter_map(point).collect()
+    };
+    CampbellFamily {
+        label: title(family),
+        modes: (0..family.modes()).map(mode).collect(),
+        dashed: family.kind == ModeKind::Stuck,
+    }
+}
+
+/// One line per speed.
+fn table(family: &Family) -> String {
+    let heads = (1..=family.modes()).map(|mode| format!("{mode:>12}"));
+    let heads = format!("{:>10}{}\n", "speed_rpm", heads.collect::<String>());
+    let line = |(rpm, frequencies): &(f64, Option<Vec<f64>>)| {
+        let cells: String = match frequencies {
+            Some(f) => f.iter().map(|f| format!("{f:>12.4}")).collect(),
+            None => format!("{:>12}", "-").repeat(family.modes()),
+        };
+        format!("{rpm:>10.1}{cells}\n")
+    };
+    let lines: String = family.speeds.iter().map(line).collect();
+    format!("{}: frequencies in Hz\n{heads}{lines}", title(family))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_read_and_include_their_ends() {
+        let speeds = |text: &str| text.parse::<SpeedRange>().map(|s| s.values_rpm());
+        assert_eq!(speeds("0:8000:5").unwrap(), [0.0, 2e3, 4e3, 6e3, 8e3]);
+        assert_eq!(speeds(" 1e3 : 2e3 : 2 ").unwrap(), [1e3, 2e3]);
+        assert_eq!(speeds("5000:5000:1").unwrap(), [5e3]);
+        assert_eq!(speeds("0:0:1").unwrap(), [0.0]);
+        assert_eq!(*speeds("0:1e6:7").unwrap().last().unwrap(), 1e6);
+    }
+
+    #[test]
+    fn what_is_no_range_says_what_is() {
+        for (text, says) in [
+            ("5000", "FROM:TO:N"),
+            ("0:5000", "FROM:TO:N"),
+            ("0:fast:3", "FROM:TO:N"),
+            ("0:inf:3", "FROM:TO:N"),
+            ("0:5000:2.5", "FROM:TO:N"),
+            ("-1:5000:3", "ascend"),
+            ("5000:0:3", "ascend"),
+            ("0:1e7:3", "1e7"),
+            ("0:5000:1", "2 to"),
+            ("0:5000:0", "2 to"),
+            ("0:5000:10001", "2 to"),
+        ] {
+            let message = text.parse::<SpeedRange>().unwrap_err().to_string();
+            assert!(message.contains(says), "{text}: {message}");
+        }
+    }
+}

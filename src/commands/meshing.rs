@@ -1,0 +1,250 @@
+//! Finds the mesh of a scene: a file, or what gmsh makes of a script, in this run or in an earlier
+//! one.
+
+use std::path::Path;
+
+use crate::cache::{Cache, Key, Kind};
+use crate::error::RunError;
+use crate::export::manifest::MeshOrigin;
+use crate::export::{create_folder, write_file};
+use crate::files::MESH_FILE;
+use crate::gmsh::{self, GmshError, GmshRun, inputs};
+use crate::mesh_files;
+use crate::reporter::{Reporter, StageGuard};
+use crate::scene_files::hash_of_file;
+use crate::warning::Weight;
+use dovetail_mesh::units::Units;
+use dovetail_mesh::{Mesh, MeshError, quality};
+use dovetail_solver::input;
+use dovetail_solver::model::gather::gather;
+use dovetail_solver::model::{
+    Assembly, BodyMesh, ExcitationKind, FieldSource, MeshKind, MeshSource, SurfaceFields,
+};
+use dovetail_solver::run::Stage;
+
+/// Where a mesh file is, and what it holds.
+fn origin_of(path: &Path) -> MeshOrigin {
+    MeshOrigin {
+        source: path.to_path_buf(),
+        blake3: hash_of_file(path).ok(),
+        gmsh: None,
+        fallback: false,
+    }
+}
+
+/// That what the scene names as its meshes is there. What runs with it is told.
+pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), RunError> {
+    let is_there = |path: &Path| {
+        input::check(path).map_err(|source| MeshError::Io {
+            path: path.to_path_buf(),
+            source,
+        })
+    };
+    for body in &assembly.bodies {
+        if let BodyMesh::File { path, .. } = &body.mesh {
+            is_there(path)?;
+        }
+    }
+    surface_fields(assembly)?;
+    match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
+        None => {}
+        Some(MeshKind::File { path }) => is_there(path)?,
+        Some(MeshKind::Geometry { script, .. }) => {
+            input::check(script).map_err(|source| GmshError::Script {
+                path: script.clone(),
+                source,
+            })?;
+            reporter.note(&format!(
+                "{} is a program that gmsh runs, and it can start any command: run it only where you trust it",
+                script.display()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The fields that excitations name by their files.
+pub(super) fn surface_fields(assembly: &Assembly) -> Result<SurfaceFields, RunError> {
+    let mut fields = SurfaceFields::new();
+    for excitation in &assembly.excitations {
+        if let ExcitationKind::Field {
+            field: FieldSource::File(path),
+            ..
+        } = &excitation.kind
+        {
+            fields.insert(path.clone(), mesh_files::surface_field(path)?);
+        }
+    }
+    Ok(fields)
+}
+
+/// Where gmsh's mesh is written, and where it is kept for later runs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MadeIn<'a> {
+    pub folder: &'a Path,
+    pub cache: &'a Cache,
+}
+
+/// The mesh of all bodies, with the elements of each file checked, and where it came from.
+pub(super) fn make_mesh(
+    assembly: &Assembly,
+    made_in: MadeIn<'_>,
+    reporter: &Reporter<'_>,
+) -> Result<(Mesh, MeshOrigin), RunError> {
+    let mut stage = reporter.stage(Stage::Mesh);
+    let (shared, mut origin) = match &assembly.mesh {
+        Some(source) => {
+            let (mesh, origin) = shared_mesh(source, made_in, &mut stage, reporter)?;
+            (Some(mesh), Some(origin))
+        }
+        None => (None, None),
+    };
+    let mesh = gather(assembly, shared, &mut |path, units| {
+        origin.get_or_insert_with(|| origin_of(path));
+        read(path, units)
+    })?;
+    for remark in &mesh.remarks {
+        reporter.warning(Weight::Remark, format!("mesh {remark}"));
+    }
+    let origin = origin.unwrap_or_else(|| origin_of(Path::new("")));
+    Ok((mesh, origin))
+}
+
+/// The mesh that bodies share.
+fn shared_mesh(
+    source: &MeshSource,
+    made_in: MadeIn<'_>,
+    stage: &mut StageGuard<'_, '_>,
+    reporter: &Reporter<'_>,
+) -> Result<(Mesh, MeshOrigin), RunError> {
+    let units = source.units;
+    let (script, parameters, time_limit_s) = match &source.kind {
+        MeshKind::File { path } => {
+            return Ok((read(path, units)?, origin_of(path)));
+        }
+        MeshKind::Geometry {
+            script,
+            parameters,
+            time_limit_s,
+            ..
+        } => (script, parameters, *time_limit_s),
+    };
+    create_folder(made_in.folder)?;
+    let out = made_in.folder.join(MESH_FILE);
+    let cache = made_in.cache;
+    let key = mesh_key(cache, script, parameters);
+    // A mesh that cannot be used is a fault of the entry; a file that cannot be written is one of
+    // the run.
+    let accept = |kept: KeptMesh| {
+        if let Err(error) = write_file(&out, &kept.file) {
+            return Ok(Err(error));
+        }
+        let mesh = dovetail_mesh::parse(kept.file, units).map_err(|e| e.to_string())?;
+        quality::check(&mesh).map_err(|e| e.to_string())?;
+        Ok(Ok((mesh, kept.version, kept.warnings)))
+    };
+    match cache.get_or_turn(key.as_ref(), accept, reporter) {
+        Ok(kept) => {
+            let (mesh, version, warnings) = kept?;
+            stage.from_cache();
+            Ok((mesh, made(&out, version, &warnings, reporter)))
+        }
+        Err(_turn) => match gmsh::generate(script, parameters, time_limit_s, &out) {
+            Ok(run) => {
+                let mesh = read(&out, units).map_err(|error| of_writing(error, &out))?;
+                keep(cache, key.as_ref(), &run, &out, reporter);
+                Ok((mesh, made(&out, run.version, &run.warnings, reporter)))
+            }
+            Err(missing @ GmshError::Missing { .. }) => {
+                let origin = ready(source.kind.equivalent_fallback(), missing, reporter)?;
+                Ok((read(&origin.source, units)?, origin))
+            }
+            Err(error) => Err(error.into()),
+        },
+    }
+}
+
+/// Reads a mesh and checks its elements. Its remarks name the file, since several bodies may have one each.
+fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
+    let mut mesh = mesh_files::read(path, units)?;
+    quality::check(&mesh)?;
+    for remark in &mut mesh.remarks {
+        *remark = format!("{}: {remark}", path.display());
+    }
+    Ok(mesh)
+}
+
+/// What is wrong with a mesh that gmsh has just written: on a full disk it writes a part and tells
+/// nobody.
+fn of_writing(error: RunError, out: &Path) -> RunError {
+    match error {
+        RunError::Mesh(source) if source.is_damage() => {
+            let _ = std::fs::remove_file(out); // made a moment ago, and no mesh
+            let folder = out.parent().unwrap_or(out).to_path_buf();
+            GmshError::NotWhole { folder, source }.into()
+        }
+        error => error,
+    }
+}
+
+fn made(out: &Path, version: String, warnings: &[String], reporter: &Reporter<'_>) -> MeshOrigin {
+    for warning in warnings {
+        reporter.warning(Weight::Remark, format!("gmsh: {warning}"));
+    }
+    MeshOrigin {
+        gmsh: Some(version),
+        ..origin_of(out)
+    }
+}
+
+/// The ready mesh, where gmsh is missing.
+fn ready(
+    fallback: Option<&Path>,
+    missing: GmshError,
+    reporter: &Reporter<'_>,
+) -> Result<MeshOrigin, RunError> {
+    let Some(ready) = fallback else {
+        return Err(missing.into());
+    };
+    reporter.warning(
+        Weight::Remark,
+        format!(
+            "gmsh is not installed: using the ready mesh {}, made with the same parameters",
+            ready.display()
+        ),
+    );
+    Ok(MeshOrigin {
+        fallback: true,
+        ..origin_of(ready)
+    })
+}
+
+/// What gmsh made in an earlier run.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct KeptMesh {
+    version: String,
+    warnings: Vec<String>,
+    file: Vec<u8>,
+}
+
+/// `None` where nothing is kept, or where the mesh depends on more than is known.
+fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<Key> {
+    // gmsh takes some tenths of a second to say its version: only where there is a cache.
+    cache.is_on().then_some(())?;
+    let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
+    let mut parameters = parameters.to_vec();
+    parameters.sort_by(|a, b| a.0.cmp(&b.0));
+    cache.key(Kind::Mesh, &(inputs::inputs(script)?, parameters, version))
+}
+
+fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, reporter: &Reporter<'_>) {
+    let Some(key) = key else { return };
+    if let Ok(file) = std::fs::read(out) {
+        let kept = KeptMesh {
+            version: run.version.clone(),
+            warnings: run.warnings.clone(),
+            file,
+        };
+        cache.put(Some(key), &kept, reporter);
+    }
+}

@@ -1,0 +1,270 @@
+//! What each command about a scene does: meshes come from files or gmsh, the library computes, files are written.
+
+mod campbell;
+mod meshing;
+pub mod pieces;
+mod verify;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use self::campbell::Diagram;
+pub use self::campbell::{SpeedRange, SpeedRangeError};
+use self::meshing::MadeIn;
+use crate::cache::{Cache, RunStore};
+use crate::error::RunError;
+use crate::files::SharedFiles;
+use crate::reporter::Reporter;
+use crate::warning::Weight;
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::model::{Assembly, Prestress};
+use dovetail_solver::results::modes::NaturalFrequency;
+use dovetail_solver::run::{
+    self, Bodies, Condensed, Error, Meshes, Options, Reduced, Run, Session, Stage, Verification,
+    Verified,
+};
+
+/// A scene, and what the commands about it use.
+#[derive(Debug)]
+pub struct Work<'a> {
+    pub scene: &'a Scene,
+    /// Where gmsh writes the mesh of a script.
+    pub folder: PathBuf,
+    pub cache: Cache,
+    /// `None` where nothing is written but the mesh that gmsh makes.
+    pub files: Option<Arc<SharedFiles>>,
+    pub reporter: Reporter<'a>,
+}
+
+impl Work<'_> {
+    /// The meshes of a scene about bodies.
+    fn meshes(&self) -> Result<Option<Meshes>, RunError> {
+        let Some(assembly) = self.scene.assembly() else {
+            return Ok(None);
+        };
+        let made_in = MadeIn {
+            folder: &self.folder,
+            cache: &self.cache,
+        };
+        let (mesh, origin) = meshing::make_mesh(assembly, made_in, &self.reporter)?;
+        if let Some(files) = &self.files {
+            files.locked().comes_from(origin);
+        }
+        let fields = meshing::surface_fields(assembly)?;
+        Ok(Some(Meshes { mesh, fields }))
+    }
+
+    /// The meshes of a scene that must have some, and its bodies.
+    fn meshed(&self) -> Result<(&Assembly, Meshes), RunError> {
+        let assembly = self.scene.assembly();
+        let meshes = assembly
+            .and_then(|_| self.meshes().transpose())
+            .transpose()?;
+        match (assembly, meshes) {
+            (Some(assembly), Some(meshes)) => Ok((assembly, meshes)),
+            _ => Err(RunError::NoMesh {
+                scene: self.scene.name.clone(),
+            }),
+        }
+    }
+
+    /// Computes with the library, which tells the reporter, and takes from the cache and from the journal of the folder.
+    fn computes<T>(
+        &self,
+        work: impl FnOnce(&Session<'_>) -> Result<T, Error>,
+    ) -> Result<T, RunError> {
+        let files = self.files.clone();
+        let mut store = RunStore::new(self.cache.clone(), files, &self.reporter);
+        self.reporter.hears(&mut store, work)
+    }
+
+    /// Mesh, or reduced model, to static state and response.
+    ///
+    /// # Errors
+    /// Those of the meshes and of the run; a file that cannot be written.
+    pub fn solve(&self, options: Options) -> Result<Run, RunError> {
+        let meshes = self.meshes()?;
+        let run =
+            self.computes(|session| run::solve(self.scene, meshes.as_ref(), options, session))?;
+        if let (Some(files), false) = (&self.files, run.held_omega2.is_empty()) {
+            files.locked().held_modes(&run)?;
+        }
+        Ok(run)
+    }
+
+    /// Up to the static state under the steady load: a run without a response.
+    ///
+    /// # Errors
+    /// As [`Work::solve`].
+    pub fn static_state(&self, options: Options) -> Result<Run, RunError> {
+        let meshes = self.meshes()?;
+        self.computes(|session| run::static_state(self.scene, meshes.as_ref(), options, session))
+    }
+
+    /// Only the mesh: made, checked, its flanks paired.
+    ///
+    /// # Errors
+    /// gmsh, an unreadable or unusable mesh, groups it lacks, flanks that do not match; a scene without mesh.
+    pub fn mesh(&self) -> Result<(), RunError> {
+        let (assembly, meshes) = self.meshed()?;
+        self.computes(|session| run::Bound::of(assembly, &meshes, session))?;
+        Ok(())
+    }
+
+    /// Modes of each body with its flanks held, fixed-interface modes, and modes of the stuck assembly.
+    ///
+    /// # Errors
+    /// As [`Work::solve`].
+    pub fn modes(&self) -> Result<Vec<NaturalFrequency>, RunError> {
+        let meshes = self.meshes()?;
+        let found = self.computes(|session| run::modes(self.scene, meshes.as_ref(), session))?;
+        match &self.files {
+            Some(files) => files.locked().modal_analysis(&found),
+            None => Ok(found.reduced.natural_frequencies(None, &found.held_omega2)),
+        }
+    }
+
+    /// Modes over the speed; gives a table for a reader. `engine_orders` are those whose crossings are wanted; none: all up
+    /// to 36.
+    ///
+    /// # Errors
+    /// As [`Work::solve`]; a scene without mesh or without an axis of rotation.
+    pub fn campbell(
+        &self,
+        speeds: SpeedRange,
+        engine_orders: &[usize],
+    ) -> Result<String, RunError> {
+        let rotation = self.scene.assembly().and_then(|a| a.rotation.as_ref());
+        if rotation.is_some_and(|r| r.prestress == Prestress::Contact) {
+            self.reporter.note(
+                "modes over the speed: the stress is that with all pairs stuck, a multiple of the square of the speed; that of \
+                 the static state with contact is in `dovetail modes` at one speed",
+            );
+        }
+        let (assembly, meshes) = self.meshed()?;
+        if assembly.rotation.is_none() {
+            return Err(Error::NoRotation.into());
+        }
+        let speeds_rpm = speeds.values_rpm();
+        let campbell =
+            self.computes(|session| run::campbell(self.scene, &meshes, &speeds_rpm, session))?;
+        for (rpm, error) in &campbell.failed {
+            let text = format!("no modes at {rpm} rpm: {error}");
+            self.reporter.warning(Weight::Wrong, text);
+        }
+        let diagram = Diagram::new(&campbell, engine_orders);
+        if let Some(files) = &self.files {
+            let drawn = (
+                &diagram.curves()[..],
+                &diagram.drawn_orders(),
+                &diagram.operation(),
+            );
+            files
+                .locked()
+                .campbell(&campbell, &diagram.crossings(), drawn)?;
+        }
+        Ok(diagram.table())
+    }
+
+    /// Harmonic balance beside integration in time; gives a table for a reader, too.
+    ///
+    /// # Errors
+    /// As [`Work::solve`]; harmonic balance that has no motion to compare.
+    pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
+        let meshes = self.meshes()?;
+        let verified =
+            self.computes(|session| run::verify(self.scene, meshes.as_ref(), asked, session))?;
+        self.reporter.judge(&verified.run);
+        if let Some(files) = &self.files {
+            files.locked().verification(&verified, asked)?;
+        }
+        let table = verify::tables(&verified.comparisons);
+        Ok((verified, table))
+    }
+
+    /// Up to the reduced model, for a folder that `[reduced_model]` reads. The folder holds the response to 1 N in all,
+    /// whatever the forces of the scene: `reduced_model.force_n` alone gives the amplitude. Where the scene has other causes
+    /// than forces the folder holds them as they are, and `reduced_model.force_n` multiplies them.
+    ///
+    /// # Errors
+    /// As [`Work::mesh`], and those of the reduction; a scene without pairs.
+    pub fn reduce(&self) -> Result<(), RunError> {
+        let (_, meshes) = self.meshed()?;
+        let condensed = self.computes(|session| run::reduce(self.scene, &meshes, session))?;
+        let Some(files) = &self.files else {
+            return Ok(());
+        };
+        let law = {
+            let _stage = self.reporter.stage(Stage::ReducedModelFiles);
+            files.locked().reduced_model(&condensed.reduced)?
+        };
+        match law.map(|law| lines_of_scene(&condensed, law, &self.folder)) {
+            Some(lines) => self.reporter.note(&lines),
+            None => self.reporter.warning(
+                Weight::Doubt,
+                "the pairs differ in friction, stiffness or clearance, of which [reduced_model] has one value for all",
+            ),
+        }
+        Ok(())
+    }
+
+    /// Up to the reduced model, kept in the cache with what later runs need to come back to the bodies.
+    ///
+    /// # Errors
+    /// As [`Work::mesh`], and those of the reduction; no cache.
+    pub fn reduce_into_cache(&self, held_modes: bool) -> Result<(), RunError> {
+        if self.scene.assembly().is_none() {
+            return Err(RunError::NoMesh {
+                scene: self.scene.name.clone(),
+            });
+        }
+        let Some(cache) = self.cache.folder() else {
+            return Err(RunError::NoCache);
+        };
+        let (_, meshes) = self.meshed()?;
+        self.computes(|session| {
+            let reduced = Reduced::of(self.scene, Some(&meshes), session)?;
+            let bodies: Option<&Bodies> = reduced.bodies.as_ref().filter(|_| held_modes);
+            bodies.map(|bodies| bodies.held_modes(session)).transpose()
+        })?;
+        self.reporter
+            .note(&format!("reduced model in the cache {}", cache.display()));
+        Ok(())
+    }
+}
+
+/// The lines of a scene that read a reduced model from its folder, all of whose pairs follow `law`.
+fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String {
+    // A scene counts paths from its own folder, wherever that will be.
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let springs = law.stiffness.map(|springs| {
+        format!(
+            "normal_stiffness_n_m = {:?}\ntangential_stiffness_n_m = {:?}\n",
+            springs.normal_n_m, springs.tangential_n_m
+        )
+    });
+    format!(
+        "[reduced_model]\nfolder = {}\nfriction = {:?}\n{}gap_m = {:?}\nforce_n = {:?}",
+        toml::Value::String(folder.display().to_string()),
+        law.friction,
+        springs.unwrap_or_default(),
+        law.gap_m,
+        condensed.force_n
+    )
+}
+
+/// Says that the scene is sound; nothing is computed or written.
+///
+/// # Errors
+/// A mesh or script that does not exist, a reduced model that cannot be read.
+pub fn check(scene: &Scene, reporter: &Reporter<'_>) -> Result<(), RunError> {
+    match &scene.subject {
+        Subject::Assembly(assembly) => meshing::check(assembly, reporter)?,
+        Subject::ReducedModel(spec) => {
+            dovetail_solver::reduction::superelement::read(&spec.folder)?;
+        }
+    }
+    reporter.note(&format!("scene \"{}\" is sound", scene.name));
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! Says which meshes and reduced models several scenes can share, from their descriptions alone: before anything is
+//! made of them.
+
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::model::MeshKind;
+use dovetail_solver::model::{Assembly, Prestress};
+use dovetail_solver::reduction::StuckModes;
+use dovetail_solver::run::{StaticOptions, static_options, stuck_modes};
+
+use crate::gmsh::inputs;
+
+/// What the mesh of a script depends on, as far as scenes differ in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshInputs {
+    script: std::path::PathBuf,
+    /// By name.
+    parameters: Vec<(String, f64)>,
+}
+
+/// What a reduced model depends on, as far as scenes differ in it: what the key of the cache says of the model, said of
+/// its description.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReductionInputs {
+    assembly: Assembly,
+    wanted: StuckModes,
+    /// Load steps, tolerance and iterations of the static state that the prestress comes from.
+    statics: Option<StaticOptions>,
+}
+
+/// `None` where no mesh is made, or where one is not kept for later runs.
+pub fn mesh_inputs(scene: &Scene) -> Option<MeshInputs> {
+    let MeshKind::Geometry {
+        script, parameters, ..
+    } = &scene.assembly()?.mesh.as_ref()?.kind
+    else {
+        return None;
+    };
+    inputs::inputs(script)?;
+    let mut parameters = parameters.clone();
+    parameters.sort_by(|a, b| a.0.cmp(&b.0));
+    Some(MeshInputs {
+        script: script.clone(),
+        parameters,
+    })
+}
+
+/// `None` where nothing is reduced.
+pub fn reduction_inputs(scene: &Scene) -> Option<ReductionInputs> {
+    let Subject::Assembly(assembly) = &scene.subject else {
+        return None;
+    };
+    let mut assembly = Assembly::clone(assembly);
+    let rotation = assembly.rotation.as_ref();
+    let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
+    if !of_contact {
+        for contact in &mut assembly.contacts {
+            (contact.friction, contact.gap_m) = (0.0, 0.0);
+            (contact.stiffness, contact.crown) = (None, None);
+        }
+    }
+    for excitation in &mut assembly.excitations {
+        (
+            excitation.amplitude,
+            excitation.harmonic,
+            excitation.phase_rad,
+        ) = (0.0, 0, 0.0);
+    }
+    let statics = of_contact.then(|| static_options(scene));
+    Some(ReductionInputs {
+        assembly,
+        wanted: stuck_modes(scene),
+        statics,
+    })
+}

@@ -1,0 +1,246 @@
+//! Defines the error of a run, which is the stage's own error, with the words of the scene.
+
+use std::error::Error;
+use std::fmt;
+
+use miette::{Diagnostic, Severity};
+use thiserror::Error;
+
+use crate::exhaustion::OutOfMemory;
+use crate::exit::ExitStatus;
+use crate::export::ExportError;
+use crate::gmsh::GmshError;
+use crate::motions::free_words;
+use crate::words::quantity;
+use dovetail_mesh::MeshError;
+use dovetail_mesh::formats::surface_field::SurfaceFieldError;
+use dovetail_mesh::quality::QualityError;
+use dovetail_solver::model::ModelError;
+use dovetail_solver::reduction::superelement::SuperelementError;
+use dovetail_solver::run;
+
+/// Why a run ended without its full result.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RunError {
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+
+    /// gmsh made no mesh.
+    #[error("meshing failed")]
+    Gmsh(#[from] GmshError),
+
+    #[error("the mesh cannot be used")]
+    Quality(#[from] QualityError),
+
+    /// The file of `excitation.file`.
+    #[error(transparent)]
+    Field(#[from] SurfaceFieldError),
+
+    /// Bodies and meshes that do not fit, before a run begins.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+
+    /// The run itself.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Run(Ended),
+
+    /// `dovetail mesh` of a scene about a reduced model.
+    #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
+    #[diagnostic(help(
+        "`dovetail static` and `dovetail run` compute with it; `dovetail mesh` and `dovetail reduce` need a scene with [mesh] \
+         instead of [reduced_model]"
+    ))]
+    NoMesh { scene: String },
+
+    /// What is only to be kept in the cache has no place there.
+    #[error("the reduced model is to be kept in the cache alone, and there is none")]
+    #[diagnostic(help(
+        "name its folder (--cache DIR) and leave out --no-cache and a limit of 0 GiB, or write the reduced model into a \
+         folder (--out DIR, without --into-cache)"
+    ))]
+    NoCache,
+
+    /// A reduced model that is read or written beside a run.
+    #[error(transparent)]
+    Superelement(#[from] SuperelementError),
+
+    #[error(transparent)]
+    Export(#[from] ExportError),
+
+    /// Told when it was met.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    OutOfMemory(#[from] OutOfMemory),
+}
+
+impl From<run::Error> for RunError {
+    fn from(error: run::Error) -> Self {
+        Self::Run(Ended(error))
+    }
+}
+
+/// The error of a run in the words of a scene: what to change, by the names of its keys.
+#[derive(Debug)]
+pub struct Ended(pub run::Error);
+
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            run::Error::NoLinearMode => write!(
+                f,
+                "response.times_first_linear_mode: this model has no mode to count from"
+            ),
+            run::Error::NoRotation => write!(
+                f,
+                "frequencies over the speed were asked for, and the scene has no axis of rotation"
+            ),
+            run::Error::MovesTooFar(moved) => write!(
+                f,
+                "{} of body `{}` moves by {}, more than the body is long ({})",
+                moved.what,
+                moved.body,
+                quantity(moved.displacement_m, "m", 3),
+                quantity(moved.size_m, "m", 3)
+            ),
+            run::Error::NothingHolds { motions } => write!(
+                f,
+                "nothing holds {}: no pair is in contact in the static state",
+                free_words(motions)
+            ),
+            error => error.fmt(f),
+        }
+    }
+}
+
+impl Error for Ended {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.0.source()
+    }
+}
+
+impl Diagnostic for Ended {
+    fn severity(&self) -> Option<Severity> {
+        matches!(self.0, run::Error::NotConverged { .. }).then_some(Severity::Warning)
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(remedy(&self.0)?))
+    }
+}
+
+/// What to do about the error of a run.
+fn remedy(error: &run::Error) -> Option<&'static str> {
+    Some(match error {
+        run::Error::NoLinearMode => {
+            "give the range in hertz, for example: response.frequency_hz = [440.0, 460.0]"
+        }
+        run::Error::UndampedMode { .. } => {
+            "give some damping (damping.ratio = 0.001), or move the range or the number of points of [response] so that \
+         no frequency is exactly there"
+        }
+        run::Error::AllBonded { .. } => {
+            "give a contact law = \"unilateral_coulomb\" and a coefficient of friction; `dovetail run` computes the linear response"
+        }
+        run::Error::StaticState { .. } => {
+            "take more steps (static.load_steps), a friction coefficient below 1, or look at static.csv and \
+         flank_static.vtu: pairs that all slide, or all open, hold nothing"
+        }
+        run::Error::Prestress { .. } => {
+            "the stress of the static state changes the stiffness so much that the two do not settle: lower the load or the speed, raise \
+         static.load_steps, or take prestress = \"held_flanks\" of [rotation]"
+        }
+        run::Error::SlidesTooFar => {
+            "the two sides of a pair are assumed to stay opposite each other. Look in static.csv for the pairs that slide. Check the units of \
+         the loads and of young_pa, hold the body that slides (friction, supports, a [[contact]]), or load it less"
+        }
+        run::Error::MovesTooFar(_) => {
+            "displacements are taken to be small: check the units of the loads, of young_pa and of the mesh, the supports, and the \
+         force of the excitation. The files of the run hold its figures, which are those of no possible motion"
+        }
+        run::Error::NothingHolds { .. } => {
+            "a support (key `fixed`) or a [[spring]] holds a body without its contacts. Else a steady load must press them \
+         together: give [rotation] a speed_rpm above 0, an axis that throws the body outwards, and the body among those that carry \
+         the load (rotation.bodies), or add a [[load]] towards the other body; it must close the clearance (gap_m, \
+         crown_radius_m); the f_static.mtx of a reduced model must be negative on N"
+        }
+        run::Error::NoRotation => {
+            "give the scene a section [rotation] with an axis and any speed_rpm; --rpm takes the place of the speed"
+        }
+        run::Error::TooManySteps { .. } => {
+            "take fewer steps per period (--steps; 500 to 2000 are usual) or fewer periods (--periods, \
+         --most-periods)"
+        }
+        run::Error::NotSteady { .. } => {
+            "allow more periods (--most-periods), accept more of the transient (--steady), or add damping; verify.csv \
+         holds the last period. A motion whose transient does not decay may have no steady state of the period of \
+         the excitation"
+        }
+        run::Error::Disagreement { .. } => {
+            "take more harmonics (--set response.harmonics=7) and more steps per period (--steps), see which moves, or \
+         allow more (--tolerance); near a peak several motions may exist, and each method may have found another"
+        }
+        run::Error::TooLittleMemory { .. } => {
+            "take fewer response.harmonics (`response.accuracy` takes as few as it needs), the solver \"newton_krylov\", or fewer pairs"
+        }
+        run::Error::NotConverged { .. } => {
+            "they are marked in the column `outcome` of response.csv and left out of the curves; more \
+             response.max_newton_iterations, a smaller step in frequency (response.points), or the default \
+             response.eps = \"dynamic\" with eps_scale = 1 may help"
+        }
+        _ => return None,
+    })
+}
+
+impl RunError {
+    /// How a command ends with this error.
+    pub fn exit_status(&self) -> ExitStatus {
+        match self {
+            Self::Gmsh(
+                GmshError::Script { .. }
+                | GmshError::UnknownParameter { .. }
+                | GmshError::UnknownOption { .. }
+                | GmshError::SetByScript { .. },
+            )
+            | Self::Mesh(_)
+            | Self::Field(_)
+            | Self::Quality(_)
+            | Self::Model(_)
+            | Self::NoMesh { .. }
+            | Self::NoCache
+            | Self::Export(
+                ExportError::OtherScene { .. }
+                | ExportError::OtherSettings { .. }
+                | ExportError::OtherInputs { .. },
+            ) => ExitStatus::BadInput,
+            Self::Superelement(error) => of_folder(error),
+            Self::Run(Ended(error)) => of_run(error),
+            Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
+        }
+    }
+}
+
+fn of_folder(error: &SuperelementError) -> ExitStatus {
+    if matches!(error, SuperelementError::Write { .. }) {
+        ExitStatus::Failed
+    } else {
+        ExitStatus::BadInput
+    }
+}
+
+fn of_run(error: &run::Error) -> ExitStatus {
+    use run::Error;
+    match error {
+        Error::Model(_)
+        | Error::NoMesh
+        | Error::NoLinearMode
+        | Error::UndampedMode { .. }
+        | Error::Damping(_)
+        | Error::AllBonded { .. }
+        | Error::TooManySteps { .. }
+        | Error::NoRotation => ExitStatus::BadInput,
+        Error::Superelement(error) => of_folder(error),
+        Error::NotConverged { .. } => ExitStatus::NotConverged,
+        _ => ExitStatus::Failed,
+    }
+}

@@ -1,0 +1,865 @@
+//! Writes the files of a run, and the figures that it tells at its end.
+
+mod conditions;
+mod summary;
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use self::conditions::{at_rest, in_motion};
+pub use self::summary::Taken;
+use crate::error::RunError;
+use crate::exit::ExitStatus;
+use crate::export::flank::FlankSeries;
+pub use crate::export::folder::Beginning;
+use crate::export::folder::{self, OtherScene, OutputFolder};
+use crate::export::journal::{Inputs, JOURNAL, Journal};
+use crate::export::manifest::{self, MeshOrigin, RunState, Summary, WarningSummary};
+use crate::export::plots::{
+    self, CampbellFamily, EngineOrders, Heading, Operation, Ordinate, Scale, linear_curve,
+    phase_curve, response_curve, write_campbell, write_friction_energy_map, write_separation_map,
+    write_slip_map, write_static_pressure_map,
+};
+use crate::export::{ExportError, create_folder, csv, flank, report, vtu};
+use crate::warning::{Warning, by_weight};
+use crate::words::counted;
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::description::Scene;
+use dovetail_solver::dlft::{LinearPoint, Orbit, Response, SolvedFrequency};
+use dovetail_solver::fem::stress;
+use dovetail_solver::model::MeshKind;
+use dovetail_solver::reduction::superelement::{self, Superelement};
+use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::peak;
+use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::run::{
+    Bodies, Campbell, Compared, Crossing, Event, ModalAnalysis, Reduced, ResponseResult, Run,
+    StaticResult, Verification, Verified,
+};
+
+/// The mesh of a script, in the folder of the results.
+pub const MESH_FILE: &str = "mesh.msh";
+
+/// What files a run writes, and where.
+#[derive(Debug, Clone)]
+pub struct Output {
+    pub folder: PathBuf,
+    /// The scene, for those who look for what a run was made of.
+    pub scene_file: PathBuf,
+    /// Fields on the bodies.
+    pub fields: bool,
+    /// With fields, the motion at the peak as so many frames of a period, too.
+    pub frames: Option<usize>,
+    /// Pictures beyond those of every run.
+    pub further_plots: Vec<FurtherPlot>,
+}
+
+/// A picture that is drawn where it is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FurtherPlot {
+    /// Amplitude on a logarithmic axis.
+    Logarithmic,
+    /// Phase of the first harmonic.
+    Phase,
+}
+
+/// Between two writings of the tables of a response under way; no more than a part in so many of the time goes
+/// into them.
+const INTERVAL: Duration = Duration::from_secs(5);
+const SHARE: u32 = 20;
+
+/// Keeps what a run tells in files of one folder.
+#[derive(Debug)]
+pub struct Files {
+    out: OutputFolder,
+    /// The figures so far: all that a run which fails has to tell.
+    summary: Summary,
+    /// Of the mesh.
+    origin: MeshOrigin,
+    /// Whether fields for ParaView are written.
+    fields: bool,
+    /// Frames of the motion at the peak, where they are asked for.
+    frames: Option<usize>,
+    /// Pictures beyond those of every run.
+    further_plots: Vec<FurtherPlot>,
+    /// Under the titles of pictures of the static state, and of those of the response.
+    at_rest: String,
+    in_motion: String,
+    /// The most frequencies that are added at peaks.
+    most_added: usize,
+    begun: Instant,
+    beginning: Beginning,
+    journal: Journal,
+    /// The responses that have begun, the scene's own first.
+    solving: Vec<Solving>,
+    /// What there was to mind.
+    warnings: Vec<Warning>,
+    /// Rows of modes.csv.
+    rows: Vec<NaturalFrequency>,
+    /// At the peak, of each body, where fields are written.
+    motion: Option<Vec<Vec<NodalField>>>,
+}
+
+impl Files {
+    /// Takes the folder of the output for a run of the scene.
+    ///
+    /// # Errors
+    /// A folder that cannot be written, that holds the run of another scene, or in which a run is going on.
+    pub fn open(
+        scene: &Scene,
+        output: &Output,
+        other: OtherScene,
+        beginning: Beginning,
+    ) -> Result<Self, RunError> {
+        create_folder(&output.folder)?;
+        let summary = summary::beginning(scene, &output.scene_file);
+        let journal = Journal::open(&output.folder.join(JOURNAL))?;
+        let to_resume = !journal.is_empty();
+        let out = OutputFolder::open(&output.folder, &summary, other, beginning, to_resume)
+            .inspect_err(|_| {
+                if journal.is_empty() {
+                    let _ = journal.remove();
+                }
+            })?;
+        let mesh = makes_mesh(scene).then_some(MESH_FILE);
+        out.list(
+            [Some(JOURNAL), mesh]
+                .into_iter()
+                .flatten()
+                .map(str::to_owned),
+        )?;
+        Ok(Self {
+            out,
+            summary,
+            origin: MeshOrigin::default(),
+            fields: output.fields,
+            frames: output.frames,
+            further_plots: output.further_plots.clone(),
+            at_rest: at_rest(scene),
+            in_motion: in_motion(scene),
+            most_added: scene.response.most_added_points,
+            begun: Instant::now(),
+            beginning,
+            journal,
+            solving: Vec::new(),
+            warnings: Vec::new(),
+            rows: Vec::new(),
+            motion: None,
+        })
+    }
+
+    /// Against frequency, per observation: amplitude, and what else is asked for.
+    fn write_curves(
+        &self,
+        names: &[&str],
+        response: &Response,
+        compared: Option<&Compared>,
+    ) -> Result<(), RunError> {
+        let of = |response| (harmonics_label(response), response);
+        let (compared, own) = (compared.map(|c| of(&c.response)), of(response));
+        let further = |kind| self.further_plots.contains(&kind);
+        for (i, name) in names.iter().enumerate() {
+            let with = |of: &dyn Fn(&str, &Response) -> plots::Curve| -> Vec<plots::Curve> {
+                let compared = compared.iter();
+                let compared = compared.map(|(label, r)| of(label, r).to_compare());
+                compared.chain([of(&own.0, own.1)]).collect()
+            };
+            let mut amplitudes = vec![linear_curve("linear", response, i)];
+            amplitudes.extend(with(&|label, r| response_curve(label, r, i)));
+            let draw = |file: String, ordinate: Ordinate<'_>, curves: &[plots::Curve]| {
+                let path = self.out.file(&format!("plots/{file}.svg"))?;
+                let heading = Heading {
+                    title: &format!("{}, scene {}", ordinate.title(), self.summary.scene.name),
+                    conditions: &self.in_motion,
+                };
+                plots::write_curves(&path, heading, ordinate, curves)
+            };
+            let linear = Ordinate::Amplitude(name, Scale::Linear);
+            draw(format!("response_{name}"), linear, &amplitudes)?;
+            if further(FurtherPlot::Logarithmic) {
+                let logarithmic = Ordinate::Amplitude(name, Scale::Logarithmic);
+                draw(
+                    format!("response_{name}_logarithmic"),
+                    logarithmic,
+                    &amplitudes,
+                )?;
+            }
+            if further(FurtherPlot::Phase) {
+                let phases = with(&|label, r| phase_curve(label, r, i));
+                draw(format!("phase_{name}"), Ordinate::Phase(name), &phases)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Maps of the flanks; where fields are written those on them, and the motion of the bodies at the peak, which it
+    /// gives.
+    fn write_response_on_mesh(
+        &self,
+        bodies: &Bodies,
+        response: &Response,
+    ) -> Result<Option<Vec<Vec<NodalField>>>, RunError> {
+        let (out, conditions) = (&self.out, self.in_motion.as_str());
+        let model = bodies.model();
+        let at_peak = peak(response, 0).map(|peak| &response.orbits[peak.index]);
+        if !model.pairs.is_empty() {
+            let path = out.file("plots/separation.svg")?;
+            write_separation_map(&path, conditions, model, response)?;
+            if let Some(orbit) = at_peak {
+                let path = out.file("plots/peak_friction_energy.svg")?;
+                write_friction_energy_map(&path, conditions, model, orbit, "the peak")?;
+                let path = out.file("plots/peak_slip.svg")?;
+                write_slip_map(&path, conditions, model, orbit, "the peak")?;
+            }
+        }
+        let Some(orbit) = at_peak.filter(|_| self.fields) else {
+            return Ok(None);
+        };
+        let Some(motion) = bodies.motion_m(orbit) else {
+            return Ok(None);
+        };
+        if !model.pairs.is_empty() {
+            flank::write_flank_peak(&out.file("flank_peak.vtu")?, model, orbit, response)?;
+        }
+        vtu::write_motion(&out.file("peak.vtu")?, model, &motion)?;
+        if let Some(frames) = self.frames {
+            let (folder, hz) = (out.path(), orbit.frequency_hz);
+            out.list(vtu::frame_files("peak", frames))?;
+            vtu::write_frames(folder, "peak", model, &motion, hz, frames)?;
+        }
+        Ok(Some(motion))
+    }
+
+    /// modes.csv.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    fn modes(&mut self, rows: Vec<NaturalFrequency>) -> Result<(), RunError> {
+        csv::write_modes(&self.out.file("modes.csv")?, &rows)?;
+        self.rows = rows;
+        Ok(())
+    }
+
+    /// modes.csv, and modes.vtu of an assembly that is meshed. Beside a run the modes about its
+    /// static state stay. Gives the rows.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn modal_analysis(
+        &mut self,
+        modes: &ModalAnalysis,
+    ) -> Result<Vec<NaturalFrequency>, RunError> {
+        if let Some(bodies) = &modes.reduced.bodies {
+            vtu::write_modes(&self.out.file("modes.vtu")?, bodies.model(), &modes.shapes)?;
+        }
+        let own = modes.reduced.natural_frequencies(None, &modes.held_omega2);
+        let mut rows = own.clone();
+        if self.out.is_beside_run() {
+            let earlier = csv::read_modes(&self.out.file("modes.csv")?);
+            rows.extend(
+                earlier
+                    .into_iter()
+                    .filter(|row| row.kind == ModeKind::Linear),
+            );
+        }
+        self.summary.blade_frequency_hz = summary::first_hz(&modes.held_omega2);
+        self.modes(rows)?;
+        Ok(own)
+    }
+
+    /// modes.csv once more, with the modes of the bodies by themselves.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn held_modes(&mut self, run: &Run) -> Result<(), RunError> {
+        let state = Some(&run.statics.state);
+        self.summary.blade_frequency_hz = summary::first_hz(&run.held_omega2);
+        self.modes(run.reduced.natural_frequencies(state, &run.held_omega2))
+    }
+
+    /// Where the mesh of the run came from.
+    pub fn comes_from(&mut self, origin: MeshOrigin) {
+        self.origin = origin;
+    }
+
+    /// modes_campbell.csv, modes_crossings.csv and plots/campbell.svg.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn campbell(
+        &self,
+        campbell: &Campbell,
+        crossings: &[Crossing],
+        diagram: (&[CampbellFamily], &EngineOrders, &Operation),
+    ) -> Result<(), RunError> {
+        csv::write_campbell(&self.out.file("modes_campbell.csv")?, &campbell.families)?;
+        let path = self.out.file("modes_crossings.csv")?;
+        csv::write_crossings(&path, campbell.operating_rpm, crossings)?;
+        let heading = Heading {
+            title: &format!("{}: natural frequencies", self.summary.scene.name),
+            conditions: &if campbell.operating_rpm > 0.0 {
+                format!("operation at {:.0} rpm", campbell.operating_rpm)
+            } else {
+                String::new()
+            },
+        };
+        let path = self.out.file("plots/campbell.svg")?;
+        let (families, orders, operation) = diagram;
+        Ok(write_campbell(&path, heading, families, orders, operation)?)
+    }
+
+    /// verify.csv.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn verification(
+        &mut self,
+        verified: &Verified,
+        asked: &Verification,
+    ) -> Result<(), RunError> {
+        let (run, comparisons) = (&verified.run, &verified.comparisons);
+        summary::of_statics(&mut self.summary, &run.reduced, &run.statics);
+        self.summary.verification = Some(manifest::verification_summary(
+            comparisons,
+            asked.steps_per_period,
+            asked.tolerance,
+        ));
+        let path = self.out.file("verify.csv")?;
+        Ok(csv::write_verification(&path, comparisons)?)
+    }
+
+    /// The figures so far.
+    pub fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    /// Takes down what the run has taken so far, stage by stage.
+    pub fn take_down(&mut self, taken: Taken) {
+        self.summary.stages = taken.stages;
+        self.summary.seconds = taken.seconds;
+        self.summary.processor_seconds = taken.processor_seconds;
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        self.out.path()
+    }
+
+    /// summary.json of a run that came to its end: it failed where the verdict says that there is no result.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(&mut self, verdict: &Result<(), RunError>) -> Result<(), RunError> {
+        if self.beginning != Beginning::Anew {
+            self.out.remove_earlier()?;
+        }
+        // What was solved stands in the tables.
+        if !self.solving.is_empty() {
+            self.journal.clear()?;
+        }
+        self.remove_empty_journal()?;
+        let (state, why) = ended(verdict);
+        Ok(self.out.write_summary(self.with_warnings(), state, why)?)
+    }
+
+    /// The figures so far, with what there was to mind.
+    fn with_warnings(&self) -> Summary {
+        let warnings = by_weight(&self.warnings).into_iter();
+        Summary {
+            warnings: warnings.map(WarningSummary::of).collect(),
+            ..self.summary.clone()
+        }
+    }
+
+    /// report.html of a run with this verdict.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn report(
+        &mut self,
+        scene: &Scene,
+        run: &Run,
+        verdict: &Result<(), RunError>,
+    ) -> Result<(), RunError> {
+        let (state, why) = ended(verdict);
+        let summary = Summary {
+            state,
+            why,
+            files: self.out.files(state),
+            ..self.with_warnings()
+        };
+        let found = run.response.as_ref();
+        let compared = found.and_then(|found| found.compared.as_ref());
+        let compared = compared.map(|c| (harmonics_label(&c.response), &c.response));
+        let contents = report::Contents {
+            scene,
+            summary: &summary,
+            conditions: &self.in_motion,
+            observations: &run.reduced.observations(),
+            pairs: &run.reduced.pairs,
+            model: run.reduced.bodies.as_ref().map(Bodies::model),
+            modes: &self.rows,
+            static_state: Some(&run.statics.state),
+            sweep: found.map(|found| report::Sweep {
+                response: &found.response,
+                label: harmonics_label(&found.response),
+                compared: compared.as_ref().map(|(label, r)| (label.as_str(), *r)),
+            }),
+            motion: self.motion.as_deref(),
+        };
+        Ok(report::write(&self.out.file(report::REPORT)?, &contents)?)
+    }
+
+    /// The folder of `dovetail reduce`; the law of its pairs, where they all have the same.
+    ///
+    /// # Errors
+    /// A file that cannot be written, a model that the folder cannot hold.
+    pub fn reduced_model(&self, reduced: &Reduced) -> Result<Option<PairLaw>, RunError> {
+        let (problem, rows) = (&reduced.problem, &reduced.pairs.rows);
+        let element = Superelement {
+            model: problem.of_one_load()?,
+            positions_m: rows.iter().map(|p| p.position_m).collect(),
+            areas_m2: rows.iter().map(|p| p.area_m2).collect(),
+        };
+        self.out.list(superelement::FILES.map(str::to_owned))?;
+        superelement::write(self.out.path(), &element)?;
+        let first = problem.laws.first().copied();
+        Ok(first.filter(|law| problem.laws.iter().all(|other| other == law)))
+    }
+
+    /// The journal, where it holds nothing to go on from.
+    fn remove_empty_journal(&self) -> Result<(), RunError> {
+        if self.journal.is_empty() {
+            self.journal.remove()?;
+        }
+        Ok(())
+    }
+
+    /// summary.json of a run that failed before its last file. Where it cannot be written, the error of the run is the one
+    /// to report.
+    pub fn failed(&self, error: &dyn Error) {
+        if !self.out.is_running() {
+            return;
+        }
+        let _ = self.remove_empty_journal();
+        let _ = self.write_summary(RunState::Failed, Some(told(error)));
+    }
+
+    /// Leaves the folder of a run that is broken off by `signal` so that it can be read and gone on with. Gives what
+    /// there is to say.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
+        let folder = self.out.path().display().to_string();
+        let Some(solving) = self.solving.last() else {
+            self.remove_empty_journal()?;
+            let why = format!("{signal} before the first frequency");
+            self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+            return Ok(format!(
+                "ended by {why}; {folder} holds what was written until then"
+            ));
+        };
+        let progress = format!(
+            "{} of {} frequencies of {}",
+            solving.solved.len(),
+            solving.frequencies_hz.len(),
+            solving.table
+        );
+        let own = &self.solving[0];
+        let (partial, pairs) = (own.partial(), &own.pairs);
+        csv::write_contact(&self.out.file("contact.csv")?, pairs, &partial)?;
+        let first = own.names.first().map(String::as_str);
+        self.summary.response = Some(manifest::response_summary(pairs, first, &partial));
+        self.write_tables()?;
+        let why = format!("{signal} after {progress}");
+        self.write_summary(RunState::Interrupted, Some(why.clone()))?;
+        Ok(format!(
+            "ended by {why}; they are in {folder}. The same command with --resume goes on with the others"
+        ))
+    }
+
+    /// The tables of the responses under way, and what is needed to go on.
+    fn write_tables(&self) -> Result<(), RunError> {
+        for solving in &self.solving {
+            let names: Vec<&str> = solving.names.iter().map(String::as_str).collect();
+            csv::write_response(&self.out.file(&solving.table)?, &names, &solving.partial())?;
+            if let Some(flanks) = &solving.flanks {
+                let rows = solving.solved.len();
+                flanks.write_collection(&self.out.file(FLANKS)?, rows)?;
+            }
+        }
+        Ok(self.journal.sync()?)
+    }
+
+    /// With the figures so far.
+    fn write_summary(&self, state: RunState, why: Option<String>) -> Result<(), RunError> {
+        let mut summary = self.with_warnings();
+        summary.seconds = self.begun.elapsed().as_secs_f64();
+        Ok(self.out.write_summary(summary, state, why)?)
+    }
+}
+
+/// A response under way.
+#[derive(Debug)]
+struct Solving {
+    inputs: Inputs,
+    /// Name of its table.
+    table: String,
+    names: Vec<String>,
+    pairs: PairTable,
+    /// All that were asked for.
+    frequencies_hz: Vec<f64>,
+    /// Without the fields of the orbits, by the bits of their frequencies: rising.
+    solved: BTreeMap<u64, (Orbit, LinearPoint)>,
+    /// Of the scene's own response, where fields are written.
+    flanks: Option<FlankSeries>,
+    /// When the tables were written last, and how long that took.
+    written: (Instant, Duration),
+}
+
+impl Solving {
+    /// What there is of the response, for tables.
+    fn partial(&self) -> Response {
+        let (orbits, linear) = self.solved.values().cloned().unzip();
+        Response {
+            orbits,
+            linear,
+            linear_curve: Vec::new(),
+            asked: self.frequencies_hz.len(),
+            second_motions: Vec::new(),
+            slip_threshold_m: 0.0,
+        }
+    }
+
+    /// One frequency more: its file of the flanks is written.
+    fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let SolvedFrequency { orbit, linear, .. } = solved;
+        let without_fields = Orbit {
+            x: Vec::new(),
+            lambda: Vec::new(),
+            modal: Vec::new(),
+            ..orbit.clone()
+        };
+        let bits = orbit.frequency_hz.to_bits();
+        self.solved.insert(bits, (without_fields, linear.clone()));
+        if let Some(flanks) = &mut self.flanks {
+            flanks.write(out.path(), orbit)?;
+        }
+        Ok(())
+    }
+}
+
+/// How a run with this verdict ended, and why it failed.
+fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
+    match verdict {
+        Err(error) if error.exit_status() == ExitStatus::Failed => {
+            (RunState::Failed, Some(told(error)))
+        }
+        _ => (RunState::Finished, None),
+    }
+}
+
+/// An error with its causes.
+fn told(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text += &format!(": {error}");
+        cause = error.source();
+    }
+    text
+}
+
+impl Files {
+    /// Writes what there is to write of an event.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
+        match event {
+            Event::Model { bound, .. } => {
+                self.summary = summary::of_bound(&self.summary, &self.origin, bound);
+                Ok(())
+            }
+            Event::Reduced(reduced) => {
+                self.summary = summary::of_reduced(&self.summary, reduced);
+                if self.beginning == Beginning::Beside {
+                    return Ok(());
+                }
+                self.modes(reduced.natural_frequencies(None, &[]))
+            }
+            Event::StaticState { reduced, statics } => self.static_state(reduced, statics),
+            Event::ResponseBegins {
+                reduced,
+                frequencies_hz,
+                compared_harmonics,
+            } => self.response_begins(reduced, frequencies_hz, *compared_harmonics),
+            Event::Frequency(solved) => self.frequency(solved),
+            Event::Response(run) => match &run.response {
+                Some(found) => self.response(&run.reduced, found),
+                None => Ok(()),
+            },
+            _ => Ok(()),
+        }
+    }
+
+    /// Something to mind.
+    pub fn warning(&mut self, warning: &Warning) {
+        self.warnings.push(warning.clone());
+    }
+
+    fn static_state(&mut self, reduced: &Reduced, statics: &StaticResult) -> Result<(), RunError> {
+        summary::of_statics(&mut self.summary, reduced, statics);
+        if self.beginning == Beginning::Beside {
+            return Ok(());
+        }
+        self.write_static_state(reduced, statics)?;
+        if statics.usable().is_ok() {
+            self.modes(reduced.natural_frequencies(Some(&statics.state), &[]))?;
+        }
+        match self.beginning {
+            Beginning::Anew => Ok(self.out.remove_earlier()?),
+            Beginning::Resumed | Beginning::Beside => Ok(()),
+        }
+    }
+
+    fn write_static_state(
+        &self,
+        reduced: &Reduced,
+        statics: &StaticResult,
+    ) -> Result<(), RunError> {
+        let (out, state) = (&self.out, &statics.state);
+        csv::write_static(&out.file("static.csv")?, &reduced.pairs, state)?;
+        let Some(bodies) = &reduced.bodies else {
+            return Ok(());
+        };
+        let model = bodies.model();
+        let opens = !model.pairs.is_empty();
+        if opens {
+            let path = out.file("plots/static_pressure.svg")?;
+            write_static_pressure_map(&path, &self.at_rest, model, state)?;
+        }
+        let Some(displacements) = statics.displacements_m.as_ref().filter(|_| self.fields) else {
+            return Ok(());
+        };
+        if opens {
+            flank::write_flank_static(&out.file("flank_static.vtu")?, model, state)?;
+        }
+        let fields: Vec<_> = model
+            .bodies
+            .iter()
+            .zip(displacements)
+            .map(|(body, displacement)| {
+                let at_elements = stress::stress(body, displacement);
+                let von_mises: Vec<f64> = stress::nodal_stress(body, displacement)
+                    .into_iter()
+                    .map(stress::von_mises)
+                    .collect();
+                (displacement, at_elements, von_mises)
+            })
+            .collect();
+        let displacements: Vec<&[[f64; 3]]> = fields.iter().map(|f| &f.0[..]).collect();
+        csv::write_static_observations(&out.file("static_observed.csv")?, model, &displacements)?;
+        let fields = fields.iter();
+        let fields = fields.map(|(displacement, stress, von_mises)| vtu::StaticBodyFields {
+            displacement_m: displacement,
+            stress_pa: stress,
+            von_mises_pa: von_mises,
+        });
+        vtu::write_static(&out.file("static.vtu")?, model, &fields.collect::<Vec<_>>())?;
+        Ok(())
+    }
+
+    fn response_begins(
+        &mut self,
+        reduced: &Reduced,
+        frequencies_hz: &[f64],
+        compared_harmonics: Option<usize>,
+    ) -> Result<(), RunError> {
+        let is_own = compared_harmonics.is_none();
+        let bodies = reduced.bodies.as_ref().filter(|_| is_own && self.fields);
+        if bodies.is_some() {
+            let most = frequencies_hz.len() + self.most_added;
+            self.out.list((0..most).map(FlankSeries::file))?;
+        }
+        self.solving.push(Solving {
+            inputs: Inputs::default(),
+            table: table_of(compared_harmonics),
+            names: reduced
+                .observations()
+                .into_iter()
+                .map(str::to_owned)
+                .collect(),
+            pairs: reduced.pairs.clone(),
+            frequencies_hz: frequencies_hz.to_vec(),
+            solved: BTreeMap::new(),
+            flanks: bodies.map(|bodies| FlankSeries::new(bodies.model())),
+            written: (Instant::now(), Duration::ZERO),
+        });
+        Ok(())
+    }
+
+    /// The frequencies of the response that began last which were solved before it was broken off, with these inputs.
+    ///
+    /// # Errors
+    /// A journal of other inputs, or one that cannot be read; a file that cannot be written.
+    pub fn solved(&mut self, inputs: Inputs) -> Result<Vec<SolvedFrequency>, RunError> {
+        let is_own = self.solving.len() == 1;
+        if is_own && self.beginning == Beginning::Anew {
+            self.journal.clear()?;
+        }
+        let earlier = self.journal.solved(&inputs)?;
+        if is_own && earlier.is_empty() && !self.journal.is_empty() {
+            let path = self.out.path().join(JOURNAL);
+            return Err(ExportError::OtherInputs { path }.into());
+        }
+        if let Some(solving) = self.solving.last_mut() {
+            solving.inputs = inputs;
+        }
+        self.write_summary(RunState::Running, None)?;
+        Ok(earlier)
+    }
+
+    fn frequency(&mut self, solved: &SolvedFrequency) -> Result<(), RunError> {
+        let Some(solving) = self.solving.last_mut() else {
+            return Ok(());
+        };
+        self.journal.append(&solving.inputs, solved)?;
+        solving.add(&self.out, solved)?;
+        let (last, took) = solving.written;
+        if last.elapsed() > INTERVAL.max(SHARE * took) {
+            let begin = Instant::now();
+            self.write_tables()?;
+            self.write_summary(RunState::Running, None)?;
+            if let Some(solving) = self.solving.last_mut() {
+                solving.written = (Instant::now(), begin.elapsed());
+            }
+        }
+        Ok(())
+    }
+
+    fn response(&mut self, reduced: &Reduced, found: &ResponseResult) -> Result<(), RunError> {
+        let (response, compared) = (&found.response, found.compared.as_ref());
+        let first = reduced.observations().first().copied();
+        let of_response = manifest::response_summary(&reduced.pairs, first, response);
+        self.summary.response = Some(of_response);
+        if let Some(truncation) = &mut self.summary.truncation {
+            truncation.modes_reach = found.modes_reach;
+        }
+        let (out, names) = (&self.out, reduced.observations());
+        csv::write_response(&out.file(&table_of(None))?, &names, response)?;
+        if let Some(Compared {
+            harmonics,
+            response,
+        }) = compared
+        {
+            let file = table_of(Some(*harmonics));
+            csv::write_response(&out.file(&file)?, &names, response)?;
+        }
+        csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
+        self.write_curves(&names, response, compared)?;
+        if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
+            // Some frequencies were solved in a second attempt.
+            for orbit in &response.orbits {
+                flanks.write(out.path(), orbit)?;
+            }
+            flanks.write_collection(&out.file(FLANKS)?, response.orbits.len())?;
+        }
+        if let Some(bodies) = &reduced.bodies {
+            self.motion = self.write_response_on_mesh(bodies, response)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether gmsh makes the mesh of a scene.
+fn makes_mesh(scene: &Scene) -> bool {
+    let mesh = scene.assembly().and_then(|assembly| assembly.mesh.as_ref());
+    mesh.is_some_and(|mesh| matches!(mesh.kind, MeshKind::Geometry { .. }))
+}
+
+/// The collection of the flanks at each frequency.
+const FLANKS: &str = "flank.pvd";
+
+/// Name of the table of a response.
+fn table_of(compared_harmonics: Option<usize>) -> String {
+    match compared_harmonics {
+        None => "response.csv".to_owned(),
+        Some(harmonics) => format!("response_h{harmonics}.csv"),
+    }
+}
+
+/// How long who ends a run for want of memory waits for its files.
+const LONGEST_WAIT: Duration = Duration::from_secs(1);
+
+/// Files that more than the run reaches: what ends the run early, too.
+#[derive(Debug)]
+pub struct SharedFiles {
+    /// Of the run.
+    folder: PathBuf,
+    files: Mutex<Files>,
+    /// The run is being ended: whoever is not writing yet waits for the end of the process.
+    ending: AtomicBool,
+}
+
+impl SharedFiles {
+    /// Those of one run.
+    pub fn new(files: Files) -> Arc<Self> {
+        Arc::new(Self {
+            folder: files.folder().to_path_buf(),
+            files: Mutex::new(files),
+            ending: AtomicBool::new(false),
+        })
+    }
+
+    /// For the run. Does not return once the run is being ended.
+    pub fn locked(&self) -> MutexGuard<'_, Files> {
+        while self.ending.load(Ordering::Acquire) {
+            std::thread::park_timeout(Duration::from_secs(1));
+        }
+        self.whole()
+    }
+
+    /// For who ends the run: nothing is written after what is written with this.
+    pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
+        self.ending.store(true, Ordering::Release);
+        self.whole()
+    }
+
+    /// Says in the folder that the run failed, and lets nothing more be written. Whoever has the files may wait for the
+    /// end of the process itself: what summary.json said last is then marked.
+    pub fn failed_to_end(&self, error: &RunError) {
+        self.ending.store(true, Ordering::Release);
+        let begun = Instant::now();
+        while begun.elapsed() < LONGEST_WAIT {
+            if let Ok(files) = self.files.try_lock() {
+                return files.failed(error);
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        folder::mark_failed(&self.folder, told(error));
+    }
+
+    /// A panic of another thread leaves what is written whole.
+    fn whole(&self) -> MutexGuard<'_, Files> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// `with 3 harmonics`, or `with 1 to 7 harmonics` where the frequencies chose their own.
+fn harmonics_label(response: &Response) -> String {
+    let harmonics = || response.orbits.iter().map(|o| o.harmonics);
+    let (least, most) = (harmonics().min(), harmonics().max());
+    match (least.unwrap_or(0), most.unwrap_or(0)) {
+        (least, most) if least == most => {
+            format!("with {}", counted(most, "harmonic", "harmonics"))
+        }
+        (least, most) => format!("with {least} to {most} harmonics"),
+    }
+}

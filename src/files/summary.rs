@@ -1,0 +1,92 @@
+//! The figures of summary.json, gathered as a run goes on.
+
+use std::path::Path;
+use std::time::SystemTime;
+
+use crate::export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
+use crate::fingerprint::fingerprint;
+use crate::{metrics, scene_files, version};
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::results::modes::hertz;
+use dovetail_solver::run::{Bodies, Bound, Reduced, StaticResult};
+
+/// What a run has taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taken {
+    /// Stages that have ended, in the order of their ends.
+    pub stages: Vec<StageSummary>,
+    /// Wall clock, s.
+    pub seconds: f64,
+    /// All threads and the programs waited for (gmsh), s; `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
+}
+
+/// What is known before anything is computed: the scene and the files of that, the program, the time.
+pub(super) fn beginning(scene: &Scene, scene_file: &Path) -> Summary {
+    Summary {
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        scene: manifest::SceneSummary {
+            name: scene.name.clone(),
+            file: scene_file.display().to_string(),
+            blake3: Some(scene_files::hash(scene, scene_file)),
+        },
+        reduced_model: match &scene.subject {
+            Subject::Assembly(_) => None,
+            Subject::ReducedModel(spec) => Some(spec.folder.display().to_string()),
+        },
+        commit: version::commit().map(str::to_owned),
+        program_blake3: fingerprint().map(|hash| blake3::Hash::from_bytes(hash).to_string()),
+        begun: metrics::universal_time(SystemTime::now()),
+        ..Summary::default()
+    }
+}
+
+/// The same, with what is known of the bodies.
+pub(super) fn of_bound(earlier: &Summary, origin: &MeshOrigin, bound: &Bound) -> Summary {
+    let model = &bound.model;
+    Summary {
+        mesh: Some(manifest::mesh_summary(model, &bound.properties, origin)),
+        pairs: model.pairs.len(),
+        bonded_pairs: model.bonded_pairs(),
+        excitation_fields: model.maps.clone(),
+        observations: manifest::observation_summaries(model),
+        ..earlier.clone()
+    }
+}
+
+/// The same, with what is known of the reduced model.
+pub(super) fn of_reduced(earlier: &Summary, reduced: &Reduced) -> Summary {
+    let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
+    Summary {
+        stuck_modes: Some(reduced.model().stuck_omega2().len()),
+        truncation: modes.map(|modes| TruncationSummary {
+            amplitude: modes.truncation.amplitude,
+            frequencies: modes.truncation.frequencies.clone(),
+            modes_reach: None,
+        }),
+        pairs: reduced.pairs.rows.len(),
+        prestress_passes: modes.map_or_else(Vec::new, |modes| modes.prestress_passes.clone()),
+        held_flanks_error: modes.and_then(|modes| modes.held_flanks_error),
+        stuck_frequency_hz: reduced.model().omega2.first().copied().map(hertz),
+        observations: match reduced.bodies.as_ref().map(Bodies::model) {
+            Some(model) => manifest::observation_summaries(model),
+            None => manifest::probe_summaries(&reduced.observations()),
+        },
+        ..earlier.clone()
+    }
+}
+
+/// Adds what is known of the static state.
+pub(super) fn of_statics(summary: &mut Summary, reduced: &Reduced, statics: &StaticResult) {
+    let (pairs, state) = (&reduced.pairs, &statics.state);
+    summary.static_state = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
+    if statics.usable().is_ok() {
+        let first = reduced.linear_omega2(state).first();
+        summary.linear_frequency_hz = first.copied().map(hertz);
+    }
+}
+
+/// First frequency of the first body.
+pub(super) fn first_hz(held_omega2: &[Vec<f64>]) -> Option<f64> {
+    held_omega2.first()?.first().copied().map(hertz)
+}

@@ -1,0 +1,109 @@
+//! Finds the fingerprint of the program that computes.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io;
+use std::sync::OnceLock;
+
+/// A hash of the program's file.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn executable_hash() -> io::Result<[u8; 32]> {
+    static HASH: OnceLock<[u8; 32]> = OnceLock::new();
+    if let Some(hash) = HASH.get() {
+        return Ok(*hash);
+    }
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(executable()?)?;
+    Ok(*HASH.get_or_init(|| *hasher.finalize().as_bytes()))
+}
+
+/// To the last bit of its results: a hash of the executable, the libraries that it has loaded, and
+/// what their kernels are chosen by: the processor and the settings of numerical libraries in the
+/// environment. `None` where the executable cannot be read.
+pub fn fingerprint() -> Option<[u8; 32]> {
+    static FINGERPRINT: OnceLock<Option<[u8; 32]>> = OnceLock::new();
+    *FINGERPRINT.get_or_init(|| {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&executable_hash().ok()?);
+        for library in libraries() {
+            hasher.update(library.as_bytes());
+        }
+        hasher.update(processor().as_bytes());
+        for (name, value) in settings() {
+            hasher.update(format!("\n{name:?}={value:?}").as_bytes());
+        }
+        Some(*hasher.finalize().as_bytes())
+    })
+}
+
+fn executable() -> io::Result<File> {
+    // What runs, even if its file has been replaced since it was started.
+    File::open("/proc/self/exe").or_else(|_| File::open(std::env::current_exe()?))
+}
+
+/// Path, size and time of each shared library, in the order of their paths; nothing where the system does not tell.
+fn libraries() -> Vec<String> {
+    let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();
+    let paths = maps
+        .lines()
+        .filter_map(|line| line.find('/').map(|at| &line[at..]));
+    let mut paths: Vec<&str> = paths.filter(|path| path.contains(".so")).collect();
+    paths.sort_unstable();
+    paths.dedup();
+    let about = |path: &str| {
+        let about = fs::metadata(path).ok();
+        let size = about.as_ref().map(fs::Metadata::len);
+        format!(
+            "{path} {size:?} {:?}\n",
+            about.and_then(|a| a.modified().ok())
+        )
+    };
+    paths.into_iter().map(about).collect()
+}
+
+/// Variables by which numerical libraries are told their threads and kernels.
+fn settings() -> BTreeMap<OsString, OsString> {
+    let prefixes = ["OPENBLAS_", "GOTO_", "OMP_", "MKL_", "BLIS_"];
+    let tells = |name: &OsString| {
+        let name = name.to_string_lossy();
+        prefixes.iter().any(|prefix| name.starts_with(prefix))
+    };
+    std::env::vars_os()
+        .filter(|(name, _)| tells(name))
+        .collect()
+}
+
+/// Model and features of the first processor.
+fn processor() -> String {
+    let all = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let first = all.split("\n\n").next().unwrap_or_default();
+    let telling = ["vendor_id", "cpu family", "model", "flags", "Features"];
+    let lines = first
+        .lines()
+        .filter(|l| telling.iter().any(|t| l.starts_with(t)));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_solver::description::Scene;
+    use dovetail_solver::run::{Error, Meshes, Options, Run, Session, solve};
+
+    #[test]
+    fn the_program_is_known_by_its_libraries_and_its_processor() {
+        // Linkers leave out a library that nothing in the binary uses.
+        type Whole = fn(&Scene, Option<&Meshes>, Options, &Session<'_>) -> Result<Run, Error>;
+        let whole: Whole = solve;
+        std::hint::black_box(whole);
+        let found = libraries();
+        if cfg!(target_os = "linux") {
+            assert!(found.iter().any(|l| l.contains("libarpack")), "{found:?}");
+            assert!(found.is_sorted() && !processor().is_empty());
+        }
+        assert!(fingerprint().is_some());
+    }
+}

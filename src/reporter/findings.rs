@@ -1,0 +1,403 @@
+//! Says what to mind about a model, its static state and its response.
+
+use super::line::Line;
+use crate::motions::retained_words;
+use crate::warning::{Warning, Weight};
+use crate::words::{counted, percent, quantity};
+use dovetail_solver::contact::PairLaw;
+use dovetail_solver::dlft::peaks::LEAST_RISE;
+use dovetail_solver::dlft::settings::Resolution;
+use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
+use dovetail_solver::model::Model;
+use dovetail_solver::reduction::Truncation;
+use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
+use dovetail_solver::results::modes::hertz;
+use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::quantities::{
+    linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
+};
+use dovetail_solver::results::small::{
+    AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
+    Sizes,
+};
+use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
+
+/// Estimated errors above this are warned of.
+const TRUNCATED: f64 = 0.02;
+/// Above this a prestress of held flanks is warned of.
+const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
+
+fn wrong(text: String) -> Warning {
+    let weight = Weight::Wrong;
+    Warning { weight, text }
+}
+
+fn doubt(text: String) -> Warning {
+    let weight = Weight::Doubt;
+    Warning { weight, text }
+}
+
+fn remark(text: String) -> Warning {
+    let weight = Weight::Remark;
+    Warning { weight, text }
+}
+
+/// What is to be minded about a response.
+pub(super) fn of_response(run: &Run) -> Vec<Warning> {
+    let Some(found) = &run.response else {
+        return Vec::new();
+    };
+    let mut warnings = of_motion(&run.reduced, &run.statics, found);
+    warnings.extend(held(found));
+    warnings.extend(of_frequencies(&run.reduced, &found.response));
+    warnings.extend(few_modes(found.modes_reach));
+    warnings
+}
+
+/// Clearances and interferences that are no small ones.
+pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
+    let [clearance, interference] = Sizes::of(model).widest_gaps();
+    let mut warnings = Vec::new();
+    if let Some(gap) = clearance.filter(|gap| gap.share > LARGE_CLEARANCE) {
+        warnings.push(doubt(format!(
+            "contact `{}` has a clearance of {}, {} of the size of its flank: places that face each other across so wide a gap \
+             need not meet; check gap_m, gap = \"mesh\", and the units of the mesh",
+            gap.contact,
+            quantity(gap.value, "m", 3),
+            percent(gap.share, 2),
+        )));
+    }
+    if let Some(gap) = interference.filter(|gap| gap.share > LARGE_INTERFERENCE) {
+        warnings.push(doubt(format!(
+            "contact `{}` has an interference of {}, {} of the size of its flank: the bodies lie deep in each other, which linear \
+             elasticity does not cover; check gap_m, gap = \"mesh\", and where the bodies lie",
+            gap.contact,
+            quantity(-gap.value, "m", 3),
+            percent(gap.share, 2),
+        )));
+    }
+    warnings
+}
+
+/// What there is to say of a reduced model.
+pub(super) fn of_reduced(reduced: &Reduced) -> Vec<Line> {
+    let mut lines = Vec::new();
+    if reduced.bodies.is_none() {
+        let pairs = reduced.pairs.rows.len();
+        lines.push(Line::Note(format!("{pairs} contact pairs")));
+    }
+    lines.extend(much_friction(reduced).map(Line::Warning));
+    let stuck = reduced.model().stuck_omega2();
+    if let Some(omega2) = stuck.first() {
+        lines.push(Line::Note(format!(
+            "first stuck mode {:.4} Hz",
+            hertz(*omega2)
+        )));
+    }
+    if let Some(bodies) = &reduced.bodies {
+        let truncation = &bodies.modes.truncation;
+        lines.push(Line::Note(truncation_note(stuck.len(), truncation)));
+        lines.extend(held_flanks(bodies).map(Line::Warning));
+    }
+    lines
+}
+
+fn much_friction(reduced: &Reduced) -> Option<Warning> {
+    let pairs = reduced.problem.laws.iter();
+    let largest = pairs.map(|pair| pair.friction).fold(0.0, f64::max);
+    (largest > PairLaw::MOST_FRICTION).then(|| {
+        remark(format!(
+            "a coefficient of friction of {largest:e} is computed as {:e}: pairs stick as long as they are pressed",
+            PairLaw::MOST_FRICTION
+        ))
+    })
+}
+
+fn held_flanks(bodies: &Bodies) -> Option<Warning> {
+    let error = bodies.modes.held_flanks_error;
+    let error = error.filter(|error| *error > LARGE_HELD_FLANKS_ERROR)?;
+    Some(doubt(format!(
+        "the prestress of held flanks is not that of the assembly: its first frequencies change by an estimated {} with the stress \
+         that the contacts hand on (held_flanks_error of summary.json); take prestress = \"contact\" of [rotation], the default",
+        percent(error, 2)
+    )))
+}
+
+fn truncation_note(modes: usize, truncation: &Truncation) -> String {
+    let amplitude = match truncation.amplitude {
+        Some(error) => format!("amplitudes of the linear curve err by about {error:.0e}"),
+        None => "they do not reach the highest frequency of the linear curve".to_string(),
+    };
+    let worst = truncation.frequencies.iter().copied().fold(0.0, f64::max);
+    let frequencies = match truncation.frequencies.len() {
+        0 => String::new(),
+        n => format!(
+            "; fixed_interface_modes raise the first {n} stuck frequencies by up to {:.2} %",
+            100.0 * worst
+        ),
+    };
+    format!("{modes} stuck modes: {amplitude}{frequencies}")
+}
+
+/// What is linear where pairs are open in the static state.
+pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<String> {
+    let state = &statics.state;
+    let open = state.open_pairs().len();
+    if statics.usable().is_err() || state.linear.not_released.is_some() || open == 0 {
+        return None;
+    }
+    let first = reduced.linear_omega2(state).first()?;
+    Some(format!(
+        "first linear mode {:.4} Hz, with the {open} pairs released that are open in the static state",
+        hertz(*first)
+    ))
+}
+
+/// What is to be minded about the static state.
+pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warning> {
+    let state = &statics.state;
+    let mut warnings = Vec::new();
+    if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
+        warnings.push(remark(format!(
+            "friction does not hold {} under the steady load: that was held at rest, as by a lock plate, with \
+             {retention_n:.3} N (static.retention_n of summary.json)",
+            retained_words(&statics.retained)
+        )));
+    }
+    if let (Some(why), true) = (&state.linear.not_released, statics.usable().is_ok()) {
+        let open = state.open_pairs().len();
+        warnings.push(doubt(format!(
+            "without the {open} pairs that are open in the static state the assembly has no linear modes ({why}): the linear curve, \
+             damping.ratio and response.times_first_linear_mode take them as stuck"
+        )));
+    }
+    let place = "in the static state";
+    warnings.extend(far_slide(place, statics.slide));
+    if state.outcome.is_converged() {
+        warnings.extend(all_open(&reduced.pairs, state));
+    }
+    if let Some(bodies) = &reduced.bodies {
+        let sizes = Sizes::of(bodies.model());
+        let moved = statics.farthest.as_ref();
+        warnings.extend(moved.and_then(|moved| far_moved(place, moved)));
+        let hardest = sizes.hardest_static(state);
+        warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
+    }
+    warnings
+}
+
+/// Contacts that carry nothing in the static state.
+fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
+    let contacts = pairs.contacts.iter().enumerate();
+    let open = contacts.filter_map(|(c, name)| {
+        let own = pairs.rows.iter().zip(&state.status);
+        let own = own.filter(|(row, _)| row.contact == c);
+        let counts: StaticCounts = own.map(|(_, status)| *status).collect();
+        (counts.open > 0 && counts.open == counts.pairs()).then(|| Warning {
+            weight: Weight::Remark,
+            text: format!(
+                "all {} of contact `{name}` are open at rest: small vibrations do not feel it; where it is meant to touch, check the \
+                 steady load, gap_m and where the bodies stand",
+                counted(counts.pairs(), "pair", "pairs")
+            ),
+        })
+    });
+    open.collect()
+}
+
+/// Slides, displacements and pressures of a response, of which what is so in the static state already is not said again.
+fn of_motion(reduced: &Reduced, statics: &StaticResult, found: &ResponseResult) -> Vec<Warning> {
+    let place = "in the response";
+    let slide = far_slide(place, found.slide).filter(|_| statics.slide < FAR);
+    let mut warnings: Vec<Warning> = slide.into_iter().collect();
+    if let Some(bodies) = &reduced.bodies {
+        let sizes = Sizes::of(bodies.model());
+        let moved = found.farthest.as_ref();
+        warnings.extend(moved.and_then(|moved| far_moved(place, moved)));
+        let is_new = sizes
+            .hardest_static(&statics.state)
+            .is_none_or(|at_rest| at_rest.share <= LARGE_PRESSURE);
+        let hardest = sizes.hardest_in_motion(&found.response).filter(|_| is_new);
+        warnings.extend(hardest.and_then(|hardest| hard_pressed(place, &hardest)));
+    }
+    warnings
+}
+
+/// The two sides of a pair are taken to stay opposite each other.
+fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
+    (FAR..=TOO_FAR).contains(&farthest).then(|| {
+        doubt(format!(
+            "{place} a pair slides by {} of the shorter side of its flank: the two sides of a pair are \
+             assumed to stay opposite each other, and a solution that slides by more than {} % is refused",
+            percent(farthest, 2),
+            100.0 * TOO_FAR
+        ))
+    })
+}
+
+fn far_moved(place: &str, moved: &Moved) -> Option<Warning> {
+    (moved.share() > LARGE_DISPLACEMENT).then(|| {
+        doubt(format!(
+            "{place} {} of body `{}` moves by {}, {} of the longest side of the body ({}): displacements are taken to be small; \
+             check the units of the loads, of young_pa and of the mesh, or load and excite it less",
+            moved.what,
+            moved.body,
+            quantity(moved.displacement_m, "m", 3),
+            percent(moved.share(), 2),
+            quantity(moved.size_m, "m", 3),
+        ))
+    })
+}
+
+fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
+    (at.share > LARGE_PRESSURE).then(|| {
+        doubt(format!(
+            "{place} a pair of contact `{}` is pressed with {}, {} of Young's modulus: strains are taken to be small, and most \
+             materials yield before; check the units of the loads and of young_pa, gap_m and the mesh at the edges of the flank",
+            at.contact,
+            quantity(at.value, "Pa", 3),
+            percent(at.share, 2),
+        ))
+    })
+}
+
+/// Where friction does not hold the bodies, and which of them.
+fn held(found: &ResponseResult) -> Option<Warning> {
+    let response = &found.response;
+    let held = |o: &&Orbit| o.outcome.has_motion() && o.retention_n > 0.0;
+    let held: Vec<&Orbit> = response.orbits.iter().filter(held).collect();
+    let most_n = held.iter().map(|o| o.retention_n).reduce(f64::max)?;
+    let what = retained_words(&found.retained);
+    // Pairs that stick all period hold it: a motion without the lock plate may exist, and was not found.
+    let is_found = held.iter().all(|orbit| orbit.counts().stuck == 0);
+    let why = if is_found {
+        format!("friction does not hold {what}")
+    } else {
+        format!("no motion was found in which friction alone holds {what}")
+    };
+    Some(doubt(format!(
+        "at {} of {} frequencies {why}: the mean position was held there, as a lock plate does, with up to {most_n:.3} N (column \
+         retention_n of response.csv)",
+        held.len(),
+        response.orbits.len(),
+    )))
+}
+
+/// What failed first, then what is doubtful.
+fn of_frequencies(reduced: &Reduced, response: &Response) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let all = response.orbits.len();
+    let ended = |outcome: Outcome| {
+        response
+            .orbits
+            .iter()
+            .filter(|o| o.outcome == outcome)
+            .count()
+    };
+    let leaving = ended(Outcome::LeavesSlot);
+    if leaving > 0 {
+        warnings.push(wrong(format!(
+            "at {leaving} of {all} frequencies the bodies would come apart: even applied slowly the excitation pulls harder at the \
+             flanks than the steady load presses them together; excite it less (force_n), or press it harder \
+             (rotation.speed_rpm, [[load]])"
+        )));
+    }
+    let sliding = ended(Outcome::SlidesTooFar);
+    if sliding > 0 {
+        warnings.push(wrong(format!(
+            "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, and the two sides of a \
+             pair are assumed to stay opposite each other (outcome slides_too_far of response.csv)",
+            100.0 * TOO_FAR,
+        )));
+    }
+    let late = ended(Outcome::TimeLimit);
+    if late > 0 {
+        warnings.push(wrong(format!(
+            "{late} of {all} frequencies were given up after response.most_seconds_per_frequency: allow more, or leave the key out"
+        )));
+    }
+    let inaccurate = ended(Outcome::AccuracyNotReached);
+    if inaccurate > 0 {
+        warnings.push(doubt(format!(
+            "at {inaccurate} of {all} frequencies the error is estimated above the accuracy asked for, and they do not count as converged: \
+             with more harmonics, at most {}, no motion was found or the estimate did not fall (outcome accuracy_not_reached and column \
+             estimated_error of response.csv)",
+            Resolution::MOST_ADAPTED,
+        )));
+    } else {
+        warnings.extend(truncation(response));
+    }
+    let names = reduced.observations();
+    for two in &response.second_motions {
+        warnings.push(doubt(format!(
+            "from {:.4} to {:.4} Hz two motions were found: at {:.4} Hz the amplitude of {} is {} on the curve and {} in the other \
+             motion (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached, and \
+             the peak may be that of the other",
+            two.from_hz,
+            two.to_hz,
+            two.frequency_hz,
+            names.get(two.observation).copied().unwrap_or_default(),
+            quantity(two.amplitude_m, "m", 4),
+            quantity(two.other_amplitude_m, "m", 4),
+        )));
+    }
+    for (i, name) in names.into_iter().enumerate() {
+        warnings.extend(hidden_peak(name, i, response));
+    }
+    warnings
+}
+
+/// Harmonics that were asked for may be too few.
+fn truncation(response: &Response) -> Option<Warning> {
+    let converged = response.orbits.iter().filter(|o| o.outcome.has_motion());
+    let errors: Vec<f64> = converged.filter_map(|o| o.estimated_error).collect();
+    let above = errors.iter().filter(|e| **e > TRUNCATED).count();
+    (above > 0).then(|| {
+        doubt(format!(
+            "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
+             (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
+            response.orbits.len(),
+            100.0 * TRUNCATED,
+            100.0 * errors.iter().copied().fold(0.0, f64::max),
+        ))
+    })
+}
+
+/// Harmonics of a solution may lie above the modes that are kept.
+fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
+    let reach = modes_reach.filter(|reach| *reach < 1.0)?;
+    Some(doubt(format!(
+        "the last stuck mode kept lies at {reach:.2} times the frequency of the highest harmonic: above it the bodies answer without their \
+         own modes (truncation.modes_reach of summary.json); take more response.stuck_modes and see whether the amplitude stays"
+    )))
+}
+
+/// What may lie outside of the range, or between two frequencies.
+fn hidden_peak(name: &str, observation: usize, response: &Response) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let at_end = peak(response, observation).filter(|_| peak_is_at_an_end(response, observation));
+    if let Some(peak) = at_end {
+        warnings.push(doubt(format!(
+            "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen response.frequency_hz \
+             or response.times_first_linear_mode",
+            peak.frequency_hz
+        )));
+    } else if let Some(linear) = linear_peak(response, observation)
+        .filter(|_| linear_peak_is_at_an_end(response, observation))
+    {
+        warnings.push(doubt(format!(
+            "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
+             the two peaks then says nothing; widen response.frequency_hz or response.times_first_linear_mode, or give the range of \
+             another mode",
+            linear.frequency_hz
+        )));
+    }
+    if let Some(rise) = peak_rise(response, observation).filter(|rise| *rise > LEAST_RISE) {
+        warnings.push(doubt(format!(
+            "between two frequencies the peak of {name} may be {:.1} % higher: take more response.points, a narrower range, or more \
+             response.most_added_points",
+            100.0 * rise
+        )));
+    }
+    warnings
+}

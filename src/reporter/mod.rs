@@ -1,0 +1,367 @@
+//! Hears of a run, takes its time, and passes it on: as lines to the console, as files to the folder of the run.
+
+mod findings;
+mod line;
+mod maps;
+mod model;
+mod units;
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use self::line::Line;
+use crate::console::Console;
+use crate::error::RunError;
+use crate::export::manifest::StageSummary;
+use crate::files::{SharedFiles, Taken};
+use crate::metrics::{peak_rss_mib, processor_seconds};
+use crate::warning::{Warning, Weight};
+use dovetail_solver::run::{Error, Event, Observer, Run, Session, Stage, StageEnd, Store};
+
+/// Who hears of a run. Several threads may use it at once.
+pub struct Reporter<'c> {
+    begin: Instant,
+    processor_begin: Option<f64>,
+    inner: Mutex<Inner<'c>>,
+}
+
+struct Inner<'c> {
+    console: Option<&'c mut Console>,
+    /// `None` where nothing is written.
+    files: Option<Arc<SharedFiles>>,
+    /// When the stages under way began, the innermost last.
+    under_way: Vec<Began>,
+    ended: Vec<StageSummary>,
+    /// Why the run was ended from here.
+    failure: Option<RunError>,
+    /// A frequency could not be kept, which is told once.
+    not_kept: bool,
+}
+
+struct Began {
+    at: Instant,
+    processor_seconds: Option<f64>,
+}
+
+impl fmt::Debug for Reporter<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Reporter").finish_non_exhaustive()
+    }
+}
+
+impl<'c> Reporter<'c> {
+    /// Tells `console`, and writes `files` where there are any.
+    pub fn new(console: &'c mut Console, files: Option<Arc<SharedFiles>>) -> Self {
+        Self::of(Some(console), files)
+    }
+
+    /// Writes `files` where there are any, and tells nobody.
+    pub fn silent(files: Option<Arc<SharedFiles>>) -> Self {
+        Self::of(None, files)
+    }
+
+    fn of(console: Option<&'c mut Console>, files: Option<Arc<SharedFiles>>) -> Self {
+        Self {
+            begin: Instant::now(),
+            processor_begin: processor_seconds(),
+            inner: Mutex::new(Inner {
+                console,
+                files,
+                under_way: Vec::new(),
+                ended: Vec::new(),
+                failure: None,
+                not_kept: false,
+            }),
+        }
+    }
+
+    /// A panic of another thread while it held the lock leaves what it guards whole.
+    fn inner(&self) -> MutexGuard<'_, Inner<'c>> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Something to know.
+    pub fn note(&self, message: &str) {
+        self.inner().note(message);
+    }
+
+    /// Something to mind.
+    pub fn warning(&self, weight: Weight, text: impl Into<String>) {
+        let text = text.into();
+        self.inner().warning(&Warning { weight, text });
+    }
+
+    /// Begins a stage outside of the library, which ends when the guard is dropped.
+    #[must_use = "the stage ends when the guard is dropped"]
+    pub fn stage(&self, stage: Stage) -> StageGuard<'_, 'c> {
+        self.inner().begin(stage.title());
+        StageGuard {
+            reporter: self,
+            stage,
+            from_cache: false,
+        }
+    }
+
+    /// Says what there is to mind about a run of which only its end is heard.
+    pub fn judge(&self, run: &Run) {
+        let mut inner = self.inner();
+        inner.warnings(findings::of_static(&run.reduced, &run.statics));
+        inner.warnings(findings::of_response(run));
+    }
+
+    /// What the run has taken so far.
+    pub fn taken(&self) -> Taken {
+        let used = processor_seconds().zip(self.processor_begin);
+        Taken {
+            stages: self.inner().ended.clone(),
+            seconds: self.begin.elapsed().as_secs_f64(),
+            // What the process used before is that of a program that it replaced: `cargo run` and the compilers that it
+            // waited for, a shell.
+            processor_seconds: used.map(|(now, begin)| now - begin),
+        }
+    }
+
+    /// Does `work` with a session that tells this reporter and asks `store`.
+    ///
+    /// # Errors
+    /// That of the work, or what ended it from here.
+    pub fn hears<T>(
+        &self,
+        store: &mut dyn Store,
+        work: impl FnOnce(&Session<'_>) -> Result<T, Error>,
+    ) -> Result<T, RunError> {
+        let mut observer = self;
+        let done = work(&Session::new(&mut observer, store));
+        done.map_err(|error| match (error, self.inner().failure.take()) {
+            (Error::Stopped, Some(failure)) => failure,
+            (error, _) => error.into(),
+        })
+    }
+
+    /// Ends the run with an error of its own.
+    pub fn fail(&self, error: RunError) {
+        self.inner().failure = Some(error);
+    }
+}
+
+/// A stage under way outside of the library.
+#[derive(Debug)]
+pub struct StageGuard<'r, 'c> {
+    reporter: &'r Reporter<'c>,
+    stage: Stage,
+    from_cache: bool,
+}
+
+impl StageGuard<'_, '_> {
+    /// What the stage makes was kept from an earlier run.
+    pub fn from_cache(&mut self) {
+        self.from_cache = true;
+    }
+}
+
+impl Drop for StageGuard<'_, '_> {
+    fn drop(&mut self) {
+        self.reporter.inner().end(&StageEnd {
+            stage: self.stage,
+            title: self.stage.title().to_owned(),
+            from_store: self.from_cache,
+            took: None,
+            unknowns: Vec::new(),
+        });
+    }
+}
+
+impl Observer for &Reporter<'_> {
+    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+        let mut inner = self.inner();
+        match inner.hear(event) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                inner.failure = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+}
+
+impl Inner<'_> {
+    fn note(&mut self, message: &str) {
+        if let Some(console) = &mut self.console {
+            console.note(message);
+        }
+    }
+
+    fn warning(&mut self, warning: &Warning) {
+        if let Some(files) = &self.files {
+            files.locked().warning(warning);
+        }
+        if let Some(console) = &mut self.console {
+            console.warning(warning);
+        }
+    }
+
+    fn warnings(&mut self, warnings: impl IntoIterator<Item = Warning>) {
+        for warning in warnings {
+            self.warning(&warning);
+        }
+    }
+
+    fn lines(&mut self, lines: Vec<Line>) {
+        for line in lines {
+            match line {
+                Line::Note(text) => self.note(&text),
+                Line::Warning(warning) => self.warning(&warning),
+            }
+        }
+    }
+
+    fn begin(&mut self, title: &str) {
+        self.under_way.push(Began {
+            at: Instant::now(),
+            processor_seconds: processor_seconds(),
+        });
+        if let Some(console) = &mut self.console {
+            console.stage_begins(title);
+        }
+    }
+
+    fn end(&mut self, end: &StageEnd) {
+        let Some(began) = self.under_way.pop() else {
+            return;
+        };
+        let used = processor_seconds().zip(began.processor_seconds);
+        let stage = StageSummary {
+            id: end.stage,
+            name: end.title.clone(),
+            seconds: end.took.unwrap_or_else(|| began.at.elapsed()).as_secs_f64(),
+            processor_seconds: used
+                .filter(|_| end.took.is_none())
+                .map(|(to, from)| to - from),
+            peak_memory_mib: peak_rss_mib(),
+            from_cache: end.from_store,
+            unknowns: end.unknowns.clone(),
+        };
+        if let Some(console) = &mut self.console {
+            console.stage_ends(&stage);
+        }
+        self.ended.push(stage);
+    }
+
+    fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
+        match event {
+            Event::StageBegins { title, .. } => self.begin(title),
+            Event::StageEnds(end) => self.end(end),
+            Event::Model {
+                assembly,
+                mesh,
+                bound,
+            } => {
+                self.write(event)?;
+                self.lines(model::lines(assembly, mesh, bound));
+                self.warnings(findings::of_gaps(&bound.model));
+            }
+            Event::PrestressPass { number, pass } => self.note(&model::pass_note(*number, pass)),
+            Event::Reduced(reduced) => {
+                self.write(event)?;
+                self.lines(findings::of_reduced(reduced));
+            }
+            Event::StaticState { reduced, statics } => {
+                if let Some(note) = findings::linear_note(reduced, statics) {
+                    self.note(&note);
+                }
+                self.warnings(findings::of_static(reduced, statics));
+                self.write_in_stage(Stage::StaticFiles, event)?;
+            }
+            Event::ResponseBegins { .. } => {
+                if let Some(console) = &mut self.console {
+                    console.response_begins();
+                }
+                self.write(event)?;
+            }
+            Event::Frequency(solved) => {
+                if let Err(error) = self.write(event)
+                    && !std::mem::replace(&mut self.not_kept, true)
+                {
+                    let text =
+                        format!("what is solved is not kept if the run is broken off: {error}");
+                    let weight = Weight::Remark;
+                    self.warning(&Warning { weight, text });
+                }
+                if let Some(console) = &mut self.console {
+                    console.frequency(&solved.orbit);
+                }
+            }
+            Event::Response(run) => {
+                self.warnings(findings::of_response(run));
+                self.write_in_stage(Stage::ResponseFiles, event)?;
+            }
+            event => {
+                if let Some(console) = &mut self.console {
+                    console.loop_event(event);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&self, event: &Event<'_>) -> Result<(), RunError> {
+        match &self.files {
+            Some(files) => files.locked().hear(event),
+            None => Ok(()),
+        }
+    }
+
+    fn write_in_stage(&mut self, stage: Stage, event: &Event<'_>) -> Result<(), RunError> {
+        let title = stage.title();
+        self.begin(title);
+        let written = self.write(event);
+        self.end(&StageEnd {
+            stage,
+            title: title.to_owned(),
+            from_store: false,
+            took: None,
+            unknowns: Vec::new(),
+        });
+        written
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn stages_are_recorded_in_the_order_of_their_ends_with_their_time() {
+        let reporter = Reporter::silent(None);
+        {
+            let _outer = reporter.stage(Stage::Mesh);
+            let mut inner = reporter.stage(Stage::ReducedModelFiles);
+            inner.from_cache();
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        let kept = StageEnd {
+            stage: Stage::Reduction,
+            title: "reduction".to_owned(),
+            from_store: true,
+            took: Some(Duration::from_secs(2)),
+            unknowns: vec![7, 3],
+        };
+        reporter.inner().begin("reduction");
+        reporter.inner().end(&kept);
+        let taken = reporter.taken();
+        let names: Vec<&str> = taken.stages.iter().map(|s| s.name.as_str()).collect();
+        assert_eq!(names, ["files of the reduced model", "mesh", "reduction"]);
+        assert!(taken.stages[..2].iter().all(|s| s.seconds >= 0.005));
+        assert_eq!(taken.stages[2].seconds, 2.0);
+        assert_eq!(taken.stages[2].processor_seconds, None);
+        assert_eq!(taken.stages[2].unknowns, [7, 3]);
+        let kept: Vec<bool> = taken.stages.iter().map(|s| s.from_cache).collect();
+        assert_eq!(kept, [true, false, true]);
+        if cfg!(target_os = "linux") {
+            assert!(taken.stages[0].peak_memory_mib.is_some_and(|m| m > 0.5));
+        }
+    }
+}

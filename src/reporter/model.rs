@@ -1,0 +1,205 @@
+//! Says what a mesh has become: counts, masses, how flanks lie on each other, and what may not be meant.
+
+use std::collections::BTreeMap;
+
+use super::line::Line;
+use super::{maps, units};
+use crate::warning::Weight;
+use crate::words::{counted, percent, quantity};
+use dovetail_mesh::{Mesh, Shape};
+use dovetail_solver::fem::mass_properties::MassProperties;
+use dovetail_solver::model::gather::name_for;
+use dovetail_solver::model::{Assembly, Body, ContactSpec, Model, Side, SpringSpec};
+use dovetail_solver::run::{Bound, PrestressPass};
+
+/// What there is to say of a bound assembly.
+pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line> {
+    let model = &bound.model;
+    let springs = assembly.springs.iter().map(spring_note);
+    let mut lines: Vec<Line> = springs.map(Line::Note).collect();
+    warn_of_held_volumes(assembly, mesh, &mut lines);
+    tell_of_flanks(assembly, model, &mut lines);
+    tell_of_straightened_edges(model, &mut lines);
+    lines.push(Line::Note(counts_note(model)));
+    maps::tell(model, &mut lines);
+    for (body, properties) in model.bodies.iter().zip(&bound.properties) {
+        tell_of_mass(body, properties, &mut lines);
+    }
+    lines
+}
+
+/// How far one pass of the prestress moved.
+pub(super) fn pass_note(number: usize, pass: &PrestressPass) -> String {
+    let moved = match pass.change {
+        None => "pairs stuck".to_string(),
+        Some(change) => format!("normal forces moved by {change:.1e}"),
+    };
+    let stuck = pass.stuck_frequency_hz;
+    let stuck = stuck.map_or(String::new(), |hz| format!(", first stuck mode {hz:.4} Hz"));
+    format!("prestress, pass {number}: {moved}{stuck}")
+}
+
+fn counts_note(model: &Model) -> String {
+    let mut shapes: BTreeMap<Shape, usize> = BTreeMap::new();
+    for (element, count) in model.element_types() {
+        *shapes.entry(element.shape).or_default() += count;
+    }
+    let shapes = shapes
+        .iter()
+        .map(|(shape, n)| format!("{n} {}", shape.plural()));
+    format!(
+        "{}, {} dofs, {} contact pairs (largest mismatch {:.1e} m)",
+        shapes.collect::<Vec<_>>().join(", "),
+        model
+            .bodies
+            .iter()
+            .map(|b| 3 * b.dofs.free_nodes())
+            .sum::<usize>(),
+        model.pairs.len(),
+        model.largest_mismatch_m()
+    )
+}
+
+/// How flanks lie on each other, and what may not be meant.
+fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
+    for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
+        lines.push(Line::Note(format!(
+            "contact {}: on rigid ground, for no `second` is named",
+            contact.name
+        )));
+    }
+    for found in &model.matches {
+        let spec = assembly.contacts.iter().find(|c| c.name == found.name);
+        let Some(ContactSpec {
+            first,
+            second: Some(second),
+            ..
+        }) = spec
+        else {
+            continue;
+        };
+        let name = &found.name;
+        let shares = found.covered.map(|share| 100.0 * share);
+        if !found.nodes_match {
+            let of_slave = match found.slave {
+                Side::First => shares[0],
+                Side::Second => shares[1],
+            };
+            lines.push(Line::Note(format!(
+                "contact {name}: the meshes do not match; {of_slave:.1} % of one flank lies opposite the other, which the \
+                 nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
+                found.largest_weight, found.largest_mismatch_m
+            )));
+        }
+        if found.covered.iter().all(|share| *share < WHOLE) {
+            lines.push(Line::warning(
+                Weight::Doubt,
+                format!(
+                    "contact \"{name}\": neither flank lies wholly opposite the other, only {:.1} % of the area of \
+                     `{first}` and {:.1} % of that of `{second}`: check where the bodies stand",
+                    shares[0], shares[1]
+                ),
+            ));
+        }
+    }
+    for found in &model.matches {
+        let (name, apart) = (&found.name, found.largest_separation_m);
+        let counts = |c: &&ContactSpec| c.name == *name && c.gap_from_mesh;
+        if apart > FAR_APART * found.facet_m && !assembly.contacts.iter().any(|c| counts(&c)) {
+            lines.push(Line::warning(
+                Weight::Doubt,
+                format!(
+                    "contact \"{name}\": the flanks are up to {apart:.2e} m apart in the mesh and are taken to \
+                     touch; gap = \"mesh\" counts it as clearance"
+                ),
+            ));
+        }
+    }
+}
+
+/// The edges of flanks that the model has straight and the mesh has not.
+fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
+    for found in &model.straightened {
+        let text = format!(
+            "body \"{}\": {} of its flanks were made straight: their middle nodes, which follow the mean of the corners, \
+             were moved by up to {} ({} of the edge); smaller elements follow a curved flank more closely",
+            found.body,
+            counted(found.edges, "edge", "edges"),
+            quantity(found.largest_m, "m", 2),
+            percent(found.largest_share, 2)
+        );
+        if found.largest_share > CURVED {
+            lines.push(Line::warning(Weight::Remark, text));
+        } else {
+            lines.push(Line::Note(text));
+        }
+    }
+}
+
+/// A middle node that was moved by more than this share of its edge is warned of.
+const CURVED: f64 = 2e-3;
+/// Of two flanks of which neither has this share of its area opposite the other, one may not be where it is meant to be.
+const WHOLE: f64 = 0.98;
+/// Flanks farther apart than this share of their facets' length are not taken to touch without a word.
+const FAR_APART: f64 = 0.05;
+
+fn spring_note(spring: &SpringSpec) -> String {
+    let SpringSpec {
+        name,
+        first,
+        second,
+        stiffness_n_m,
+        direction,
+    } = spring;
+    let place = match second {
+        None => format!("`{first}` on ground"),
+        Some(second) => format!("`{first}` to `{second}`"),
+    };
+    let along = match direction {
+        None => String::new(),
+        Some([x, y, z]) => format!(" along [{x:.4}, {y:.4}, {z:.4}]"),
+    };
+    format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
+}
+
+/// A set of a face in a deck of Abaqus/CAE is one of nodes and one of elements, and the elements have its
+/// name: holding them holds more than the face.
+fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>) {
+    for body in &assembly.bodies {
+        for name in body.fixed.iter().chain(body.fixed_along.iter().flatten()) {
+            let find = |name| mesh.groups.get(&*name_for(mesh, &body.name, name));
+            let Some(group) = find(name).filter(|group| group.dimension == 3) else {
+                continue;
+            };
+            let nodes = format!("{name} (nodes)");
+            let remedy = match find(&nodes).is_some() {
+                true => format!("the set of nodes alone is `{nodes}`"),
+                false => "name a surface or a set of nodes to hold a face".to_owned(),
+            };
+            lines.push(Line::warning(
+                Weight::Doubt,
+                format!(
+                    "body \"{}\": the group `{name}` that is fixed is a volume, and all {} nodes of its elements \
+                     are held: {remedy}",
+                    body.name,
+                    group.nodes.len()
+                ),
+            ));
+        }
+    }
+}
+
+/// Mass and centrifugal force, so that a wrong unit is seen before anything is computed with it.
+fn tell_of_mass(body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
+    let force = own.centrifugal_force_n.map_or(String::new(), |force| {
+        let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        format!(", centrifugal force {size_n:.4e} N")
+    });
+    lines.push(Line::Note(format!(
+        "{}: {:.4} kg, {:.4e} m3{force}",
+        body.name, own.mass_kg, own.volume_m3
+    )));
+    if let Some(doubt) = units::doubt(&body.name, body.material) {
+        lines.push(Line::warning(Weight::Wrong, doubt));
+    }
+}

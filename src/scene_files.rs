@@ -1,0 +1,76 @@
+//! Finds the files that a scene names, and what says that two runs have the same inputs.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::mesh_files;
+use dovetail_solver::description::{Scene, Subject};
+use dovetail_solver::input;
+use dovetail_solver::model::MeshKind;
+use dovetail_solver::model::{BodyMesh, ExcitationKind, FieldSource};
+use dovetail_solver::reduction::superelement;
+
+/// The files that a scene names: meshes or their script, fields, the files of a reduced model. A
+/// ready mesh that is not there is left out: it is missed only where gmsh is.
+pub fn files(scene: &Scene) -> Vec<PathBuf> {
+    let assembly = match &scene.subject {
+        Subject::ReducedModel(spec) => return superelement::files(&spec.folder),
+        Subject::Assembly(assembly) => assembly,
+    };
+    let mut files = Vec::new();
+    match assembly.mesh.as_ref().map(|mesh| &mesh.kind) {
+        None => {}
+        Some(MeshKind::File { path }) => files.extend(mesh_files::files(path)),
+        Some(MeshKind::Geometry {
+            script, fallback, ..
+        }) => {
+            files.push(script.clone());
+            files.extend(fallback.clone().filter(|file| file.is_file()));
+        }
+    }
+    for body in &assembly.bodies {
+        if let BodyMesh::File { path, .. } = &body.mesh {
+            files.extend(mesh_files::files(path));
+        }
+    }
+    for excitation in &assembly.excitations {
+        if let ExcitationKind::Field {
+            field: FieldSource::File(path),
+            ..
+        } = &excitation.kind
+        {
+            files.push(path.clone());
+        }
+    }
+    files
+}
+
+/// Hash of the bytes of a file, in hexadecimals.
+///
+/// # Errors
+/// A file that cannot be read, or is not a regular file.
+pub fn hash_of_file(file: &Path) -> io::Result<String> {
+    let mut hasher = blake3::Hasher::new();
+    io::copy(&mut input::open(file)?, &mut hasher)?;
+    Ok(hasher.finalize().to_string())
+}
+
+/// Hash of a scene as it was read and of the files that it names, in hexadecimals. Paths count from
+/// the folder of the scene's file. A file that cannot be read is told where it is missed.
+pub fn hash(scene: &Scene, scene_file: &Path) -> String {
+    let mut hasher = blake3::Hasher::new();
+    // Numbers are written so that they read back to the bit.
+    let text = format!("{scene:?}");
+    let folder = scene_file.parent().map_or(String::new(), |folder| {
+        format!("{:?}", folder.join("x")).replace("x\"", "")
+    });
+    let text = match folder.len() > 1 {
+        true => text.replace(&folder, "\""),
+        false => text,
+    };
+    hasher.update(text.as_bytes());
+    for file in files(scene) {
+        hasher.update(hash_of_file(&file).unwrap_or_default().as_bytes());
+    }
+    hasher.finalize().to_string()
+}
