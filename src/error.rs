@@ -15,7 +15,9 @@ use crate::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
 use dovetail_mesh::quality::QualityError;
+use dovetail_solver::fem::FemError;
 use dovetail_solver::model::ModelError;
+use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::reduction::superelement::SuperelementError;
 use dovetail_solver::run;
 
@@ -187,6 +189,13 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "they are marked in the column `outcome` of response.csv and left out of the curves; more \
              response.max_newton_iterations, a smaller step in frequency (response.points), or the default \
              response.eps = \"dynamic\" with eps_scale = 1 may help"
+        }
+        run::Error::Fem(FemError::LooselyHeld { .. })
+        | run::Error::Reduction(
+            ReductionError::InteriorNotHeld { .. } | ReductionError::NotHeld { .. },
+        ) => {
+            "a support is the key `fixed` of a [[body]], which names groups, or `fixed_along`; a spring is a [[spring]], a contact a \
+             [[contact]]"
         }
         _ => return None,
     })

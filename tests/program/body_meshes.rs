@@ -206,7 +206,7 @@ fn what_a_deck_says_beside_is_told_with_its_file() {
         .arg(folder.join("out"))
         .args(["--set", &format!("body.jaw.mesh_file={}", file.display())]);
     let said = said_in_one_line(&ended(program, 0));
-    let told = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the scene by a [[contact]] \
-                with law = \"bonded\".";
+    let told = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the scene by a contact \
+                with the law `bonded`.";
     assert!(said.contains(told), "{said}");
 }

@@ -28,8 +28,8 @@ pub enum FemError {
     OrphanNodes { body: String, tags: Tags },
     #[error(
         "body \"{body}\" is held too loosely to be prestressed: its stiffness is singular near node \
-         {node_tag} at ({}) m; add its support to `fixed`, hold it by a \
-         [[spring]], check that the part of that node is joined to the rest, or set prestress = \"none\"",
+         {node_tag} at ({}) m; give it a support, hold it by a \
+         spring, check that the part of that node is joined to the rest, or set prestress = \"none\"",
         coordinates(position_m)
     )]
     LooselyHeld {

@@ -123,7 +123,7 @@ pub enum ReductionError {
         found: usize,
     },
     #[error(
-        "body `{body}`: around node {node} nothing holds it, even with its contacts held: give the body a support (key `fixed`), a [[spring]] or a contact; if it has one, its mesh falls apart there: check that the volume is one connected piece"
+        "body `{body}`: around node {node} nothing holds it, even with its contacts held: give the body a support, a spring or a contact; if it has one, its mesh falls apart there: check that the volume is one connected piece"
     )]
     InteriorNotHeld { body: String, node: u64 },
     #[error(
@@ -147,7 +147,7 @@ pub enum ReductionError {
     )]
     Circle,
     #[error(
-        "with all pairs stuck nothing holds body `{body}` (at node {node}), or it is unstable at this speed: it needs a support (key `fixed` of the body), a [[spring]], a contact with what is held, or a speed that it stands"
+        "with all pairs stuck nothing holds body `{body}` (at node {node}), or it is unstable at this speed: it needs a support, a spring, a contact with what is held, or a speed that it stands"
     )]
     NotHeld { body: String, node: u64 },
     #[error("the stiffness of the assembly cannot be factored")]

@@ -762,7 +762,7 @@ impl Reader {
             };
             let tie = match self.aside.iter().any(|keyword| keyword == "*TIE") {
                 true => {
-                    " What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\"."
+                    " What *TIE joins is joined in the scene by a contact with the law `bonded`."
                 }
                 false => "",
             };

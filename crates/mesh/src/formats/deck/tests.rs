@@ -1012,7 +1012,7 @@ fn what_is_left_aside_is_named_with_its_line() {
     let content = read(&deck).unwrap();
     assert_eq!(content.materials[0].density, Some(7.0));
     let expected = [
-        "These keywords were not read: *DENSITY, PORE FLUID, *TIE. What *TIE joins is joined in the scene by a [[contact]] with law = \"bonded\".",
+        "These keywords were not read: *DENSITY, PORE FLUID, *TIE. What *TIE joins is joined in the scene by a contact with the law `bonded`.",
         "These parameters were not read: ORIENT of *SOLID SECTION (line 26), CONTROLS of *SOLID SECTION (line 26).",
         "Materials with values for several temperatures are taken at the first of each: Steel.",
         "Not all numbers that these sets generate are there: `Odd` (line 31, *ELSET: 1 of 5), `Wide` (line 29, *NSET: 12 of 18446744073709551615).",
