@@ -14,7 +14,7 @@ use crate::export::manifest::StageSummary;
 use crate::warning::{Warning, Weight, by_weight};
 use crate::words::{counted, cycle_counts, quantity};
 use dovetail_mesh::text;
-use dovetail_solver::dlft::Orbit;
+use dovetail_solver::dlft::{Orbit, SolvedFrequency};
 use dovetail_solver::run::{Event, Stage};
 
 /// Between two lines of a loop where there is no terminal.
@@ -299,7 +299,10 @@ impl Console {
     }
 
     /// One frequency of the response that began last is solved, converged or not.
-    pub fn frequency(&mut self, orbit: &Orbit) {
+    pub fn frequency(&mut self, solved: &SolvedFrequency) {
+        let orbit = &solved.orbit;
+        // The first attempt at one that is solved again has failed.
+        self.failed -= usize::from(solved.again && self.failed > 0);
         self.failed += usize::from(!orbit.outcome.is_converged());
         let news = news(orbit, self.failed);
         if self.verbosity == Verbosity::Verbose {

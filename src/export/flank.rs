@@ -94,7 +94,7 @@ impl FlankSeries {
     /// A file that cannot be written.
     pub fn write(&mut self, folder: &Path, orbit: &Orbit) -> Result<(), ExportError> {
         let point = orbit.point;
-        if !orbit.outcome.has_motion() || self.written.contains_key(&point) {
+        if !orbit.outcome.has_motion() {
             return Ok(());
         }
         let file = Self::file(point);

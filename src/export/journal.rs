@@ -16,7 +16,7 @@ use dovetail_solver::dlft::SolvedFrequency;
 /// Its name in the folder of a run, where it stands until the run has come to its end.
 pub const JOURNAL: &str = "response.journal";
 
-const MARK: &[u8; 18] = b"dovetail journal 1";
+const MARK: &[u8; 18] = b"dovetail journal 2";
 const HASH: usize = 32;
 
 /// Hash of everything that a response is computed from.
@@ -28,7 +28,7 @@ pub struct Journal {
     path: PathBuf,
     file: File,
     /// By inputs and the bits of the frequency.
-    known: HashSet<(Inputs, u64)>,
+    known: HashSet<(Inputs, (usize, bool))>,
 }
 
 impl Journal {
@@ -110,7 +110,7 @@ impl Journal {
     /// # Errors
     /// A file that cannot be written.
     pub fn append(&mut self, inputs: &Inputs, solved: &SolvedFrequency) -> Result<(), ExportError> {
-        let key = (*inputs, solved.orbit.frequency_hz.to_bits());
+        let key = (*inputs, solved.place());
         if self.known.contains(&key) {
             return Ok(());
         }
@@ -155,7 +155,7 @@ impl Journal {
             let mut reader = BufReader::with_capacity(1 << 20, &self.file);
             while let Some((inputs, solved, size)) = next(&mut reader, length - sound)? {
                 sound += size;
-                known.insert((inputs, solved.orbit.frequency_hz.to_bits()));
+                known.insert((inputs, solved.place()));
                 each(&inputs, solved);
             }
             if sound < length {
@@ -236,7 +236,7 @@ mod tests {
     fn solved(frequency_hz: f64) -> SolvedFrequency {
         let orbit = Orbit {
             frequency_hz,
-            point: 5,
+            point: frequency_hz as usize,
             outcome: Outcome::Stagnated,
             harmonics: 1,
             x: vec![0.1 * frequency_hz; 9],
@@ -266,6 +266,7 @@ mod tests {
             linear,
             mean: Mean::Retained,
             next_level: 2,
+            again: false,
         }
     }
 
@@ -339,6 +340,26 @@ mod tests {
         let error = sound(&other).unwrap_err();
         assert!(error.to_string().contains("no journal"), "{error}");
         assert_eq!(fs::read(&path).unwrap(), other);
+    }
+
+    /// A curve that folds has several solutions at one frequency, and one that was solved again has two records.
+    #[test]
+    fn solutions_at_one_frequency_are_told_apart_by_their_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("journal");
+        let lower = solved(450.0);
+        let (mut upper, mut again) = (lower.clone(), lower.clone());
+        upper.orbit.point = 451;
+        upper.orbit.x[0] = 7.0;
+        again.again = true;
+        let all = [lower, upper, again];
+        let mut journal = Journal::open(&path).unwrap();
+        for solved in all.iter().chain(&all) {
+            journal.append(&INPUTS, solved).unwrap();
+        }
+        drop(journal);
+        let found = Journal::open(&path).unwrap().solved(&INPUTS).unwrap();
+        assert_eq!(text(&found), text(&all));
     }
 
     #[test]

@@ -515,8 +515,8 @@ struct Solving {
     pairs: PairTable,
     /// All that were asked for.
     frequencies_hz: Vec<f64>,
-    /// Without the fields of the orbits, by the bits of their frequencies: rising.
-    solved: BTreeMap<u64, (Orbit, LinearPoint)>,
+    /// Without the fields of the orbits, by their numbers.
+    solved: BTreeMap<usize, (Orbit, LinearPoint)>,
     /// Of the scene's own response, where fields are written.
     flanks: Option<FlankSeries>,
     /// When the tables were written last, and how long that took.
@@ -526,7 +526,9 @@ struct Solving {
 impl Solving {
     /// What there is of the response, for tables.
     fn partial(&self) -> Response {
-        let (orbits, linear) = self.solved.values().cloned().unzip();
+        let mut solved: Vec<_> = self.solved.values().cloned().collect();
+        solved.sort_by(|(a, _), (b, _)| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let (orbits, linear) = solved.into_iter().unzip();
         Response {
             orbits,
             linear,
@@ -546,8 +548,8 @@ impl Solving {
             modal: Vec::new(),
             ..orbit.clone()
         };
-        let bits = orbit.frequency_hz.to_bits();
-        self.solved.insert(bits, (without_fields, linear.clone()));
+        let point = (without_fields, linear.clone());
+        self.solved.insert(orbit.point, point);
         if let Some(flanks) = &mut self.flanks {
             flanks.write(out.path(), orbit)?;
         }
@@ -765,10 +767,6 @@ impl Files {
         csv::write_contact(&out.file("contact.csv")?, &reduced.pairs, response)?;
         self.write_curves(&names, response, compared)?;
         if let Some(flanks) = self.solving.first_mut().and_then(|s| s.flanks.as_mut()) {
-            // Some frequencies were solved in a second attempt.
-            for orbit in &response.orbits {
-                flanks.write(out.path(), orbit)?;
-            }
             flanks.write_collection(&out.file(FLANKS)?, response.orbits.len())?;
         }
         if let Some(bodies) = &reduced.bodies {

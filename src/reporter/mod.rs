@@ -290,7 +290,7 @@ impl Inner<'_> {
                     self.warning(&Warning { weight, text });
                 }
                 if let Some(console) = &mut self.console {
-                    console.frequency(&solved.orbit);
+                    console.frequency(solved);
                 }
             }
             Event::Response(run) => {

@@ -204,7 +204,7 @@ pub struct LinearPoint {
 /// News of a sweep that goes on.
 #[derive(Debug, Clone, Copy)]
 pub enum Told<'a> {
-    /// A frequency is solved, or was solved before; one that is solved again is not told again.
+    /// A frequency is solved, or was solved before. One that is solved again is told again ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
     /// A frequency is added to those that are to be solved.
     Adds,
@@ -230,6 +230,17 @@ pub struct SolvedFrequency {
     pub mean: retention::Mean,
     /// Of the levels of [`accuracy`], the one that the next frequency begins on.
     pub next_level: usize,
+    /// It was solved once more, from its other side, after the frequencies that were begun with the first attempt: the better
+    /// of both motions.
+    pub again: bool,
+}
+
+impl SolvedFrequency {
+    /// What it is known by among those of its response: the number of the frequency, and whether it is that of the second
+    /// attempt. A curve may have several solutions at one frequency.
+    pub fn place(&self) -> (usize, bool) {
+        (self.orbit.point, self.again)
+    }
 }
 
 impl Response {

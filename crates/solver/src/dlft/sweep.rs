@@ -78,7 +78,8 @@ impl SweepSettings {
 
 /// Response at every frequency, and at those added at peaks. `earlier` are frequencies that a sweep of the same model with the same settings solved
 /// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `tell`
-/// is called from any thread; it hears of each frequency that is solved once, those of earlier included.
+/// is called from any thread; it hears of each frequency that is solved, those of earlier included, and once more of one that
+/// is solved again.
 pub fn sweep(
     problem: &Problem,
     damping: Rayleigh,
@@ -139,7 +140,7 @@ pub fn sweep(
         ),
         earlier: earlier
             .iter()
-            .map(|solved| (solved.orbit.frequency_hz.to_bits(), solved))
+            .map(|solved| (solved.place(), solved))
             .collect(),
         most_seconds: settings.most_seconds,
         tell,
@@ -153,7 +154,7 @@ pub fn sweep(
     solved.extend(upper.into_iter().rev());
     let (mut orbits, mut linear): (Vec<Orbit>, Vec<_>) =
         solved.into_iter().map(|s| (s.orbit, s.linear)).unzip();
-    run.retry_from_other_side(&mut orbits, middle);
+    run.retry_from_other_side(&mut orbits, &linear, middle);
     let solver_of = |harmonics| run.refinement.with(harmonics);
     let at_meeting = |ends: [&Orbit; 2]| match ends.map(|orbit| orbit.point + 1) {
         [below, above] if below == middle && above == middle + 1 => Look::Always,
@@ -222,7 +223,7 @@ struct Run<'a> {
     linear: ContactSystem<'a>,
     refinement: Refinement<'a>,
     /// By the bits of their frequency.
-    earlier: HashMap<u64, &'a SolvedFrequency>,
+    earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
     /// As in [`SweepSettings`].
     most_seconds: Option<f64>,
     tell: &'a (dyn Fn(Told<'_>) + Sync),
@@ -240,7 +241,7 @@ impl Run<'_> {
         let mut half = Vec::with_capacity(points.len());
         for stretch in points.chunks(STRETCH) {
             let mut work = Work::default();
-            let earlier = |(_, f): &(usize, f64)| self.earlier.get(&f.to_bits()).copied();
+            let earlier = |point: &(usize, f64)| self.solved_before(*point, false);
             let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
             for (i, point) in stretch.iter().enumerate() {
                 let solved = match &known {
@@ -272,25 +273,50 @@ impl Run<'_> {
             next_level: resolved.next_level,
             orbit: self.orbit_of(resolved, (point, frequency_hz), work),
             linear: linear_point(&self.linear, self.harmonics(), frequency_hz),
+            again: false,
         }
+    }
+
+    /// A frequency that an earlier sweep solved.
+    fn solved_before(
+        &self,
+        (point, frequency_hz): (usize, f64),
+        again: bool,
+    ) -> Option<&SolvedFrequency> {
+        let solved = self.earlier.get(&(point, again)).copied()?;
+        (solved.orbit.frequency_hz == frequency_hz).then_some(solved)
     }
 
     /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
     /// the rising half downwards, then the falling half (from `middle`) upwards.
-    fn retry_from_other_side(&self, orbits: &mut [Orbit], middle: usize) {
+    fn retry_from_other_side(&self, orbits: &mut [Orbit], linear: &[LinearPoint], middle: usize) {
         let mut work = Work::default();
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
         let upwards = (middle..orbits.len()).map(|i| (i, i.wrapping_sub(1)));
         for (i, beside) in downwards.chain(upwards) {
-            if let Some(neighbour) = orbits.get(beside).cloned() {
-                self.solve_again(&mut orbits[i], &neighbour, &mut work);
+            let Some(neighbour) = orbits.get(beside).cloned() else {
+                continue;
+            };
+            let place = (orbits[i].point, orbits[i].frequency_hz);
+            let earlier = self.solved_before(place, true);
+            if let Some(solved) = earlier {
+                orbits[i] = solved.orbit.clone();
+            }
+            if earlier.is_some() || self.solve_again(&mut orbits[i], &neighbour, &mut work) {
+                (self.tell)(Told::Solved(&SolvedFrequency {
+                    orbit: orbits[i].clone(),
+                    linear: linear[i].clone(),
+                    mean: Mean::Free,
+                    next_level: 0,
+                    again: true,
+                }));
             }
         }
     }
 
     /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with at least as many harmonics
-    /// as that. The better of both motions stays.
-    fn solve_again(&self, orbit: &mut Orbit, neighbour: &Orbit, work: &mut Work) {
+    /// as that. The better of both motions stays. Says whether it was tried.
+    fn solve_again(&self, orbit: &mut Orbit, neighbour: &Orbit, work: &mut Work) -> bool {
         let may_converge = match orbit.outcome {
             Outcome::Converged
             | Outcome::LeavesSlot
@@ -304,7 +330,7 @@ impl Run<'_> {
             | Outcome::AccuracyNotReached => true,
         };
         if !may_converge || !neighbour.outcome.holds() {
-            return;
+            return false;
         }
         let (point, frequency_hz) = (orbit.point, orbit.frequency_hz);
         let from = match orbit.outcome.has_motion() {
@@ -325,6 +351,7 @@ impl Run<'_> {
         orbit.newton_iterations += again.newton_iterations;
         orbit.krylov_iterations += again.krylov_iterations;
         orbit.newton_residuals.splice(..0, again.newton_residuals);
+        true
     }
 
     /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
@@ -354,7 +381,8 @@ impl Run<'_> {
             };
             (self.tell)(Told::Adds);
             let at = orbits.partition_point(|o| o.frequency_hz < frequency_hz);
-            let earlier = self.earlier.get(&frequency_hz.to_bits()).copied().cloned();
+            let point = (orbits.len(), frequency_hz);
+            let earlier = self.solved_before(point, false).cloned();
             let solved = earlier.unwrap_or_else(|| {
                 let (below, above) = (&orbits[at - 1], &orbits[at]);
                 let last = Last {
@@ -364,7 +392,7 @@ impl Run<'_> {
                         .level_of(below.harmonics.max(above.harmonics)),
                 };
                 let mut work = Work::default();
-                let mut solved = self.point((orbits.len(), frequency_hz), &last, &mut work);
+                let mut solved = self.point(point, &last, &mut work);
                 for neighbour in [below, above] {
                     self.solve_again(&mut solved.orbit, neighbour, &mut work);
                 }

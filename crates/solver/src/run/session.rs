@@ -195,7 +195,8 @@ pub enum Event<'a> {
         /// Name of the strategy.
         strategy: &'a str,
     },
-    /// One frequency of the response that began last is solved, converged or not.
+    /// One frequency of the response that began last is solved, converged or not, or solved once more
+    /// ([`SolvedFrequency::again`]).
     Frequency(&'a SolvedFrequency),
     /// The response is there, and the one that it is compared with.
     Response(&'a Run),

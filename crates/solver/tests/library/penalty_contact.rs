@@ -1,6 +1,7 @@
 //! Contact through springs: against closed forms, steps in time, and rigid contact, which it tends to.
 
 use std::f64::consts::TAU;
+use std::sync::Mutex;
 
 use dovetail_numerics::newton::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
@@ -8,7 +9,7 @@ use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, PairStatus};
+use dovetail_solver::dlft::{Orbit, Outcome, PairStatus, SolvedFrequency, Told};
 use dovetail_solver::integration::steady::{Settled, Until, integrate};
 use dovetail_solver::integration::step::{State, Stepper};
 use dovetail_solver::model::Growth;
@@ -531,9 +532,27 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let frequencies_hz = (0..21).map(|i| (5.6 + 0.1 * f64::from(i)) / TAU).collect();
     let settings = SweepSettings::new(frequencies_hz, resolution);
     let state = static_state(&problem, 10, settings.newton);
-    let response = sweep(&problem, damping, &state, &settings, &[], &|_| ());
+    let run = |earlier: &[SolvedFrequency]| {
+        let told = Mutex::new(Vec::new());
+        let tell = |event: Told<'_>| {
+            if let Told::Solved(solved) = event {
+                told.lock().unwrap().push(solved.clone());
+            }
+        };
+        let response = sweep(&problem, damping, &state, &settings, earlier, &tell);
+        (response, told.into_inner().unwrap())
+    };
+    let (response, told) = run(&[]);
+    // What is solved again is told with its place, and a sweep that knows it takes it as it is.
+    let again = |told: &[SolvedFrequency]| told.iter().filter(|s| s.again).count();
+    assert!(again(&told) > 0 && told.len() == response.orbits.len() + again(&told));
+    let (resumed, retold) = run(&told);
+    assert_eq!(again(&retold), again(&told));
+    assert_eq!(format!("{response:?}"), format!("{resumed:?}"));
     for orbit in &response.orbits {
         let omega = TAU * orbit.frequency_hz;
+        let last = told.iter().rev().find(|s| s.orbit.point == orbit.point);
+        assert_eq!(format!("{orbit:?}"), format!("{:?}", last.unwrap().orbit));
         assert!(orbit.outcome.is_converged(), "{omega:.1} rad/s");
         // The motion that does not strike is that of the mass on its spring.
         let free = 100.0 / (40.0 - omega * omega).hypot(damping.mass_per_s * omega);
