@@ -16,6 +16,7 @@ use super::{ExportError, write_file};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::modes::ModeShape;
 use dovetail_solver::results::recovery::{NodalField, added, frame_phase_rad, oscillation};
+use dovetail_solver::spectrum::{cosine, sine};
 
 /// Fields of one body in the static state.
 #[derive(Debug, Clone, Copy)]
@@ -88,7 +89,7 @@ pub fn write_motion(
     let mut grid = Grid::of_bodies(model);
     grid.point_array("mean_m", 3, field(0));
     for k in 1..=fields / 2 {
-        let (cosine, sine) = (field(2 * k - 1), field(2 * k));
+        let (cosine, sine) = (field(cosine(k)), field(sine(k)));
         let both = || cosine.iter().zip(&sine);
         let amplitude = both().map(|(c, s)| c.hypot(*s)).collect();
         let phase = both().map(|(c, s)| s.atan2(*c)).collect();

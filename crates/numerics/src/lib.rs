@@ -21,6 +21,7 @@ pub mod refresh;
 mod solve;
 pub mod space;
 pub mod sparse;
+pub mod spectrum;
 pub mod stored;
 mod symbolic;
 pub mod vector;

@@ -23,4 +23,4 @@ pub mod reduction;
 pub mod results;
 pub mod run;
 
-pub use dovetail_numerics::{memory, space};
+pub use dovetail_numerics::{memory, space, spectrum};

@@ -11,6 +11,7 @@ use dovetail_mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::space::{dot, scaled as scaled_by, sub, unit};
+use dovetail_solver::spectrum::{cosine, sine};
 
 /// Above so many nodes on the faces the middles of edges are left out.
 const MOST_NODES: usize = 60_000;
@@ -181,7 +182,7 @@ fn harmonics(nodes: &[BodyNode], motion: &[Vec<NodalField>]) -> Vec<Harmonic> {
         nodes.iter().flat_map(at).collect()
     };
     let both: Vec<[Vec<f64>; 2]> = (1..=count)
-        .map(|k| [field(2 * k - 1), field(2 * k)])
+        .map(|k| [field(cosine(k)), field(sine(k))])
         .collect();
     let largest = |parts: &[Vec<f64>; 2]| {
         let parts = parts.iter().flatten();

@@ -12,6 +12,7 @@ use crate::contact::PredictedLaw;
 use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::problem::inexact::InexactModel;
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use rayon::prelude::*;
@@ -142,7 +143,7 @@ impl<'a> Balance<'a> {
         let system = setting.system;
         let n = system.unknowns();
         let stiffness = system.stiffness(omega, harmonics);
-        let mut force = vec![0.0; (2 * harmonics + 1) * n];
+        let mut force = vec![0.0; blocks(harmonics) * n];
         force[..n].copy_from_slice(&system.problem.reduced.static_load.on_x);
         for load in &system.problem.excitations {
             let k = load.harmonic;
@@ -160,8 +161,8 @@ impl<'a> Balance<'a> {
                 &complex(&load.cosine.on_modes, &load.sine.on_modes),
             );
             for (i, f) in condensed.iter().enumerate() {
-                force[(2 * k - 1) * n + i] += f.re;
-                force[2 * k * n + i] -= f.im;
+                force[cosine(k) * n + i] += f.re;
+                force[sine(k) * n + i] -= f.im;
             }
         }
         Self {

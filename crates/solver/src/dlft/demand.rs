@@ -6,6 +6,7 @@ use super::sweep::SweepSettings;
 use crate::dlft::coarse;
 use crate::problem::Problem;
 use crate::problem::inexact::{ALL_FROM, motions};
+use dovetail_numerics::spectrum::blocks;
 
 const F64: u64 = 8;
 const F32: u64 = 4;
@@ -24,7 +25,7 @@ pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     };
     let size = Size {
         pairs: problem.laws.len() as u64,
-        width: 2 * harmonics as u64 + 1,
+        width: blocks(harmonics) as u64,
     };
     let halves = settings.frequencies_hz.len().clamp(1, 2) as u64;
     let transforms = F64 * samples as u64 * size.width;

@@ -11,6 +11,7 @@ use dovetail_numerics::dogleg::{DoglegSystem, dogleg};
 use dovetail_numerics::newton::{
     Damping, NewtonEnd, NewtonOptions, NonlinearSystem, correction, newton,
 };
+use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -141,7 +142,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         }
         for k in 1..=balance.stiffness.harmonics() {
             let [re, im] = balance.stiffness.formed(k);
-            let (c, s) = ((2 * k - 1) * n, 2 * k * n);
+            let (c, s) = (cosine(k) * n, sine(k) * n);
             for j in 0..n {
                 for i in 0..n {
                     let (re, im) = (re[(i, j)], im[(i, j)]);

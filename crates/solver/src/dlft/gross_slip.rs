@@ -7,6 +7,7 @@ use super::balance::{Balance, Setting, gather};
 use super::dense::MOST_DENSE_UNKNOWNS;
 use crate::problem::tangential;
 use dovetail_numerics::dense::Lu;
+use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_numerics::vector::norm;
 use faer::{Mat, c64};
 
@@ -48,7 +49,7 @@ fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
     let along = tangential(n);
     let mut out = vec![0.0; balance.force.len()];
     for k in 1..=balance.stiffness.harmonics() {
-        let [cosine, sine] = [(2 * k - 1) * n, 2 * k * n];
+        let [cosine, sine] = [cosine(k) * n, sine(k) * n];
         let of = |i: &usize| c64::new(balance.force[cosine + i], -balance.force[sine + i]);
         let mut x: Vec<c64> = along.iter().map(of).collect();
         if x.iter().all(|f| *f == c64::new(0.0, 0.0)) {

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use dovetail_numerics::spectrum::blocks;
 use faer::{Mat, MatRef};
 
 use super::retention::Retention;
@@ -24,7 +25,7 @@ pub struct LinearSystem {
 impl LinearSystem {
     /// Blocks of a vector, 2H+1.
     pub fn width(&self) -> usize {
-        2 * self.harmonics.len() + 1
+        blocks(self.harmonics.len())
     }
 
     /// J x from x and K x.

@@ -5,6 +5,7 @@ use super::pair_signals::Signals;
 use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use dovetail_numerics::vector::dot;
 use faer::c64;
 use rayon::prelude::*;
@@ -200,10 +201,7 @@ fn modal_load(system: &ContactSystem<'_>, k: usize, omega: f64) -> Vec<c64> {
 
 /// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
 fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
-    let (c, s) = (
-        &v[(2 * k - 1) * n..2 * k * n],
-        &v[2 * k * n..(2 * k + 1) * n],
-    );
+    let [c, s] = [cosine(k), sine(k)].map(|block| &v[block * n..(block + 1) * n]);
     c.iter().zip(s).map(|(c, s)| c64::new(*c, -*s)).collect()
 }
 
@@ -215,7 +213,7 @@ fn modal_amplitudes(
     u: &[f64],
 ) -> Vec<f64> {
     let (n, m) = (system.unknowns(), system.problem.reduced.omega2.len());
-    let mut out = vec![0.0; (2 * harmonics + 1) * m];
+    let mut out = vec![0.0; blocks(harmonics) * m];
     let statics = &system.problem.reduced.static_load.on_modes;
     for (i, (f, w2)) in statics
         .iter()
@@ -228,8 +226,8 @@ fn modal_amplitudes(
         let x = complex_block(u, n, k);
         let q = system.modal_response(k as f64 * omega, &x, &modal_load(system, k, omega));
         for (i, q) in q.iter().enumerate() {
-            out[(2 * k - 1) * m + i] = q.re;
-            out[2 * k * m + i] = -q.im;
+            out[cosine(k) * m + i] = q.re;
+            out[sine(k) * m + i] = -q.im;
         }
     }
     out
@@ -248,7 +246,7 @@ fn observe(
         .observations
         .iter()
         .map(|point| {
-            (0..2 * harmonics + 1)
+            (0..blocks(harmonics))
                 .map(|h| {
                     dot(&point.on_x, &u[h * n..(h + 1) * n])
                         + dot(&point.on_modes, &modal[h * m..(h + 1) * m])
@@ -284,7 +282,7 @@ fn powers(
     for k in 1..=harmonics {
         let kw = k as f64 * omega;
         let at = |v: &'_ [f64], size: usize, part: usize| {
-            let block = 2 * k - 1 + part;
+            let block = [cosine(k), sine(k)][part];
             v[block * size..(block + 1) * size].to_vec()
         };
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
@@ -343,7 +341,7 @@ fn pair_cycle(
         let mut work = 0.0;
         for c in 0..3 {
             let i = 3 * pair + c;
-            let (cosine, sine) = ((2 * k - 1) * n + i, 2 * k * n + i);
+            let (cosine, sine) = (cosine(k) * n + i, sine(k) * n + i);
             let lambda = &evaluation.lambda;
             work += lambda[cosine] * u[sine] - lambda[sine] * u[cosine];
         }

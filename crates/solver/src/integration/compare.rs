@@ -6,6 +6,7 @@ use super::step::{State, Stepper, touching};
 use crate::dlft::{CycleCounts, CycleStatus, Orbit, StaticState};
 use crate::problem::Problem;
 use crate::reduction::damping::Rayleigh;
+use dovetail_numerics::spectrum::Spectrum;
 
 /// What both methods tell of one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,15 +137,14 @@ fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
 /// The state of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
 pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
     let omega = std::f64::consts::TAU * orbit.frequency_hz;
-    let blocks = 2 * orbit.harmonics + 1;
     let at_start = |v: &[f64]| {
-        let size = v.len() / blocks;
-        let mut place = v[..size].to_vec();
-        let mut rate = vec![0.0; size];
+        let v = Spectrum::new(v, orbit.harmonics);
+        let mut place = v.mean().to_vec();
+        let mut rate = vec![0.0; place.len()];
         for k in 1..=orbit.harmonics {
-            for i in 0..size {
-                place[i] += v[(2 * k - 1) * size + i];
-                rate[i] += k as f64 * omega * v[2 * k * size + i];
+            for (i, (c, s)) in v.cosine(k).iter().zip(v.sine(k)).enumerate() {
+                place[i] += c;
+                rate[i] += k as f64 * omega * s;
             }
         }
         (place, rate)

@@ -12,6 +12,7 @@
 use super::Problem;
 use crate::reduction::ReducedModel;
 use crate::reduction::damping::Rayleigh;
+use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
@@ -268,10 +269,8 @@ impl HarmonicStiffness<'_> {
 
 /// Cosine and sine block k (from 0) of a vector without a mean, blocks of n.
 fn cosine_and_sine<T>(v: &[T], k: usize, n: usize) -> [&[T]; 2] {
-    [
-        &v[2 * k * n..(2 * k + 1) * n],
-        &v[(2 * k + 1) * n..(2 * k + 2) * n],
-    ]
+    let block = |with_mean: usize| &v[(with_mean - 1) * n..with_mean * n];
+    [block(cosine(k + 1)), block(sine(k + 1))]
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use dovetail_numerics::dense;
 use dovetail_numerics::eigen::coarse_space::coarse_space;
 use dovetail_numerics::packed::PackedSymmetric;
 use dovetail_numerics::sparse::product;
+use dovetail_numerics::spectrum::cosine;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
 /// Motions of the coarse space for each root of the number of unknowns.
@@ -188,7 +189,7 @@ impl Inexact {
         let mut y = kx;
         for (k, c) in harmonics.iter().enumerate() {
             for i in 0..y.nrows() {
-                scale_by_complex(c.s, &mut y, i, 2 * k + 1);
+                scale_by_complex(c.s, &mut y, i, cosine(k + 1));
             }
         }
         let modes = harmonics.first().map_or(0, |c| c.modes.len());
@@ -198,7 +199,8 @@ impl Inexact {
             for (k, c) in harmonics.iter().enumerate() {
                 for i in 0..basis.ncols() {
                     let by = if is_inertia { -c.z } else { c.modes[i] };
-                    scale_by_complex(by, &mut amplitudes, i, 2 * k);
+                    // Without the mean.
+                    scale_by_complex(by, &mut amplitudes, i, cosine(k + 1) - 1);
                 }
             }
             let (y, amplitudes) = (y.get_mut(.., 1..), amplitudes.as_ref());

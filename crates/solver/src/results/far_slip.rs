@@ -4,6 +4,7 @@
 use super::pairs::PairTable;
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::spectrum::Spectrum;
 
 /// Share of the shorter side of a flank beyond which a slide is worth a warning.
 pub const FAR: f64 = 0.05;
@@ -43,17 +44,14 @@ impl ShorterSides {
 
     /// The largest |X_T| of a motion (2H+1 blocks, harmonic-major) over the shorter side of its flank.
     pub fn farthest(&self, x: &[f64], harmonics: usize) -> f64 {
-        let n = 3 * self.0.len();
+        let x = Spectrum::new(x, harmonics);
         let fourier = Fourier::new(harmonics, INSTANTS.max(4 * harmonics + 4));
         let mut signals = [(); 2].map(|()| vec![0.0; fourier.samples()]);
-        let mut coefficients = vec![0.0; 2 * harmonics + 1];
         let mut farthest = 0.0_f64;
         for (pair, side) in self.0.iter().enumerate() {
             let Some(side) = side else { continue };
             for (signal, component) in signals.iter_mut().zip([1, 2]) {
-                for (block, c) in coefficients.iter_mut().enumerate() {
-                    *c = x[block * n + 3 * pair + component];
-                }
+                let coefficients: Vec<f64> = x.of_signal(3 * pair + component).collect();
                 fourier.to_time(&coefficients, signal);
             }
             let [along, across] = &signals;

@@ -350,6 +350,7 @@ mod tests {
     use crate::model::ContactPair;
     use crate::problem::LinearReference;
     use crate::problem::dovetail72::dovetail72;
+    use dovetail_numerics::spectrum::{cosine, sine};
 
     fn pair(area_m2: f64) -> ContactPair {
         ContactPair {
@@ -486,7 +487,7 @@ mod tests {
             let direct: f64 = (1..=3)
                 .map(|k| {
                     let a = k as f64 * wt;
-                    coefficients[2 * k - 1] * a.cos() + coefficients[2 * k] * a.sin()
+                    coefficients[cosine(k)] * a.cos() + coefficients[sine(k)] * a.sin()
                 })
                 .sum();
             let rebuilt: f64 = phasors

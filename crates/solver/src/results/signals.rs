@@ -2,6 +2,7 @@
 
 use crate::dlft::Orbit;
 use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::spectrum::Spectrum;
 
 /// A pair over one period, from the start of the excitation's cosine; components n, t1, t2.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,12 +15,10 @@ pub struct PairSignals {
 
 /// A pair of an orbit at no fewer than `instants` instants, which are evenly spaced, the end of the period left out.
 pub fn pair_signals(orbit: &Orbit, pair: usize, instants: usize) -> PairSignals {
-    let blocks = 2 * orbit.harmonics + 1;
-    let n = orbit.x.len() / blocks;
     let fourier = Fourier::new(orbit.harmonics, instants.max(4 * (orbit.harmonics + 1)));
     let signal = |v: &[f64], component: usize| {
-        let at = |h: usize| v[h * n + 3 * pair + component];
-        let coefficients: Vec<f64> = (0..blocks).map(at).collect();
+        let v = Spectrum::new(v, orbit.harmonics);
+        let coefficients: Vec<f64> = v.of_signal(3 * pair + component).collect();
         let mut out = vec![0.0; fourier.samples()];
         fourier.to_time(&coefficients, &mut out);
         out

@@ -15,6 +15,7 @@ use crate::results::modes::{ModeKind, ModeShape, hertz};
 use crate::results::recovery::NodalField;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
+use dovetail_numerics::spectrum::{Spectrum, blocks};
 
 /// What an assembly is bound to.
 #[derive(Debug)]
@@ -81,16 +82,16 @@ impl Bodies {
     /// back to the bodies.
     pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
         let recovery = self.recovery()?;
-        let blocks = 2 * orbit.harmonics + 1;
+        let blocks = blocks(orbit.harmonics);
         let columns = |v: &[f64]| {
-            let rows = v.len() / blocks;
-            Mat::from_fn(rows, blocks, |i, j| v[j * rows + i])
+            let v = Spectrum::new(v, orbit.harmonics);
+            Mat::from_fn(v.signals(), blocks, |i, j| v.block(j)[i])
         };
         let motion =
             recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
         // The mean: what the static load does to the interior is not in the modes.
-        let n = orbit.x.len() / blocks;
-        let mean = recovery.full_static(&orbit.x[..n]);
+        let mean = Spectrum::new(&orbit.x, orbit.harmonics).mean();
+        let mean = recovery.full_static(mean);
         let bodies = self.model().bodies.iter().zip(motion.iter().zip(&mean));
         let on_nodes = bodies.map(|(body, (motion, mean))| {
             let harmonic = (1..blocks).map(|j| expand_to_nodes(&body.dofs, motion.col_as_slice(j)));

@@ -21,6 +21,7 @@ use crate::results::far_slip::ShorterSides;
 use crate::results::modes::{ModeKind, hertz};
 use dovetail_numerics::memory;
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::spectrum::blocks;
 use std::ops::ControlFlow;
 
 /// The frequencies of the response, rising.
@@ -137,7 +138,7 @@ impl Responses<'_, '_> {
         let Self { spec, session, .. } = self;
         let problem = &self.reduced.problem;
         let stage = session.titled_stage(Stage::Response, &title(resolution));
-        let blocks = 2 * resolution.most_harmonics() + 1;
+        let blocks = blocks(resolution.most_harmonics());
         stage.solves(blocks * problem.reduced.stiffness.nrows());
         let settings = SweepSettings {
             eps: Eps {
@@ -179,7 +180,9 @@ impl Responses<'_, '_> {
                 let mut solved = solved.clone();
                 sides.judge_orbit(&mut solved.orbit);
                 let _ = session.tell(&Event::Frequency(&solved));
-                steps.step();
+                if !solved.again {
+                    steps.step();
+                }
             }
             Told::Adds => steps.grow(),
             Told::Tries {

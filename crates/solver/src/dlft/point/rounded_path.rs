@@ -10,6 +10,7 @@ use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::newton::NewtonOptions;
+use dovetail_numerics::spectrum::blocks;
 use std::f64::consts::TAU;
 
 /// Sharpness of the friction cones of the first law.
@@ -65,7 +66,7 @@ impl FrequencySolver<'_> {
         let cheap = (MOST_EXACT_UNKNOWNS / n).saturating_sub(1) / 2;
         let harmonics = cheap.max(1).min(self.setting.fourier.harmonics());
         let is_exact =
-            self.solver == Solver::NewtonKrylov && (2 * harmonics + 1) * n <= MOST_DENSE_UNKNOWNS;
+            self.solver == Solver::NewtonKrylov && blocks(harmonics) * n <= MOST_DENSE_UNKNOWNS;
         let (method, slides_past) = match is_exact {
             true => {
                 let slips_m = free_slips_m(&self.setting, TAU * frequency_hz);
