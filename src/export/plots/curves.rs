@@ -1,21 +1,31 @@
 //! Draws amplitude and phase against frequency.
 
+use std::ops::Range;
 use std::path::Path;
 
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::{COMPARED, LINEAR};
 use super::legend::{Legend, Mark};
+use super::names::Taken;
 use super::{
-    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, at_px, draw_heading, draw_mesh, px,
-    round_ticks, si_prefix, tick_label, write_svg,
+    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, TEXT_PX, at_px, draw_heading, draw_mesh,
+    px, round_ticks, si_prefix, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
+use crate::words::{figure, quantity_beside, supported_digits};
 use dovetail_solver::dlft::{Outcome, Response};
-use dovetail_solver::results::quantities::phasors;
+use dovetail_solver::results::quantities::{self, linear_peak, peak, phasors};
 
 const SIZE: (u32, u32) = (1280, 800);
+/// Letters of the words at a peak, and what one of them takes at most.
+const PEAK_PX: u32 = TEXT_PX - 4;
+const PEAK_LETTER: i32 = at_px(13);
+/// How far from a peak its words may stand, pixels, and from where on a line leads to them.
+const PEAK_DISTANCES: [i32; 5] = [12, 26, 44, 70, 100];
+const LED: i32 = at_px(30);
 
 /// One line of a plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +36,38 @@ pub struct Curve {
     pub points: Vec<(f64, Option<f64>)>,
     /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
     pub inaccurate: Vec<(f64, f64)>,
+    /// Where it is highest; of an amplitude alone.
+    pub peak: Option<PeakMark>,
     pub kind: CurveKind,
+}
+
+/// The highest point of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakMark {
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    /// How many digits of the amplitude its estimated error supports.
+    pub digits: usize,
+}
+
+impl PeakMark {
+    /// With the estimated relative error of the amplitude, if it is known. `None` where nothing moves.
+    fn of(peak: &quantities::Peak, error: Option<f64>) -> Option<Self> {
+        (peak.amplitude_m > 0.0).then(|| Self {
+            frequency_hz: peak.frequency_hz,
+            amplitude_m: peak.amplitude_m,
+            digits: supported_digits(peak.amplitude_m, error),
+        })
+    }
+
+    /// `6.5 mm at 450.085 Hz`, in the unit of an axis up to this amplitude.
+    fn words(&self, largest_m: f64) -> String {
+        format!(
+            "{} at {} Hz",
+            quantity_beside(self.amplitude_m, largest_m, "m", self.digits),
+            figure(self.frequency_hz, 6)
+        )
+    }
 }
 
 /// What a curve is of, which gives it its colour.
@@ -83,6 +124,10 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
             .map(point)
             .filter_map(|(f, a)| Some((f, a?)))
             .collect(),
+        peak: peak(response, observation).and_then(|peak| {
+            let error = response.orbits[peak.index].amplitude_error(observation);
+            PeakMark::of(&peak, error)
+        }),
         kind: CurveKind::Response,
     }
 }
@@ -103,6 +148,7 @@ pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Cur
         label: label.to_owned(),
         points,
         inaccurate: vec![],
+        peak: linear_peak(response, observation).and_then(|peak| PeakMark::of(&peak, Some(0.0))),
         kind: CurveKind::Linear,
     }
 }
@@ -125,6 +171,7 @@ pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curv
             })
             .collect(),
         inaccurate: vec![],
+        peak: None,
         kind: CurveKind::Response,
     }
 }
@@ -186,9 +233,9 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
         Ordinate::Amplitude(name, Scale::Linear) => {
             let (prefix, factor) = si_prefix(largest);
             let top = if largest > 0.0 {
-                1.06 * largest * factor
+                1.12 * largest * factor
             } else {
-                1.06
+                1.12
             };
             let (_, y_step) = round_ticks(0.0, top, 8);
             let mut chart = builder.build_cartesian_2d(low..high, 0.0..top)?;
@@ -196,7 +243,8 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
             frame(&mut chart, &title, &x_text, &|v: &f64| {
                 tick_label(*v, y_step)
             })?;
-            lines(&mut chart, curves, factor, 0.0)
+            lines(&mut chart, curves, factor, 0.0)?;
+            peaks(canvas, &chart, curves, factor, 0.0)
         }
         Ordinate::Amplitude(name, Scale::Logarithmic) => {
             let (prefix, factor) = si_prefix(largest);
@@ -208,10 +256,11 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
                 0.1 * top
             };
             let mut chart =
-                builder.build_cartesian_2d(low..high, (bottom..1.25 * top).log_scale())?;
+                builder.build_cartesian_2d(low..high, (bottom..1.5 * top).log_scale())?;
             let title = format!("amplitude of {name} ({prefix}m)");
             frame(&mut chart, &title, &x_text, &|v: &f64| short(*v))?;
-            lines(&mut chart, curves, factor, bottom)
+            lines(&mut chart, curves, factor, bottom)?;
+            peaks(canvas, &chart, curves, factor, bottom)
         }
         Ordinate::Phase(name) => {
             // Whole eighths of a turn.
@@ -355,6 +404,88 @@ where
     Ok(())
 }
 
+/// A mark on the peak of each curve, and its words where they cover nothing.
+fn peaks<Y>(canvas: &Canvas, chart: &Chart<Y>, curves: &[Curve], factor: f64, bottom: f64) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    let mut taken = Taken::default();
+    for curve in curves {
+        for run in converged_runs(&curve.points, factor, bottom) {
+            let run: Vec<(i32, i32)> = run.iter().map(|p| chart.backend_coord(p)).collect();
+            taken.add_line(&run, true);
+        }
+    }
+    let marks = || {
+        curves
+            .iter()
+            .filter_map(|curve| Some((curve.kind, curve.peak?)))
+    };
+    let largest_m = marks()
+        .map(|(_, peak)| peak.amplitude_m)
+        .fold(0.0, f64::max);
+    let at = |peak: &PeakMark| chart.backend_coord(&(peak.frequency_hz, peak.amplitude_m * factor));
+    for (kind, peak) in marks() {
+        // Its tip is above the line, which it would hide.
+        let (x, y) = at(&peak);
+        let [half, low, high] = [at_px(8), y - at_px(5), y - at_px(19)];
+        let corners = vec![(x, low), (x - half, high), (x + half, high)];
+        canvas.draw(&Polygon::new(corners, kind.colour().filled()))?;
+        taken.add_box([x - half, x + half, high, low]);
+    }
+    let frame = chart.plotting_area().get_pixel_range();
+    // The result, which is drawn last, has its words nearest.
+    for (kind, peak) in marks().rev() {
+        let (x, y) = at(&peak);
+        let words = peak.words(largest_m);
+        let width = PEAK_LETTER * words.chars().count() as i32;
+        let height = at_px(PEAK_PX as i32 + 4);
+        let [left, right, top, bottom] = taken
+            .beside(
+                (x, y),
+                (width, height),
+                [&frame.0, &frame.1],
+                &PEAK_DISTANCES,
+            )
+            .map_or_else(
+                || over_everything(canvas, (x, y), (width, height), &frame.0),
+                Ok,
+            )?;
+        // At the end that is nearer to the mark: its letters may be narrower.
+        let (h, place) = match (left >= x, right <= x) {
+            (true, _) => (HPos::Left, left),
+            (_, true) => (HPos::Right, right),
+            _ => (HPos::Center, (left + right) / 2),
+        };
+        let middle = (top + bottom) / 2;
+        if (place - x).abs() > LED {
+            let gap = at_px(4) * (x - place).signum();
+            let line = vec![(place + gap, middle), (x, y - at_px(19))];
+            let style = kind.colour().stroke_width(px(1));
+            canvas.draw(&PathElement::new(line, style))?;
+        }
+        let style = text_style(PEAK_PX, h, VPos::Center);
+        canvas.draw(&Text::new(words, (place, middle), &style))?;
+    }
+    Ok(())
+}
+
+/// Makes room for words of this width and height over a peak beside which everything is taken, between these two sides.
+fn over_everything(
+    canvas: &Canvas,
+    (x, y): (i32, i32),
+    (width, height): (i32, i32),
+    across: &Range<i32>,
+) -> Result<[i32; 4], Box<dyn std::error::Error>> {
+    let half = width / 2;
+    let middle = x.min(across.end - half).max(across.start + half);
+    let bottom = y - at_px(24);
+    let [left, right, top] = [middle - half, middle + half, bottom - height];
+    let pale = WHITE.mix(0.8).filled();
+    canvas.draw(&Rectangle::new([(left, top), (right, bottom)], pale))?;
+    Ok([left, right, top, bottom])
+}
+
 /// Stretches of neighbouring points that have a value (and show on the axis), scaled.
 fn converged_runs(points: &[(f64, Option<f64>)], factor: f64, bottom: f64) -> Vec<Vec<(f64, f64)>> {
     let shown = |p: &(f64, Option<f64>)| Some((p.0, p.1? * factor)).filter(|q| q.1 >= bottom);
@@ -421,12 +552,14 @@ mod tests {
             label: "H = 3".to_owned(),
             points: vec![(1.0, Some(1.0)), (2.0, None)],
             inaccurate: vec![(1.0, 1.0)],
+            peak: None,
             kind: CurveKind::Response,
         };
         let reference = Curve {
             label: "linear".to_owned(),
             points: vec![(1.0, Some(1.0))],
             inaccurate: vec![],
+            peak: None,
             kind: CurveKind::Linear,
         };
         let legend = format!("{:?}", legend(&[reference, curve]));
@@ -438,6 +571,22 @@ mod tests {
             assert!(legend.contains(words), "{words}: {legend}");
         }
         assert!(legend.find("Dashes") < legend.find("Line"), "{legend}");
+    }
+
+    #[test]
+    fn words_at_a_peak_are_in_the_unit_of_the_axis_and_of_the_digits_that_its_error_supports() {
+        let peak = |amplitude_m: f64, error: Option<f64>| {
+            let at = quantities::Peak {
+                index: 0,
+                frequency_hz: 287.6921,
+                amplitude_m,
+            };
+            PeakMark::of(&at, error)
+        };
+        let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
+        assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");
+        assert_eq!(words(3.2361e-3, Some(0.0)), "3.236 mm at 287.692 Hz");
+        assert_eq!(peak(0.0, None), None);
     }
 
     #[test]
