@@ -7,7 +7,8 @@ an edge the pressure of a sliding contact goes as d^(l - 1), d the distance from
 the determinant of two wedges, free outside, that share normal stress, normal displacement and a shear of mu times the pressure on their common face
 (M. Comninou, J. Appl. Mech. 43 (1976); G. B. Sinclair and N. G. Cormier, J. Eng. Gas Turbines Power 125 (2003), on why the peak of a dovetail
 does not converge). The pressure of the nodes on the edge (the mean over the middle third of the slot, away from the ends) then goes as the
-spacing to the power l - 1. Give runs that differ in the spacing of their flanks alone. numpy.
+spacing to the power l - 1. Give runs that differ in the spacing of their flanks alone. The first line says from
+which commit the program was built that made them, and on which day. numpy.
 """
 
 import argparse
@@ -84,6 +85,7 @@ def main():
     parser.add_argument("--friction", type=float, default=0.3)
     parser.add_argument("--poisson", type=float, default=0.34)
     arguments = parser.parse_args()
+    print(origin.line_of_runs(arguments.runs) + "\n")
     check = smallest_power(math.pi / 2, math.pi, 0.0, arguments.poisson)
     print(f"a right angle without friction: pressure as d^{check - 1:.4f} (known: -0.2260)")
     # Both corners slide towards the middle of the flank: friction pulls their faces outwards, towards the edge.
@@ -111,5 +113,4 @@ def main():
 
 
 if __name__ == "__main__":
-    print(origin.line() + "\n")
     main()

@@ -81,14 +81,14 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
         let name = &found.name;
         let shares = found.covered.map(|share| 100.0 * share);
         if !found.nodes_match {
-            let of_slave = match found.slave {
-                Side::First => shares[0],
-                Side::Second => shares[1],
+            let (slave, master, of_slave) = match found.slave {
+                Side::First => (first, second, shares[0]),
+                Side::Second => (second, first, shares[1]),
             };
             lines.push(Line::Note(format!(
-                "contact {name}: the meshes do not match; {of_slave:.1} % of one flank lies opposite the other, which the \
-                 nodes there follow by weights up to {:.2} (largest mismatch {:.1e} m)",
-                found.largest_weight, found.largest_mismatch_m
+                "contact {name}: the meshes of its flanks do not match; each node of `{slave}` follows a mean of nodes of \
+                 `{master}`, at most {:.1e} m away; {of_slave:.1} % of the area of `{slave}` lies opposite",
+                found.largest_mismatch_m
             )));
         }
         if found.covered.iter().all(|share| *share < WHOLE) {

@@ -15,6 +15,7 @@ use dovetail::export::plots::{
     self, Axis, CampbellFamily, EngineOrders, Heading, HeatMap, Operation, Ordinate, Scale, Series,
 };
 use dovetail::export::{ExportError, csv, flank, vtu};
+use dovetail::words::figure;
 use dovetail_mesh::ElementOrder;
 use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
@@ -22,7 +23,7 @@ use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyPrestress, Rotation};
 use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{peak, sweep_fields};
+use dovetail_solver::results::quantities::{linear_peak, peak, sweep_fields};
 use dovetail_testkit::block::mixed_block;
 use made_up_run::{Run, observed, run, scaled};
 use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
@@ -708,6 +709,37 @@ fn patches(svg: &str) -> Vec<Vec<[f64; 2]>> {
         points.split_whitespace().map(corner).collect()
     });
     corners.collect()
+}
+
+/// Places of each line of a picture.
+fn polylines(svg: &str) -> Vec<Vec<[f64; 2]>> {
+    patches(&svg.replace("<polyline", "<polygon"))
+}
+
+#[test]
+fn the_peak_of_each_amplitude_has_a_mark_over_it_and_its_figures_beside_it() {
+    let run = run(ElementOrder::Linear, 4, 9);
+    let out = write_all("peaks", &run);
+    let svg = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    let tops = [peak(&run.response, 0), linear_peak(&run.response, 0)];
+    for file in ["response.svg", "response_log.svg"] {
+        let (text, lines) = (svg(file), polylines(&svg(file)));
+        for top in tops {
+            let frequency = figure(top.unwrap().frequency_hz, 6);
+            let beside = format!("m at {frequency} Hz");
+            let named = words(&text).iter().any(|words| words.ends_with(&beside));
+            assert!(named, "{file}: {beside}");
+        }
+        let marks = patches(&text);
+        assert_eq!(marks.len(), 2, "{file}");
+        for mark in marks {
+            let [x, tip] = mark[0];
+            let touches =
+                |p: &[f64; 2]| (p[0] - x).abs() <= 1.0 && (p[1] - tip - 50.0).abs() <= 1.0;
+            assert!(lines.iter().flatten().any(touches), "{file}: {mark:?}");
+        }
+    }
+    assert!(patches(&svg("phase.svg")).is_empty() && !svg("phase.svg").contains(" at "));
 }
 
 /// The text of a picture, each piece of it on a line of its own.

@@ -179,6 +179,24 @@ fn any_number_of_bodies_and_contacts_is_taken() {
     assert_eq!((bodies, contacts), (4, 5));
 }
 
+/// The wedge of the damper has the finer mesh: its nodes follow the platforms.
+#[test]
+fn flanks_that_do_not_match_are_told_with_which_follows_which() {
+    let folder = Folder::new("limits-follows");
+    let mut program = dovetail(&["mesh", "scenes/platform_damper.toml"]);
+    program.arg("--out").arg(folder.join("out"));
+    let said = said_in_one_line(&ended(program, 0));
+    for (wedge, platform) in [
+        ("wedge_right", "platform_left"),
+        ("wedge_left", "b.platform_right"),
+    ] {
+        let follows = format!("each node of `{wedge}` follows a mean of nodes of `{platform}`");
+        let covered = format!("100.0 % of the area of `{wedge}` lies opposite");
+        assert!(said.contains(&follows), "{follows}: {said}");
+        assert!(said.contains(&covered), "{covered}: {said}");
+    }
+}
+
 /// The paper's joint with springs between its flanks: it tends to the rigid one, and soft springs lower its resonance.
 #[test]
 fn flanks_on_springs_are_taken() {

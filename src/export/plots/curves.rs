@@ -1,21 +1,33 @@
 //! Draws amplitude and phase against frequency.
 
+use std::ops::Range;
 use std::path::Path;
 
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::{COMPARED, LINEAR};
 use super::legend::{Legend, Mark};
+use super::names::Taken;
 use super::{
-    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, at_px, draw_heading, draw_mesh, px,
-    round_ticks, si_prefix, tick_label, write_svg,
+    Canvas, Drawn, HEADING_HEIGHT, Heading, INK, Scale, TEXT_PX, at_px, draw_heading, draw_mesh,
+    px, round_ticks, si_prefix, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
+use crate::words::{figure, quantity_beside, supported_digits};
 use dovetail_solver::dlft::{Outcome, Response};
-use dovetail_solver::results::quantities::phasors;
+use dovetail_solver::results::quantities::{self, linear_peak, peak, phasors};
 
 const SIZE: (u32, u32) = (1280, 800);
+/// Letters of the words at a peak, and what one of them takes at most.
+const PEAK_PX: u32 = TEXT_PX - 4;
+const PEAK_LETTER: i32 = at_px(13);
+/// How far from a peak its words may stand, pixels, and from where on a line leads to them.
+const PEAK_DISTANCES: [i32; 5] = [12, 26, 44, 70, 100];
+const LED: i32 = at_px(30);
+/// Where the linear peak is more than so many times as high as the curves with friction, the axis ends above these.
+const MUCH_HIGHER: f64 = 5.0;
 
 /// One line of a plot.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +38,38 @@ pub struct Curve {
     pub points: Vec<(f64, Option<f64>)>,
     /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
     pub inaccurate: Vec<(f64, f64)>,
+    /// Where it is highest; of an amplitude alone.
+    pub peak: Option<PeakMark>,
     pub kind: CurveKind,
+}
+
+/// The highest point of a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakMark {
+    pub frequency_hz: f64,
+    pub amplitude_m: f64,
+    /// How many digits of the amplitude its estimated error supports.
+    pub digits: usize,
+}
+
+impl PeakMark {
+    /// With the estimated relative error of the amplitude, if it is known. `None` where nothing moves.
+    fn of(peak: &quantities::Peak, error: Option<f64>) -> Option<Self> {
+        (peak.amplitude_m > 0.0).then(|| Self {
+            frequency_hz: peak.frequency_hz,
+            amplitude_m: peak.amplitude_m,
+            digits: supported_digits(peak.amplitude_m, error),
+        })
+    }
+
+    /// `6.5 mm at 450.085 Hz`, in the unit of an axis up to this amplitude.
+    fn words(&self, largest_m: f64) -> String {
+        format!(
+            "{} at {} Hz",
+            quantity_beside(self.amplitude_m, largest_m, "m", self.digits),
+            figure(self.frequency_hz, 6)
+        )
+    }
 }
 
 /// What a curve is of, which gives it its colour.
@@ -83,6 +126,10 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
             .map(point)
             .filter_map(|(f, a)| Some((f, a?)))
             .collect(),
+        peak: peak(response, observation).and_then(|peak| {
+            let error = response.orbits[peak.index].amplitude_error(observation);
+            PeakMark::of(&peak, error)
+        }),
         kind: CurveKind::Response,
     }
 }
@@ -103,6 +150,7 @@ pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Cur
         label: label.to_owned(),
         points,
         inaccurate: vec![],
+        peak: linear_peak(response, observation).and_then(|peak| PeakMark::of(&peak, Some(0.0))),
         kind: CurveKind::Linear,
     }
 }
@@ -125,6 +173,7 @@ pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curv
             })
             .collect(),
         inaccurate: vec![],
+        peak: None,
         kind: CurveKind::Response,
     }
 }
@@ -172,7 +221,11 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
     let (_, x_step) = round_ticks(low, high, 10);
     let x_text = move |v: &f64| tick_label(*v, x_step);
     draw_heading(canvas, heading)?;
-    let legend = legend(curves);
+    let highest_m = match ordinate {
+        Ordinate::Amplitude(_, Scale::Linear) => highest_shown(curves),
+        _ => largest,
+    };
+    let legend = legend(curves, highest_m);
     legend.draw(canvas, HEADING_HEIGHT)?;
     let width = canvas.dim_in_pixel().0 as i32;
     let mut builder = ChartBuilder::on(canvas);
@@ -184,11 +237,16 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
         .y_label_area_size(px(104));
     match ordinate {
         Ordinate::Amplitude(name, Scale::Linear) => {
-            let (prefix, factor) = si_prefix(largest);
-            let top = if largest > 0.0 {
-                1.06 * largest * factor
+            let (prefix, factor) = si_prefix(highest_m);
+            let top = if highest_m > 0.0 {
+                1.12 * highest_m * factor
             } else {
-                1.06
+                1.12
+            };
+            let window = Window {
+                factor,
+                bottom: 0.0,
+                top,
             };
             let (_, y_step) = round_ticks(0.0, top, 8);
             let mut chart = builder.build_cartesian_2d(low..high, 0.0..top)?;
@@ -196,7 +254,8 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
             frame(&mut chart, &title, &x_text, &|v: &f64| {
                 tick_label(*v, y_step)
             })?;
-            lines(&mut chart, curves, factor, 0.0)
+            lines(&mut chart, curves, window)?;
+            peaks(canvas, &chart, curves, window, highest_m)
         }
         Ordinate::Amplitude(name, Scale::Logarithmic) => {
             let (prefix, factor) = si_prefix(largest);
@@ -208,10 +267,12 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
                 0.1 * top
             };
             let mut chart =
-                builder.build_cartesian_2d(low..high, (bottom..1.25 * top).log_scale())?;
+                builder.build_cartesian_2d(low..high, (bottom..1.5 * top).log_scale())?;
             let title = format!("amplitude of {name} ({prefix}m)");
             frame(&mut chart, &title, &x_text, &|v: &f64| short(*v))?;
-            lines(&mut chart, curves, factor, bottom)
+            let window = Window::above(factor, bottom);
+            lines(&mut chart, curves, window)?;
+            peaks(canvas, &chart, curves, window, highest_m)
         }
         Ordinate::Phase(name) => {
             // Whole eighths of a turn.
@@ -221,13 +282,51 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
             let mut chart = builder.build_cartesian_2d(low..high, bottom..top)?;
             let title = format!("{name} behind the force (°)");
             frame(&mut chart, &title, &x_text, &|v: &f64| tick_label(*v, 1.0))?;
-            lines(&mut chart, curves, 1.0, bottom)
+            lines(&mut chart, curves, Window::above(1.0, bottom))
         }
     }
 }
 
-/// What is drawn of the curves, in words.
-fn legend(curves: &[Curve]) -> Legend {
+/// What an axis shows of the values.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    /// From the unit of the values to that of the axis.
+    factor: f64,
+    /// In the unit of the axis.
+    bottom: f64,
+    top: f64,
+}
+
+impl Window {
+    /// All values above `bottom`.
+    fn above(factor: f64, bottom: f64) -> Self {
+        Self {
+            factor,
+            bottom,
+            top: f64::INFINITY,
+        }
+    }
+}
+
+/// The largest amplitude that the axis must show: that of all curves, or of those with friction where these would lie flat
+/// at its bottom.
+fn highest_shown(curves: &[Curve]) -> f64 {
+    let highest = |of: &dyn Fn(&Curve) -> bool| {
+        let points = curves.iter().filter(|c| of(c)).flat_map(|c| &c.points);
+        points.filter_map(|p| p.1).fold(0.0, f64::max)
+    };
+    let (all, own) = (
+        highest(&|_| true),
+        highest(&|c| c.kind != CurveKind::Linear),
+    );
+    match own > 0.0 && all > MUCH_HIGHER * own {
+        true => own,
+        false => all,
+    }
+}
+
+/// What is drawn of the curves, in words, on an axis that shows amplitudes up to `highest_m`.
+fn legend(curves: &[Curve], highest_m: f64) -> Legend {
     let mut legend = Legend::default();
     for curve in curves {
         let style = curve.kind.style();
@@ -236,7 +335,11 @@ fn legend(curves: &[Curve]) -> Legend {
             CurveKind::Linear => Mark::Dashes,
             CurveKind::Compared | CurveKind::Response => Mark::Line,
         };
-        legend.add(line(style), curve.label.clone());
+        let mut label = curve.label.clone();
+        if let Some(peak) = curve.peak.filter(|peak| peak.amplitude_m > highest_m) {
+            label = format!("{label}: peak off the scale, {}", peak.words(highest_m));
+        }
+        legend.add(line(style), label);
         if !curve.inaccurate.is_empty() {
             let count = points(curve.inaccurate.len());
             let words = format!("{}: accuracy not reached at {count}", curve.label);
@@ -276,36 +379,26 @@ where
     )
 }
 
-fn lines<'a, 'b: 'a, Y>(
-    chart: &mut Chart<'a, 'b, Y>,
-    curves: &[Curve],
-    factor: f64,
-    bottom: f64,
-) -> Drawn
+fn lines<'a, 'b: 'a, Y>(chart: &mut Chart<'a, 'b, Y>, curves: &[Curve], window: Window) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
 {
     for curve in curves {
         let colour = curve.kind.colour();
-        stretches(chart, curve, factor, bottom)?;
-        rings(chart, curve, colour, factor, bottom)?;
-        crosses(chart, curve, colour, bottom)?;
+        stretches(chart, curve, window)?;
+        rings(chart, curve, colour, window)?;
+        crosses(chart, curve, colour, window.bottom)?;
     }
     Ok(())
 }
 
 /// The converged stretches of a curve; a point without neighbours is a dot.
-fn stretches<'a, 'b: 'a, Y>(
-    chart: &mut Chart<'a, 'b, Y>,
-    curve: &Curve,
-    factor: f64,
-    bottom: f64,
-) -> Drawn
+fn stretches<'a, 'b: 'a, Y>(chart: &mut Chart<'a, 'b, Y>, curve: &Curve, window: Window) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
 {
     let style = curve.kind.style();
-    for run in converged_runs(&curve.points, factor, bottom) {
+    for run in converged_runs(&curve.points, window) {
         if run.len() == 1 {
             chart.draw_series([Circle::new(run[0], px(4), style.color.filled())])?;
             continue;
@@ -324,14 +417,14 @@ fn rings<'a, 'b: 'a, Y>(
     chart: &mut Chart<'a, 'b, Y>,
     curve: &Curve,
     colour: RGBColor,
-    factor: f64,
-    bottom: f64,
+    window: Window,
 ) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
 {
-    let rings = curve.inaccurate.iter().map(|(f, a)| (*f, a * factor));
-    let rings = rings.filter(|ring| ring.1 >= bottom);
+    let rings = curve.inaccurate.iter();
+    let rings = rings.map(|(f, a)| (*f, a * window.factor));
+    let rings = rings.filter(|ring| (window.bottom..=window.top).contains(&ring.1));
     // Hollow: the line does not run through it.
     let [inside, mark] = [WHITE.filled(), colour.stroke_width(px(2))];
     let circle = |style| Circle::new((0, 0), px(6), style);
@@ -355,15 +448,123 @@ where
     Ok(())
 }
 
-/// Stretches of neighbouring points that have a value (and show on the axis), scaled.
-fn converged_runs(points: &[(f64, Option<f64>)], factor: f64, bottom: f64) -> Vec<Vec<(f64, f64)>> {
-    let shown = |p: &(f64, Option<f64>)| Some((p.0, p.1? * factor)).filter(|q| q.1 >= bottom);
-    let mut runs = vec![Vec::new()];
-    for point in points.iter().map(shown) {
-        match (point, runs.last_mut()) {
-            (Some(p), Some(run)) => run.push(p),
-            _ => runs.push(Vec::new()),
+/// A mark on the peak of each curve that the axis shows, up to `highest_m`, and its words where they cover nothing.
+fn peaks<Y>(
+    canvas: &Canvas,
+    chart: &Chart<Y>,
+    curves: &[Curve],
+    window: Window,
+    highest_m: f64,
+) -> Drawn
+where
+    Y: Ranged<ValueType = f64>,
+{
+    let mut taken = Taken::default();
+    for curve in curves {
+        for run in converged_runs(&curve.points, window) {
+            let run: Vec<(i32, i32)> = run.iter().map(|p| chart.backend_coord(p)).collect();
+            taken.add_line(&run, true);
         }
+    }
+    let marks = || {
+        let marks = curves
+            .iter()
+            .filter_map(|curve| Some((curve.kind, curve.peak?)));
+        marks.filter(|(_, peak)| peak.amplitude_m <= highest_m)
+    };
+    let at = |peak: &PeakMark| {
+        chart.backend_coord(&(peak.frequency_hz, peak.amplitude_m * window.factor))
+    };
+    for (kind, peak) in marks() {
+        // Its tip is above the line, which it would hide.
+        let (x, y) = at(&peak);
+        let [half, low, high] = [at_px(8), y - at_px(5), y - at_px(19)];
+        let corners = vec![(x, low), (x - half, high), (x + half, high)];
+        canvas.draw(&Polygon::new(corners, kind.colour().filled()))?;
+        taken.add_box([x - half, x + half, high, low]);
+    }
+    let frame = chart.plotting_area().get_pixel_range();
+    // The result, which is drawn last, has its words nearest.
+    for (kind, peak) in marks().rev() {
+        let (x, y) = at(&peak);
+        let words = peak.words(highest_m);
+        let width = PEAK_LETTER * words.chars().count() as i32;
+        let height = at_px(PEAK_PX as i32 + 4);
+        let [left, right, top, bottom] = taken
+            .beside(
+                (x, y),
+                (width, height),
+                [&frame.0, &frame.1],
+                &PEAK_DISTANCES,
+            )
+            .map_or_else(
+                || over_everything(canvas, (x, y), (width, height), &frame.0),
+                Ok,
+            )?;
+        // At the end that is nearer to the mark: its letters may be narrower.
+        let (h, place) = match (left >= x, right <= x) {
+            (true, _) => (HPos::Left, left),
+            (_, true) => (HPos::Right, right),
+            _ => (HPos::Center, (left + right) / 2),
+        };
+        let middle = (top + bottom) / 2;
+        if (place - x).abs() > LED {
+            let gap = at_px(4) * (x - place).signum();
+            let line = vec![(place + gap, middle), (x, y - at_px(19))];
+            let style = kind.colour().stroke_width(px(1));
+            canvas.draw(&PathElement::new(line, style))?;
+        }
+        let style = text_style(PEAK_PX, h, VPos::Center);
+        canvas.draw(&Text::new(words, (place, middle), &style))?;
+    }
+    Ok(())
+}
+
+/// Makes room for words of this width and height over a peak beside which everything is taken, between these two sides.
+fn over_everything(
+    canvas: &Canvas,
+    (x, y): (i32, i32),
+    (width, height): (i32, i32),
+    across: &Range<i32>,
+) -> Result<[i32; 4], Box<dyn std::error::Error>> {
+    let half = width / 2;
+    let middle = x.min(across.end - half).max(across.start + half);
+    let bottom = y - at_px(24);
+    let [left, right, top] = [middle - half, middle + half, bottom - height];
+    let pale = WHITE.mix(0.8).filled();
+    canvas.draw(&Rectangle::new([(left, top), (right, bottom)], pale))?;
+    Ok([left, right, top, bottom])
+}
+
+/// Stretches of neighbouring points that have a value (and show on the axis), scaled. A line that leaves the axis at its
+/// top ends there.
+fn converged_runs(points: &[(f64, Option<f64>)], window: Window) -> Vec<Vec<(f64, f64)>> {
+    let Window {
+        factor,
+        bottom,
+        top,
+    } = window;
+    let shown = |p: &(f64, Option<f64>)| Some((p.0, p.1? * factor)).filter(|q| q.1 >= bottom);
+    let leaves_at = |a: (f64, f64), b: (f64, f64)| {
+        let share = (top - a.1) / (b.1 - a.1);
+        (a.0 + share * (b.0 - a.0), top)
+    };
+    let mut runs = vec![Vec::new()];
+    let mut before: Option<(f64, f64)> = None;
+    for point in points.iter().map(shown) {
+        let crossing = match (before, point) {
+            (Some(a), Some(b)) if (a.1 > top) != (b.1 > top) => Some(leaves_at(a, b)),
+            _ => None,
+        };
+        let inside = point.filter(|p| p.1 <= top);
+        if let Some(run) = runs.last_mut() {
+            run.extend(crossing);
+            run.extend(inside);
+        }
+        if inside.is_none() {
+            runs.push(Vec::new());
+        }
+        before = point;
     }
     runs.retain(|r| !r.is_empty());
     runs
@@ -411,8 +612,43 @@ mod tests {
             (4.0, Some(4.0)),
             (5.0, None),
         ];
-        let runs = converged_runs(&points, 10.0, 0.0);
+        let runs = converged_runs(&points, Window::above(10.0, 0.0));
         assert_eq!(runs, [vec![(1.0, 10.0)], vec![(3.0, 30.0), (4.0, 40.0)]]);
+    }
+
+    #[test]
+    fn a_line_ends_where_it_leaves_the_axis_and_comes_back_where_it_returns() {
+        let points = [(1.0, 1.0), (2.0, 3.0), (3.0, 5.0), (4.0, 1.0), (5.0, 0.0)];
+        let points = points.map(|(f, a)| (f, Some(a)));
+        let window = Window {
+            top: 20.0,
+            ..Window::above(10.0, 0.0)
+        };
+        let before = vec![(1.0, 10.0), (1.5, 20.0)];
+        let after = vec![(3.75, 20.0), (4.0, 10.0), (5.0, 0.0)];
+        assert_eq!(converged_runs(&points, window), [before, after]);
+        assert!(converged_runs(&points[1..3], window).is_empty());
+    }
+
+    #[test]
+    fn the_axis_is_that_of_friction_where_the_linear_peak_is_much_higher() {
+        let curve = |kind, highest: f64| Curve {
+            label: String::new(),
+            points: vec![(1.0, Some(0.1)), (2.0, Some(highest)), (3.0, None)],
+            inaccurate: vec![],
+            peak: None,
+            kind,
+        };
+        let of = |linear: f64, compared: f64, own: f64| {
+            highest_shown(&[
+                curve(CurveKind::Linear, linear),
+                curve(CurveKind::Compared, compared),
+                curve(CurveKind::Response, own),
+            ])
+        };
+        assert_eq!(of(16.8, 7.0, 6.5), 16.8);
+        assert_eq!(of(32.0, 1.3, 1.2), 1.3);
+        assert_eq!(highest_shown(&[curve(CurveKind::Linear, 3.0)]), 3.0);
     }
 
     #[test]
@@ -421,23 +657,45 @@ mod tests {
             label: "H = 3".to_owned(),
             points: vec![(1.0, Some(1.0)), (2.0, None)],
             inaccurate: vec![(1.0, 1.0)],
+            peak: None,
             kind: CurveKind::Response,
         };
         let reference = Curve {
             label: "linear".to_owned(),
-            points: vec![(1.0, Some(1.0))],
+            points: vec![(1.0, Some(20.0))],
             inaccurate: vec![],
+            peak: Some(PeakMark {
+                frequency_hz: 1.5,
+                amplitude_m: 20.0,
+                digits: 3,
+            }),
             kind: CurveKind::Linear,
         };
-        let legend = format!("{:?}", legend(&[reference, curve]));
+        let legend = format!("{:?}", legend(&[reference, curve], 1.0));
         for words in [
-            "linear",
+            "linear: peak off the scale, 20.0 m at 1.50000 Hz",
             "H = 3: accuracy not reached at 1 point",
             "H = 3: 1 point did not converge",
         ] {
             assert!(legend.contains(words), "{words}: {legend}");
         }
         assert!(legend.find("Dashes") < legend.find("Line"), "{legend}");
+    }
+
+    #[test]
+    fn words_at_a_peak_are_in_the_unit_of_the_axis_and_of_the_digits_that_its_error_supports() {
+        let peak = |amplitude_m: f64, error: Option<f64>| {
+            let at = quantities::Peak {
+                index: 0,
+                frequency_hz: 287.6921,
+                amplitude_m,
+            };
+            PeakMark::of(&at, error)
+        };
+        let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
+        assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");
+        assert_eq!(words(3.2361e-3, Some(0.0)), "3.236 mm at 287.692 Hz");
+        assert_eq!(peak(0.0, None), None);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod curves;
 mod flanks;
 mod heat_map;
 mod legend;
+mod names;
 mod series;
 
 pub use campbell::{CampbellFamily, EngineOrders, Operation, write_campbell};

@@ -10,9 +10,10 @@ use plotters::style::text_anchor::{HPos, VPos};
 
 use super::colour::of_series;
 use super::legend::{Legend, Mark, width_of};
+use super::names::Taken;
 use super::{
-    Canvas, Drawn, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_mesh, draw_title, in_unit, overlap,
-    px, round_ticks, text_style, tick_label, write_svg,
+    Canvas, Drawn, Scale, TEXT_PX, TITLE_HEIGHT, at_px, draw_mesh, draw_title, in_unit, px,
+    round_ticks, text_style, tick_label, write_svg,
 };
 use crate::export::ExportError;
 use crate::words::without_zeros;
@@ -245,7 +246,8 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
             .collect();
         let frame = chart.plotting_area().get_pixel_range();
         for (at, name) in named {
-            let Some(bounds) = taken.beside(at, name, [&frame.0, &frame.1]) else {
+            let size = (width_of(name) * NAME_PX as i32 / TEXT_PX as i32, at_px(18));
+            let Some(bounds) = taken.beside(at, size, [&frame.0, &frame.1], &[12, 26, 44]) else {
                 continue;
             };
             let style = text_style(NAME_PX, HPos::Left, VPos::Center);
@@ -276,87 +278,6 @@ fn extra_widths(series: &[Series]) -> Vec<u32> {
     (0..series.len())
         .map(|i| 6 * over(i).min(4) as u32)
         .collect()
-}
-
-/// What a name beside a point must not cover: lines, dots, and names that stand.
-#[derive(Debug, Default)]
-struct Taken {
-    lines: Vec<[(i32, i32); 2]>,
-    names: Vec<[i32; 4]>,
-}
-
-impl Taken {
-    fn add_line(&mut self, points: &[(i32, i32)], joined: bool) {
-        // A dot is as wide as a short line.
-        let dots = points
-            .iter()
-            .map(|(x, y)| [(x - at_px(6), *y), (x + at_px(6), *y)]);
-        self.lines.extend(dots);
-        if joined {
-            self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
-        }
-    }
-
-    /// Left, right, top and bottom of the name of a point, where it covers nothing; `None` where all places around
-    /// the point are taken.
-    fn beside(
-        &mut self,
-        (x, y): (i32, i32),
-        name: &str,
-        [across, down]: [&Range<i32>; 2],
-    ) -> Option<[i32; 4]> {
-        let (width, half) = (width_of(name) * NAME_PX as i32 / TEXT_PX as i32, at_px(9));
-        let place = |left: i32, middle: i32| [left, left + width, middle - half, middle + half];
-        let around = [12, 26, 44].into_iter().flat_map(|far| {
-            let far = at_px(far);
-            [
-                place(x + far, y - far),
-                place(x - far - width, y - far),
-                place(x + far, y + far),
-                place(x - far - width, y + far),
-                place(x + far, y),
-                place(x - far - width, y),
-                place(x - width / 2, y - far - half),
-                place(x - width / 2, y + far + half),
-            ]
-        });
-        let is_clear = |b: &[i32; 4]| {
-            across.contains(&b[0])
-                && across.contains(&b[1])
-                && down.contains(&b[2])
-                && down.contains(&b[3])
-                && !self.names.iter().any(|other| overlap(*other, *b))
-                && !self.lines.iter().any(|line| crosses(*line, *b))
-        };
-        let found = around.into_iter().find(is_clear)?;
-        self.names.push(found);
-        Some(found)
-    }
-}
-
-/// Whether a line goes through a box with these sides (left, right, top, bottom): Liang and Barsky's clipping.
-fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) -> bool {
-    let [dx, dy] = [to.0 - from.0, to.1 - from.1].map(f64::from);
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (step, room) in [
-        (-dx, from.0 - left),
-        (dx, right - from.0),
-        (-dy, from.1 - top),
-        (dy, bottom - from.1),
-    ] {
-        let room = f64::from(room);
-        if step == 0.0 {
-            if room < 0.0 {
-                return false;
-            }
-            continue;
-        }
-        match step < 0.0 {
-            true => enter = enter.max(room / step),
-            false => leave = leave.min(room / step),
-        }
-    }
-    enter <= leave
 }
 
 /// Powers of ten inside, with 2 and 5 times them where the range is short.
@@ -409,33 +330,6 @@ mod tests {
         near(ticks((2.5, 4.5)), &[3.0, 4.0]);
         assert_eq!(short(0.1 + 0.2), "0.3");
         assert_eq!(short(1e-7), "1e-7");
-    }
-
-    #[test]
-    fn a_name_stands_where_no_line_goes() {
-        let inside = [(10, 10), (20, 20)];
-        assert!(crosses([(0, 15), (40, 15)], [10, 20, 10, 20]));
-        assert!(crosses(inside, [0, 40, 0, 40]));
-        assert!(!crosses([(0, 0), (9, 40)], [10, 20, 10, 20]));
-        assert!(!crosses([(0, 35), (35, 0)], [0, 10, 0, 10]));
-        let frame = [&(0..at_px(1000)), &(0..at_px(1000))];
-        let at = (at_px(500), at_px(500));
-        let mut taken = Taken::default();
-        // A line that rises to the right: the place above at the right is taken.
-        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)], true);
-        let first = taken.beside(at, "fine", frame).unwrap();
-        assert!(first[1] < at.0 && first[3] < at.1, "{first:?}");
-        let second = taken.beside(at, "fine", frame).unwrap();
-        assert!(!overlap(first, second));
-        assert!(
-            taken
-                .lines
-                .iter()
-                .all(|l| !crosses(*l, first) && !crosses(*l, second))
-        );
-        // No place at all.
-        let narrow = [&(at_px(490)..at_px(510)), &(0..at_px(1000))];
-        assert_eq!(taken.beside(at, "a long name", narrow), None);
     }
 
     fn svg(axes: &[Axis; 2], series: &[Series]) -> String {

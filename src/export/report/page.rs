@@ -255,7 +255,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             } @else if let Some(rise) = rise {
                 (line(rise <= 1e-3, &html! {
-                    "Between the frequencies the peak may be higher by " (bounded(rise.max(0.0), "at most")) "."
+                    "Between the frequencies the peak may be higher by " (bounded(rise.max(0.0), "an estimated")) "."
                 }))
             }
             @for two in &response.second_motion {

@@ -1,0 +1,126 @@
+//! Finds places for names beside points, where they cover nothing.
+
+use std::ops::Range;
+
+use super::{at_px, overlap};
+
+/// What a name beside a point must not cover: lines, dots, and names that stand.
+#[derive(Debug, Default)]
+pub(super) struct Taken {
+    lines: Vec<[(i32, i32); 2]>,
+    names: Vec<[i32; 4]>,
+}
+
+impl Taken {
+    /// A line through points, or the points alone.
+    pub fn add_line(&mut self, points: &[(i32, i32)], joined: bool) {
+        // A dot is as wide as a short line.
+        let dots = points
+            .iter()
+            .map(|(x, y)| [(x - at_px(6), *y), (x + at_px(6), *y)]);
+        self.lines.extend(dots);
+        if joined {
+            self.lines.extend(points.windows(2).map(|w| [w[0], w[1]]));
+        }
+    }
+
+    /// A box that stands: left, right, top, bottom.
+    pub fn add_box(&mut self, bounds: [i32; 4]) {
+        self.names.push(bounds);
+    }
+
+    /// Left, right, top and bottom of the name of a point, of this width and height, where it covers nothing, at one of these
+    /// distances, pixels; `None` where all places around the point are taken.
+    pub fn beside(
+        &mut self,
+        (x, y): (i32, i32),
+        (width, height): (i32, i32),
+        [across, down]: [&Range<i32>; 2],
+        distances: &[i32],
+    ) -> Option<[i32; 4]> {
+        let half = height / 2;
+        let place = |left: i32, middle: i32| [left, left + width, middle - half, middle + half];
+        let around = distances.iter().flat_map(|far| {
+            let far = at_px(*far);
+            [
+                place(x + far, y - far),
+                place(x - far - width, y - far),
+                place(x + far, y + far),
+                place(x - far - width, y + far),
+                place(x + far, y),
+                place(x - far - width, y),
+                place(x - width / 2, y - far - half),
+                place(x - width / 2, y + far + half),
+            ]
+        });
+        let is_clear = |b: &[i32; 4]| {
+            across.contains(&b[0])
+                && across.contains(&b[1])
+                && down.contains(&b[2])
+                && down.contains(&b[3])
+                && !self.names.iter().any(|other| overlap(*other, *b))
+                && !self.lines.iter().any(|line| crosses(*line, *b))
+        };
+        let found = around.into_iter().find(is_clear)?;
+        self.names.push(found);
+        Some(found)
+    }
+}
+
+/// Whether a line goes through a box with these sides (left, right, top, bottom): Liang and Barsky's clipping.
+fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) -> bool {
+    let [dx, dy] = [to.0 - from.0, to.1 - from.1].map(f64::from);
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    for (step, room) in [
+        (-dx, from.0 - left),
+        (dx, right - from.0),
+        (-dy, from.1 - top),
+        (dy, bottom - from.1),
+    ] {
+        let room = f64::from(room);
+        if step == 0.0 {
+            if room < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        match step < 0.0 {
+            true => enter = enter.max(room / step),
+            false => leave = leave.min(room / step),
+        }
+    }
+    enter <= leave
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_stands_where_no_line_goes() {
+        let inside = [(10, 10), (20, 20)];
+        assert!(crosses([(0, 15), (40, 15)], [10, 20, 10, 20]));
+        assert!(crosses(inside, [0, 40, 0, 40]));
+        assert!(!crosses([(0, 0), (9, 40)], [10, 20, 10, 20]));
+        assert!(!crosses([(0, 35), (35, 0)], [0, 10, 0, 10]));
+        let word = (at_px(33), at_px(18));
+        let frame = [&(0..at_px(1000)), &(0..at_px(1000))];
+        let at = (at_px(500), at_px(500));
+        let mut taken = Taken::default();
+        // A line that rises to the right: the place above at the right is taken.
+        taken.add_line(&[(0, at_px(1000)), at, (at_px(1000), 0)], true);
+        let first = taken.beside(at, word, frame, &[12, 26]).unwrap();
+        assert!(first[1] < at.0 && first[3] < at.1, "{first:?}");
+        let second = taken.beside(at, word, frame, &[12, 26]).unwrap();
+        assert!(!overlap(first, second));
+        assert!(
+            taken
+                .lines
+                .iter()
+                .all(|l| !crosses(*l, first) && !crosses(*l, second))
+        );
+        // No place at all.
+        let narrow = [&(at_px(490)..at_px(510)), &(0..at_px(1000))];
+        assert_eq!(taken.beside(at, word, narrow, &[12]), None);
+    }
+}
