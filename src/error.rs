@@ -38,10 +38,6 @@ pub enum RunError {
     #[error(transparent)]
     Field(#[from] SurfaceFieldError),
 
-    /// Bodies and meshes that do not fit, before a run begins.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-
     /// The run itself.
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -63,10 +59,6 @@ pub enum RunError {
     ))]
     NoCache,
 
-    /// A reduced model that is read or written beside a run.
-    #[error(transparent)]
-    Superelement(#[from] SuperelementError),
-
     #[error(transparent)]
     Export(#[from] ExportError),
 
@@ -74,6 +66,20 @@ pub enum RunError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     OutOfMemory(#[from] OutOfMemory),
+}
+
+/// Bodies and meshes that do not fit, before a run begins.
+impl From<ModelError> for RunError {
+    fn from(error: ModelError) -> Self {
+        run::Error::from(error).into()
+    }
+}
+
+/// A reduced model that is read or written beside a run.
+impl From<SuperelementError> for RunError {
+    fn from(error: SuperelementError) -> Self {
+        run::Error::from(error).into()
+    }
 }
 
 impl From<run::Error> for RunError {
@@ -197,6 +203,9 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             "a support is the key `fixed` of a [[body]], which names groups, or `fixed_along`; a spring is a [[spring]], a contact a \
              [[contact]]"
         }
+        run::Error::Superelement(SuperelementError::NotRepresentable { .. }) => {
+            "leave one [[observe]], and give every [[excitation]] harmonic = 1 and phase_deg = 0"
+        }
         _ => return None,
     })
 }
@@ -214,7 +223,6 @@ impl RunError {
             | Self::Mesh(_)
             | Self::Field(_)
             | Self::Quality(_)
-            | Self::Model(_)
             | Self::NoMesh { .. }
             | Self::NoCache
             | Self::Export(
@@ -222,7 +230,6 @@ impl RunError {
                 | ExportError::OtherSettings { .. }
                 | ExportError::OtherInputs { .. },
             ) => ExitStatus::BadInput,
-            Self::Superelement(error) => of_folder(error),
             Self::Run(Ended(error)) => of_run(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }

@@ -42,6 +42,7 @@ pub fn solve() -> Result<Run, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     let mesh = dovetail_mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
     let scene = scene(assembly(file));
+    // Nobody listens, and nothing is kept.
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
     let run = run::solve(&scene, Some(&mesh.into()), Options::default(), &session)?;

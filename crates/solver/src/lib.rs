@@ -7,6 +7,39 @@
 //! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
 //! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
 //! it; [`results`] physical fields. [`description`] is a whole run as a value, and [`run`] does it.
+//!
+//! The response of a blade in its dovetail, reduced to 72 pairs, at three frequencies near its first mode:
+//!
+//! ```
+//! use dovetail_solver::contact::PairLaw;
+//! use dovetail_solver::description::*;
+//! use dovetail_solver::dlft::settings::Resolution;
+//! use dovetail_solver::reduction::damping::DampingSpec;
+//! use dovetail_solver::results::quantities::peak;
+//! use dovetail_solver::run::{Options, Session, solve};
+//!
+//! let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
+//! let range = FrequencyRange::Hz { from_hz: 449.0, to_hz: 451.0 };
+//! let resolution = Resolution::Fixed { harmonics: 1, samples: 64 };
+//! let scene = Scene {
+//!     name: "dovetail".to_owned(),
+//!     subject: Subject::ReducedModel(ReducedModelSpec {
+//!         folder: folder.into(),
+//!         law: PairLaw::rigid(0.3, 0.0),
+//!         force_n: 2.0,
+//!     }),
+//!     damping: DampingSpec::Ratio { ratio: 0.001, linear_mode: 1 },
+//!     static_state: StaticSpec::default(),
+//!     response: ResponseSpec { points: 3, ..ResponseSpec::new(range, resolution) },
+//! };
+//! // Nobody listens, and nothing is kept.
+//! let run = solve(&scene, None, Options::default(), &Session::new(&mut (), &mut ()))?;
+//! run.verdict()?;
+//! let response = run.response.expect("a static state").response;
+//! let peak = peak(&response, 0).expect("a motion");
+//! assert!((449.0..451.0).contains(&peak.frequency_hz) && peak.amplitude_m > 1e-3);
+//! # Ok::<(), dovetail_solver::run::Error>(())
+//! ```
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs, clippy::missing_errors_doc)]

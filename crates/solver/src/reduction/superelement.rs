@@ -150,8 +150,7 @@ pub enum SuperelementError {
     },
     #[error(
         "a reduced model holds one observed point and forces cos(w t), the scene has {points} \
-         points and forces of {harmonics} harmonics{}; leave one observed point, and give every \
-         excitation harmonic 1 and phase 0",
+         points and forces of {harmonics} harmonics{}",
         if *in_phase { "" } else { ", some of them out of phase" }
     )]
     NotRepresentable {
