@@ -57,6 +57,9 @@ fn ended(solved: &mut SolvedFrequency, outcome: Outcome) {
     (orbit.newton_iterations, orbit.krylov_iterations) = (MARK, MARK);
     orbit.newton_residuals = vec![vec![9.0; MARK_RESIDUALS]];
 }
+/// How frequencies ended, by their numbers.
+type Ends<'a> = &'a [(usize, Outcome)];
+
 #[test]
 fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
     use Outcome::{Converged, IterationLimit, SlidesTooFar, Stagnated};
@@ -64,7 +67,7 @@ fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
     let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier);
     let (whole, records) = respond(&[]);
     // The halves meet between the frequencies 3 and 4. What failed, and which of that is solved.
-    let cases: [(&[(usize, Outcome)], &[usize]); 8] = [
+    let cases: [(Ends<'_>, &[usize]); 8] = [
         (&[(0, Stagnated)], &[0]),
         (&[(2, Stagnated)], &[2]),
         (&[(5, IterationLimit)], &[5]),
