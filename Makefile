@@ -99,8 +99,8 @@ cluster-test: setup
 
 # Which changes of the contact core its fast tests do not notice; with SHARD=0/8 an eighth of them.
 # See docs/verification.md.
-MUTANTS := cargo mutants --profile mutants -C=--locked --sharding round-robin \
-    $(if $(SHARD),--shard $(SHARD))
+MUTANTS := cargo mutants --profile mutants -C=--locked \
+    $(if $(SHARD),--shard $(SHARD) --sharding round-robin)
 mutants: setup checks
 	@cargo mutants --version >/dev/null 2>&1 || cargo install --locked cargo-mutants
 	mkdir -p output
@@ -112,6 +112,9 @@ mutants: setup checks
 	    -f crates/solver/src/results/quantities.rs -- -- contact:: problem:: \
 	    dlft::balance dlft::dense dlft::aft dlft::gross_slip dlft::jacobians dlft::orbit \
 	    dlft::retention results::
+	$(MUTANTS) --output output/mutants_sweep --package dovetail-solver -C=--lib \
+	    -f crates/solver/src/dlft/sweep.rs -f crates/solver/src/dlft/second_motion.rs \
+	    -- -- dlft::sweep::of_a_mass dlft::second_motion
 	DOVETAIL_PYTHON=$(CURDIR)/$(PYTHON) $(MUTANTS) --output output/mutants_export \
 	    -C=--test=program -f src/export/flank.rs -- -- export_files:: --skip notices
 

@@ -72,6 +72,13 @@ fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
+    use crate::dlft::pair_signals::Periods;
+    use crate::dlft::retention::Mean;
+    use crate::dlft::{PairStatus, made_up};
+    use crate::problem::dynamic_stiffness::ContactSystem;
+    use crate::problem::inexact::InexactModel;
+    use crate::reduction::ReducedModel;
+    use dovetail_numerics::fourier::Fourier;
 
     #[test]
     fn without_friction_nothing_acts_along_the_contact_and_nothing_lifts_off() {
@@ -125,5 +132,45 @@ mod tests {
             assert_eq!(slides_past(&unpressed, &free_slips_m), 0.0);
             assert_eq!(slides_past(&setting, &[]), 0.0);
         });
+    }
+    /// One harmonic is three blocks: of 222 pairs they have 1998 unknowns, of 223 they have 2007.
+    #[test]
+    fn of_more_pairs_than_have_exact_corrections_no_free_slips_are_known() {
+        let known = |pairs: usize| {
+            let mut problem = made_up::mass_with_a_stop(1.0);
+            let n = 3 * pairs;
+            let unit = || Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)));
+            let all = |v: &[f64]| v.iter().copied().cycle().take(n).collect::<Vec<f64>>();
+            problem.laws = vec![problem.laws[0]; pairs];
+            let excitation = &mut problem.excitations[0];
+            for load in [&mut excitation.cosine, &mut excitation.sine] {
+                load.on_x = all(&load.on_x);
+            }
+            problem.reduced = ReducedModel {
+                stiffness: unit(),
+                mass: unit(),
+                coupling: Mat::zeros(n, 0),
+                observations: Vec::new(),
+                ..problem.reduced
+            };
+            problem.reduced.static_load.on_x = vec![0.0; n];
+            let system = ContactSystem::new(&problem, made_up::DAMPING);
+            let setting = Setting {
+                system: &system,
+                inexact: &InexactModel::unprepared(&problem.reduced),
+                fourier: &Fourier::new(1, 4),
+                eps: &vec![1.0; n],
+                x_static: &vec![0.0; n],
+                lambda_static: &vec![0.0; n],
+                at_rest: &vec![PairStatus::Stuck; pairs],
+                static_mean: Mean::Free,
+                pressing_n: 1.0,
+                periods: Periods::UntilPeriodic,
+                slip_threshold_m: 0.0,
+                free_slips_m: &[],
+            };
+            free_slips_m(&setting, OMEGA_RAD_S).len()
+        };
+        assert_eq!([2, 223].map(known), [2, 0]);
     }
 }

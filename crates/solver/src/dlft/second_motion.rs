@@ -229,3 +229,125 @@ fn ranges(orbits: &[Orbit], others: &[Other]) -> Vec<SecondMotion> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::{Outcome, made_up};
+
+    /// One observed amplitude at each of these frequencies.
+    fn curve(points: &[(f64, f64)]) -> Vec<Orbit> {
+        let orbit = |(hz, a): &(f64, f64)| made_up::orbit(*hz, Outcome::Converged, &[*a]);
+        points.iter().map(orbit).collect()
+    }
+
+    fn range(from_hz: f64, to_hz: f64) -> SecondMotion {
+        SecondMotion {
+            from_hz,
+            to_hz,
+            frequency_hz: from_hz,
+            observation: 0,
+            amplitude_m: 1.0,
+            other_amplitude_m: 2.0,
+        }
+    }
+
+    #[test]
+    fn motions_differ_beyond_a_twentieth_of_the_larger_in_any_amplitude() {
+        assert!(!differ(&[2.0, 96.0], &[2.0, 100.0]));
+        assert!(!differ(&[100.0], &[96.0]));
+        assert!(!differ(&[1.0], &[1.0]) && !differ(&[0.0], &[0.0]));
+        // Exactly a twentieth.
+        assert!(!differ(&[19.0], &[20.0]));
+        assert!(differ(&[2.0, 94.0], &[2.0, 100.0]));
+        assert!(differ(&[100.0], &[94.0]));
+        assert!(differ(&[0.02], &[0.01]));
+    }
+
+    #[test]
+    fn a_step_is_large_by_its_size_and_abrupt_beside_what_is_around_it() {
+        // Frequencies apart by 1 and 2 Hz: it is the rate of change that counts.
+        let around = |before: f64, from: f64, to: f64, after: f64| {
+            let points = [(3.0, before), (4.0, from), (6.0, to), (7.0, after)];
+            step(&curve(&points), 2)
+        };
+        // Even.
+        assert_eq!(around(9.0, 10.0, 12.0, 13.0), Step::Small);
+        assert_eq!(around(8.0, 10.0, 14.0, 16.0), Step::Large);
+        assert_eq!(around(16.0, 14.0, 10.0, 8.0), Step::Large);
+        // Exactly 1.3 times as much.
+        assert_eq!(around(8.0, 10.0, 13.0, 15.0), Step::Small);
+        // Rates of 1, 1.6 and 1 per Hz, and of 1.4.
+        assert_eq!(around(99.0, 100.0, 103.2, 104.2), Step::Small);
+        assert_eq!(around(19.0, 20.0, 23.2, 24.2), Step::Abrupt);
+        assert_eq!(around(19.0, 20.0, 22.8, 23.8), Step::Small);
+        // Exactly 1.5 times as fast.
+        assert_eq!(around(19.0, 20.0, 23.0, 24.0), Step::Small);
+        // As fast before, or after.
+        assert_eq!(around(18.0, 20.0, 23.2, 24.2), Step::Small);
+        assert_eq!(around(19.0, 20.0, 23.2, 25.2), Step::Small);
+        // Also downwards, after a rise, and before one.
+        assert_eq!(around(24.2, 23.2, 20.0, 19.0), Step::Abrupt);
+        assert_eq!(around(19.0, 20.0, 16.8, 15.8), Step::Abrupt);
+        // What has no side is not abrupt.
+        let ends = curve(&[(4.0, 20.0), (6.0, 23.2), (7.0, 23.2), (9.0, 26.4)]);
+        assert_eq!([1, 3].map(|above| step(&ends, above)), [Step::Small; 2]);
+        // Of several amplitudes the largest step counts.
+        let mut two = curve(&[(4.0, 20.0), (6.0, 20.0)]);
+        two[0].observed_amplitude_m.push(1.0);
+        two[1].observed_amplitude_m.push(2.0);
+        assert_eq!(step(&two, 1), Step::Large);
+        two[0].observed_amplitude_m.truncate(1);
+        assert_eq!(step(&two, 1), Step::Small);
+    }
+
+    #[test]
+    fn a_range_is_a_stretch_with_another_motion_named_where_they_differ_most() {
+        let orbits = curve(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|hz| (hz, 10.0)));
+        let others: Vec<Other> = [None, Some(8.0), Some(13.0), Some(13.0), None, Some(40.0)]
+            .map(|other: Option<f64>| other.map(|a| vec![a]))
+            .to_vec();
+        // 0.2 and 0.23 of the larger; of equal ones the first.
+        let found = [(2.0, 4.0, 3.0, 13.0), (6.0, 6.0, 6.0, 40.0)];
+        let found = found.map(
+            |(from_hz, to_hz, frequency_hz, other_amplitude_m)| SecondMotion {
+                from_hz,
+                to_hz,
+                frequency_hz,
+                observation: 0,
+                amplitude_m: 10.0,
+                other_amplitude_m,
+            },
+        );
+        assert_eq!(ranges(&orbits, &others), found);
+        // Relative to the larger: 5 for 10 is more than 19 for 10, by 0.5 and 0.47.
+        let two: Vec<Other> = vec![Some(vec![19.0]), Some(vec![5.0])];
+        let [range] = ranges(&orbits[..2], &two)[..] else {
+            panic!("one range");
+        };
+        assert_eq!((range.frequency_hz, range.other_amplitude_m), (2.0, 5.0));
+        // Of several observations the one that differs most.
+        let mut orbits = curve(&[(1.0, 10.0)]);
+        orbits[0].observed_amplitude_m.push(20.0);
+        let [range] = ranges(&orbits, &[Some(vec![9.0, 30.0])])[..] else {
+            panic!("one range");
+        };
+        assert_eq!((range.observation, range.amplitude_m), (1, 20.0));
+    }
+
+    #[test]
+    fn a_range_that_meets_a_known_one_is_not_added() {
+        let mut two = TwoMotions {
+            ranges: vec![range(4.0, 6.0)],
+            steps_hz: vec![[5.0, 5.5]],
+        };
+        let later = [(7.0, 8.0), (1.0, 3.0), (5.0, 9.0), (3.5, 4.0), (6.0, 6.5)];
+        two.add(TwoMotions {
+            ranges: later.map(|(from, to)| range(from, to)).to_vec(),
+            steps_hz: vec![[1.0, 2.0]],
+        });
+        let kept: Vec<[f64; 2]> = two.ranges.iter().map(|r| [r.from_hz, r.to_hz]).collect();
+        assert_eq!(kept, [[1.0, 3.0], [4.0, 6.0], [7.0, 8.0]]);
+        assert_eq!(two.steps_hz, [[5.0, 5.5], [1.0, 2.0]]);
+    }
+}

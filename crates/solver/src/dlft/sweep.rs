@@ -449,6 +449,9 @@ impl Run<'_> {
 }
 
 #[cfg(test)]
+mod of_a_mass;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::dlft::static_state::static_state;

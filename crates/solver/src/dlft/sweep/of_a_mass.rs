@@ -1,0 +1,313 @@
+//! Quick tests of what a sweep does with its frequencies, on a mass before a stop.
+
+use super::*;
+use crate::dlft::made_up::{self, mass_with_a_stop};
+use crate::dlft::static_state::static_state;
+use std::ops::RangeInclusive;
+use std::sync::Mutex;
+
+/// Tells iterations of a frequency that is made up from those that are done.
+const MARK: usize = 1_000_000;
+/// Residuals of its attempt.
+const MARK_RESIDUALS: usize = 3;
+
+/// Of the mass before its stop at so many frequencies, one harmonic: the response, and what a sweep that is broken off keeps.
+fn of_mass(
+    problem: &Problem,
+    range_hz: RangeInclusive<f64>,
+    points: u32,
+    change: impl FnOnce(&mut SweepSettings),
+    earlier: &[SolvedFrequency],
+) -> (Response, Vec<SolvedFrequency>) {
+    let spacing_hz = (range_hz.end() - range_hz.start()) / f64::from(points - 1);
+    let frequencies_hz = (0..points).map(|i| range_hz.start() + spacing_hz * f64::from(i));
+    let resolution = Resolution::Fixed {
+        harmonics: 1,
+        samples: 32,
+    };
+    let mut settings = SweepSettings::new(frequencies_hz.collect(), resolution);
+    settings.slip_threshold_m = Some(1e-9);
+    change(&mut settings);
+    let state = static_state(problem, 1, settings.newton);
+    let told = Mutex::new(Vec::new());
+    let tell = |told_now: Told<'_>| {
+        if let Told::Solved(solved) = told_now {
+            told.lock().unwrap().push(solved.clone());
+        }
+    };
+    let damping = made_up::DAMPING;
+    let response = sweep(problem, damping, &state, &settings, earlier, &tell);
+    let mut told = told.into_inner().unwrap();
+    told.sort_by_key(|solved| solved.orbit.point);
+    (response, told)
+}
+
+/// Its amplitude where it does not meet the stop.
+fn free_amplitude(hz: f64) -> f64 {
+    let omega = TAU * hz;
+    0.1 / (1.0 - omega * omega).hypot(made_up::DAMPING.mass_per_s * omega)
+}
+
+/// A frequency as if its solution had ended so.
+fn ended(solved: &mut SolvedFrequency, outcome: Outcome) {
+    let orbit = &mut solved.orbit;
+    orbit.outcome = outcome;
+    orbit.x.fill(0.0);
+    orbit.observed_amplitude_m.fill(0.0);
+    (orbit.newton_iterations, orbit.krylov_iterations) = (MARK, MARK);
+    orbit.newton_residuals = vec![vec![9.0; MARK_RESIDUALS]];
+}
+/// How frequencies ended, by their numbers.
+type Ends<'a> = &'a [(usize, Outcome)];
+
+#[test]
+fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
+    use Outcome::{Converged, IterationLimit, SlidesTooFar, Stagnated};
+    let problem = mass_with_a_stop(100.0);
+    let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier);
+    let (whole, records) = respond(&[]);
+    // The halves meet between the frequencies 3 and 4. What failed, and which of that is solved.
+    let cases: [(Ends<'_>, &[usize]); 8] = [
+        (&[(0, Stagnated)], &[0]),
+        (&[(2, Stagnated)], &[2]),
+        (&[(5, IterationLimit)], &[5]),
+        (&[(7, Stagnated)], &[7]),
+        (&[(1, Stagnated), (2, Stagnated)], &[1, 2]),
+        (&[(5, Stagnated), (6, Stagnated)], &[5, 6]),
+        (&[(3, Stagnated), (4, Stagnated)], &[]),
+        (&[(2, Stagnated), (3, SlidesTooFar)], &[2]),
+    ];
+    for (failed, solved) in cases {
+        let mut earlier = records.clone();
+        for (point, outcome) in failed {
+            ended(&mut earlier[*point], *outcome);
+        }
+        let orbits = respond(&earlier).0.orbits;
+        for (point, orbit) in orbits.iter().enumerate() {
+            let expected = &whole.orbits[point];
+            if !solved.contains(&point) {
+                let kept = &earlier[point].orbit;
+                assert!(
+                    format!("{kept:?}") == format!("{orbit:?}"),
+                    "{failed:?}: {point}"
+                );
+                continue;
+            }
+            assert_eq!(orbit.outcome, Converged, "{failed:?}: {point}");
+            let off = orbit.observed_amplitude_m[0] / expected.observed_amplitude_m[0] - 1.0;
+            assert!(off.abs() < 1e-7, "{failed:?}: {point}: {off}");
+            // The attempts of both ways, in their order.
+            assert_eq!(orbit.newton_residuals[0].len(), MARK_RESIDUALS);
+            let own = orbit.newton_residuals[1..].iter().map(|r| r.len() - 1);
+            assert_eq!(orbit.newton_iterations, MARK + own.sum::<usize>());
+            assert_eq!(orbit.krylov_iterations, MARK);
+        }
+    }
+}
+
+#[test]
+fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
+    let at = |outcome, error: f64| Orbit {
+        estimated_error: Some(error),
+        ..made_up::orbit(1.0, outcome, &[1.0])
+    };
+    use Outcome::{AccuracyNotReached, Converged, Stagnated};
+    for (orbit, than, better) in [
+        (at(Converged, 0.1), at(AccuracyNotReached, 0.2), true),
+        (
+            at(AccuracyNotReached, 0.2),
+            at(AccuracyNotReached, 0.1),
+            false,
+        ),
+        (
+            at(AccuracyNotReached, 0.1),
+            at(AccuracyNotReached, 0.1),
+            false,
+        ),
+        (at(AccuracyNotReached, 0.9), at(Stagnated, 0.0), true),
+        (at(Stagnated, 0.0), at(AccuracyNotReached, 0.9), false),
+        (at(Stagnated, 0.0), at(Stagnated, 0.9), false),
+    ] {
+        assert_eq!(is_better(&orbit, &than), better);
+    }
+    // What is kept counts the work of both.
+    let problem = mass_with_a_stop(100.0);
+    let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier).0;
+    let mut records = of_mass(&problem, 0.1..=0.24, 8, |_| (), &[]).1;
+    ended(&mut records[2], AccuracyNotReached);
+    records[2].orbit.estimated_error = Some(-1.0);
+    let orbit = &respond(&records).orbits[2];
+    assert_eq!((orbit.outcome, orbit.x[3]), (AccuracyNotReached, 0.0));
+    assert!(orbit.newton_iterations > MARK && orbit.newton_residuals.len() > 1);
+}
+
+#[test]
+fn frequencies_are_added_at_the_peak_of_a_mass_on_a_spring() {
+    let problem = mass_with_a_stop(100.0);
+    let respond = |most_added: usize, earlier: &[_]| {
+        let change = |settings: &mut SweepSettings| settings.most_added = most_added;
+        of_mass(&problem, 0.106..=0.24, 8, change, earlier)
+    };
+    let (response, records) = respond(40, &[]);
+    let count = response.orbits.len();
+    assert!((11..48).contains(&count), "{count}");
+    for (i, (orbit, linear)) in response.orbits.iter().zip(&response.linear).enumerate() {
+        let hz = orbit.frequency_hz;
+        assert!(orbit.outcome.is_converged() && linear.frequency_hz == hz);
+        assert!(i == 0 || response.orbits[i - 1].frequency_hz < hz);
+        for amplitudes in [&orbit.observed_amplitude_m, &linear.observed_amplitude_m] {
+            assert!(
+                (amplitudes[0] / free_amplitude(hz) - 1.0).abs() < 1e-6,
+                "{hz}"
+            );
+        }
+    }
+    let (peak, _) = highest(&response.orbits, 0).unwrap();
+    let largest = (0..1000).map(|i| free_amplitude(0.155 + 1e-5 * f64::from(i)));
+    let largest = largest.fold(0.0, f64::max);
+    let found = response.orbits[peak].observed_amplitude_m[0] / largest;
+    assert!(found > 0.999, "{found}");
+    // They have the numbers after those of the frequencies asked for, and are no more than are allowed.
+    assert!((0..count).eq(records.iter().map(|solved| solved.orbit.point)));
+    for (most, expected) in [(0, 8), (1, 9), (2, 10)] {
+        let (fewer, told) = respond(most, &[]);
+        assert_eq!((fewer.orbits.len(), told.len()), (expected, expected));
+        assert!(
+            told.iter()
+                .zip(&records)
+                .all(|(a, b)| a.orbit.x == b.orbit.x)
+        );
+    }
+    // Those known are not solved again. None follows one that failed.
+    let mut earlier = records.clone();
+    earlier[8].orbit.krylov_iterations = MARK;
+    let again = respond(40, &earlier).1;
+    assert_eq!(again.len(), count);
+    assert_eq!(again[8].orbit.krylov_iterations, MARK);
+    ended(&mut earlier[9], Outcome::Stagnated);
+    assert_eq!(respond(40, &earlier).1.len(), 10);
+}
+
+/// Above 0.1669 Hz the mass can vibrate without meeting the stop; of one harmonic it can meet it up to a fold between 0.19
+/// and 0.195 Hz.
+#[test]
+fn where_the_curve_of_a_mass_with_a_stop_folds_both_motions_are_named() {
+    let problem = mass_with_a_stop(1.0);
+    for (range_hz, points) in [
+        (0.12..=0.26, 15),
+        (0.12..=0.26, 29),
+        (0.10..=0.42, 14),
+        (0.10..=0.42, 20),
+        (0.15..=0.45, 31),
+    ] {
+        let change = |settings: &mut SweepSettings| settings.most_added = 12;
+        let (response, _) = of_mass(&problem, range_hz.clone(), points, change, &[]);
+        let [two] = response.second_motions[..] else {
+            panic!("{range_hz:?}, {points}: {:?}", response.second_motions);
+        };
+        let both = |hz: &f64| free_amplitude(*hz) < 1.0 && (0.16..0.1925).contains(hz);
+        let asked = response.orbits.iter().filter(|o| !response.is_added(o));
+        let folded: Vec<f64> = asked.map(|o| o.frequency_hz).filter(both).collect();
+        let found = [two.from_hz, two.to_hz];
+        assert_eq!(
+            found,
+            [folded[0], *folded.last().unwrap()],
+            "{range_hz:?}, {points}"
+        );
+        assert!(folded.contains(&two.frequency_hz));
+        let smaller_m = two.amplitude_m.min(two.other_amplitude_m);
+        let free_m = free_amplitude(two.frequency_hz);
+        assert!(
+            (smaller_m / free_m - 1.0).abs() < 1e-6,
+            "{range_hz:?}, {points}: {two:?}"
+        );
+        // A frequency is added at the peak, and none where the curve steps off it.
+        let (peak, _) = highest(&response.orbits, 0).unwrap();
+        let added = response.orbits.iter().position(|o| response.is_added(o));
+        let near = |i: usize| i == peak || i + 1 == peak;
+        assert_eq!(
+            response.orbits.len(),
+            response.asked + usize::from(added.is_some())
+        );
+        assert!(added.is_none_or(near) && added.is_some() == (points != 14));
+    }
+}
+
+/// A stiff stop: the motion that meets it is less than 1.3 times as large, and what is beside an end of the range is no step.
+#[test]
+fn where_the_halves_meet_a_second_motion_is_looked_for_without_a_step() {
+    let mut problem = mass_with_a_stop(1.0);
+    problem.laws[0].stiffness.as_mut().unwrap().normal_n_m = 50.0;
+    let (response, _) = of_mass(&problem, 0.153..=0.167, 3, |_| (), &[]);
+    let [two] = response.second_motions[..] else {
+        panic!("{:?}", response.second_motions);
+    };
+    let last_hz = response.orbits[2].frequency_hz;
+    assert_eq!([two.from_hz, two.to_hz, two.frequency_hz], [last_hz; 3]);
+    assert!((two.amplitude_m / free_amplitude(last_hz) - 1.0).abs() < 1e-6);
+    assert!(two.other_amplitude_m > 1.0);
+    let met_m = response.orbits[1].observed_amplitude_m[0];
+    assert!(met_m > 1.0 && met_m < 1.3 * two.amplitude_m, "{met_m}");
+}
+
+#[test]
+fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_it() {
+    let outcomes = |problem: &Problem, most_seconds: Option<f64>| {
+        let change = |settings: &mut SweepSettings| settings.most_seconds = most_seconds;
+        let (response, _) = of_mass(problem, 0.1..=0.12, 2, change, &[]);
+        let outcomes = response.orbits.iter().map(|orbit| orbit.outcome);
+        outcomes.collect::<Vec<_>>()
+    };
+    let mut problem = mass_with_a_stop(0.0);
+    assert_eq!(outcomes(&problem, None), [Outcome::Converged; 2]);
+    assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
+    // Without its spring, pressed against the stop by more and by less than the 0.1 N that shake it.
+    problem.reduced.stiffness[(0, 0)] = 0.0;
+    problem.reduced.static_load.on_x[0] = -1.0;
+    assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
+    problem.reduced.static_load.on_x[0] = -0.05;
+    assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::LeavesSlot; 2]);
+}
+
+#[test]
+fn the_middle_of_the_range_is_an_angular_frequency() {
+    assert_eq!(middle(&[1.0, 9.0, 3.0]), TAU * 2.0);
+    assert_eq!(middle(&[5.0]), TAU * 5.0);
+    assert_eq!(middle(&[]), 0.0);
+}
+
+#[test]
+fn a_pair_slips_beyond_a_share_of_the_largest_static_slip_where_nothing_is_said() {
+    let problem = mass_with_a_stop(1.0);
+    let resolution = Resolution::Fixed {
+        harmonics: 1,
+        samples: 32,
+    };
+    let mut settings = SweepSettings::new(vec![], resolution);
+    let mut state = static_state(&problem, 1, settings.newton);
+    state.x = vec![7.0, 3e-3, 4e-3];
+    let threshold_m = |settings: &_| {
+        let damping = made_up::DAMPING;
+        sweep(&problem, damping, &state, settings, &[], &|_| ()).slip_threshold_m
+    };
+    assert!((threshold_m(&settings) / 5e-8 - 1.0).abs() < 1e-12);
+    settings.slip_threshold_m = Some(0.25);
+    assert_eq!(threshold_m(&settings), 0.25);
+}
+
+#[test]
+fn the_linear_reference_has_the_harmonics_of_the_balance() {
+    let mut problem = mass_with_a_stop(100.0);
+    problem.excitations[0].harmonic = 3;
+    let change = |settings: &mut SweepSettings| {
+        settings.resolution = Resolution::Fixed {
+            harmonics: 3,
+            samples: 32,
+        };
+    };
+    let (response, _) = of_mass(&problem, 0.03..=0.04, 2, change, &[]);
+    for linear in &response.linear {
+        let expected = free_amplitude(3.0 * linear.frequency_hz);
+        assert!((linear.observed_amplitude_m[0] / expected - 1.0).abs() < 1e-6);
+    }
+}
