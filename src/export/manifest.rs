@@ -337,7 +337,7 @@ pub struct ResponseSummary {
     pub peak_row: Option<usize>,
     /// The largest amplitude is at an end of the range: the curve may go on rising outside.
     pub peak_at_end_of_range: bool,
-    /// How far the parabola through the peak and its neighbours rises above it, relative; `None` at an end of the
+    /// How far the curve through the peak and its neighbours rises above it, relative; `None` at an end of the
     /// range or beside a frequency without a result.
     pub peak_rise: Option<f64>,
     /// Ranges in which another motion was found beside that of response.csv, rising.

@@ -819,7 +819,7 @@ const RESPONSE: [Key; 16] = [
         Kind::Whole(Some(0), Some(1000)),
         "12",
         "frequencies that may be added at the peaks of the observed amplitudes, until the \
-         parabola through the highest one and its neighbours rises at most 0.1 % above it",
+         curve through the highest one and its neighbours rises at most 0.1 % above it",
         "most_added_points = 0",
     ),
     key(
