@@ -691,7 +691,7 @@ fn what_cannot_be_assembled_is_an_error() {
     };
     let message = reduce(&free, &twice, wanted(3)).unwrap_err().to_string();
     assert!(
-        message.contains("holds body `") && message.contains("fixed"),
+        message.contains("holds body `") && message.contains("support"),
         "{message}"
     );
     let pair = &mut model.pairs[0];
