@@ -121,7 +121,9 @@ fn a_study_runs_its_cases_and_answers() {
         assert!(cell(row, "seconds").parse::<f64>().unwrap() > 0.0);
     }
     assert_eq!(cell(&rows[1], "harmonics"), "1");
-    assert_eq!(cell(&rows[3], "points"), "5");
+    // Five are asked for, and at most twelve are added at the peak.
+    let points: usize = cell(&rows[3], "points").parse().unwrap();
+    assert!((5..=17).contains(&points), "{points}");
     // The numbers are those of the run itself.
     let summary = folder.json("out/cases/harmonics_3/summary.json");
     let peak = summary["response"]["peak_amplitude_m"].as_f64().unwrap();
