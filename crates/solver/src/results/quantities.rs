@@ -622,8 +622,8 @@ mod tests {
 
     #[test]
     fn a_parabola_is_found_between_the_points() {
-        // 4 - (f - 21)^2 / 100, on a grid of unequal steps.
-        let amplitude = |f: f64| 4.0 - (f - 21.0).powi(2) / 100.0;
+        // 4 - (f - 21)^2 / 1000, on a grid of unequal steps.
+        let amplitude = |f: f64| 4.0 - (f - 21.0).powi(2) / 1000.0;
         let mut curve = response();
         curve.orbits = [5.0, 10.0, 20.0, 33.0, 40.0]
             .map(|f| orbit(f, Outcome::Converged, amplitude(f)))
