@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn the_program_is_known_by_its_libraries_and_its_processor() {
         // Linkers leave out a library that nothing in the binary uses.
-        type Whole = fn(&Scene, Option<&Meshes>, Options, &Session<'_>) -> Result<Run, Error>;
+        type Whole = fn(&Scene, Option<Meshes>, Options, &Session<'_>) -> Result<Run, Error>;
         let whole: Whole = solve;
         std::hint::black_box(whole);
         let found = libraries();

@@ -85,8 +85,7 @@ impl Work<'_> {
     /// Those of the meshes and of the run; a file that cannot be written.
     pub fn solve(&self, options: Options) -> Result<Run, RunError> {
         let meshes = self.meshes()?;
-        let run =
-            self.computes(|session| run::solve(self.scene, meshes.as_ref(), options, session))?;
+        let run = self.computes(|session| run::solve(self.scene, meshes, options, session))?;
         if let (Some(files), false) = (&self.files, run.held_omega2.is_empty()) {
             files.locked().held_modes(&run)?;
         }
@@ -99,7 +98,7 @@ impl Work<'_> {
     /// As [`Work::solve`].
     pub fn static_state(&self, options: Options) -> Result<Run, RunError> {
         let meshes = self.meshes()?;
-        self.computes(|session| run::static_state(self.scene, meshes.as_ref(), options, session))
+        self.computes(|session| run::static_state(self.scene, meshes, options, session))
     }
 
     /// Only the mesh: made, checked, its flanks paired.
@@ -118,7 +117,7 @@ impl Work<'_> {
     /// As [`Work::solve`].
     pub fn modes(&self) -> Result<Vec<NaturalFrequency>, RunError> {
         let meshes = self.meshes()?;
-        let found = self.computes(|session| run::modes(self.scene, meshes.as_ref(), session))?;
+        let found = self.computes(|session| run::modes(self.scene, meshes, session))?;
         match &self.files {
             Some(files) => files.locked().modal_analysis(&found),
             None => Ok(found.reduced.natural_frequencies(None, &found.held_omega2)),
@@ -135,20 +134,21 @@ impl Work<'_> {
         speeds: SpeedRange,
         engine_orders: &[usize],
     ) -> Result<String, RunError> {
-        let rotation = self.scene.assembly().and_then(|a| a.rotation.as_ref());
-        if rotation.is_some_and(|r| r.prestress == Prestress::Contact) {
+        // Before anything is meshed.
+        let rotation = self.scene.assembly().map(|a| a.rotation.as_ref());
+        if rotation == Some(None) {
+            return Err(Error::NoRotation.into());
+        }
+        if rotation.flatten().map(|r| r.prestress) == Some(Prestress::Contact) {
             self.reporter.note(
                 "modes over the speed: the stress is that with all pairs stuck, a multiple of the square of the speed; that of \
                  the static state with contact is in `dovetail modes` at one speed",
             );
         }
-        let (assembly, meshes) = self.meshed()?;
-        if assembly.rotation.is_none() {
-            return Err(Error::NoRotation.into());
-        }
+        let (_, meshes) = self.meshed()?;
         let speeds_rpm = speeds.values_rpm();
         let campbell =
-            self.computes(|session| run::campbell(self.scene, &meshes, &speeds_rpm, session))?;
+            self.computes(|session| run::campbell(self.scene, meshes, &speeds_rpm, session))?;
         for (rpm, error) in &campbell.failed {
             let text = format!("no modes at {rpm} rpm: {error}");
             self.reporter.warning(Weight::Wrong, text);
@@ -172,9 +172,10 @@ impl Work<'_> {
     /// # Errors
     /// As [`Work::solve`]; harmonic balance that has no motion to compare.
     pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
+        // Before anything is meshed.
+        asked.check()?;
         let meshes = self.meshes()?;
-        let verified =
-            self.computes(|session| run::verify(self.scene, meshes.as_ref(), asked, session))?;
+        let verified = self.computes(|session| run::verify(self.scene, meshes, asked, session))?;
         self.reporter.judge(&verified.run);
         if let Some(files) = &self.files {
             files.locked().verification(&verified, asked)?;
@@ -191,7 +192,7 @@ impl Work<'_> {
     /// As [`Work::mesh`], and those of the reduction; a scene without pairs.
     pub fn reduce(&self) -> Result<(), RunError> {
         let (_, meshes) = self.meshed()?;
-        let condensed = self.computes(|session| run::reduce(self.scene, &meshes, session))?;
+        let condensed = self.computes(|session| run::reduce(self.scene, meshes, session))?;
         let Some(files) = &self.files else {
             return Ok(());
         };
@@ -224,7 +225,7 @@ impl Work<'_> {
         };
         let (_, meshes) = self.meshed()?;
         self.computes(|session| {
-            let reduced = Reduced::of(self.scene, Some(&meshes), session)?;
+            let reduced = Reduced::of(self.scene, Some(meshes), session)?;
             let bodies: Option<&Bodies> = reduced.bodies.as_ref().filter(|_| held_modes);
             bodies.map(|bodies| bodies.held_modes(session)).transpose()
         })?;

@@ -47,7 +47,7 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
     let Some(found) = &run.response else {
         return Vec::new();
     };
-    let mut warnings = of_motion(&run.reduced, &run.statics, found);
+    let mut warnings = of_motion(run);
     warnings.extend(held(found));
     warnings.extend(of_frequencies(&run.reduced, &found.response));
     warnings.extend(few_modes(found.modes_reach));
@@ -206,7 +206,11 @@ fn all_open(pairs: &PairTable, state: &StaticState) -> Vec<Warning> {
 }
 
 /// Slides, displacements and pressures of a response, of which what is so in the static state already is not said again.
-fn of_motion(reduced: &Reduced, statics: &StaticResult, found: &ResponseResult) -> Vec<Warning> {
+pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
+    let (reduced, statics) = (&run.reduced, &run.statics);
+    let Some(found) = &run.response else {
+        return Vec::new();
+    };
     let place = "in the response";
     let slide = far_slide(place, found.slide).filter(|_| statics.slide < FAR);
     let mut warnings: Vec<Warning> = slide.into_iter().collect();

@@ -104,11 +104,11 @@ impl<'c> Reporter<'c> {
         }
     }
 
-    /// Says what there is to mind about a run of which only its end is heard.
+    /// Says what there is to mind about the motions of a run of which only its end is heard.
     pub fn judge(&self, run: &Run) {
         let mut inner = self.inner();
         inner.warnings(findings::of_static(&run.reduced, &run.statics));
-        inner.warnings(findings::of_response(run));
+        inner.warnings(findings::of_motion(run));
     }
 
     /// What the run has taken so far.

@@ -4,11 +4,7 @@
 use std::path::Path;
 
 use crate::shared_folder::Folder;
-use dovetail::cache::Cache;
-use dovetail::commands::Work;
-use dovetail::export::folder::OtherScene;
-use dovetail::files::{Beginning, Files, Output, SharedFiles};
-use dovetail::reporter::Reporter;
+use crate::shared_work::in_folder;
 use dovetail::scene;
 use dovetail_solver::reduction::superelement::{self, Superelement};
 use dovetail_solver::reduction::{Load, ObservedDisplacement, ReducedModel};
@@ -39,22 +35,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let folder = Folder::new(name);
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
     let scene = scene::load(&scene_file, set).unwrap();
-    let output = Output {
-        folder: folder.to_path_buf(),
-        scene_file,
-        fields: true,
-        frames: None,
-        further_plots: Vec::new(),
-    };
-    let files = Files::open(&scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
-    let files = SharedFiles::new(files);
-    let work = Work {
-        scene: &scene,
-        folder: output.folder,
-        cache: Cache::new(None),
-        files: Some(files.clone()),
-        reporter: Reporter::silent(Some(files)),
-    };
+    let (work, _) = in_folder(&scene, scene_file, &folder);
     work.solve(Options::default())
         .and_then(|run| Ok(run.verdict()?))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));

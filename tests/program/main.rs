@@ -7,6 +7,7 @@ mod shared_browser;
 mod shared_folder;
 mod shared_program;
 mod shared_runs;
+mod shared_work;
 
 #[path = "../../crates/solver/tests/library/shared_bodies.rs"]
 mod shared_bodies;

@@ -3,16 +3,17 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use crate::shared_work::in_folder;
 use dovetail::cache::Cache;
 use dovetail::commands::Work;
-use dovetail::export::folder::OtherScene;
 use dovetail::export::manifest::Summary;
-use dovetail::files::{Beginning, Files, Output, SharedFiles};
 use dovetail::reporter::Reporter;
 use dovetail::scene;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::Outcome;
-use dovetail_solver::run::{Error, Event, Observer, Options, Run, Session, Stage, solve};
+use dovetail_solver::run::{
+    Error, Event, Observer, Options, Run, Session, Stage, Verification, solve,
+};
 
 fn jenkins() -> (Scene, PathBuf) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -121,26 +122,45 @@ fn without_files_nothing_is_written() {
     assert!(stages.contains(&Stage::StaticState) && stages.contains(&Stage::Response));
 }
 
+/// A mesh can take minutes.
+#[test]
+fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
+    let of = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|s| (*s).to_owned()).collect();
+        scene::load(&paper, &set).unwrap()
+    };
+    let work = |scene| Work {
+        scene,
+        folder: folder("refused"),
+        cache: Cache::new(None),
+        files: None,
+        reporter: Reporter::silent(None),
+    };
+    let at_rest = of(&["mesh.file=nowhere.msh", "rotation="]);
+    let error = work(&at_rest).campbell("0:100:2".parse().unwrap(), &[]);
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("no axis of rotation"), "{error}");
+    let asked = Verification {
+        frequencies_hz: Vec::new(),
+        steps_per_period: usize::MAX,
+        periods: None,
+        most_periods: 2,
+        steady: 1e-3,
+        from_rest: false,
+        tolerance: 0.1,
+    };
+    let error = work(&at_rest).verify(&asked).unwrap_err().to_string();
+    assert!(error.contains("are more than"), "{error}");
+    let error = work(&at_rest).mesh().unwrap_err().to_string();
+    assert!(error.contains("nowhere.msh"), "{error}");
+}
+
 #[test]
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let out = folder("files");
     let (scene, scene_file) = jenkins();
-    let output = Output {
-        folder: out.clone(),
-        scene_file,
-        fields: true,
-        frames: None,
-        further_plots: Vec::new(),
-    };
-    let files = Files::open(&scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
-    let files = SharedFiles::new(files);
-    let work = Work {
-        scene: &scene,
-        folder: output.folder,
-        cache: Cache::new(None),
-        files: Some(files.clone()),
-        reporter: Reporter::silent(Some(files.clone())),
-    };
+    let (work, files) = in_folder(&scene, scene_file, &out);
     let run = work.solve(Options::default()).unwrap();
     files.locked().take_down(work.reporter.taken());
     let verdict = run.verdict().map_err(Into::into);

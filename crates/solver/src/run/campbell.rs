@@ -69,7 +69,7 @@ impl Crossing {
 /// higher speed that the structure does not stand is none: see [`Campbell::failed`].
 pub fn campbell(
     scene: &Scene,
-    meshes: &Meshes,
+    meshes: Meshes,
     speeds_rpm: &[f64],
     session: &Session<'_>,
 ) -> Result<Campbell, Error> {
@@ -80,7 +80,8 @@ pub fn campbell(
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
     rotation.speed_rad_s = fastest_rpm * std::f64::consts::PI / 30.0;
-    let bound = Bound::of(&fastest, meshes, session)?;
+    let bound = Bound::of(&fastest, &meshes, session)?;
+    drop(meshes);
     let model = &bound.model;
     let spun = Spun::of(model, session)?;
     let (mut held, mut stuck, mut failed) = (Vec::new(), Vec::new(), Vec::new());

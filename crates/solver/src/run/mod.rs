@@ -62,7 +62,7 @@ pub struct Options {
 /// That of a stage; [`Error::Stopped`] by the observer or the store.
 pub fn solve(
     scene: &Scene,
-    meshes: Option<&Meshes>,
+    meshes: Option<Meshes>,
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
@@ -133,7 +133,7 @@ pub fn solve(
 /// That of a stage; [`Error::Stopped`] by the observer.
 pub fn static_state(
     scene: &Scene,
-    meshes: Option<&Meshes>,
+    meshes: Option<Meshes>,
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
@@ -205,7 +205,7 @@ pub struct ModalAnalysis {
 /// Those of [`Reduced::of`] and of the eigenvalues.
 pub fn modes(
     scene: &Scene,
-    meshes: Option<&Meshes>,
+    meshes: Option<Meshes>,
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
     let reduced = Reduced::of(scene, meshes, session)?;
@@ -237,7 +237,7 @@ pub struct Condensed {
 ///
 /// # Errors
 /// [`Error::NoMesh`] of a scene about a reduced model; [`Error::AllBonded`] of one without pairs; those of [`Reduced::of`].
-pub fn reduce(scene: &Scene, meshes: &Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
+pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
     let (of_one_newton, force_n) = of_one_newton(assembly);
     let mut excited = scene.clone();

@@ -27,15 +27,12 @@ impl Reduced {
     /// # Errors
     /// [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of binding, finite elements, prestress and
     /// reduction; a folder that cannot be read.
-    pub fn of(
-        scene: &Scene,
-        meshes: Option<&Meshes>,
-        session: &Session<'_>,
-    ) -> Result<Self, Error> {
+    pub fn of(scene: &Scene, meshes: Option<Meshes>, session: &Session<'_>) -> Result<Self, Error> {
         let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
                 let meshes = meshes.ok_or(Error::NoMesh)?;
-                let bound = Bound::of(assembly, meshes, session)?;
+                let bound = Bound::of(assembly, &meshes, session)?;
+                drop(meshes);
                 let (bodies, problem) = Bodies::reduce(bound, stuck_modes(scene), scene, session)?;
                 Self {
                     pairs: PairTable::of_model(bodies.model()),

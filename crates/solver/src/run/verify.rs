@@ -41,6 +41,22 @@ pub struct Verification {
 }
 
 impl Verification {
+    /// Whether it can be done.
+    ///
+    /// # Errors
+    /// [`Error::TooManySteps`].
+    pub fn check(&self) -> Result<(), Error> {
+        let (periods, steps) = (self.most_periods_asked(), self.steps_per_period);
+        if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
+            return Err(Error::TooManySteps {
+                periods,
+                steps,
+                most: MOST_STEPS_IN_ALL,
+            });
+        }
+        Ok(())
+    }
+
     /// How many periods are integrated, or the most where they end with the transient.
     fn most_periods_asked(&self) -> usize {
         self.periods.unwrap_or(self.most_periods)
@@ -65,18 +81,11 @@ pub struct Verified {
 /// where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
-    meshes: Option<&Meshes>,
+    meshes: Option<Meshes>,
     asked: &Verification,
     session: &Session<'_>,
 ) -> Result<Verified, Error> {
-    let (periods, steps) = (asked.most_periods_asked(), asked.steps_per_period);
-    if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
-        return Err(Error::TooManySteps {
-            periods,
-            steps,
-            most: MOST_STEPS_IN_ALL,
-        });
-    }
+    asked.check()?;
     let scene = &with_modes_of_harmonics(scene);
     let reduced = Reduced::of(scene, meshes, session)?;
     let problem = &reduced.problem;
@@ -102,7 +111,7 @@ pub fn verify(
         let _stage = session.stage(Stage::TimeIntegration);
         let steps = session.steps(chosen.len(), "frequencies");
         let until = Until {
-            most_periods: periods,
+            most_periods: asked.most_periods_asked(),
             tolerance: if asked.periods.is_some() {
                 0.0
             } else {
