@@ -118,7 +118,7 @@ fn stages(mesh: &str, count: Option<usize>) {
             excited,
             kept,
         };
-        reduce(&model, &structure, wanted).unwrap()
+        reduce(&structure, wanted).unwrap()
     });
     let dofs: usize = structure.bodies.iter().map(|b| b.stiffness.ncols()).sum();
     let omega2 = reduced.model.stuck_omega2();

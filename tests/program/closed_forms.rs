@@ -231,6 +231,22 @@ fn jenkins_with_all_harmonics_is_the_integration_in_time() {
     );
 }
 
+#[test]
+fn a_jenkins_element_of_a_pair_with_springs_is_that_of_a_slider_behind_a_spring() {
+    let (amplitude, work) = (1.946131257, 1.236905005);
+    let answer = solve("jenkins_springs", &[]);
+    let errors = [
+        answer.amplitude_m / amplitude - 1.0,
+        answer.work_j / work - 1.0,
+    ];
+    println!("A {:+.1e}, W {:+.1e}", errors[0], errors[1]);
+    assert!(errors.iter().all(|e| e.abs() < 2e-5), "{errors:?}");
+    // Ten times stiffer, the spring is another one.
+    let stiffer = "reduced_model.tangential_stiffness_n_m=5".to_string();
+    let other = solve("jenkins_springs", &[stiffer]);
+    assert!((other.amplitude_m / amplitude - 1.0).abs() > 0.1, "{other:?}");
+}
+
 // ------------------------------------------------------------------------------ microslip bar
 
 /// The model that scripts/closed_form_models.py writes, for any number of elements.

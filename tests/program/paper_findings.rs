@@ -66,7 +66,7 @@ fn joint() -> &'static Joint {
             excited: Highest::OfFirstStuckMode(1.05),
             kept: Highest::OfFirstStuckMode(1.05),
         };
-        let problem = Problem::new(reduce(&model, &structure, wanted).unwrap().model, &model);
+        let problem = Problem::new(reduce(&structure, wanted).unwrap().model, &model);
         let damping = rayleigh(&scene.damping, &problem.reduced.omega2).unwrap();
         let statics = static_state(&problem, scene.static_state.load_steps, NEWTON);
         Joint {
@@ -372,7 +372,7 @@ fn truncation_explains_what_is_left_at_the_peak() {
         excited: Highest::OfFirstStuckMode(1.05),
         kept: Highest::OfFirstStuckMode(1.05),
     };
-    let reduction = reduce(&joint().model, &structure, wanted).unwrap();
+    let reduction = reduce(&structure, wanted).unwrap();
     let model = &Problem::new(reduction.model, &joint().model);
     let amplitudes_mm = [3, 7, 15, 21, 31].map(|harmonics| {
         let response = respond_with(model, harmonics, 1024, vec![450.0977]);

@@ -17,12 +17,13 @@ use dovetail_mesh::facet::shares;
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_numerics::eigen::dense::modes;
 use dovetail_numerics::sparse::dense;
+use dovetail_solver::fem;
 use dovetail_solver::fem::statics::expand_to_nodes;
-use dovetail_solver::fem::{self, Structure};
 use dovetail_solver::model::{
     Assembly, Body, Material, Model, ModelError, NodeMotion, SpringSpec, bind,
 };
 use dovetail_solver::reduction::stuck_modes;
+use dovetail_solver::structure::Structure;
 use dovetail_testkit::block::{block, map_nodes, side_by_side};
 
 const STEEL: Material = Material {
@@ -63,7 +64,7 @@ fn on_springs(bodies: &[&str], material: Material, springs: Vec<SpringSpec>) -> 
 
 fn frequencies_rad_s(model: &Model, count: usize) -> Vec<f64> {
     let structure = fem::assemble(model).unwrap();
-    let omega2 = stuck_modes(model, &structure, count).unwrap();
+    let omega2 = stuck_modes(&structure, count).unwrap();
     omega2.iter().map(|w2| w2.sqrt()).collect()
 }
 
@@ -183,7 +184,7 @@ fn two_blocks(element: ElementType) -> Mesh {
 
 /// The two bodies with their stiffness and mass side by side, and the spring as `k b b^T`.
 fn dense_omega2(mesh: &Mesh, plain: &Model, k: f64, directions: &[[f64; 3]]) -> Vec<f64> {
-    let Structure { bodies } = fem::assemble(plain).unwrap();
+    let Structure { bodies, .. } = fem::assemble(plain).unwrap();
     let sizes = [0, 1].map(|b| bodies[b].stiffness.nrows());
     let n = sizes[0] + sizes[1];
     let (mut stiffness, mut mass) = (Mat::zeros(n, n), Mat::zeros(n, n));
@@ -232,7 +233,7 @@ fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
             let tied = bind(&described, &mesh).unwrap();
             assert_eq!(tied.bonded.len(), 1);
             let structure = fem::assemble(&tied).unwrap();
-            let found = stuck_modes(&tied, &structure, 20).unwrap();
+            let found = stuck_modes(&structure, 20).unwrap();
             for (mode, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 let error = (found / expected - 1.0).abs();
                 assert!(
@@ -286,7 +287,7 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
         let springs = vec![spring("soft", "z_min", None, k)];
         let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh).unwrap();
         let structure = fem::assemble(&model).unwrap();
-        let omega2 = stuck_modes(&model, &structure, 8).unwrap();
+        let omega2 = stuck_modes(&structure, 8).unwrap();
         let rigid = k / (STEEL.density_kg_m3 * length * width * width);
         assert!(omega2[5] < 4.0 * rigid, "{k}: {omega2:?}");
         // Euler-Bernoulli: 4.73004 is the first root of cos x cosh x = 1. The two corrections of Rayleigh and
@@ -474,7 +475,7 @@ fn fields_have_the_nodes_of_the_mesh() {
     }
     // Means resist no rotation: the error names a node of the mesh, and the remedy.
     let structure = fem::assemble(&model).unwrap();
-    let error = stuck_modes(&model, &structure, 3).unwrap_err().to_string();
+    let error = stuck_modes(&structure, 3).unwrap_err().to_string();
     assert!(
         error.contains("a spring") && error.contains("nothing holds body"),
         "{error}"

@@ -5,12 +5,13 @@
 use std::path::{Path, PathBuf};
 
 /// The modules of the library. Each may import itself and what stands before it.
-const SOLVER: [&str; 11] = [
+const SOLVER: [&str; 12] = [
     "input",
     "contact",
+    "structure",
+    "reduction",
     "model",
     "fem",
-    "reduction",
     "problem",
     "dlft",
     "integration",

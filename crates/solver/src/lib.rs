@@ -3,7 +3,7 @@
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
 //! [`model`] [`Mesh`](dovetail_mesh::Mesh), names -> indices, contact pairs; [`fem`] stiffness, mass,
-//! rotation; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
+//! rotation; [`structure`] bodies as matrices, and what joins them; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
 //! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
 //! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
 //! it; [`results`] physical fields. [`description`] is a whole run as a value, and [`run`] does it.
@@ -56,5 +56,6 @@ pub mod problem;
 pub mod reduction;
 pub mod results;
 pub mod run;
+pub mod structure;
 
 pub use dovetail_numerics::{memory, space, spectrum};

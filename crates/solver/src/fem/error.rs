@@ -59,6 +59,10 @@ pub enum FemError {
         node_tag: u64,
         displacement_m: f64,
     },
+    #[error(
+        "node {node} of body `{body}` is in contact but does not move by itself: a node of a contact must be free"
+    )]
+    ContactNodeNotFree { body: String, node: u64 },
     #[error("body \"{body}\": the static state under rotation could not be solved")]
     Statics { body: String, source: SolveFailure },
 }

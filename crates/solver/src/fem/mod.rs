@@ -1,4 +1,5 @@
-//! [`Model`] -> [`Structure`]: stiffness, mass and loads per body, rotation only if asked.
+//! [`Model`] -> [`Structure`]: stiffness, mass and loads of each body, with rotation where it is asked for, and what
+//! joins the bodies.
 
 pub mod assembly;
 pub mod elasticity;
@@ -14,11 +15,13 @@ pub mod stress;
 pub mod tables;
 
 mod error;
+mod joined;
 
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use crate::model::{Body, BodyPrestress, Model, Rotation};
+use crate::structure::{BodyMatrices, Structure};
 use assembly::{
     NodePattern, add_springs, renew, sum_elements, symmetric_matrix, symmetric_matrix_of_scalars,
 };
@@ -27,26 +30,8 @@ use springs::spring_elements;
 use statics::SolveSpd;
 
 pub use error::{FemError, Tags};
+pub use joined::join;
 pub use statics::expand_to_nodes;
-
-/// Matrices of the bodies on their free degrees of freedom.
-#[derive(Debug, Clone)]
-pub struct Structure {
-    /// In the order of [`Model::bodies`].
-    pub bodies: Vec<BodyMatrices>,
-}
-
-/// Symmetric matrices of one body on its free dofs ([`DofMap`](crate::model::DofMap): interior, contact),
-/// stored whole (both triangles), row indices ascending in each column.
-#[derive(Debug, Clone)]
-pub struct BodyMatrices {
-    /// K, N/m, with the springs of the body, and with geometric stiffness and spin softening where the scene asks for them.
-    pub stiffness: CscMatrix<f64>,
-    /// M, kg; consistent, so without entries between different axes. Nodes of springs alone have none.
-    pub mass: CscMatrix<f64>,
-    /// Steady load, N: centrifugal (where the body rotates) and the scene's own; nothing on held dofs.
-    pub load_n: Vec<f64>,
-}
 
 /// All bodies, side by side. Where the prestress is that of the static state with contact, which the bodies by
 /// themselves do not tell, the stiffness is that without stress: it gives a displacement
@@ -68,9 +53,7 @@ pub fn assemble_with(model: &Model, solve: &SolveSpd) -> Result<Structure, FemEr
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter();
     let bodies = bodies.map(|body| assemble_body(body, rotation, solve));
-    Ok(Structure {
-        bodies: bodies.collect::<Result<_, _>>()?,
-    })
+    join(model, bodies.collect::<Result<_, _>>()?)
 }
 
 /// As [`assemble`], with the stress of these displacements of all nodes of each body for prestress, whether it
@@ -89,9 +72,7 @@ pub fn assemble_stressed(
             Ok(Some(u.clone()))
         })
     });
-    Ok(Structure {
-        bodies: bodies.collect::<Result<_, _>>()?,
-    })
+    join(model, bodies.collect::<Result<_, _>>()?)
 }
 
 /// One body, with a linear solver of the caller's ([`statics::solve_by_cholesky`] is the one of
@@ -155,8 +136,13 @@ fn body_matrices(
     let mut mass = symmetric_matrix_of_scalars(&pattern, &m);
     loads::uncouple(&mut mass, &body.held_dofs);
     Ok(BodyMatrices {
+        name: body.name.clone(),
         stiffness,
         mass,
         load_n,
+        interior_nodes: body.dofs.interior_nodes,
+        held_dofs: body.held_dofs.clone(),
+        fixed_interface_modes: body.fixed_interface_modes,
+        node_tags: body.free_node_tags(),
     })
 }

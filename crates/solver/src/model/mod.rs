@@ -125,6 +125,20 @@ pub struct Body {
 }
 
 impl Body {
+    /// The mesh's tag of each free node; of an auxiliary one that of a node that its spring acts on.
+    pub fn free_node_tags(&self) -> Vec<u64> {
+        let mut tags = vec![None; self.dofs.free_nodes()];
+        for (motion, tag) in self.dofs.nodes.iter().zip(&self.node_tags) {
+            if let NodeMotion::Free(free) = motion {
+                tags[*free as usize] = Some(*tag);
+            }
+        }
+        let of = |(free, tag): (usize, Option<u64>)| {
+            tag.unwrap_or_else(|| self.node_tags[self.mesh_node_of(free)])
+        };
+        tags.into_iter().enumerate().map(of).collect()
+    }
+
     /// The node of the mesh (in the body's own numbering) that a free node is; of an auxiliary one a node that its
     /// spring acts on.
     pub fn mesh_node_of(&self, free: usize) -> usize {

@@ -47,27 +47,16 @@ impl Problem {
     /// A reduced model all of whose pairs follow `law`, excited by `amplitude` times its first unit load, in phase with
     /// the cosine of harmonic 1.
     pub fn of_one_law(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {
-        let scaled = |v: &[f64]| v.iter().map(|f| f * amplitude).collect();
-        let excitation = |unit: &Load| HarmonicLoad {
+        let excitation = Excitation {
+            loads: Vec::new(),
+            amplitude,
             harmonic: 1,
-            cosine: Load {
-                on_x: scaled(&unit.on_x),
-                on_modes: scaled(&unit.on_modes),
-            },
-            sine: Load {
-                on_x: vec![0.0; unit.on_x.len()],
-                on_modes: vec![0.0; unit.on_modes.len()],
-            },
+            phase_rad: 0.0,
             growth: Growth::Constant,
         };
         Self {
             laws: vec![law; reduced.pairs()],
-            excitations: reduced
-                .unit_loads
-                .first()
-                .map(excitation)
-                .into_iter()
-                .collect(),
+            excitations: excited(&[excitation], &reduced.unit_loads),
             reduced,
         }
     }

@@ -22,7 +22,7 @@ use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::craig_bampton::{self, ReducedBody, check_size, node_tag, side_by_side};
+use super::craig_bampton::{self, ReducedBody, check_size, side_by_side};
 use super::recovery::Recovery;
 use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
@@ -30,9 +30,7 @@ use super::truncation::{self, Truncation};
 use super::{
     Highest, Load, ObservedDisplacement, ReducedModel, Reduction, ReductionError, StuckModes,
 };
-use crate::fem::loads::add_load;
-use crate::fem::{BodyMatrices, Structure};
-use crate::model::{AppliedLoad, BodyNode, Excitation, Model, Observation};
+use crate::structure::{BodyMatrices, BodyVectors, Structure};
 use dovetail_numerics::condense::condense;
 use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
@@ -48,13 +46,9 @@ const ACCURATE: f64 = 1e-4;
 ///
 /// # Errors
 /// See [`ReductionError`].
-pub fn reduce(
-    model: &Model,
-    structure: &Structure,
-    stuck_modes: StuckModes,
-) -> Result<Reduction, ReductionError> {
-    let loads = Loads::of(model, structure);
-    let (joined, mut condensed) = Joined::new(model, structure, &loads)?;
+pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reduction, ReductionError> {
+    let loads = Loads::of(structure);
+    let (joined, mut condensed) = Joined::new(structure, &loads)?;
     let condensed_loads = joined.condensed_loads(&loads);
     let mut count = stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
@@ -70,9 +64,9 @@ pub fn reduce(
         let reached = reaches(stuck_modes.excited) && of_harmonics;
         if reached || last_try {
             let (on_modes, amplitude) =
-                joined.on_modes(model, condensed, &condensed_loads, modes, stuck_modes)?;
+                joined.on_modes(structure, condensed, &condensed_loads, modes, stuck_modes)?;
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
-                return Ok(joined.finish(model, structure, on_modes, amplitude));
+                return Ok(joined.finish(structure, on_modes, amplitude));
             }
             known = Modes {
                 omega2: on_modes.reduced.stuck_omega2().to_vec(),
@@ -93,13 +87,9 @@ pub fn reduce(
 ///
 /// # Errors
 /// See [`ReductionError`].
-pub fn stuck_modes(
-    model: &Model,
-    structure: &Structure,
-    count: usize,
-) -> Result<Vec<f64>, ReductionError> {
-    let bodies = coordinates(model, structure, &Loads::of(model, structure))?;
-    let stuck = Stuck::of(model, &bodies)?;
+pub fn stuck_modes(structure: &Structure, count: usize) -> Result<Vec<f64>, ReductionError> {
+    let bodies = coordinates(structure, &Loads::of(structure))?;
+    let stuck = Stuck::of(structure, &bodies)?;
     let m_gg = stuck.matrix(&bodies, BodyMatrix::Mass);
     let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
     Ok(modes
@@ -112,17 +102,13 @@ pub fn stuck_modes(
 ///
 /// # Errors
 /// See [`ReductionError`].
-pub fn stuck_displacement(
-    model: &Model,
-    structure: &Structure,
-) -> Result<Vec<Vec<f64>>, ReductionError> {
-    let full = model.bodies.iter().zip(&structure.bodies);
-    let full = full.map(|(body, matrices)| {
-        check_size(body, matrices)?;
-        Ok(Coordinates::Full(matrices))
+pub fn stuck_displacement(structure: &Structure) -> Result<Vec<Vec<f64>>, ReductionError> {
+    let full = structure.bodies.iter().map(|body| {
+        check_size(body)?;
+        Ok(Coordinates::Full(body))
     });
     let bodies = full.collect::<Result<Vec<_>, ReductionError>>()?;
-    let stuck = Stuck::of(model, &bodies)?;
+    let stuck = Stuck::of(structure, &bodies)?;
     let loads: Vec<Vec<f64>> = structure.bodies.iter().map(|b| b.load_n.clone()).collect();
     let (mut g, on_x) = stuck.transformation.gather(&loads);
     stuck.factor.solve_vector(&mut g);
@@ -140,11 +126,11 @@ struct Stuck {
 }
 
 impl Stuck {
-    fn of(model: &Model, bodies: &[Coordinates<'_>]) -> Result<Self, ReductionError> {
-        let transformation = transformation(model, bodies)?;
+    fn of(structure: &Structure, bodies: &[Coordinates<'_>]) -> Result<Self, ReductionError> {
+        let transformation = transformation(structure, bodies)?;
         let k_gg = on_g(&transformation, bodies, BodyMatrix::Stiffness);
         let factor =
-            Cholesky::factor(&k_gg).map_err(|e| not_held(model, bodies, &transformation, e))?;
+            Cholesky::factor(&k_gg).map_err(|e| not_held(structure, bodies, &transformation, e))?;
         Ok(Self {
             transformation,
             k_gg,
@@ -172,56 +158,24 @@ fn on_g(
     submatrix(&whole, &inner, &inner)
 }
 
-/// Loads on the free dofs of each body: the steady one, one unit of each excitation, and for each
+/// Loads of the assembly, each as a vector on each body: the steady one, one unit of each excitation, and for each
 /// observed point the one whose work on a motion is what is observed.
-struct Loads {
-    steady: Vec<Vec<f64>>,
-    excitations: Vec<Vec<Vec<f64>>>,
-    observations: Vec<Vec<Vec<f64>>>,
-}
+struct Loads<'a>(Vec<Vec<&'a [f64]>>);
 
-impl Loads {
-    fn of(model: &Model, structure: &Structure) -> Self {
-        let nothing = || -> Vec<Vec<f64>> {
-            let bodies = structure.bodies.iter();
-            bodies.map(|b| vec![0.0; b.load_n.len()]).collect()
-        };
-        let excitation = |excitation: &Excitation| {
-            let mut load = nothing();
-            for (body, applied) in &excitation.loads {
-                add_load(&model.bodies[*body], applied, &mut load[*body]);
-            }
-            for (body, load) in model.bodies.iter().zip(&mut load) {
-                for &dof in &body.held_dofs {
-                    load[dof as usize] = 0.0;
-                }
-            }
-            load
-        };
-        let observation = |observation: &Observation| {
-            let mut load = nothing();
-            for &(BodyNode { body, node }, vector_n) in &observation.terms {
-                let unit = AppliedLoad::Point { node, vector_n };
-                add_load(&model.bodies[body], &unit, &mut load[body]);
-            }
-            load
-        };
-        Self {
-            steady: structure.bodies.iter().map(|b| b.load_n.clone()).collect(),
-            excitations: model.excitations.iter().map(excitation).collect(),
-            observations: model.observations.iter().map(observation).collect(),
-        }
-    }
-
-    /// The steady load, the excitations, the observations.
-    fn all(&self) -> impl Iterator<Item = &Vec<Vec<f64>>> {
-        let rest = self.excitations.iter().chain(&self.observations);
-        std::iter::once(&self.steady).chain(rest)
+impl<'a> Loads<'a> {
+    fn of(structure: &'a Structure) -> Self {
+        let on_bodies = |vectors: &'a BodyVectors| vectors.iter().map(Vec::as_slice).collect();
+        let steady = structure.bodies.iter().map(|b| b.load_n.as_slice());
+        let excitations = structure.excitations.iter().map(on_bodies);
+        let observations = structure.observations.iter();
+        let observations = observations.map(|(_, vectors)| on_bodies(vectors));
+        let steady = std::iter::once(steady.collect());
+        Self(steady.chain(excitations).chain(observations).collect())
     }
 
     /// All of them on one body, side by side.
     fn on_body(&self, body: usize) -> Mat<f64> {
-        let columns: Vec<&Vec<f64>> = self.all().map(|load| &load[body]).collect();
+        let columns: Vec<&[f64]> = self.0.iter().map(|load| load[body]).collect();
         Mat::from_fn(columns[0].len(), columns.len(), |i, j| columns[j][i])
     }
 }
@@ -240,23 +194,25 @@ enum BodyMatrix {
 }
 
 fn coordinates<'a>(
-    model: &Model,
     structure: &'a Structure,
-    loads: &Loads,
+    loads: &Loads<'_>,
 ) -> Result<Vec<Coordinates<'a>>, ReductionError> {
     let one = |b: usize| {
-        let (body, matrices) = (&model.bodies[b], &structure.bodies[b]);
-        check_size(body, matrices)?;
+        let body = &structure.bodies[b];
+        check_size(body)?;
         Ok(match body.fixed_interface_modes {
-            None => Coordinates::Full(matrices),
+            None => Coordinates::Full(body),
             Some(modes) => {
                 let loads = loads.on_body(b);
-                let reduced = craig_bampton::condense(body, matrices, modes, loads.as_ref())?;
+                let reduced = craig_bampton::condense(body, modes, loads.as_ref())?;
                 Coordinates::Reduced(Box::new(reduced))
             }
         })
     };
-    (0..model.bodies.len()).into_par_iter().map(one).collect()
+    (0..structure.bodies.len())
+        .into_par_iter()
+        .map(one)
+        .collect()
 }
 
 fn matrices_of<'a>(bodies: &'a [Coordinates<'a>], which: BodyMatrix) -> Vec<&'a CscMatrix<f64>> {
@@ -270,24 +226,25 @@ fn matrices_of<'a>(bodies: &'a [Coordinates<'a>], which: BodyMatrix) -> Vec<&'a 
 }
 
 fn transformation(
-    model: &Model,
+    structure: &Structure,
     bodies: &[Coordinates<'_>],
 ) -> Result<Transformation, ReductionError> {
     let stiffness = matrices_of(bodies, BodyMatrix::Stiffness);
     let sizes: Vec<usize> = stiffness.iter().map(|k| k.ncols()).collect();
-    Transformation::new(model, &sizes, |at| {
-        let dofs = &model.bodies[at.body].dofs;
-        let free = dofs.free(at.node)?;
-        match &bodies[at.body] {
-            Coordinates::Full(_) => Some(3 * free),
-            Coordinates::Reduced(_) => free.checked_sub(dofs.interior_nodes).map(|n| 3 * n),
-        }
+    Transformation::new(structure, &sizes, |at| {
+        let body = &structure.bodies[at.body];
+        let on_interface = at.node.checked_sub(body.interior_nodes)?;
+        let first = match &bodies[at.body] {
+            Coordinates::Full(_) => at.node,
+            Coordinates::Reduced(_) => on_interface,
+        };
+        (3 * at.node < body.dofs()).then_some(3 * first)
     })
 }
 
 /// What is not held, or unstable, by the body and the node at which the factorisation stopped.
 fn not_held(
-    model: &Model,
+    structure: &Structure,
     bodies: &[Coordinates<'_>],
     transformation: &Transformation,
     error: FactorError,
@@ -296,14 +253,15 @@ fn not_held(
     else {
         return ReductionError::Assembly { source: error };
     };
-    let (body, coordinate) = transformation.origin(dof).unwrap_or((0, 0));
-    let before = match &bodies[body] {
+    let (b, coordinate) = transformation.origin(dof).unwrap_or((0, 0));
+    let body = &structure.bodies[b];
+    let before = match &bodies[b] {
         Coordinates::Full(_) => 0,
-        Coordinates::Reduced(_) => model.bodies[body].dofs.interior_nodes,
+        Coordinates::Reduced(_) => body.interior_nodes,
     };
     ReductionError::NotHeld {
-        body: model.bodies[body].name.clone(),
-        node: node_tag(&model.bodies[body], before + coordinate / 3),
+        body: body.name.clone(),
+        node: body.node_tag(before + coordinate / 3),
     }
 }
 
@@ -340,12 +298,11 @@ struct OnModes {
 impl<'a> Joined<'a> {
     /// The assembly, and its stiffness and mass condensed on X.
     fn new(
-        model: &Model,
         structure: &'a Structure,
-        loads: &Loads,
+        loads: &Loads<'_>,
     ) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
-        let bodies = coordinates(model, structure, loads)?;
-        let transformation = transformation(model, &bodies)?;
+        let bodies = coordinates(structure, loads)?;
+        let transformation = transformation(structure, &bodies)?;
         let stiffness =
             transformation.congruent(&matrices_of(&bodies, BodyMatrix::Stiffness), Zeros::Kept);
         let inner: Vec<usize> = (0..transformation.inner()).collect();
@@ -366,7 +323,7 @@ impl<'a> Joined<'a> {
         );
         let condensed = symbolic
             .and_then(|symbolic| condense(&stiffness, &mass, &k_gg, &symbolic))
-            .map_err(|error| not_held(model, &bodies, &transformation, error))?;
+            .map_err(|error| not_held(structure, &bodies, &transformation, error))?;
         drop(stiffness);
         let (m_gg, m_xg) = rayon::join(
             || submatrix(&mass, &inner, &inner),
@@ -389,14 +346,14 @@ impl<'a> Joined<'a> {
         self.transformation.inner()
     }
 
-    fn condensed_loads(&self, loads: &Loads) -> CondensedLoads {
-        let parts = loads.all().map(|load| {
+    fn condensed_loads(&self, loads: &Loads<'_>) -> CondensedLoads {
+        let parts = loads.0.iter().map(|load| {
             let on_bodies: Vec<Vec<f64>> = self
                 .bodies
                 .iter()
                 .zip(load)
                 .map(|(body, load)| match body {
-                    Coordinates::Full(_) => load.clone(),
+                    Coordinates::Full(_) => load.to_vec(),
                     Coordinates::Reduced(body) => body.interior.gather(load),
                 })
                 .collect();
@@ -422,7 +379,7 @@ impl<'a> Joined<'a> {
     /// The model on these stuck modes, with the estimated error of its amplitudes.
     fn on_modes(
         &self,
-        model: &Model,
+        structure: &Structure,
         [stiffness, mass]: [Mat<f64>; 2],
         CondensedLoads {
             on_g,
@@ -452,20 +409,17 @@ impl<'a> Joined<'a> {
             on_x: on_x[j].clone(),
             on_modes: on_modes.col_as_slice(j).to_vec(),
         };
-        let first_observed = 1 + model.excitations.len();
+        let first_observed = 1 + structure.excitations.len();
         let unit_loads: Vec<Load> = (1..first_observed).map(load).collect();
-        let observations = model
-            .observations
-            .iter()
-            .enumerate()
-            .map(|(o, observation)| {
-                let Load { on_x, on_modes } = load(first_observed + o);
-                ObservedDisplacement {
-                    name: observation.name.clone(),
-                    on_x,
-                    on_modes,
-                }
-            });
+        let observations = structure.observations.iter().enumerate();
+        let observations = observations.map(|(o, (name, _))| {
+            let Load { on_x, on_modes } = load(first_observed + o);
+            ObservedDisplacement {
+                name: name.clone(),
+                on_x,
+                on_modes,
+            }
+        });
         let reduced = ReducedModel {
             stiffness,
             mass,
@@ -520,16 +474,10 @@ impl<'a> Joined<'a> {
             .collect()
     }
 
-    fn finish(
-        self,
-        model: &Model,
-        structure: &Structure,
-        on_modes: OnModes,
-        amplitude: Option<f64>,
-    ) -> Reduction {
+    fn finish(self, structure: &Structure, on_modes: OnModes, amplitude: Option<f64>) -> Reduction {
         let truncation = Truncation {
             amplitude,
-            frequencies: self.frequency_errors(model, structure, &on_modes),
+            frequencies: self.frequency_errors(structure, &on_modes),
         };
         let fixed_interface_omega2 = self.bodies.iter().map(|body| match body {
             Coordinates::Full(_) => Vec::new(),
@@ -558,12 +506,7 @@ impl<'a> Joined<'a> {
     /// Relative errors of the first stuck frequencies by the bodies that were reduced. With u the motion
     /// of the whole body and r what is left of K_ii u_i - w^2 M_ii u_i and the coupling in its interior,
     /// one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
-    fn frequency_errors(
-        &self,
-        model: &Model,
-        structure: &Structure,
-        on_modes: &OnModes,
-    ) -> Vec<f64> {
+    fn frequency_errors(&self, structure: &Structure, on_modes: &OnModes) -> Vec<f64> {
         let reduced = |body: &Coordinates<'_>| matches!(body, Coordinates::Reduced(_));
         if !self.bodies.iter().any(reduced) {
             return Vec::new();
@@ -578,7 +521,7 @@ impl<'a> Joined<'a> {
                 continue;
             };
             let motion = body.interior.motion(coordinates[b].as_ref());
-            let interior = 3 * model.bodies[b].dofs.interior_nodes;
+            let interior = structure.bodies[b].interior_dofs();
             let elastic = symmetric_product(&structure.bodies[b].stiffness, motion.as_ref());
             let inertia = symmetric_product(&structure.bodies[b].mass, motion.as_ref());
             let residual = Mat::from_fn(interior, count, |i, j| {

@@ -1,4 +1,4 @@
-//! [`Structure`](crate::fem::Structure) -> [`Reduction`]: the bodies joined by their contacts, on the
+//! [`Structure`](crate::structure::Structure) -> [`Reduction`]: the bodies joined by their contacts, on the
 //! relative displacements of the pairs and the modes of the stuck assembly.
 
 mod assembly;
@@ -11,11 +11,6 @@ mod restiffened;
 pub mod superelement;
 pub mod transformation;
 mod truncation;
-
-#[cfg(test)]
-mod lattice_model;
-#[cfg(test)]
-mod tests;
 
 use faer::Mat;
 
@@ -114,11 +109,10 @@ pub struct Reduction {
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ReductionError {
-    #[error(
-        "body `{body}`: its matrices have {found} rows, its mesh {expected} free degrees of freedom"
-    )]
+    #[error("body `{body}`: {what} has {found} rows, its stiffness {expected}")]
     Size {
         body: String,
+        what: &'static str,
         expected: usize,
         found: usize,
     },
@@ -135,9 +129,9 @@ pub enum ReductionError {
     #[error("body `{body}`: its fixed-interface modes were not found")]
     Eigen { body: String, source: EigenError },
     #[error(
-        "node {node} of body `{body}` is in contact but does not move by itself: a node of a contact must be free"
+        "node {node} of body `{body}` is joined to another body, but it is none of the last nodes of its matrices, which are the interface"
     )]
-    ContactNodeNotFree { body: String, node: u64 },
+    NotOfInterface { body: String, node: u64 },
     #[error(
         "node {node} of body `{body}` follows the flanks of two contacts: let the other flank of one of them follow (its key `slave`)"
     )]

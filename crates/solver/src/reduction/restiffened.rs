@@ -6,7 +6,7 @@
 use faer::Mat;
 
 use super::{LISTED_MODES, Reduction};
-use crate::fem::Structure;
+use crate::structure::Structure;
 use dovetail_numerics::dense::self_adjoint_eigenvalues;
 use dovetail_numerics::sparse::{product, sum, symmetric_product, symmetrised};
 

@@ -23,7 +23,7 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 
 use super::ReductionError;
-use crate::model::{BodyNode, ContactPair, Model, NodeMotion, Side};
+use crate::structure::{InterfaceNode, Structure};
 use dovetail_numerics::sparse::times;
 use dovetail_numerics::stored;
 
@@ -57,54 +57,51 @@ struct Row {
 
 impl Transformation {
     /// `sizes` are the numbers of coordinates of the bodies, and `first_coordinate` gives the first of the
-    /// three that are the displacement of a contact node.
+    /// three that are the displacement of a node of an interface.
     ///
     /// # Errors
     /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts, [`ReductionError::Circle`]
-    /// where slaves are each other's masters, [`ReductionError::ContactNodeNotFree`].
+    /// where slaves are each other's masters, [`ReductionError::NotOfInterface`].
     pub(super) fn new(
-        model: &Model,
+        structure: &Structure,
         sizes: &[usize],
-        first_coordinate: impl Fn(BodyNode) -> Option<usize>,
+        first_coordinate: impl Fn(InterfaceNode) -> Option<usize>,
     ) -> Result<Self, ReductionError> {
         let mut starts = vec![0];
         for size in sizes {
             starts.push(starts[starts.len() - 1] + size);
         }
-        let at = |node: BodyNode| {
-            let own = first_coordinate(node);
-            let own = own.ok_or_else(|| ReductionError::ContactNodeNotFree {
-                body: model.bodies[node.body].name.clone(),
-                node: model.bodies[node.body].node_tags[node.node as usize],
+        let named = |at: InterfaceNode| {
+            let body = &structure.bodies[at.body];
+            (body.name.clone(), body.node_tag(at.node))
+        };
+        let at = |node: InterfaceNode| {
+            let own = first_coordinate(node).ok_or_else(|| {
+                let (body, node) = named(node);
+                ReductionError::NotOfInterface { body, node }
             })?;
             Ok(starts[node.body] + own)
         };
+        let held = |at: InterfaceNode| structure.bodies[at.body].held_axes(at.node);
         let mut slaves: BTreeMap<usize, Row> = BTreeMap::new();
-        let pairs = model.pairs.iter().enumerate();
-        let pairs = pairs.map(|(p, pair)| (&pair.slave, Some((p, turned(pair)))));
-        for (slave, pair) in pairs.chain(model.bonded.iter().map(|slave| (slave, None))) {
-            let still = held(model, slave.node);
-            let mut masters = Vec::with_capacity(slave.masters.len());
-            for &(master, weight) in &slave.masters {
-                let dofs = &model.bodies[master.body].dofs;
-                if dofs.nodes.get(master.node as usize) == Some(&NodeMotion::Fixed) {
-                    continue;
-                }
-                let own = held(model, master);
+        let mut pairs = 0;
+        for joint in &structure.joints {
+            let still = held(joint.slave);
+            let mut masters = Vec::with_capacity(joint.masters.len());
+            for &(master, weight) in &joint.masters {
+                let own = held(master);
                 let weights = [0, 1, 2].map(|k| match still[k] || own[k] {
                     true => 0.0,
                     false => weight,
                 });
                 masters.push((at(master)?, weights));
             }
-            if slaves
-                .insert(at(slave.node)?, Row { pair, masters })
-                .is_some()
-            {
-                return Err(ReductionError::SlaveTwice {
-                    body: model.bodies[slave.node.body].name.clone(),
-                    node: model.bodies[slave.node.body].node_tags[slave.node.node as usize],
-                });
+            let pair = joint.turned.map(|turned| (pairs, turned));
+            pairs += usize::from(pair.is_some());
+            let row = Row { pair, masters };
+            if slaves.insert(at(joint.slave)?, row).is_some() {
+                let (body, node) = named(joint.slave);
+                return Err(ReductionError::SlaveTwice { body, node });
             }
         }
         let all = starts[sizes.len()];
@@ -120,7 +117,7 @@ impl Transformation {
             inner += 1;
             coordinate += 1;
         }
-        let mut t = CooMatrix::new(inner + 3 * model.pairs.len(), all);
+        let mut t = CooMatrix::new(inner + 3 * pairs, all);
         for (coordinate, place) in place.iter().enumerate() {
             if let Some(place) = place {
                 t.push(*place, coordinate, 1.0);
@@ -271,25 +268,6 @@ pub enum Zeros {
     Kept,
     /// They are no entries.
     LeftOut,
-}
-
-/// What turns the relative displacements of a pair into those of its slave node.
-fn turned(pair: &ContactPair) -> Block {
-    let sign = match pair.side {
-        Side::First => 1.0,
-        Side::Second => -1.0,
-    };
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| sign * pair.frame[j][i]))
-}
-
-/// The axes along which a support holds a node.
-fn held(model: &Model, at: BodyNode) -> [bool; 3] {
-    let body = &model.bodies[at.body];
-    let is_held = |dof: u32| body.held_dofs.binary_search(&dof).is_ok();
-    match body.dofs.free(at.node) {
-        Some(n) => [0, 1, 2].map(|k| is_held((3 * n + k) as u32)),
-        None => [false; 3],
-    }
 }
 
 /// Adds the motion of the node at `coordinate`, times `weights` along the axes, to blocks by the first of their

@@ -6,13 +6,14 @@ use faer::Mat;
 
 use super::kept::{Displacement, Key, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
+use crate::fem::expand_to_nodes;
 use crate::fem::mass_properties::MassProperties;
-use crate::fem::{Structure, expand_to_nodes};
 use crate::model::{Model, SurfaceFields};
 use crate::problem::Problem;
 use crate::reduction::{LISTED_MODES, Recovery, StuckModes};
 use crate::results::modes::{ModeKind, ModeShape, hertz};
 use crate::results::recovery::NodalField;
+use crate::structure::Structure;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::spectrum::{Spectrum, blocks};

@@ -5,11 +5,11 @@ use super::error::Error;
 use super::prestress::assemble;
 use super::session::{Session, Stage};
 use crate::description::Scene;
-use crate::fem::{BodyMatrices, Structure};
 use crate::model::{Model, RotationSpec};
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::{LISTED_MODES, ReductionError, stuck_modes};
 use crate::results::modes::{ModeKind, hertz};
+use crate::structure::{BodyMatrices, Structure};
 use dovetail_numerics::sparse::sum;
 
 /// Modes over the speed.
@@ -93,7 +93,7 @@ pub fn campbell(
                 0.0 => 0.0,
                 fastest => (rpm / fastest).powi(2),
             };
-            let [of_body, of_assembly] = match spun.modes(model, share) {
+            let [of_body, of_assembly] = match spun.modes(share) {
                 Ok(modes) => modes.map(Some),
                 // At the lowest speed it is the scene that is at fault, not the speed.
                 Err(
@@ -172,26 +172,24 @@ impl Spun {
     fn body(&self, b: usize, share: f64) -> BodyMatrices {
         let (rest, fast) = (&self.at_rest.bodies[b], &self.fastest.bodies[b]);
         // (1 - share) K_rest + share K_fast: exact at both ends.
-        let mut stiffness = rest.stiffness.clone();
-        stiffness
-            .values_mut()
-            .iter_mut()
-            .for_each(|k| *k *= 1.0 - share);
-        BodyMatrices {
-            stiffness: sum(&stiffness, share, &fast.stiffness),
-            mass: rest.mass.clone(),
-            load_n: fast.load_n.iter().map(|f| share * f).collect(),
-        }
+        let mut body = rest.clone();
+        let values = body.stiffness.values_mut().iter_mut();
+        values.for_each(|k| *k *= 1.0 - share);
+        body.stiffness = sum(&body.stiffness, share, &fast.stiffness);
+        body.load_n = fast.load_n.iter().map(|f| share * f).collect();
+        body
     }
 
-    fn modes(&self, model: &Model, share: f64) -> Result<ModesAtSpeed, ReductionError> {
-        let bodies = (0..model.bodies.len()).map(|b| self.body(b, share));
+    fn modes(&self, share: f64) -> Result<ModesAtSpeed, ReductionError> {
+        let bodies = (0..self.at_rest.bodies.len()).map(|b| self.body(b, share));
         let structure = Structure {
             bodies: bodies.collect(),
+            joints: self.at_rest.joints.clone(),
+            excitations: self.at_rest.excitations.clone(),
+            observations: self.at_rest.observations.clone(),
         };
-        let held =
-            fixed_interface_modes(&model.bodies[0], &structure.bodies[0], LISTED_MODES)?.omega2;
-        let stuck = stuck_modes(model, &structure, LISTED_MODES)?;
+        let held = fixed_interface_modes(&structure.bodies[0], LISTED_MODES)?.omega2;
+        let stuck = stuck_modes(&structure, LISTED_MODES)?;
         Ok([held, stuck].map(|omega2| {
             omega2
                 .iter()

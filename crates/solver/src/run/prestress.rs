@@ -11,13 +11,14 @@ use super::statics::static_state;
 use crate::description::Scene;
 use crate::dlft::StaticState;
 use crate::fem::statics::{prestressing, solve_by_cholesky};
-use crate::fem::{self, FemError, Structure, assemble_stressed, expand_to_nodes};
+use crate::fem::{self, FemError, assemble_stressed, expand_to_nodes};
 use crate::model::{BodyPrestress, Model};
 use crate::problem::Problem;
 use crate::reduction::{
     self, Recovery, Reduction, StuckModes, Truncation, frequency_change, stuck_displacement,
 };
 use crate::results::modes::hertz;
+use crate::structure::Structure;
 
 /// Passes after which the normal forces still move.
 const MOST_PASSES: usize = 20;
@@ -50,7 +51,7 @@ pub(super) fn settle(
     let mut structure = assemble(model, session)?;
     let (reduction, held_flanks_error) = {
         let _stage = reduction_stage(model, session);
-        let reduction = reduction::reduce(model, &structure, wanted)?;
+        let reduction = reduction::reduce(&structure, wanted)?;
         let error = held_flanks_error(model, &structure, &reduction)?;
         (reduction, error)
     };
@@ -191,7 +192,7 @@ pub(super) fn assemble(model: &Model, session: &Session<'_>) -> Result<Structure
         return Ok(structure);
     }
     stage.solves(unknowns(model));
-    let free = stuck_displacement(model, &structure)?;
+    let free = stuck_displacement(&structure)?;
     let bodies = model.bodies.iter().zip(&free);
     let displacement: Displacement = bodies
         .map(|(body, free)| prestressing(body, free))
@@ -239,7 +240,7 @@ pub(super) fn reduce(
     session: &Session<'_>,
 ) -> Result<Reduction, Error> {
     let _stage = reduction_stage(model, session);
-    Ok(reduction::reduce(model, structure, wanted)?)
+    Ok(reduction::reduce(structure, wanted)?)
 }
 
 /// Told of the systems that a reduction solves.

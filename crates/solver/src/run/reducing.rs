@@ -12,13 +12,13 @@ use super::reduced::{Reduced, stuck_modes};
 use super::session::{Event, Session, Stage};
 use super::statics::static_options;
 use crate::description::{Scene, Subject};
-use crate::fem::Structure;
 use crate::fem::mass_properties::mass_properties;
 use crate::model::{Assembly, bind_with_fields};
 use crate::problem::Problem;
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::reduction::{LISTED_MODES, StuckModes, superelement};
 use crate::results::pairs::PairTable;
+use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
 
 impl Reduced {
@@ -186,9 +186,9 @@ impl Bodies {
         }
         let structure = self.structure(session)?;
         let _stage = session.stage(Stage::HeldModes);
-        let bodies = self.model().bodies.iter().zip(&structure.bodies);
+        let bodies = structure.bodies.iter();
         let modes = bodies
-            .map(|(body, matrices)| Ok(fixed_interface_modes(body, matrices, LISTED_MODES)?))
+            .map(|body| Ok(fixed_interface_modes(body, LISTED_MODES)?))
             .collect::<Result<Vec<Modes>, Error>>()?;
         if let Some(key) = &self.key {
             session.store().keep_held_modes(key, &modes);

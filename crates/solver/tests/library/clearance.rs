@@ -419,7 +419,7 @@ fn of_quarters(
         excited: Highest::OfFirstStuckMode(1.0),
         kept: Highest::OfFirstStuckMode(1.0),
     };
-    let reduction = reduce(&model, &structure, wanted).unwrap();
+    let reduction = reduce(&structure, wanted).unwrap();
     let state = statics(&Problem::new(reduction.model, &model));
     (model, state)
 }

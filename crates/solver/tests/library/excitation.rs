@@ -38,7 +38,7 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> Problem {
         excited: Highest::RadS(0.0),
         kept: Highest::RadS(0.0),
     };
-    let reduction = reduce(&model, &assemble(&model).unwrap(), wanted).unwrap();
+    let reduction = reduce(&assemble(&model).unwrap(), wanted).unwrap();
     Problem::new(reduction.model, &model)
 }
 

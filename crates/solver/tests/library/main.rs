@@ -5,6 +5,7 @@
 
 mod shared_bodies;
 mod shared_dovetail;
+mod shared_lattices;
 mod shared_rigid_body;
 mod shared_scenes;
 
@@ -20,6 +21,7 @@ mod extremes;
 mod gross_slip;
 mod mortar;
 mod penalty_contact;
+mod reduced_lattices;
 mod reduction;
 mod reference_dovetail72;
 mod rigid_slider;

@@ -70,7 +70,7 @@ fn reduced(assembly: &Assembly, mesh: &Mesh) -> (Model, Problem) {
         excited: Highest::OfFirstStuckMode(1.0),
         kept: Highest::OfFirstStuckMode(1.0),
     };
-    let reduction = reduce(&model, &structure, wanted).unwrap();
+    let reduction = reduce(&structure, wanted).unwrap();
     let problem = Problem::new(reduction.model, &model);
     (model, problem)
 }

@@ -3,7 +3,7 @@
 
 use crate::shared_scenes::{blocks_assembly, ready};
 use dovetail_numerics::sparse::dense;
-use dovetail_solver::fem::{BodyMatrices, Structure, assemble};
+use dovetail_solver::fem::assemble;
 use dovetail_solver::model::Assembly;
 use dovetail_solver::model::{AppliedLoad, BodyNode, Model, bind};
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
@@ -11,6 +11,7 @@ use dovetail_solver::problem::{LinearReference, Problem};
 use dovetail_solver::reduction::craig_bampton::fixed_interface_modes;
 use dovetail_solver::reduction::damping::Rayleigh;
 use dovetail_solver::reduction::{Highest, ReducedModel, Reduction, StuckModes, reduce};
+use dovetail_solver::structure::{BodyMatrices, Structure};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Par, Side, c64};
 
@@ -36,13 +37,13 @@ fn assembled(modes: Option<usize>) -> (Model, Structure) {
     (model, structure)
 }
 
-fn reduced(model: &Model, structure: &Structure) -> Reduction {
+fn reduced(structure: &Structure) -> Reduction {
     let wanted = StuckModes {
         count: Some(ALL),
         excited: Highest::RadS(0.0),
         kept: Highest::RadS(0.0),
     };
-    reduce(model, structure, wanted).unwrap()
+    reduce(structure, wanted).unwrap()
 }
 
 /// Angular frequencies of no meaning between 0.05 and 3 times that of the first stuck mode.
@@ -102,7 +103,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
     // Contact forces of linear springs, stiffer across the flank than along it: the assembly is then
     // linear, and the full one can be solved at once.
     let (model, structure) = assembled(None);
-    let problem = Problem::new(reduced(&model, &structure).model, &model);
+    let problem = Problem::new(reduced(&structure).model, &model);
     let frequencies = random_frequencies(&problem.reduced, 6);
     let system = ContactSystem::new(&problem, DAMPING);
     let n = 3 * model.pairs.len();
@@ -187,7 +188,7 @@ fn with_all_modes_springs_on_the_flanks_give_the_response_of_the_full_model() {
 fn the_stuck_modes_form_is_the_two_bodies_in_parallel() {
     // Z_j (Z_b + Z_j)^-1 Z_b = (Z_b^-1 + Z_j^-1)^-1, Z^-1 the receptance of a whole body at its flank.
     let (model, structure) = assembled(None);
-    let problem = Problem::new(reduced(&model, &structure).model, &model);
+    let problem = Problem::new(reduced(&structure).model, &model);
     let system = ContactSystem::new(&problem, DAMPING);
     for w in random_frequencies(&problem.reduced, 5) {
         let receptance = |b: usize| -> Mat<c64> {
@@ -231,7 +232,7 @@ fn lanczos_and_dense_modes_of_the_elements_agree() {
         const COUNT: usize = 10;
         // Far above the sizes that are solved densely anyway.
         assert!(moving.len() > 200, "{}", moving.len());
-        let found = fixed_interface_modes(body, matrices, COUNT).unwrap().omega2;
+        let found = fixed_interface_modes(matrices, COUNT).unwrap().omega2;
         let off = found.iter().zip(&exact).map(|(f, e)| (f / e - 1.0).abs());
         let worst = off.fold(0.0, f64::max);
         println!("{} unknowns, {COUNT} modes: off {worst:.1e}", moving.len());
@@ -278,7 +279,7 @@ fn tied_omega2(model: &Model, structure: &Structure, open: &[usize]) -> Vec<f64>
 #[test]
 fn the_linear_modes_are_those_of_the_bodies_tied_at_the_closed_pairs() {
     let (model, structure) = assembled(None);
-    let problem = Problem::new(reduced(&model, &structure).model, &model);
+    let problem = Problem::new(reduced(&structure).model, &model);
     let stuck = tied_omega2(&model, &structure, &[]);
     for open in [vec![], vec![0], vec![1, 4, 8], vec![0, 1, 2, 3, 4]] {
         let exact = tied_omega2(&model, &structure, &open);
@@ -300,8 +301,8 @@ fn stuck_frequencies_come_down_to_those_of_the_full_model_as_modes_are_kept() {
     let exact = tied_omega2(&model, &structure, &[]);
     let mut before = vec![f64::INFINITY; 4];
     for modes in [1, 3, 9, 27, ALL] {
-        let (model, structure) = assembled(Some(modes));
-        let found = reduced(&model, &structure).model.omega2;
+        let (_, structure) = assembled(Some(modes));
+        let found = reduced(&structure).model.omega2;
         let off = found.iter().zip(&exact).take(4);
         let off = off.map(|(f, e)| format!("{:.1e}", (f / e).sqrt() - 1.0));
         let off = off.collect::<Vec<_>>().join(", ");

@@ -1,9 +1,10 @@
 //! Small algebra on the matrices of a body, and fields at its nodes.
 
+use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::statics::SolveFailure;
-use dovetail_solver::fem::{BodyMatrices, assemble_body};
 use dovetail_solver::model::Material;
 use dovetail_solver::model::{Body, NodeMotion};
+use dovetail_solver::structure::BodyMatrices;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Mat, Par, Side};

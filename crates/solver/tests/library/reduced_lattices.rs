@@ -1,12 +1,17 @@
 //! The reduction of two spring lattices against their full matrices.
 
-use super::lattice_model::assembly;
-use super::*;
-use crate::fem::{BodyMatrices, Structure};
-use crate::model::{AppliedLoad, Body, BodyNode, Model, Slave};
+use crate::shared_lattices::assembly;
 use dovetail_numerics::sparse::dense as to_dense;
+use dovetail_solver::fem::{FemError, join};
+use dovetail_solver::model::{AppliedLoad, Body, BodyNode, Model, NodeMotion, Slave};
+use dovetail_solver::reduction::craig_bampton::{condense, fixed_interface_modes};
+use dovetail_solver::reduction::{
+    Highest, Recovery, ReducedModel, Reduction, ReductionError, StuckModes, reduce, stuck_modes,
+};
+use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
 use faer::linalg::solvers::Solve;
-use faer::{Mat, c64};
+use faer::{Mat, MatRef, c64};
+use nalgebra_sparse::CscMatrix;
 
 /// More than there are: all of them.
 const ALL: usize = 1000;
@@ -60,7 +65,7 @@ fn both_ways(count: usize) -> Vec<(Model, Structure, Reduction)> {
         .into_iter()
         .map(|modes| {
             let (model, structure) = assembly(modes);
-            let reduced = reduce(&model, &structure, wanted(count)).unwrap();
+            let reduced = reduce(&structure, wanted(count)).unwrap();
             (model, structure, reduced)
         })
         .collect()
@@ -226,11 +231,7 @@ fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduc
 fn statics_balance_the_full_bodies_whatever_the_modes_kept() {
     for modes in [[None, None], [Some(2), Some(3)]] {
         let (model, structure) = assembly(modes);
-        balanced(
-            &model,
-            &structure,
-            &reduce(&model, &structure, wanted(1)).unwrap(),
-        );
+        balanced(&model, &structure, &reduce(&structure, wanted(1)).unwrap());
     }
 }
 
@@ -283,9 +284,9 @@ fn balanced(model: &Model, structure: &Structure, reduced: &Reduction) {
 
 #[test]
 fn fewer_stuck_modes_err_with_the_square_of_the_frequency() {
-    let (model, structure) = assembly([None, None]);
-    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
-    let few = reduce(&model, &structure, wanted(4)).unwrap();
+    let (_, structure) = assembly([None, None]);
+    let all = reduce(&structure, wanted(ALL)).unwrap();
+    let few = reduce(&structure, wanted(4)).unwrap();
     assert_eq!(
         (few.model.stuck_modes, all.truncation.amplitude),
         (4, Some(0.0))
@@ -320,9 +321,9 @@ fn stuck_answer(relative: &ReducedModel, w: f64) -> Vec<f64> {
 
 #[test]
 fn residual_vectors_make_answers_exact_in_statics_and_of_fourth_order_beside() {
-    let (model, structure) = assembly([None, None]);
-    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
-    let few = reduce(&model, &structure, wanted(3)).unwrap();
+    let (_, structure) = assembly([None, None]);
+    let all = reduce(&structure, wanted(ALL)).unwrap();
+    let few = reduce(&structure, wanted(3)).unwrap();
     let largest = stuck_answer(&all.model, 0.0);
     let largest = largest.iter().fold(0.0f64, |m, v| m.max(v.abs()));
     let [still, slow, fast] = [0.0, 0.2, 0.4].map(|share| {
@@ -341,8 +342,8 @@ fn residual_vectors_make_answers_exact_in_statics_and_of_fourth_order_beside() {
 
 #[test]
 fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
-    let (model, structure) = assembly([None, None]);
-    let all = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let (_, structure) = assembly([None, None]);
+    let all = reduce(&structure, wanted(ALL)).unwrap();
     let exact = first_yielding(&all.model);
     for count in [4, 8, 16, 32] {
         let wanted = StuckModes {
@@ -350,7 +351,7 @@ fn the_error_by_the_modes_left_out_is_estimated_from_above_and_not_by_far() {
             excited: Highest::RadS(exact.sqrt()),
             kept: Highest::RadS(exact.sqrt()),
         };
-        let few = reduce(&model, &structure, wanted).unwrap();
+        let few = reduce(&structure, wanted).unwrap();
         let estimate = few.truncation.amplitude.unwrap();
         let error = first_yielding(&few.model) / exact - 1.0;
         println!("{count} modes: error {error:.1e}, estimated {estimate:.1e}");
@@ -383,10 +384,10 @@ fn first_yielding(relative: &ReducedModel) -> f64 {
 
 #[test]
 fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
-    let (model, structure) = assembly([None, None]);
-    let exact = stuck_modes(&model, &structure, 6).unwrap();
-    let (model, structure) = assembly([Some(3), Some(2)]);
-    let reduced = reduce(&model, &structure, wanted(6)).unwrap();
+    let (_, structure) = assembly([None, None]);
+    let exact = stuck_modes(&structure, 6).unwrap();
+    let (_, structure) = assembly([Some(3), Some(2)]);
+    let reduced = reduce(&structure, wanted(6)).unwrap();
     let found = &reduced.model.omega2;
     let mut seen = 0;
     for ((found, exact), estimate) in found
@@ -405,21 +406,21 @@ fn few_modes_of_a_body_are_told_by_the_errors_of_the_frequencies() {
         }
     }
     assert!(seen >= 3);
-    let (model, structure) = assembly([None, None]);
-    let whole = reduce(&model, &structure, wanted(6)).unwrap();
+    let (_, structure) = assembly([None, None]);
+    let whole = reduce(&structure, wanted(6)).unwrap();
     assert!(whole.truncation.frequencies.is_empty());
 }
 
 #[test]
 fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_are() {
-    let (model, structure) = assembly([None, None]);
+    let (_, structure) = assembly([None, None]);
     let reached = |highest_rad_s: f64| {
         let wanted = StuckModes {
             count: None,
             excited: Highest::RadS(highest_rad_s),
             kept: Highest::RadS(highest_rad_s),
         };
-        reduce(&model, &structure, wanted).unwrap()
+        reduce(&structure, wanted).unwrap()
     };
     let all = reached(1e9);
     let unknowns = structure
@@ -438,7 +439,7 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
         excited: Highest::OfFirstStuckMode(0.2),
         kept: Highest::OfFirstStuckMode(0.2),
     };
-    let same = reduce(&model, &structure, same).unwrap();
+    let same = reduce(&structure, same).unwrap();
     assert_eq!(same.model.stuck_modes, few.model.stuck_modes);
     assert!(few.model.stuck_modes >= 12 && few.model.stuck_modes < unknowns);
     assert!(few.truncation.amplitude.unwrap() <= 1e-4);
@@ -448,18 +449,18 @@ fn enough_modes_reach_beyond_the_highest_frequency_and_are_no_more_than_there_ar
 
 #[test]
 fn rigid_ground_leaves_the_flank_to_x_alone() {
-    let (mut model, mut structure) = assembly([None, None]);
+    let (mut model, structure) = assembly([None, None]);
     model.excitations.retain(|force| force.loads[0].0 == 0);
     model.observations.truncate(1);
     model.bodies.truncate(1);
-    structure.bodies.truncate(1);
     for pair in &mut model.pairs {
         pair.slave.masters.clear();
     }
-    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let structure = join(&model, structure.bodies[..1].to_vec()).unwrap();
+    let reduced = reduce(&structure, wanted(ALL)).unwrap();
     // Stuck on what is rigid, the body has the modes of its flank held.
-    let (bar, matrices) = (&model.bodies[0], &structure.bodies[0]);
-    let held = craig_bampton::fixed_interface_modes(bar, matrices, ALL).unwrap();
+    let matrices = &structure.bodies[0];
+    let held = fixed_interface_modes(matrices, ALL).unwrap();
     assert_eq!(held.omega2.len(), reduced.model.omega2.len());
     for (a, b) in held.omega2.iter().zip(&reduced.model.omega2) {
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
@@ -480,17 +481,18 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
 #[test]
 fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
     let (model, structure) = assembly([None, None]);
-    let whole = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let whole = reduce(&structure, wanted(ALL)).unwrap();
     for left in [3, 0] {
         let mut tied = model.clone();
         let gone = tied.pairs.split_off(left);
         tied.bonded = gone.into_iter().map(|p| p.slave).collect();
         let few = 3 * left;
         for modes in [None, Some(ALL)] {
+            let mut tied = join(&tied, structure.bodies.clone()).unwrap();
             for body in &mut tied.bodies {
                 body.fixed_interface_modes = modes;
             }
-            let reduced = reduce(&tied, &structure, wanted(ALL)).unwrap();
+            let reduced = reduce(&tied, wanted(ALL)).unwrap();
             let (all, some) = (&whole.model, &reduced.model);
             assert_eq!((some.stiffness.nrows(), some.pairs()), (few, left));
             let same = |a: &Mat<f64>, b: &Mat<f64>| {
@@ -529,22 +531,24 @@ fn what_is_bonded_is_what_sticks_and_has_no_unknowns() {
 
 /// A chain of three bodies: bar, block, and a second bar on another side of the block, each pair its own.
 fn three_bodies() -> (Model, Structure) {
-    let (mut model, mut structure) = assembly([None, None]);
+    let (mut model, structure) = assembly([None, None]);
     let mut third: Body = model.bodies[0].clone();
     third.name = "third".into();
     model.bodies.push(third);
-    structure.bodies.push(structure.bodies[0].clone());
+    let mut bodies = structure.bodies;
+    bodies.push(bodies[0].clone());
     // The first three pairs of the block are the bar's, the last two the third body's.
     for pair in &mut model.pairs[3..] {
         pair.slave.node.body = 2;
     }
+    let structure = join(&model, bodies).unwrap();
     (model, structure)
 }
 
 #[test]
 fn three_bodies_hang_together_by_their_own_pairs() {
     let (model, structure) = three_bodies();
-    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let reduced = reduce(&structure, wanted(ALL)).unwrap();
     // Given X, the bodies lie apart by it at their own pairs, and nothing else is loaded there.
     let x: Vec<f64> = (0..15).map(|i| 1e-6 * (2.0 + i as f64).cos()).collect();
     let u = reduced.recovery.full_static(&x);
@@ -603,7 +607,8 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
         masters: vec![(master, 1.0)],
     };
     model.bonded = vec![follows([third, bar])];
-    let reduced = reduce(&model, &structure, wanted(ALL)).unwrap();
+    let structure = join(&model, structure.bodies).unwrap();
+    let reduced = reduce(&structure, wanted(ALL)).unwrap();
     let x: Vec<f64> = (0..15).map(|i| 1e-6 * (1.0 + i as f64).sin()).collect();
     let u = reduced.recovery.full_static(&x);
     let moved = |at: BodyNode| {
@@ -618,7 +623,8 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
             bonded: bonded.into_iter().map(follows).collect(),
             ..model.clone()
         };
-        reduce(&model, &structure, wanted(3)).unwrap_err()
+        let structure = join(&model, structure.bodies.clone()).unwrap();
+        reduce(&structure, wanted(3)).unwrap_err()
     };
     let circle = error(vec![[block, third], [third, bar]]);
     assert!(matches!(circle, ReductionError::Circle), "{circle}");
@@ -631,13 +637,13 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
 
 #[test]
 fn threads_change_no_bit() {
-    let (model, structure) = assembly([None, Some(7)]);
+    let (_, structure) = assembly([None, Some(7)]);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| reduce(&model, &structure, wanted(6)).unwrap().model)
+        pool.install(|| reduce(&structure, wanted(6)).unwrap().model)
     };
     let (one, four) = (run(1), run(4));
     assert_eq!(one.stiffness, four.stiffness);
@@ -650,8 +656,8 @@ fn threads_change_no_bit() {
 #[test]
 fn what_was_written_and_read_back_gives_the_same_bits() {
     for modes in [[None, None], [Some(5), Some(7)]] {
-        let (model, structure) = assembly(modes);
-        let reduced = reduce(&model, &structure, wanted(9)).unwrap();
+        let (_, structure) = assembly(modes);
+        let reduced = reduce(&structure, wanted(9)).unwrap();
         let bytes = postcard::to_stdvec(&reduced.model).unwrap();
         let (relative, own): (ReducedModel, _) =
             (postcard::from_bytes(&bytes).unwrap(), &reduced.model);
@@ -686,30 +692,40 @@ fn what_cannot_be_assembled_is_an_error() {
         observations: Vec::new(),
         ..model.clone()
     };
-    let twice = Structure {
-        bodies: vec![structure.bodies[0].clone(); 2],
-    };
-    let message = reduce(&free, &twice, wanted(3)).unwrap_err().to_string();
+    let twice = join(&free, vec![structure.bodies[0].clone(); 2]).unwrap();
+    let message = reduce(&twice, wanted(3)).unwrap_err().to_string();
     assert!(
         message.contains("holds body `") && message.contains("support"),
         "{message}"
     );
     let pair = &mut model.pairs[0];
     let mut fixed = model.bodies[1].dofs.nodes.iter();
-    let fixed = fixed.position(|m| *m == crate::model::NodeMotion::Fixed);
+    let fixed = fixed.position(|m| *m == NodeMotion::Fixed);
     pair.slave.node = BodyNode {
         body: 1,
         node: fixed.unwrap() as u32,
     };
     assert!(matches!(
-        reduce(&model, &structure, wanted(3)),
-        Err(ReductionError::ContactNodeNotFree { .. })
+        join(&model, structure.bodies.clone()),
+        Err(FemError::ContactNodeNotFree { .. })
     ));
+    // A node of the interior is joined to no other body, whether its own is reduced by itself or not.
+    for modes in [None, Some(3)] {
+        let (_, mut structure) = assembly([modes, None]);
+        structure.joints[1].slave = InterfaceNode { body: 0, node: 4 };
+        let error = reduce(&structure, wanted(3)).unwrap_err();
+        let tag = structure.bodies[0].node_tag(4).to_string();
+        assert!(
+            matches!(error, ReductionError::NotOfInterface { .. })
+                && error.to_string().contains(&tag),
+            "{error}"
+        );
+    }
 }
 
 #[test]
 fn bodies_that_nothing_holds_are_an_error() {
-    let (model, mut structure) = assembly([None, None]);
+    let (_, mut structure) = assembly([None, None]);
     // The block without its support: rows and columns sum to nothing.
     let k = &mut structure.bodies[1].stiffness;
     let n = k.ncols();
@@ -724,9 +740,171 @@ fn bodies_that_nothing_holds_are_an_error() {
             *v -= sums[i];
         }
     }
-    let held = reduce(&model, &structure, wanted(3));
+    let held = reduce(&structure, wanted(3));
     assert!(
         matches!(held, Err(ReductionError::NotHeld { .. })),
         "{held:?}"
     );
+}
+
+fn undamped(k: &Mat<f64>, m: &Mat<f64>, omega: f64) -> Mat<f64> {
+    k - faer::Scale(omega * omega) * m
+}
+
+/// Z_bb - Z_bi Z_ii^-1 Z_ib, first `split` unknowns condensed if `first`, else the others.
+fn condensed(z: &Mat<f64>, inner: std::ops::Range<usize>) -> Mat<f64> {
+    let outer = if inner.start == 0 {
+        inner.end..z.nrows()
+    } else {
+        0..inner.start
+    };
+    let z_ii = z.get(inner.clone(), inner.clone());
+    let z_ib = z.get(inner.clone(), outer.clone());
+    let z_bi = z.get(outer.clone(), inner);
+    z.get(outer.clone(), outer) - z_bi * z_ii.partial_piv_lu().solve(z_ib)
+}
+
+const NO_LOADS: usize = 0;
+
+#[test]
+fn all_modes_give_the_exact_dynamic_stiffness_and_fields() {
+    let (_, structure) = assembly([None, None]);
+    for b in 0..2 {
+        let matrices = &structure.bodies[b];
+        let loads = Mat::zeros(matrices.load_n.len(), NO_LOADS);
+        let reduced = condense(matrices, 1000, loads.as_ref()).unwrap();
+        let split = matrices.interior_dofs();
+        assert_eq!(reduced.omega2.len(), split);
+        let (k, m) = (to_dense(&matrices.stiffness), to_dense(&matrices.mass));
+        let (small_k, small_m) = (to_dense(&reduced.stiffness), to_dense(&reduced.mass));
+        let (nk, n) = (matrices.dofs() - split, small_k.nrows());
+        for omega in [0.0, 3.1e3, 1.7e4, 6.3e4] {
+            let full = condensed(&undamped(&k, &m, omega), 0..split);
+            let small = condensed(&undamped(&small_k, &small_m, omega), nk..n);
+            let error = (&full - &small).norm_max() / full.norm_max();
+            assert!(error < 1e-9, "{omega}: {error}");
+        }
+        // Fields: a forced motion of the contact nodes, solved on both.
+        let omega = 1.7e4;
+        let kept = Mat::from_fn(nk, 2, |i, j| ((i + 3 * j) as f64).sin());
+        let z = undamped(&k, &m, omega);
+        let interior = z
+            .get(..split, ..split)
+            .partial_piv_lu()
+            .solve(-(z.get(..split, split..) * &kept));
+        let w = undamped(&small_k, &small_m, omega);
+        let modal = w
+            .get(nk..n, nk..n)
+            .partial_piv_lu()
+            .solve(-(w.get(nk..n, ..nk) * &kept));
+        let coordinates = stacked(kept.as_ref(), modal.as_ref());
+        let motion = reduced.interior.motion(coordinates.as_ref());
+        let expected = stacked(interior.as_ref(), kept.as_ref());
+        assert!((&motion - &expected).norm_max() < 1e-9 * expected.norm_max());
+    }
+}
+
+#[test]
+fn statics_are_exact_without_any_mode() {
+    let (_, structure) = assembly([None, None]);
+    let matrices = &structure.bodies[1];
+    let f = |v: &[f64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
+    let load = f(&matrices.load_n);
+    let reduced = condense(matrices, 0, load.as_ref()).unwrap();
+    assert_eq!(
+        reduced.stiffness.ncols(),
+        matrices.dofs() - matrices.interior_dofs() + 1
+    );
+    let exact = to_dense(&matrices.stiffness).partial_piv_lu().solve(&load);
+    let on_coordinates = f(&reduced.interior.gather(&matrices.load_n));
+    let found = to_dense(&reduced.stiffness)
+        .partial_piv_lu()
+        .solve(on_coordinates);
+    let all = reduced.interior.motion(found.as_ref());
+    let error = (all - &exact).norm_max() / exact.norm_max();
+    assert!(error < 1e-11, "{error}");
+}
+
+#[test]
+fn rigid_motion_keeps_its_mass() {
+    // Translation of the free bar: u^T M u is the whole mass, whatever the modes kept.
+    let (_, structure) = assembly([None, None]);
+    let matrices = &structure.bodies[0];
+    let loads = Mat::zeros(matrices.load_n.len(), NO_LOADS);
+    let reduced = condense(matrices, 4, loads.as_ref()).unwrap();
+    let all = to_dense(&matrices.mass);
+    let n = all.nrows();
+    let total: f64 = (0..n / 3)
+        .flat_map(|i| (0..n / 3).map(move |j| (i, j)))
+        .map(|(i, j)| all[(3 * i, 3 * j)])
+        .sum();
+    let kept = matrices.dofs() - matrices.interior_dofs();
+    let u = Mat::from_fn(kept, 1, |i, _| if i % 3 == 0 { 1.0 } else { 0.0 });
+    let (k, m) = (to_dense(&reduced.stiffness), to_dense(&reduced.mass));
+    let small = u.transpose() * (m.get(..kept, ..kept) * &u);
+    assert!((small[(0, 0)] / total - 1.0).abs() < 1e-12);
+    assert!((k.get(..kept, ..kept) * &u).norm_max() < 1e-12 * 3e7 * 50.0);
+}
+
+#[test]
+fn fixed_interface_modes_are_those_of_the_body_with_its_contacts_held() {
+    let (_, structure) = assembly([None, None]);
+    let body = &structure.bodies[0];
+    let modes = fixed_interface_modes(body, 5).unwrap();
+    let flank = body.interior_dofs();
+    let stiffen = |a: &CscMatrix<f64>, large: f64| {
+        let mut a = to_dense(a);
+        (flank..a.nrows()).for_each(|i| a[(i, i)] += large);
+        a
+    };
+    let (k, m) = (&body.stiffness, &body.mass);
+    let penalty =
+        dovetail_numerics::eigen::dense::modes(stiffen(k, 1e18).as_ref(), stiffen(m, 0.0).as_ref())
+            .unwrap();
+    for (held, penalty) in modes.omega2.iter().zip(&penalty.omega2) {
+        assert!((held / penalty - 1.0).abs() < 1e-7, "{held} {penalty}");
+    }
+    assert_eq!(modes.count(), 5);
+}
+
+#[test]
+fn errors_name_the_body_and_the_node() {
+    let (model, mut structure) = assembly([None, None]);
+    let dof = 3 * 4;
+    for (i, j, v) in structure.bodies[0].stiffness.triplet_iter_mut() {
+        if i == dof && j == dof {
+            *v = -1e10;
+        }
+    }
+    let loads = |b: usize| Mat::<f64>::zeros(structure.bodies[b].load_n.len(), NO_LOADS);
+    let message = condense(&structure.bodies[0], 2, loads(0).as_ref())
+        .unwrap_err()
+        .to_string();
+    let local = model.bodies[0]
+        .dofs
+        .nodes
+        .iter()
+        .position(|m| *m == NodeMotion::Free(4));
+    let tag = model.bodies[0].node_tags[local.unwrap()].to_string();
+    assert!(
+        message.contains("`bar`") && message.contains(&tag),
+        "{message}"
+    );
+    let loads = loads(1);
+    structure.bodies[1].load_n.pop();
+    assert!(matches!(
+        condense(&structure.bodies[1], 2, loads.as_ref()),
+        Err(ReductionError::Size { .. })
+    ));
+}
+
+fn stacked(upper: MatRef<'_, f64>, lower: MatRef<'_, f64>) -> Mat<f64> {
+    let n = upper.nrows();
+    Mat::from_fn(n + lower.nrows(), upper.ncols(), |i, j| {
+        if i < n {
+            upper[(i, j)]
+        } else {
+            lower[(i - n, j)]
+        }
+    })
 }

@@ -1,12 +1,12 @@
 //! A small assembly of two spring lattices, for tests: a free bar on a held block, five pairs.
 
-use crate::fem::{BodyMatrices, Structure};
-use crate::model::Material;
-use crate::model::{
-    AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Model, NodeMotion,
-    Observation, Side, Slave,
-};
 use dovetail_mesh::Connectivity;
+use dovetail_solver::fem::join;
+use dovetail_solver::model::{
+    AppliedLoad, Body, BodyNode, ContactPair, DofMap, Excitation, Growth, Material, Model,
+    NodeMotion, Observation, Side, Slave,
+};
+use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
 
 /// The bar's flank is five nodes of its face x = 0, the block's the same of its face x = 2. The bar
@@ -97,12 +97,8 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         matches: Vec::new(),
         straightened: Vec::new(),
     };
-    (
-        model,
-        Structure {
-            bodies: vec![bar_matrices, block_matrices],
-        },
-    )
+    let structure = join(&model, vec![bar_matrices, block_matrices]).unwrap();
+    (model, structure)
 }
 
 /// Rows of a rotation matrix, another one for each pair.
@@ -159,12 +155,15 @@ fn body(
     let load_n = (0..3 * free.len())
         .map(|i| 100.0 * scattered(seed + i))
         .collect();
-    (
-        body,
-        BodyMatrices {
-            stiffness,
-            mass,
-            load_n,
-        },
-    )
+    let matrices = BodyMatrices {
+        name: body.name.clone(),
+        stiffness,
+        mass,
+        load_n,
+        interior_nodes: body.dofs.interior_nodes,
+        held_dofs: Vec::new(),
+        fixed_interface_modes: modes,
+        node_tags: body.free_node_tags(),
+    };
+    (body, matrices)
 }

@@ -1,0 +1,81 @@
+//! What joins the bodies of a model, and what acts on them, on their free degrees of freedom.
+
+use super::FemError;
+use super::loads::add_load;
+use crate::model::{
+    AppliedLoad, BodyNode, ContactPair, Excitation, Model, NodeMotion, Observation, Side, Slave,
+};
+use crate::structure::{BodyMatrices, BodyVectors, InterfaceNode, Joint, Structure};
+
+/// Bodies with the joints, the excitations and the observed points of the model that their matrices are of.
+///
+/// # Errors
+/// [`FemError::ContactNodeNotFree`].
+pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
+    let pairs = model.pairs.iter();
+    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
+    let bonded = model.bonded.iter().map(|slave| (slave, None));
+    let joints = pairs.chain(bonded);
+    let joints = joints.map(|(slave, turned)| joint(model, slave, turned));
+    let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
+    let excitation = |excitation: &Excitation| {
+        let mut load = nothing();
+        for (body, applied) in &excitation.loads {
+            add_load(&model.bodies[*body], applied, &mut load[*body]);
+        }
+        for (body, load) in model.bodies.iter().zip(&mut load) {
+            for &dof in &body.held_dofs {
+                load[dof as usize] = 0.0;
+            }
+        }
+        load
+    };
+    let observation = |observation: &Observation| {
+        let mut load = nothing();
+        for &(BodyNode { body, node }, vector_n) in &observation.terms {
+            let unit = AppliedLoad::Point { node, vector_n };
+            add_load(&model.bodies[body], &unit, &mut load[body]);
+        }
+        (observation.name.clone(), load)
+    };
+    Ok(Structure {
+        joints: joints.collect::<Result<_, _>>()?,
+        excitations: model.excitations.iter().map(excitation).collect(),
+        observations: model.observations.iter().map(observation).collect(),
+        bodies,
+    })
+}
+
+/// Masters on a support are left out: a slave does not move with them.
+fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<Joint, FemError> {
+    let at = |BodyNode { body, node }: BodyNode| {
+        let of = &model.bodies[body];
+        let free = of
+            .dofs
+            .free(node)
+            .ok_or_else(|| FemError::ContactNodeNotFree {
+                body: of.name.clone(),
+                node: of.node_tags[node as usize],
+            })?;
+        Ok(InterfaceNode { body, node: free })
+    };
+    let masters = slave.masters.iter().filter(|(master, _)| {
+        let nodes = &model.bodies[master.body].dofs.nodes;
+        nodes.get(master.node as usize) != Some(&NodeMotion::Fixed)
+    });
+    let masters = masters.map(|&(master, weight)| Ok((at(master)?, weight)));
+    Ok(Joint {
+        slave: at(slave.node)?,
+        masters: masters.collect::<Result<_, FemError>>()?,
+        turned,
+    })
+}
+
+/// What turns the relative displacements of a pair into those of its slave node.
+fn turned(pair: &ContactPair) -> [[f64; 3]; 3] {
+    let sign = match pair.side {
+        Side::First => 1.0,
+        Side::Second => -1.0,
+    };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| sign * pair.frame[j][i]))
+}
