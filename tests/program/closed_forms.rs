@@ -244,7 +244,10 @@ fn a_jenkins_element_of_a_pair_with_springs_is_that_of_a_slider_behind_a_spring(
     // Ten times stiffer, the spring is another one.
     let stiffer = "reduced_model.tangential_stiffness_n_m=5".to_string();
     let other = solve("jenkins_springs", &[stiffer]);
-    assert!((other.amplitude_m / amplitude - 1.0).abs() > 0.1, "{other:?}");
+    assert!(
+        (other.amplitude_m / amplitude - 1.0).abs() > 0.1,
+        "{other:?}"
+    );
 }
 
 // ------------------------------------------------------------------------------ microslip bar

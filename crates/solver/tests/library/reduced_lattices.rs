@@ -686,7 +686,16 @@ fn what_cannot_be_assembled_is_an_error() {
     // Both bodies free: the bar against itself.
     let mut loose = model.bodies[0].clone();
     loose.name = "loose".into();
+    let mut pairs = model.pairs.clone();
+    for pair in &mut pairs {
+        let opposite = BodyNode {
+            body: 1,
+            ..pair.slave.node
+        };
+        pair.slave.masters = vec![(opposite, 1.0)];
+    }
     let free = Model {
+        pairs,
         bodies: vec![model.bodies[0].clone(), loose],
         excitations: Vec::new(),
         observations: Vec::new(),
