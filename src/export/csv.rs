@@ -18,15 +18,17 @@ use dovetail_solver::results::quantities::{
 };
 use dovetail_solver::run::{Crossing, Family};
 
-/// What tables call the assembly, beside the names of its bodies.
+/// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
 
-/// response.csv: one row per frequency, those added at peaks included (`added` is 1; `point` is the number of the
-/// frequency, which its file of the flanks has). Amplitudes are the largest departure from the mean in the
-/// period; `<name>_h<k>_...` is harmonic k as `A cos(k w t - phase)`; `<name>_linear_amplitude_m` is
-/// the linear reference's. A point that did not converge keeps its outcome, iterations, residual and
-/// linear amplitude; its other cells are empty.
-/// `names` are those of the observations.
+/// Writes response.csv: one row per frequency, including the frequencies added at peaks (`added` is
+/// 1). `point` is the number of the frequency, which is also in the name of its file of the flanks.
+/// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
+/// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
+/// reference. A point that did not converge keeps its outcome, iterations, residual and linear
+/// amplitude; its other cells are empty.
+///
+/// `names` are the names of the observations.
 pub fn write_response(path: &Path, names: &[&str], response: &Response) -> Result<(), ExportError> {
     let harmonics = response
         .orbits
@@ -125,8 +127,9 @@ fn response_row(
     Ok(())
 }
 
-/// static.csv: one row per pair. Where the static state did not converge, `status` is the outcome
-/// and the numbers are empty. `friction_t*_n` is the force by which the body of the first flank pushes that of the second.
+/// Writes static.csv: one row per pair. If the static state did not converge, `status` is the
+/// outcome and the numbers are empty. `friction_t*_n` is the force that the body of the first flank
+/// exerts on the body of the second.
 pub fn write_static(
     path: &Path,
     pairs: &PairTable,
@@ -187,7 +190,8 @@ pub fn write_static(
     table.write()
 }
 
-/// static_observed.csv: the observed displacements in the static state, from those of all nodes of each body.
+/// Writes static_observed.csv: the observed displacements in the static state, computed from those
+/// of all nodes of each body.
 pub fn write_static_observations(
     path: &Path,
     model: &Model,
@@ -208,8 +212,8 @@ pub fn write_static_observations(
     table.write()
 }
 
-/// contact.csv: one row per pair, at the peak of the first observation (columns `peak_...`, empty
-/// where nothing converged) and over all converged frequencies.
+/// Writes contact.csv: one row per pair, at the peak of the first observation (columns `peak_...`,
+/// empty if nothing converged) and over all converged frequencies.
 pub fn write_contact(
     path: &Path,
     pairs: &PairTable,
@@ -283,7 +287,8 @@ pub fn write_contact(
     table.write()
 }
 
-/// The rows of a modes.csv that was written before; none where it is not there or is no such table.
+/// Reads the rows of an existing modes.csv; none if there is no such file or it is not such a
+/// table.
 pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
     let row = |cells: ::csv::StringRecord| {
         let kind = cells.get(0)?;
@@ -300,7 +305,7 @@ pub fn read_modes(path: &Path) -> Vec<NaturalFrequency> {
     rows.filter_map(|cells| row(cells.ok()?)).collect()
 }
 
-/// modes.csv: kind, body, mode, frequency_hz.
+/// Writes modes.csv: kind, body, mode, frequency_hz.
 pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["kind", "body", "mode", "frequency_hz"]);
@@ -313,7 +318,8 @@ pub fn write_modes(path: &Path, rows: &[NaturalFrequency]) -> Result<(), ExportE
     table.write()
 }
 
-/// modes_campbell.csv: speed_rpm, kind, body, mode, frequency_hz (empty where the structure does not stand the speed).
+/// Writes modes_campbell.csv: speed_rpm, kind, body, mode, frequency_hz (empty at a speed that the
+/// structure does not withstand).
 pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     table.header(&["speed_rpm", "kind", "body", "mode", "frequency_hz"]);
@@ -332,7 +338,8 @@ pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportErro
     table.write()
 }
 
-/// modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin (empty at rest).
+/// Writes modes_crossings.csv: speed_rpm, kind, body, mode, engine_order, frequency_hz, margin
+/// (empty at rest).
 pub fn write_crossings(
     path: &Path,
     operating_rpm: f64,
@@ -354,7 +361,7 @@ pub fn write_crossings(
     table.write()
 }
 
-/// Any table of texts; numbers as [`number`] writes them.
+/// Writes a table of texts; numbers are formatted by [`number`].
 pub fn write_rows(path: &Path, header: &[String], rows: &[Vec<String>]) -> Result<(), ExportError> {
     let mut table = Table::new(path);
     for row in std::iter::once(header).chain(rows.iter().map(Vec::as_slice)) {
@@ -364,11 +371,11 @@ pub fn write_rows(path: &Path, header: &[String], rows: &[Vec<String>]) -> Resul
     table.write()
 }
 
-/// Columns of numbers, by their names: the rows of the table, with `None` where a cell has no number.
-/// `None` where there is no such file or column.
+/// Reads columns of numbers by their names: the rows of the table, with `None` for a cell without a
+/// number. Returns `None` if there is no such file or column.
 ///
 /// # Errors
-/// A file that cannot be read, or that is no table.
+/// A file that cannot be read, or that is not a table.
 pub fn read_columns<const N: usize>(
     path: &Path,
     names: [&str; N],
@@ -408,8 +415,8 @@ fn static_word(status: PairStatus) -> &'static str {
     }
 }
 
-/// Rows of comma-separated cells (RFC 4180, with line feeds).
-/// verify.csv: two rows per frequency, `balance` and `integration`, the differences on the second.
+/// Writes verify.csv: two rows per frequency, `balance` and `integration`, the differences on the
+/// second.
 pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(), ExportError> {
     const DIFFERENCES: [&str; 4] = [
         "amplitude_difference",
@@ -456,6 +463,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
     table.write()
 }
 
+/// Rows of comma-separated cells (RFC 4180, with line feeds).
 struct Table<'a> {
     path: &'a Path,
     text: String,
@@ -473,15 +481,15 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// What was held, the body, and the number of the mode.
+    /// Adds the cells of a mode: its kind, its body and its number.
     fn mode(&mut self, kind: ModeKind, body: Option<&str>, mode: usize) {
         self.text(kind.id());
         self.text(body.unwrap_or(ASSEMBLY));
         self.integer(Some(mode));
     }
 
-    /// A text that a spreadsheet would take for a formula begins with an apostrophe; numbers are
-    /// left as they are.
+    /// Adds a text. A text that a spreadsheet would take for a formula begins with an apostrophe;
+    /// numbers are left as they are.
     fn text(&mut self, cell: &str) {
         if !self.row_is_empty {
             self.text.push(',');
@@ -510,7 +518,8 @@ impl<'a> Table<'a> {
         self.text(&value.map(|v| v.to_string()).unwrap_or_default());
     }
 
-    /// Errors: [`ExportError::NotFinite`] with the row as entry (1 = first row under the header).
+    /// Adds a number. Errors: [`ExportError::NotFinite`] with the row as entry (1 = first row under
+    /// the header).
     fn number(&mut self, name: &str, value: Option<f64>) -> Result<(), ExportError> {
         match value {
             None => self.text(""),
@@ -558,7 +567,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Shortest text that reads back as the same number: plain in the middle, exponent far from 1.
+/// Shortest text that reads back as the same number: plain for moderate numbers, with an exponent
+/// for very large and very small ones.
 pub fn number(v: f64) -> String {
     if v == 0.0 {
         "0".to_owned()

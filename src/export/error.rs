@@ -1,4 +1,4 @@
-//! Defines what can go wrong when results are written.
+//! Errors of writing results.
 
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub enum ExportError {
     OtherScene {
         path: PathBuf,
         scene: String,
-        /// Of the run that is there.
+        /// Name of the scene whose run is in the folder.
         other: String,
     },
     #[error(
@@ -97,7 +97,7 @@ pub enum ExportError {
         field: String,
         found: usize,
         expected: usize,
-        /// What the expected number counts.
+        /// Quantity that the expected number counts.
         needed_for: &'static str,
     },
     #[error(

@@ -1,4 +1,4 @@
-//! The one place where bytes reach the disk.
+//! Writing of files: all results are written through this module.
 
 use std::fs;
 use std::io::{self, Write};
@@ -6,19 +6,19 @@ use std::path::Path;
 
 use super::ExportError;
 
-/// What the name of a file that is not whole ends with, after so many random characters.
+/// Suffix of the name of an incomplete file, after [`RANDOM`] random characters.
 const PART: &str = ".part";
 const RANDOM: usize = 6;
 
-/// The file that a neighbour of this name was to become when its process was killed; `None` where it is no such
-/// neighbour.
+/// Name of the file that an incomplete file was to become when its process was killed; `None` if
+/// `name` is not the name of an incomplete file.
 pub fn name_of_part(name: &str) -> Option<&str> {
     let (whole, random) = name.strip_suffix(PART)?.rsplit_once('.')?;
     let is_random = random.len() == RANDOM && random.bytes().all(|b| b.is_ascii_alphanumeric());
     is_random.then_some(whole)
 }
 
-/// Writes a whole file or nothing; missing folders are created.
+/// Writes a whole file or nothing. Missing folders are created.
 ///
 /// # Errors
 /// A folder or a file that cannot be written.
@@ -32,11 +32,11 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ExportError> {
     })
 }
 
-/// Writes a whole file or nothing: what `write` writes goes to a neighbour `<name>.<six characters>.part`, which
-/// takes the name at the end.
+/// Writes a whole file or nothing. `write` writes to a neighbour `<name>.<six characters>.part`,
+/// which is renamed at the end.
 ///
 /// # Errors
-/// Those of the file system; nothing is left then.
+/// Errors of the file system; nothing is left behind then.
 pub fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> io::Result<()>,
@@ -54,7 +54,7 @@ pub fn write_whole(
     Ok(())
 }
 
-/// Creates a folder with those it lies in, where they are missing.
+/// Creates a folder and its missing parents.
 pub fn create_folder(folder: &Path) -> Result<(), ExportError> {
     // The folder of a bare name is the working directory.
     if folder.as_os_str().is_empty() {

@@ -11,8 +11,9 @@ use dovetail_solver::dlft::{Orbit, PairStatus, Response, StaticState};
 use dovetail_solver::model::{ContactPair, Model};
 use dovetail_solver::results::quantities::{cycle_fields, static_fields, sweep_fields};
 
-/// flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and the
-/// normal of each pair. A static state that did not converge is written as flanks without fields.
+/// Writes flank_static.vtu: pressure, forces, slip, gap, `status` (0 stuck, 1 slipping, 2 open) and
+/// the normal of each pair. If the static state did not converge, the flanks are written without
+/// fields.
 pub fn write_flank_static(
     path: &Path,
     model: &Model,
@@ -60,21 +61,21 @@ pub fn write_flank_static(
     flanks.grid.write(path)
 }
 
-/// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu...; timestep =
-/// frequency in Hz, number in the file name = column `point` of response.csv. Per pair: pressure
-/// (mean, min, max of the period), slid distance, energy that friction takes, open fraction,
-/// `status` (0 stuck, 1 slipping, 2 opening, 3 closing, 4 open). Points that did not converge have no
-/// file.
+/// The flanks at each converged frequency: flank.pvd with flank/flank_0000.vtu and so on. The
+/// timestep is the frequency in Hz, the number in the file name is column `point` of response.csv.
+/// Fields of each pair: pressure (mean, minimum and maximum of the period), slid distance, energy
+/// dissipated by friction, open fraction, `status` (0 stuck, 1 slipping, 2 opening, 3 closing, 4
+/// open). Points that did not converge have no file.
 #[derive(Debug)]
 pub struct FlankSeries {
     still: Flanks,
     pairs: Vec<ContactPair>,
-    /// Frequency and file of each point that is written.
+    /// Frequency, Hz, and file name of each point that is written, by the number of the point.
     written: BTreeMap<usize, (f64, String)>,
 }
 
 impl FlankSeries {
-    /// Of the flanks of this model; nothing is written yet.
+    /// Series for the flanks of this model; nothing is written yet.
     pub fn new(model: &Model) -> Self {
         Self {
             still: Flanks::of(model),
@@ -88,7 +89,7 @@ impl FlankSeries {
         format!("flank/flank_{point:04}.vtu")
     }
 
-    /// Writes the file of a point, where it has a motion and is not written yet.
+    /// Writes the file of a point unless the point has no motion or is already written.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -105,8 +106,8 @@ impl FlankSeries {
         Ok(())
     }
 
-    /// Writes the collection of the files that are written, beside their folder; `points` is how
-    /// many frequencies there are.
+    /// Writes the collection of the written files, beside their folder; `points` is the number of
+    /// frequencies.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -121,8 +122,9 @@ impl FlankSeries {
     }
 }
 
-/// flank_peak.vtu: the flanks in the motion of this orbit, as [`FlankSeries`] has them, and whether
-/// a pair separates at any converged frequency (`separates`, 0 or 1, the paper's Figure 5).
+/// Writes flank_peak.vtu: the flanks in the motion of this orbit with the fields of
+/// [`FlankSeries`], and `separates` (0 or 1): whether a pair separates at any converged frequency
+/// (the paper's Figure 5).
 pub fn write_flank_peak(
     path: &Path,
     model: &Model,
@@ -135,7 +137,7 @@ pub fn write_flank_peak(
     flanks.grid.write(path)
 }
 
-/// Error unless there is one value per pair.
+/// Checks that there is one value per pair.
 pub(super) fn check_pairs(
     path: &Path,
     field: &str,
@@ -145,7 +147,7 @@ pub(super) fn check_pairs(
     check_length(path, field, found, pairs, "one per contact pair")
 }
 
-/// The flanks as a grid.
+/// Grid of the flanks.
 #[derive(Debug, Clone)]
 struct Flanks {
     grid: Grid,
@@ -153,7 +155,8 @@ struct Flanks {
 }
 
 impl Flanks {
-    /// With what every file carries: number, contact and area of the pair of each cell.
+    /// Flanks with the fields that every file has: number, contact and area of the pair of each
+    /// cell.
     fn of(model: &Model) -> Self {
         let cut = Cut::of(&model.flank_facets);
         let places: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
@@ -167,7 +170,7 @@ impl Flanks {
         flanks
     }
 
-    /// With the fields of an orbit; `path` is the file that they are for.
+    /// Flanks with the fields of an orbit; `path` is the file that they are written to.
     fn in_motion(
         &self,
         path: &Path,
@@ -187,13 +190,13 @@ impl Flanks {
         Ok(flanks)
     }
 
-    /// A field that is linear on each facet, from its values at the pairs.
+    /// Adds a field that is linear on each facet, from its values at the pairs.
     fn field(&mut self, name: &str, components: usize, of_pairs: Vec<f64>) {
         let values = self.cut.with_means(components, of_pairs);
         self.grid.point_array(name, components as u32, values);
     }
 
-    /// A state or number of each pair, the same on all of its cells.
+    /// Adds a state or number of each pair, the same on all of its cells.
     fn integers(&mut self, name: &str, of_pair: impl Fn(usize) -> i32) {
         let values = self.cut.owners().map(of_pair).collect();
         self.grid.cell_integers(name, values);
@@ -206,7 +209,7 @@ impl Flanks {
 #[derive(Debug, Clone)]
 struct Cut {
     facets: Vec<Vec<usize>>,
-    /// Lower pair first, ascending.
+    /// Pairs at the ends of each edge, the lower one first; ascending.
     edges: Vec<[usize; 2]>,
 }
 
@@ -237,12 +240,12 @@ impl Cut {
         shares
     }
 
-    /// The pair of each quadrilateral.
+    /// Pair of each quadrilateral.
     fn owners(&self) -> impl Iterator<Item = usize> + '_ {
         self.facets.iter().flatten().copied()
     }
 
-    /// Values at the pairs, and after them the means at the other points.
+    /// Values at the pairs, followed by the means at the other points.
     fn with_means(&self, components: usize, mut values: Vec<f64>) -> Vec<f64> {
         let mut add_mean = |pairs: &[usize]| {
             for c in 0..components {
@@ -265,7 +268,7 @@ fn edges(facet: &[usize]) -> impl Iterator<Item = [usize; 2]> {
     })
 }
 
-/// Components along t1 and t2 as a vector in space.
+/// Components along t1 and t2 as vectors in space.
 fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
     let vector = |(p, s): (&ContactPair, &[f64; 2])| {
         let [_, t1, t2] = p.frame;

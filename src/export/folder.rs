@@ -1,5 +1,5 @@
-//! The folder of a run: whose it is, which files in it the run writes, and which an earlier run
-//! left.
+//! Output folder of a run: which run it belongs to, which files the run writes, and which files an
+//! earlier run left.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -13,49 +13,51 @@ use super::{ExportError, create_folder, name_of_part};
 
 const SUMMARY: &str = "summary.json";
 
-/// What to do about a folder that holds the run of another scene, or of other settings.
+/// Treatment of a folder that holds the run of another scene or of other settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OtherScene {
     Refuse,
     Replace,
 }
 
-/// How a command takes its folder.
+/// Use of the folder by a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Beginning {
-    /// For a run, with the first frequency.
+    /// A run that begins with the first frequency.
     Anew,
-    /// For a run, with the frequencies that one which was broken off has not solved.
+    /// A run that solves the frequencies that an interrupted run has not solved.
     Resumed,
-    /// For files beside those of a run of the same scene and settings, whose figures stay.
+    /// A command that puts files beside those of a run of the same scene and settings, whose
+    /// figures stay.
     Beside,
 }
 
-/// A folder with the files of one run. Every file that goes into it is asked for by name
-/// ([`OutputFolder::file`]), so that summary.json lists it before it is written: what a run that is
-/// killed leaves is known to the next one.
+/// Folder with the files of one run. Every file that goes into it is requested by name
+/// ([`OutputFolder::file`]), so that summary.json lists it before it is written: what a killed run
+/// leaves is known to the next one.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
-    /// What summary.json says.
+    /// Content of summary.json.
     said: RefCell<Summary>,
-    /// Names of files, with `/` between folders.
+    /// Names of the written files, with `/` between folders.
     written: RefCell<BTreeSet<String>>,
-    /// Those that the summary of an earlier run lists.
+    /// Names of the files that the summary of an earlier run lists.
     earlier: BTreeSet<String>,
-    /// The earlier files are of the same scene and settings, and stay.
+    /// True if the earlier files are of the same scene and settings; they stay.
     keeps: bool,
-    /// The run whose figures stay.
+    /// Summary of the run whose figures stay.
     run: Option<Box<Summary>>,
 }
 
 impl OutputFolder {
-    /// Takes the folder, which it says in summary.json: `summary` is that of a command that begins.
-    /// `to_resume`: there are solved frequencies to go on from.
+    /// Takes over the folder and says so in summary.json. `summary` is the summary of a command
+    /// that begins. `to_resume`: there are solved frequencies to continue from.
     ///
     /// # Errors
-    /// A folder that cannot be made or written; one that holds the run of a scene of another name
-    /// or, beside which files are to be put or which is to be resumed, of other settings.
+    /// A folder that cannot be created or written; a folder that holds the run of a scene of
+    /// another name; a folder of other settings, if files are to be put beside that run or the run
+    /// is to be resumed.
     pub fn open(
         path: &Path,
         summary: &Summary,
@@ -103,12 +105,13 @@ impl OutputFolder {
         Ok(folder)
     }
 
-    /// Whether the figures of summary.json are those of a run, beside whose files others are put.
+    /// Returns `true` if the figures of summary.json are those of a run beside whose files others
+    /// are put.
     pub fn is_beside_run(&self) -> bool {
         self.run.is_some()
     }
 
-    /// Where the file of this name goes; the run lists it.
+    /// Path of the file of this name; the run lists it.
     ///
     /// # Errors
     /// A summary.json that cannot be written.
@@ -117,7 +120,7 @@ impl OutputFolder {
         Ok(self.path.join(name))
     }
 
-    /// Lists files that are about to be written in it by another way.
+    /// Lists files that are about to be written in the folder by other means.
     ///
     /// # Errors
     /// A summary.json that cannot be written.
@@ -132,8 +135,8 @@ impl OutputFolder {
         self.write_summary(said, state, why)
     }
 
-    /// Names of the files of the folder: those that are there, and of a run under way also those that it is about to
-    /// write.
+    /// Names of the files in the folder. If a run is under way, they include the files that it is
+    /// about to write.
     pub fn files(&self, state: RunState) -> Vec<String> {
         let written = self.written.borrow();
         let names = self.earlier.union(&written);
@@ -141,19 +144,19 @@ impl OutputFolder {
         names.filter(is_there).cloned().collect()
     }
 
-    /// Whether summary.json says that the run is going on.
+    /// Returns `true` if summary.json says that the run is under way.
     pub fn is_running(&self) -> bool {
         self.said.borrow().state == RunState::Running
     }
 
-    /// The folder itself.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Removes the files that an earlier run listed and this one has not written, and what a run
-    /// that was killed had half written of the files of both. Beside files of the same scene and
-    /// settings nothing is removed.
+    /// Removes the files that an earlier run listed and this one has not written, and the
+    /// incomplete files that a killed run left of both. Nothing is removed beside files of the same
+    /// scene and settings.
     ///
     /// # Errors
     /// A file that cannot be removed.
@@ -194,8 +197,9 @@ impl OutputFolder {
     }
 
     /// Writes summary.json with the state of the run and the files of the folder: its own, and
-    /// those of an earlier run that are still there. Those that a run under way is about to write
-    /// are among them. Beside a run its own summary stays, with what the command has found besides.
+    /// those of an earlier run that are still there. If the run is under way, they include the
+    /// files that it is about to write. Beside a run, the summary of that run stays, with the
+    /// further findings of the command.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -217,8 +221,8 @@ impl OutputFolder {
     }
 }
 
-/// Marks summary.json as that of a run that failed, whoever has the folder: for the end of a process whose threads no longer
-/// work. What cannot be written stays.
+/// Marks summary.json as that of a failed run, whichever process has the folder. It serves the end
+/// of a process whose threads no longer work. Errors of writing are ignored.
 pub fn mark_failed(path: &Path, why: String) {
     let file = path.join(SUMMARY);
     let Some(mut summary) = manifest::read_summary(&file) else {
@@ -230,8 +234,8 @@ pub fn mark_failed(path: &Path, why: String) {
     }
 }
 
-/// Removes the files of the run that a folder holds, by the list of its summary.json, that file,
-/// and the folder itself where nothing else stands in it.
+/// Removes the files of the run in a folder according to the list in its summary.json, then
+/// summary.json, and the folder itself if it is empty.
 ///
 /// # Errors
 /// A file that cannot be removed.
@@ -244,7 +248,7 @@ pub fn remove_run(path: &Path) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// Removes files of a folder, and the folders below it that are empty then.
+/// Removes files of a folder, and the folders below it that become empty.
 fn remove_files<'n>(
     folder: &Path,
     names: impl IntoIterator<Item = &'n String>,
@@ -267,7 +271,7 @@ fn remove_files<'n>(
     Ok(())
 }
 
-/// Whether a name of a list stays below the folder.
+/// Returns `true` if a listed name stays below the folder.
 fn is_inside(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     parts.all(|part| matches!(part, std::path::Component::Normal(_)))
@@ -425,7 +429,7 @@ mod tests {
         assert!(outside.exists());
     }
 
-    /// Of a run, with a figure.
+    /// Summary of a run, with a figure.
     fn of_run(scene: &str) -> Summary {
         Summary {
             response: Some(ResponseSummary::default()),

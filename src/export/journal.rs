@@ -1,8 +1,9 @@
-//! The journal of a run: every frequency that is solved is on disk before the next one is.
+//! Journal of a run: every solved frequency is on disk before the next one is solved.
 //!
-//! The file begins with a mark. A record follows for each frequency: the length of its content, a hash
-//! of the content, and the content. That is the hash of what the response is computed from, and the
-//! frequency to the bit. A record that was being written when the run ended is dropped.
+//! The file begins with a mark. A record follows for each frequency: the length of its content, a
+//! hash of the content, and the content. The content is the hash of the inputs of the response and
+//! the solved frequency, exact to the bit. A record that was being written when the run ended is
+//! dropped.
 
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
@@ -13,35 +14,37 @@ use std::time::{Duration, Instant};
 use super::ExportError;
 use dovetail_solver::dlft::SolvedFrequency;
 
-/// Its name in the folder of a run, where it stands until the run has come to its end.
+/// Name of the journal in the folder of a run, where it remains until the run ends.
 pub const JOURNAL: &str = "response.journal";
 
 const MARK: &[u8; 18] = b"dovetail journal 2";
 const HASH: usize = 32;
 
-/// Hash of everything that a response is computed from.
+/// Hash of all inputs of a response.
 pub type Inputs = [u8; HASH];
 
-/// The open journal of a folder. No other process can open it as long as this one has it.
+/// Open journal of a folder. No other process can open it at the same time.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: File,
-    /// By inputs and the bits of the frequency.
+    /// Recorded frequencies: inputs, number of the frequency, and whether it is that of the second
+    /// attempt.
     known: HashSet<(Inputs, (usize, bool))>,
 }
 
 impl Journal {
-    /// Whether another process has the journal of a folder: its run is under way.
+    /// Returns `true` if another process has the journal of a folder open: its run is under way.
     pub fn is_busy(folder: &Path) -> bool {
         let file = File::options().write(true).open(folder.join(JOURNAL));
         file.is_ok_and(|file| is_held(&file))
     }
 
-    /// Opens the journal, or makes an empty one.
+    /// Opens the journal, or creates an empty one.
     ///
     /// # Errors
-    /// [`ExportError::Busy`] where another process has it; a file that cannot be read or written, or that is none.
+    /// [`ExportError::Busy`] if another process has it open; a file that cannot be read or written,
+    /// or that is not a journal.
     pub fn open(path: &Path) -> Result<Self, ExportError> {
         let failed = failed(path);
         let mut options = File::options();
@@ -72,12 +75,12 @@ impl Journal {
         Ok(journal)
     }
 
-    /// Whether it holds no frequency.
+    /// Returns `true` if the journal has no frequency.
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
 
-    /// Forgets all it holds.
+    /// Removes all records.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -91,7 +94,7 @@ impl Journal {
         begin().map_err(failed(&self.path))
     }
 
-    /// The frequencies that it holds of a response with these inputs.
+    /// Recorded frequencies of a response with these inputs.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -105,7 +108,7 @@ impl Journal {
         Ok(found)
     }
 
-    /// Adds a frequency, where it is not there yet.
+    /// Adds a frequency unless it is already recorded.
     ///
     /// # Errors
     /// A file that cannot be written.
@@ -125,15 +128,15 @@ impl Journal {
         Ok(())
     }
 
-    /// Waits until the disk has what was added.
+    /// Waits until the added records are on disk.
     ///
     /// # Errors
-    /// A disk that refuses.
+    /// A failed synchronisation with the disk.
     pub fn sync(&self) -> Result<(), ExportError> {
         self.file.sync_data().map_err(failed(&self.path))
     }
 
-    /// Removes it.
+    /// Removes the file.
     ///
     /// # Errors
     /// A file that cannot be removed.
@@ -144,7 +147,7 @@ impl Journal {
         })
     }
 
-    /// Goes through all records; drops what follows the last sound one, and stays at the end.
+    /// Reads all records, drops everything after the last intact one, and stays at the end.
     fn read(&mut self, mut each: impl FnMut(&Inputs, SolvedFrequency)) -> Result<(), ExportError> {
         let known = &mut self.known;
         known.clear();
@@ -175,7 +178,7 @@ fn sealed(mut record: Vec<u8>) -> Vec<u8> {
     record
 }
 
-/// The next record and its size on disk; `None` where the `left` bytes do not begin with a sound one.
+/// Next record and its size on disk; `None` if the `left` bytes do not begin with an intact record.
 fn next(reader: &mut impl Read, left: u64) -> io::Result<Option<(Inputs, SolvedFrequency, u64)>> {
     const HEAD: u64 = 8 + HASH as u64;
     if left < HEAD {
@@ -207,13 +210,14 @@ fn failed(path: &Path) -> impl Fn(io::Error) -> ExportError {
     }
 }
 
-/// How long a lock is waited for.
+/// Longest time to wait for a lock.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
-/// Takes the lock of a file, or says that another process holds it. Where the file system has no locks there is none to hold.
+/// Locks a file. Returns `true` if another process holds the lock, and `false` on a file system
+/// without locks.
 ///
-/// A process that is being started shares the open files of the one that starts it until it becomes another program: a
-/// journal that was closed in this moment is held for a moment longer.
+/// A child process shares the open files of its parent until it executes another program. A journal
+/// that was closed at this moment stays locked a little longer.
 fn is_held(file: &File) -> bool {
     let begun = Instant::now();
     while let Err(TryLockError::WouldBlock) = file.try_lock() {
@@ -274,7 +278,7 @@ mod tests {
         format!("{solved:?}")
     }
 
-    /// Of a journal with these frequencies.
+    /// Bytes of a journal with these frequencies.
     fn bytes(path: &Path, frequencies_hz: &[f64]) -> Vec<u8> {
         let mut journal = Journal::open(path).unwrap();
         for f in frequencies_hz {

@@ -1,5 +1,4 @@
-//! Writes summary.json: what was run, on what, how long it took, and the figures that a reader asks
-//! for first.
+//! Writes summary.json: the inputs of a run, its duration, and the main figures.
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
@@ -25,82 +24,82 @@ use dovetail_solver::results::quantities::{
 };
 use dovetail_solver::run::{PrestressPass, Stage};
 
-/// The whole of summary.json.
+/// Content of summary.json.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
-    /// That the program was built from; `None` where it is not known.
+    /// Commit that the program was built from; `None` if it is not known.
     #[serde(default)]
     pub commit: Option<String>,
     /// Hash of the program, its libraries and the processor, on which the last digits depend, in
-    /// hexadecimals; `None` where the system does not tell.
+    /// hexadecimals; `None` if the system does not provide it.
     #[serde(default)]
     pub program_blake3: Option<String>,
-    /// When the run began, in universal time: `2026-02-28T23:59:59Z`.
+    /// Start of the run in universal time: `2026-02-28T23:59:59Z`.
     #[serde(default)]
     pub begun: String,
     pub scene: SceneSummary,
-    /// How far the run came.
+    /// Progress of the run.
     pub state: RunState,
-    /// Why a run failed; else `None`.
+    /// Reason why the run failed; else `None`.
     pub why: Option<String>,
-    /// What stands in the folder of the run besides this file, by name: the files that the run
-    /// wrote, and those of an earlier run until they are replaced; of a run under way also those
+    /// Names of the other files in the folder of the run: the files that the run wrote, and those
+    /// of an earlier run until they are replaced. If the run is under way, they include the files
     /// that it is about to write.
     pub files: Vec<String>,
-    /// Where the scene is about a mesh.
+    /// Mesh of the scene; `None` without one.
     pub mesh: Option<MeshSummary>,
-    /// Where the scene is about a reduced model: its folder.
+    /// Folder of the reduced model; `None` if the scene does not use one.
     pub reduced_model: Option<String>,
-    /// Stuck modes kept; `None` where nothing was reduced yet.
+    /// Number of stuck modes kept; `None` if nothing was reduced yet.
     pub stuck_modes: Option<usize>,
-    /// Estimated errors by the modes left out, where a mesh was reduced.
+    /// Estimated errors due to the omitted modes, if a mesh was reduced.
     pub truncation: Option<TruncationSummary>,
     pub pairs: usize,
-    /// Where the prestress is that of the static state with contact.
+    /// Passes of the prestress of the static state with contact; empty for other prestress.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prestress_passes: Vec<PrestressPass>,
-    /// Where the prestress is that of the held flanks: the estimated relative change of the first stuck frequencies
-    /// with the stress of the static state in its place.
+    /// Estimated relative change of the first stuck frequencies if the stress of the static state
+    /// replaced the prestress of the held flanks; `None` for other prestress.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_flanks_error: Option<f64>,
-    /// First frequency of the fully stuck assembly.
+    /// First frequency of the fully stuck assembly, Hz.
     pub stuck_frequency_hz: Option<f64>,
-    /// First frequency of the linear reference: pairs that are open in the static state are released. `None` where there
-    /// is no static state yet.
+    /// First frequency of the linear reference, Hz: pairs that are open in the static state are
+    /// released. `None` if there is no static state yet.
     pub linear_frequency_hz: Option<f64>,
-    /// First frequency of the first body with its flanks held; `None` where it was not asked for.
+    /// First frequency of the first body with its flanks held, Hz; `None` if it was not requested.
     pub blade_frequency_hz: Option<f64>,
-    /// Wall clock of the whole run, s.
+    /// Wall time of the whole run, s.
     pub seconds: f64,
-    /// Of all its threads and of gmsh, s; `None` where the system does not tell.
+    /// Processor time of all threads and of gmsh, s; `None` if the system does not provide it.
     pub processor_seconds: Option<f64>,
-    /// Pairs of nodes tied by bonded contacts; none of them is among `pairs`.
+    /// Number of pairs of nodes tied by bonded contacts; none of them is among `pairs`.
     pub bonded_pairs: usize,
     pub stages: Vec<StageSummary>,
     #[serde(rename = "static")]
     pub static_state: Option<StaticSummary>,
     pub response: Option<ResponseSummary>,
-    /// What there is to mind, the weightiest first.
+    /// Warnings, the most important first.
     #[serde(default)]
     pub warnings: Vec<WarningSummary>,
-    /// Of `dovetail verify` only.
+    /// Figures of `dovetail verify`; `None` for other commands.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<VerificationSummary>,
     pub observations: Vec<ObservationSummary>,
-    /// Fields at points in space that were mapped to surfaces; none where no excitation has one.
+    /// Fields at points in space that were mapped to surfaces; empty if no excitation has one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excitation_fields: Vec<FieldMap>,
 }
 
 impl Summary {
-    /// Whether it has figures of a run: those of `dovetail run` or `dovetail static`.
+    /// Returns `true` if there are figures of a run: those of `dovetail run` or `dovetail static`.
     pub fn is_of_run(&self) -> bool {
         self.static_state.is_some() || self.response.is_some()
     }
 
-    /// This one, and what a command beside its run has found.
+    /// This summary with the findings of a command beside its run.
     pub fn with_findings_of(&self, beside: Self) -> Self {
         let own = self.clone();
         Self {
@@ -111,14 +110,14 @@ impl Summary {
     }
 }
 
-/// How far a run came. A run that was killed without a word leaves `running`.
+/// Progress of a run. A killed run leaves `running`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunState {
     #[default]
     Running,
     Finished,
-    /// By Ctrl-C or SIGTERM.
+    /// Ended by Ctrl-C or SIGTERM.
     Interrupted,
     Failed,
 }
@@ -127,20 +126,20 @@ pub enum RunState {
 pub struct SceneSummary {
     pub name: String,
     pub file: String,
-    /// Hash of the scene as it was read, with all that was set on the command line, and of the
-    /// files that it names, in hexadecimals.
+    /// Hash of the scene as it was read, with all settings of the command line, and of the files
+    /// that it names, in hexadecimals.
     #[serde(default)]
     pub blake3: Option<String>,
 }
 
 impl SceneSummary {
-    /// Whether both are the same scene with the same settings and files.
+    /// Returns `true` if both are the same scene with the same settings and files.
     pub fn is_of(&self, other: &Self) -> bool {
         self.name == other.name && self.blake3.is_some() && self.blake3 == other.blake3
     }
 }
 
-/// Something to mind about a run.
+/// Warning about a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WarningSummary {
     pub weight: Weight,
@@ -156,16 +155,17 @@ impl WarningSummary {
     }
 }
 
-/// What the modes that a reduction leaves out may cost.
+/// Estimated errors due to the modes that a reduction leaves out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TruncationSummary {
-    /// Estimated relative error of the amplitudes of observed points on the linear curve; none where the stuck modes end
-    /// below its highest frequency.
+    /// Estimated relative error of the amplitudes of observed points on the linear curve; `None` if
+    /// the stuck modes end below its highest frequency.
     pub amplitude: Option<f64>,
-    /// Estimated relative errors of the first stuck frequencies by bodies with `fixed_interface_modes`.
+    /// Estimated relative errors of the first stuck frequencies due to bodies with
+    /// `fixed_interface_modes`.
     pub frequencies: Vec<f64>,
-    /// Frequency of the last stuck mode over that of the highest harmonic of the response; `None` before there is one, and
-    /// where no mode was left out.
+    /// Frequency of the last stuck mode over that of the highest harmonic of the response; `None`
+    /// before there is a response, and if no mode was left out.
     #[serde(default)]
     pub modes_reach: Option<f64>,
 }
@@ -174,22 +174,22 @@ pub struct TruncationSummary {
 pub struct MeshSummary {
     /// The .msh file or the .geo script.
     pub source: String,
-    /// Hash of the bytes of the mesh, in hexadecimals; `None` where its file is gone.
+    /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file no longer exists.
     #[serde(default)]
     pub blake3: Option<String>,
     /// Version of gmsh that made the mesh; `None` for a ready mesh.
     pub gmsh: Option<String>,
-    /// The committed mesh was used because gmsh is missing.
+    /// True if the committed mesh was used because gmsh is missing.
     pub fallback: bool,
     pub nodes: usize,
     pub elements: usize,
-    /// Number of elements of each type, by its name: tet10, hex20.
+    /// Number of elements of each type, by the name of the type: tet10, hex20.
     pub element_types: BTreeMap<String, usize>,
     pub free_dofs: usize,
     pub bodies: Vec<BodySummary>,
     /// Contacts between two flanks, bonded ones last.
     pub contacts: Vec<FlankMatch>,
-    /// Contacts whose flanks have maps, as these show them.
+    /// Contacts whose flanks have maps, in the orientation of the maps.
     #[serde(default)]
     pub flanks: Vec<FlankView>,
     /// Bodies with flanks whose edges are not straight in the mesh.
@@ -197,16 +197,17 @@ pub struct MeshSummary {
     pub straightened_edges: Vec<StraightenedEdges>,
 }
 
-/// A flank as the maps show it.
+/// Flank in the orientation of the maps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlankView {
-    /// Number of its contact, as in the VTK files, and its name.
+    /// Number of its contact, as in the VTK files.
     pub contact: usize,
     pub name: String,
     /// Numbers of the bodies of the first and of the second flank; `None` for rigid ground.
     pub bodies: [Option<usize>; 2],
-    /// Unit vectors that lead to the right and up.
+    /// Unit vector to the right.
     pub right: [f64; 3],
+    /// Unit vector up.
     pub up: [f64; 3],
     /// Names of the sides left, right, below and above.
     pub edges: [String; 4],
@@ -223,40 +224,43 @@ pub struct BodySummary {
     pub density_kg_m3: f64,
     pub volume_m3: f64,
     pub mass_kg: f64,
-    /// Of gravity.
+    /// Centre of gravity, m.
     pub centre_m: [f64; 3],
-    /// Of the whole body; `None` where it does not rotate.
+    /// Centrifugal force of the whole body, N; `None` if it does not rotate.
     pub centrifugal_force_n: Option<[f64; 3]>,
 }
 
 /// Wall time and peak memory of one stage.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageSummary {
-    /// For programs: it stays when a name changes.
+    /// Identifier for programs: it stays when the name changes.
     pub id: Stage,
     pub name: String,
     pub seconds: f64,
-    /// Of all threads and of gmsh; `None` where the system does not tell.
+    /// Processor time of all threads and of gmsh, s; `None` if the system does not provide it.
     pub processor_seconds: Option<f64>,
-    /// Peak of the process up to the end of the stage; `None` where the system does not tell.
+    /// Peak memory of the process up to the end of the stage; `None` if the system does not provide
+    /// it.
     pub peak_memory_mib: Option<f64>,
-    /// What it makes was kept from an earlier run.
+    /// True if the result of the stage was kept from an earlier run.
     pub from_cache: bool,
-    /// Unknowns of each system that it solves, the largest first.
+    /// Unknowns of each system that the stage solves, the largest first.
     pub unknowns: Vec<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StaticSummary {
     pub outcome: Outcome,
-    /// Counts and forces are `None` where the static state did not converge.
+    /// Counts of the states of the pairs. Counts and forces are `None` if the static state did not
+    /// converge.
     #[serde(flatten)]
     pub counts: Option<StaticCounts>,
     pub largest_slip_m: Option<f64>,
-    /// Over the pairs; `None` where the area of a pair is unknown.
+    /// Largest pressure over the pairs, Pa; `None` if the area of a pair is unknown.
     pub largest_pressure_pa: Option<f64>,
     pub contacts: Vec<ContactSummary>,
-    /// Force that holds what friction does not hold, N; else `None`.
+    /// Force that retains the motions that friction does not hold, N; `None` if nothing is
+    /// retained.
     pub retention_n: Option<f64>,
     pub newton_iterations: usize,
     pub residual: Option<f64>,
@@ -266,22 +270,22 @@ pub struct StaticSummary {
 pub struct ContactSummary {
     pub name: String,
     pub pairs: usize,
-    /// `None` where the area of a pair is unknown.
+    /// Area, m2; `None` if the area of a pair is unknown.
     pub area_m2: Option<f64>,
-    /// Sum of the pairs' compression, N.
+    /// Sum of the compressive forces of the pairs, N.
     pub normal_force_n: Option<f64>,
-    /// Length of the sum of the pairs' friction forces, as vectors, N; `None` where the directions of
+    /// Length of the vector sum of the friction forces of the pairs, N; `None` if the directions of
     /// the pairs are unknown.
     pub friction_force_n: Option<f64>,
     /// Normal force over area, Pa.
     pub mean_pressure_pa: Option<f64>,
-    /// What its pairs do; `None` where the static state did not converge.
+    /// Counts of the states of its pairs; `None` if the static state did not converge.
     #[serde(flatten)]
     pub counts: Option<StaticCounts>,
 }
 
 impl ResponseSummary {
-    /// What the pairs do at the peak; `None` where there is none.
+    /// Counts of the states of the pairs at the peak; `None` without a peak.
     pub fn peak_counts(&self) -> Option<CycleCounts> {
         Some(CycleCounts {
             stuck: self.peak_stuck_pairs?,
@@ -293,7 +297,7 @@ impl ResponseSummary {
     }
 }
 
-/// What the pairs of a contact do in a period.
+/// Counts of the states of the pairs of a contact in a period.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactCounts {
     pub name: String,
@@ -301,7 +305,7 @@ pub struct ContactCounts {
     pub counts: CycleCounts,
 }
 
-/// What the pairs of each contact do in the period of an orbit.
+/// Counts of the states of the pairs of each contact in the period of an orbit.
 pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
     let contacts = pairs.contacts.iter().enumerate();
     let of_contact = |(c, name): (usize, &String)| {
@@ -317,39 +321,42 @@ pub fn contact_counts(pairs: &PairTable, orbit: &Orbit) -> Vec<ContactCounts> {
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResponseSummary {
-    /// Frequencies that were asked for, and those added at peaks.
+    /// Number of frequencies, including the frequencies added at peaks.
     pub points: usize,
+    /// Number of frequencies added at peaks.
     pub added_points: usize,
     pub converged_points: usize,
-    /// Frequencies that have a motion and did not converge: its error is estimated above the accuracy asked for.
+    /// Frequencies that have a motion and did not converge: the estimated error is above the
+    /// requested accuracy.
     pub accuracy_not_reached_points: usize,
-    /// Largest estimated error of an observed amplitude for the harmonics left out, relative; `None` where nothing is left
-    /// out or nothing converged.
+    /// Largest estimated relative error of an observed amplitude due to the omitted harmonics;
+    /// `None` if no harmonic is omitted or nothing converged.
     pub largest_estimated_error: Option<f64>,
-    /// That at the peak.
+    /// Estimated relative error of the observed amplitude at the peak.
     pub peak_estimated_error: Option<f64>,
     pub unconverged: Vec<UnconvergedPoint>,
-    /// The first observation; `None` where there is none.
+    /// Name of the first observation; `None` without observations.
     pub observation: Option<String>,
     pub peak_amplitude_m: Option<f64>,
     pub peak_frequency_hz: Option<f64>,
     /// Row of response.csv, 0 = first.
     pub peak_row: Option<usize>,
-    /// The largest amplitude is at an end of the range: the curve may go on rising outside.
+    /// True if the largest amplitude is at an end of the range: the curve may rise further outside.
     pub peak_at_end_of_range: bool,
-    /// How far the curve through the peak and its neighbours rises above it, relative; `None` at an end of the
-    /// range or beside a frequency without a result.
+    /// Height of the curve through the peak and its neighbours above the peak, relative; `None` at
+    /// an end of the range or beside a frequency without a result.
     pub peak_rise: Option<f64>,
     /// Ranges in which another motion was found beside that of response.csv, rising.
     pub second_motion: Vec<SecondMotion>,
-    /// Every local maximum inside of the range, rising in frequency.
+    /// All local maxima inside the range, rising in frequency.
     pub peaks: Vec<PeakSummary>,
-    /// Of the linear reference, exact.
+    /// Peak of the linear reference, exact.
     pub linear_peak_amplitude_m: Option<f64>,
     pub linear_peak_frequency_hz: Option<f64>,
     /// Peak amplitude over linear peak amplitude.
     pub peak_ratio: Option<f64>,
-    /// At the peak, over a period: how many pairs do what, which adds up to the pairs.
+    /// Counts of the states of the pairs in a period at the peak. The five counts add up to the
+    /// number of pairs.
     #[serde(default)]
     pub peak_stuck_pairs: Option<usize>,
     pub peak_slipping_pairs: Option<usize>,
@@ -358,21 +365,23 @@ pub struct ResponseSummary {
     pub peak_closing_pairs: Option<usize>,
     #[serde(default)]
     pub peak_open_pairs: Option<usize>,
-    /// The same of each contact.
+    /// Counts of the states of the pairs of each contact at the peak.
     #[serde(default)]
     pub peak_contacts: Vec<ContactCounts>,
-    /// Mean powers at the peak. The power of friction is 0 where friction takes nothing but rounding.
+    /// Mean power of friction at the peak. It is 0 if friction takes no power beyond rounding.
     pub peak_friction_power_w: Option<f64>,
+    /// Mean power of viscous damping at the peak.
     pub peak_damping_power_w: Option<f64>,
-    /// At the peak, the largest over the pairs: energy that friction takes in a period per area
-    /// (`None` where the area of a pair is unknown), and distance slid in a period.
+    /// Energy that friction dissipates in a period per area at the peak, the largest over the
+    /// pairs; `None` if the area of a pair is unknown.
     #[serde(default)]
     pub peak_largest_friction_energy_j_m2: Option<f64>,
+    /// Distance slid in a period at the peak, the largest over the pairs.
     #[serde(default)]
     pub peak_largest_slid_m: Option<f64>,
-    /// Pairs, closed in the static state, that separate at any converged frequency.
+    /// Number of pairs, closed in the static state, that separate at any converged frequency.
     pub pairs_that_open: usize,
-    /// Their share of the area of the flanks; `None` where the area of a pair is unknown.
+    /// Share of these pairs in the area of the flanks; `None` if the area of a pair is unknown.
     pub area_share_that_opens: Option<f64>,
     /// Largest |input - friction - viscous| over the largest of the three powers.
     pub worst_energy_balance_error: Option<f64>,
@@ -386,9 +395,10 @@ pub struct PeakSummary {
     pub row: usize,
     pub frequency_hz: f64,
     pub amplitude_m: f64,
-    /// Energy spent in a period over 2 pi times the stored one: twice the equivalent damping ratio.
+    /// Energy dissipated in a period over 2 pi times the stored energy: twice the equivalent
+    /// damping ratio.
     pub loss_factor: Option<f64>,
-    /// Its inverse.
+    /// Inverse of the loss factor.
     pub quality_factor: Option<f64>,
 }
 
@@ -400,7 +410,7 @@ pub struct UnconvergedPoint {
     pub residual: Option<f64>,
 }
 
-/// Harmonic balance against time integration.
+/// Comparison of harmonic balance with time integration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerificationSummary {
     pub steps_per_period: usize,
@@ -410,7 +420,8 @@ pub struct VerificationSummary {
     pub points: Vec<VerifiedPoint>,
 }
 
-/// Differences are harmonic balance less integration, over integration (works: over the input work).
+/// Comparison at one frequency. Differences are harmonic balance less integration, over integration
+/// (works: over the input work).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifiedPoint {
     pub frequency_hz: f64,
@@ -425,11 +436,11 @@ pub struct VerifiedPoint {
     pub first_harmonic_difference: Option<f64>,
     pub contact_work_difference: Option<f64>,
     pub input_work_difference: Option<f64>,
-    /// Steady force that held what friction does not hold, N.
+    /// Steady force that retained the motions that friction does not hold, N.
     pub retention_n: f64,
 }
 
-/// One period by one method.
+/// Figures of one period by one method.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerifiedFigures {
     pub amplitude_m: Option<f64>,
@@ -441,7 +452,7 @@ pub struct VerifiedFigures {
     pub opening_pairs: usize,
 }
 
-/// An observed displacement: sum over `terms` of `direction . u(node)`.
+/// Observed displacement: sum over `terms` of `direction . u(node)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservationSummary {
     pub name: String,
@@ -450,26 +461,26 @@ pub struct ObservationSummary {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservationTerm {
-    /// 0 or 1, as the array `body` of the VTK files.
+    /// Number of the body, as the array `body` of the VTK files.
     pub body: usize,
     pub node_tag: Option<u64>,
     pub direction: [f64; 3],
 }
 
-/// Where a mesh came from.
+/// Origin of a mesh.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MeshOrigin {
     /// The .msh file or the .geo script.
     pub source: PathBuf,
-    /// Hash of the bytes of the mesh, in hexadecimals; `None` where its file cannot be read.
+    /// Hash of the bytes of the mesh, in hexadecimals; `None` if its file cannot be read.
     pub blake3: Option<String>,
     /// Version of gmsh that made the mesh; `None` for a ready mesh.
     pub gmsh: Option<String>,
-    /// The committed mesh was used because gmsh is missing.
+    /// True if the committed mesh was used because gmsh is missing.
     pub fallback: bool,
 }
 
-/// Mesh sizes read off the model.
+/// Sizes of the mesh of a model.
 pub fn mesh_summary(
     model: &Model,
     properties: &[MassProperties],
@@ -585,8 +596,7 @@ fn peak_summary(peak: &LocalPeak) -> PeakSummary {
     }
 }
 
-/// The figures of a response that a reader asks for first.
-/// `observation` is the name of the first.
+/// Main figures of a response. `observation` is the name of the first observation.
 pub fn response_summary(
     pairs: &PairTable,
     observation: Option<&str>,
@@ -663,7 +673,7 @@ pub fn response_summary(
     }
 }
 
-/// What each observation is made of.
+/// Terms of each observation.
 pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
     let term = |&(BodyNode { body, node }, direction): &(BodyNode, [f64; 3])| ObservationTerm {
         body,
@@ -681,7 +691,7 @@ pub fn observation_summaries(model: &Model) -> Vec<ObservationSummary> {
     model.observations.iter().map(summary).collect()
 }
 
-/// Observations of a model without nodes: their names.
+/// Observations of a model without nodes: only their names.
 pub fn probe_summaries(names: &[&str]) -> Vec<ObservationSummary> {
     let summary = |name: &&str| ObservationSummary {
         name: (*name).to_owned(),
@@ -690,7 +700,7 @@ pub fn probe_summaries(names: &[&str]) -> Vec<ObservationSummary> {
     names.iter().map(summary).collect()
 }
 
-/// The comparisons of `dovetail verify`.
+/// Summary of the comparisons of `dovetail verify`.
 pub fn verification_summary(
     comparisons: &[Comparison],
     steps_per_period: usize,
@@ -745,12 +755,13 @@ pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ExportError> 
     write_file(path, &json)
 }
 
-/// The summary that a file holds; none where it is not there or is no summary of this program.
+/// Reads the summary in a file; `None` if there is no such file or it is not a summary of this
+/// program.
 pub fn read_summary(path: &Path) -> Option<Summary> {
     serde_json::from_slice(&std::fs::read(path).ok()?).ok()
 }
 
-/// Area of the pairs that open at some frequency over that of all.
+/// Area of the pairs that open at some frequency over that of all pairs.
 fn opening_share(pairs: &PairTable, separates: &[bool]) -> Option<f64> {
     let areas: Option<Vec<f64>> = pairs.rows.iter().map(|p| p.area_m2).collect();
     let areas = areas?;
@@ -759,7 +770,7 @@ fn opening_share(pairs: &PairTable, separates: &[bool]) -> Option<f64> {
     (total > 0.0).then(|| open.map(|(a, _)| a).sum::<f64>() / total)
 }
 
-/// The larger of two, or a NaN that is among them (the pressure of a pair without area).
+/// Larger of two numbers, or NaN if one is NaN (the pressure of a pair without area).
 fn nan_or_max(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         f64::NAN

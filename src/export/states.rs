@@ -1,19 +1,21 @@
-//! What a pair does in a period, in the words and colours that all pictures have for it.
+//! Words and colours of the states of a pair in a period, the same in all pictures.
 
 use serde::Serialize;
 
-/// The words and the colour of a state.
+/// Words and colour of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub(super) struct State {
-    /// Of one pair, and of several.
+    /// Verb for one pair.
     pub one: &'static str,
+    /// Verb for several pairs.
     pub many: &'static str,
     /// Red, green and blue.
     pub colour: [u8; 3],
 }
 
-/// By the code of the status (`CycleStatus`). The colours are of Okabe and Ito (2008), which colour-blind eyes tell apart:
-/// green, blue, vermillion, purple, orange. None of them is the grey of bodies.
+/// States by the code of the status (`CycleStatus`). The colours are those of Okabe and Ito (2008),
+/// which remain distinguishable in colour blindness: green, blue, vermillion, purple, orange. None
+/// of them is the grey of bodies.
 pub(super) const STATES: [State; 5] = [
     state("sticks", "stick", [0, 158, 115]),
     state("slips", "slip", [0, 114, 178]),
@@ -22,7 +24,7 @@ pub(super) const STATES: [State; 5] = [
     state("stays open", "stay open", [230, 159, 0]),
 ];
 
-/// Of a pair that is closed at rest and opens at times.
+/// State of a pair that is closed at rest and opens at times.
 pub(super) const OPENS: State = state("opens at times", "open at times", [213, 94, 0]);
 
 const fn state(one: &'static str, many: &'static str, colour: [u8; 3]) -> State {

@@ -1,34 +1,35 @@
-//! Unrolls the flanks: each contact is a panel in its own plane, all in one sense. The slot runs to the right,
-//! outwards is up, and the edges have names. Each pair is the patch of flank that is its tributary
-//! area. summary.json has the directions and the names, for programs that show a flank in the same way.
+//! Unrolls the flanks: each contact is a panel in its own plane, and all panels have the same
+//! orientation. The slot runs to the right, outwards is up, and the edges have names. Each pair is
+//! the patch of flank that is its tributary area. summary.json has the directions and the names for
+//! other programs that show a flank.
 
 use std::collections::BTreeMap;
 
 use dovetail_solver::model::{ContactPair, Model, Rotation};
 use dovetail_solver::space::{dot, scaled, sub, unit};
 
-/// A side of a flank is named after a direction of the machine with at least this cosine to it.
+/// Smallest cosine between a side of a flank and a direction of the machine that names the side.
 const LEAST_COSINE: f64 = 0.1;
 
-/// A flank in its own plane.
+/// Flank in its own plane.
 #[derive(Debug)]
 pub(super) struct Panel {
     pub name: String,
-    /// The sides left, right, below and above.
+    /// Names of the sides left, right, below and above.
     pub edges: [String; 4],
-    /// Pair and outline of its patch, m, to the right and up.
+    /// Pair and outline of each patch, m, to the right and up.
     pub patches: Vec<(usize, Vec<[f64; 2]>)>,
     pub low: [f64; 2],
     pub high: [f64; 2],
 }
 
-/// The flanks of a model in the order of its contacts; those without facets are left out.
+/// Flanks of a model in the order of its contacts; contacts without facets are left out.
 pub(super) fn panels(model: &Model) -> Vec<Panel> {
     let contacts = 0..model.contact_names.len();
     contacts.filter_map(|c| panel(model, c)).collect()
 }
 
-/// The flank of one contact, `None` where it has no facets.
+/// Flank of one contact; `None` if it has no facets.
 fn panel(model: &Model, contact: usize) -> Option<Panel> {
     let facets: Vec<Vec<usize>> = model
         .flank_facets
@@ -66,18 +67,19 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
     })
 }
 
-/// How a flank stands in its map.
+/// Orientation of a flank in its map.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Orientation {
-    /// Unit vectors that lead to the right and up.
+    /// Unit vector to the right.
     pub right: [f64; 3],
+    /// Unit vector up.
     pub up: [f64; 3],
-    /// The sides left, right, below and above.
+    /// Names of the sides left, right, below and above.
     pub edges: [String; 4],
 }
 
 impl Orientation {
-    /// Of the flank of each contact that has facets, with its first pair.
+    /// First pair and orientation of the flank of each contact that has facets.
     pub fn of_flanks(model: &Model) -> impl Iterator<Item = (&ContactPair, Self)> {
         (0..model.contact_names.len()).filter_map(|contact| {
             let firsts = model.flank_facets.iter().filter_map(|facet| facet.first());
@@ -101,7 +103,7 @@ impl Orientation {
     }
 }
 
-/// Directions that a rotating machine has at a point; none without rotation.
+/// Directions of a rotating machine at a point; `None` without rotation.
 struct MachineDirections {
     axial: Option<[f64; 3]>,
     radial: Option<[f64; 3]>,
@@ -120,9 +122,10 @@ impl MachineDirections {
     }
 }
 
-/// A tangent turned so that it points along a direction of the machine, and the words for the sides
-/// where it comes from and where it leads. Where the machine has no such direction, or the tangent
-/// lies across it, it is turned along the nearest axis of coordinates, which names the sides.
+/// Turns a tangent so that it points along a direction of the machine. Returns it with the names of
+/// the two sides, at its start and at its end. If the machine has no such direction, or the tangent
+/// is perpendicular to it, the tangent is turned along the nearest coordinate axis, which names the
+/// sides.
 fn turned(
     tangent: [f64; 3],
     machine: Option<[f64; 3]>,
@@ -143,8 +146,8 @@ fn turned(
     )
 }
 
-/// Outline of the share of each pair in its facets: centroids and edge middles around it, and
-/// the pair itself where it lies on the border.
+/// Outlines of the tributary areas of the pairs: the centroids and edge middles around each pair,
+/// and the pair itself if it is on the border.
 fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<(usize, Vec<[f64; 2]>)> {
     let mean = |points: &[[f64; 2]]| {
         let n = points.len() as f64;
@@ -179,8 +182,8 @@ fn patches(facets: &[Vec<usize>], flat: impl Fn(usize) -> [f64; 2]) -> Vec<(usiz
         .collect()
 }
 
-/// The points in order around `centre`; on the border the round starts after the widest gap and
-/// ends in `centre`.
+/// Points in order around `centre`. On the border the order starts after the widest gap and ends in
+/// `centre`.
 fn outline(centre: [f64; 2], mut points: Vec<[f64; 2]>, on_border: bool) -> Vec<[f64; 2]> {
     let angle = |p: &[f64; 2]| (p[1] - centre[1]).atan2(p[0] - centre[0]);
     points.sort_by(|a, b| angle(a).total_cmp(&angle(b)));

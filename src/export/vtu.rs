@@ -1,7 +1,7 @@
 //! Writes unstructured grids for ParaView: the bodies in the static state and in motion.
 //!
-//! Arrays are f64, compressed by zlib, which every reader of the format knows. The nodes of an element
-//! stand as VTK wants them.
+//! Arrays are f64, compressed by zlib, which every reader of the format supports. The nodes of an
+//! element are in the order of VTK.
 
 use std::path::{Path, PathBuf};
 
@@ -21,16 +21,17 @@ use dovetail_solver::spectrum::{cosine, sine};
 /// Fields of one body in the static state.
 #[derive(Debug, Clone, Copy)]
 pub struct StaticBodyFields<'a> {
-    /// Per node.
+    /// Displacement of each node.
     pub displacement_m: &'a [[f64; 3]],
-    /// Per element, in its middle: xx, yy, zz, xy, yz, xz.
+    /// Stress in the middle of each element: xx, yy, zz, xy, yz, xz.
     pub stress_pa: &'a [[f64; 6]],
-    /// Per node.
+    /// Equivalent stress of each node.
     pub von_mises_pa: &'a [f64],
 }
 
-/// static.vtu: the bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa` (VTK's
-/// order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1, ...) on the elements, and the tags of the mesh file.
+/// Writes static.vtu: the bodies with `displacement_m` and `von_mises_pa` on the nodes, `stress_pa`
+/// (VTK's order XX, YY, ZZ, XY, YZ, XZ) and `body` (0, 1, ...) on the elements, and the tags of the
+/// mesh file.
 pub fn write_static(
     path: &Path,
     model: &Model,
@@ -69,12 +70,13 @@ pub fn write_static(
     grid.write(path)
 }
 
-/// The bodies with their motion over one period, as harmonics on the nodes: `mean_m`, and of each harmonic k of the
-/// displacement `h<k>_cos_m` and `h<k>_sin_m`, so that `u = mean + sum_k cos(k w t) C_k + sin(k w t) S_k`, and for each
-/// component the same as in response.csv: `h<k>_amplitude_m` and `h<k>_phase_rad`, `A cos(k w t - phase)`.
+/// Writes the bodies with their motion over one period, as harmonics on the nodes: `mean_m`, and
+/// for each harmonic k of the displacement `h<k>_cos_m` and `h<k>_sin_m`, so that `u = mean + sum_k
+/// cos(k w t) C_k + sin(k w t) S_k`. For each component there are also `h<k>_amplitude_m` and
+/// `h<k>_phase_rad` of `A cos(k w t - phase)`, as in response.csv.
 ///
-/// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With rotation the mean holds
-/// the static displacement.
+/// `coefficients[b]` holds the 2H+1 nodal fields of body b: mean, cosine 1, sine 1, ... With
+/// rotation the mean includes the static displacement.
 pub fn write_motion(
     path: &Path,
     model: &Model,
@@ -101,11 +103,13 @@ pub fn write_motion(
     grid.write(path)
 }
 
-/// peak.pvd with peak/peak_000.vtu...: the motion of [`write_motion`] at `frequency_hz` as `frames` frames, evenly
-/// spaced (the end, equal to the start, is left out); timestep = time in s.
+/// Writes peak.pvd with peak/peak_000.vtu and so on: the motion of [`write_motion`] at
+/// `frequency_hz` as `frames` frames, evenly spaced (the end, equal to the start, is left out). The
+/// timestep is the time in s.
 ///
-/// On the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m` is what remains without
-/// the mean, the one to warp by. The files are those of [`frame_files`].
+/// Arrays on the nodes: `displacement_m` is the whole displacement, mean included; `oscillation_m`
+/// is the displacement without the mean, the one to warp by. The files are those of
+/// [`frame_files`].
 pub fn write_frames(
     folder: &Path,
     stem: &str,
@@ -140,7 +144,7 @@ pub fn write_frames(
     write_pvd(&pvd, &entries, "one period; timestep = time in seconds")
 }
 
-/// Names of the files of so many frames, their collection last.
+/// Names of the files of `frames` frames, their collection last.
 pub fn frame_files(stem: &str, frames: usize) -> Vec<String> {
     let files = (0..frames).map(|frame| frame_file(stem, frame));
     files.chain([collection(stem)]).collect()
@@ -154,7 +158,7 @@ fn collection(stem: &str) -> String {
     format!("{stem}.pvd")
 }
 
-/// Error unless each body has 2H+1 fields with a vector per node.
+/// Checks that each body has 2H+1 fields with a vector per node.
 fn check_motion(
     path: &Path,
     model: &Model,
@@ -186,7 +190,7 @@ fn array_name(mode: &ModeShape) -> String {
     )
 }
 
-/// A mode on all nodes, so that the largest displacement is 1 and its largest component positive.
+/// Mode on all nodes, scaled to a largest displacement of 1 whose largest component is positive.
 fn to_scale(mode: &ModeShape) -> Vec<f64> {
     let size = |u: &[f64; 3]| u.iter().map(|u| u * u).sum::<f64>();
     let nodes = || mode.shape.iter().flatten();
@@ -200,8 +204,8 @@ fn to_scale(mode: &ModeShape) -> Vec<f64> {
     nodes().flatten().map(|u| u / scale).collect()
 }
 
-/// The bodies with mode shapes on the nodes, each a vector without unit whose largest length is 1, under the name
-/// `<kind>[_<body>]_<mode>_<frequency>_hz`.
+/// Writes the bodies with mode shapes on the nodes. Each is a vector without unit whose largest
+/// length is 1, under the name `<kind>[_<body>]_<mode>_<frequency>_hz`.
 pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<(), ExportError> {
     let mut grid = Grid::of_bodies(model);
     for mode in modes {
@@ -216,8 +220,8 @@ pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<()
     grid.write(path)
 }
 
-/// A collection of files with their timesteps, sorted by timestep (viewers need that; entries of
-/// one timestep keep their order).
+/// Writes a collection of files with their timesteps, sorted by timestep (viewers need that;
+/// entries of one timestep keep their order).
 pub(super) fn write_pvd(
     path: &Path,
     entries: &[(f64, String)],
@@ -255,7 +259,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// All bodies, the nodes of each before those of the next, with `body` on nodes and
+    /// Grid of all bodies, the nodes of each before those of the next, with `body` on nodes and
     /// elements, `node_tag` and `element_tag`.
     fn of_bodies(model: &Model) -> Self {
         let mut points = Vec::new();
@@ -286,7 +290,7 @@ impl Grid {
         grid
     }
 
-    /// Quadrilaterals on points.
+    /// Grid of quadrilaterals on points.
     pub(super) fn of_quadrilaterals(points: Vec<f64>, corners: &[[u64; 4]]) -> Self {
         Self::new(
             points,
@@ -335,7 +339,8 @@ impl Grid {
         }
     }
 
-    /// Errors: an array holds a number that is not finite, or the disk refuses.
+    /// Writes the file. Errors: an array contains a number that is not finite, or the file cannot
+    /// be written.
     pub(super) fn write(self, path: &Path) -> Result<(), ExportError> {
         if let Some((field, index)) = self.not_finite {
             return Err(ExportError::NotFinite {
@@ -373,7 +378,8 @@ impl Grid {
     }
 }
 
-/// The file with names of the components of vectors and of stresses, which vtkio has no place for.
+/// Adds names of the components of vectors and of stresses to the file, which vtkio does not
+/// support.
 fn with_component_names(mut xml: String) -> String {
     for names in [
         &["X", "Y", "Z"][..],
@@ -391,7 +397,7 @@ fn with_component_names(mut xml: String) -> String {
     xml
 }
 
-/// Error unless `found == expected`.
+/// Checks that `found == expected`.
 pub(super) fn check_length(
     path: &Path,
     field: &str,
@@ -412,7 +418,7 @@ pub(super) fn check_length(
     })
 }
 
-/// VTK's cell for an element of so many nodes.
+/// VTK's cell type for an element of `nodes` nodes.
 fn vtk_cell(nodes: usize) -> CellType {
     match nodes {
         4 => CellType::Tetra,

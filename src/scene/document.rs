@@ -1,4 +1,4 @@
-//! Reads TOML text and `--set` arguments into the mirror of the file (of a scene: `RawScene`), and
+//! Reads TOML text and `--set` arguments into the mirror of the file (for a scene: `RawScene`), and
 //! reports every unknown key and wrong type.
 
 use std::ops::Range;
@@ -13,7 +13,7 @@ use super::overrides;
 use super::place::{Step, find, path_text, remove};
 use super::source::Source;
 
-/// No more than this many problems of one kind are looked for.
+/// Largest number of problems of one kind that are reported.
 const MOST_PROBLEMS: usize = 20;
 
 /// Parses the text, applies the `--set` arguments in their order and reads the result into the
@@ -39,9 +39,9 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
     }
 }
 
-/// Finds the first syntax error of each line. What follows on the same line is mostly a
-/// consequence. A file in which so many lines are no TOML is of another kind, a mesh perhaps, and its
-/// first line says enough.
+/// Finds the first syntax error of each line. Further errors on the same line are mostly
+/// consequences. If [`MOST_PROBLEMS`] lines are not TOML, the file is of another kind, such as a
+/// mesh, and the error of its first line suffices.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
     let ends: Vec<usize> = source.text.match_indices('\n').map(|(at, _)| at).collect();
     let line = |at: usize| ends.partition_point(|end| *end < at);
@@ -64,8 +64,8 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
     problems
 }
 
-/// Sections must be tables or lists of tables before serde sees them: it would take a list of the
-/// right length for a table.
+/// Checks that sections are tables or lists of tables before serde reads them: serde would take a
+/// list of the right length for a table.
 fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>) {
     for section in source.vocabulary.sections {
         let Some(value) = root.get(section.name) else {
@@ -88,8 +88,8 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
     }
 }
 
-/// Reads the table into the mirror. serde stops at the first error: that key is reported, taken
-/// out, and the rest is read again.
+/// Reads the table into the mirror. serde stops at the first error: that key is reported and
+/// removed, and the rest is read again.
 fn deserialize<T: DeserializeOwned>(
     source: &Source,
     mut root: DeTable,

@@ -1,16 +1,17 @@
-//! The keys of a scene file. Each entry says what the key means, its unit, its default and what is
-//! valid, with a line that could stand in the file. Messages take their examples from here, and
-//! docs/scene.md its tables.
+//! Keys of a scene file. Each entry has the meaning of the key, its unit, its default, its valid
+//! values and an example line. Messages take their examples from here, and docs/scene.md its
+//! tables.
 
 use super::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use super::kinds::{Kind, Limits};
 use super::raw;
 use dovetail_mesh::units::Units;
 
-/// Of the relative residual of a balance: a motion with more left of its load is none.
+/// Upper limit of the tolerance of the relative residual of a balance: a solution with a larger
+/// residual does not count as a motion.
 pub const LARGEST_TOLERANCE: f64 = 1e-3;
 
-/// What a scene may say.
+/// Keys of a scene.
 pub const SCENE: Vocabulary = Vocabulary {
     former: &[
         ("excitation", "points", "on"),
@@ -35,7 +36,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
     SCENE.example(section, key)
 }
 
-/// The top of the file, then the tables in the order in which they are usually written.
+/// Sections: the top of the file, then the tables in the order in which they are usually written.
 const SECTIONS: [Section; 13] = [
     Section {
         name: "",
@@ -927,7 +928,7 @@ pub(crate) mod tests {
     use crate::scene::error::{Fault, SceneError};
     use crate::scene::parse;
 
-    /// A scene with every section, in which each key of `section` can be given.
+    /// Scene with every section, in which each key of `section` can be given.
     pub(crate) fn scene_with(section: &str, key: &str) -> String {
         let mesh = match key {
             "file" => "file = \"a.msh\"",
@@ -1036,7 +1037,8 @@ pub(crate) mod tests {
             .flat_map(|s| s.keys.iter().map(move |k| (s, k)))
     }
 
-    /// Values within the limits of a kind and values just outside; `None` where it is no number.
+    /// Values within the limits of a kind and values just outside; `None` if the kind is not a
+    /// number.
     pub(crate) fn probes(kind: Kind) -> Option<(Vec<String>, Vec<String>)> {
         let text = |v: f64| format!("{v:e}");
         let step = |v: f64| v.abs().max(1e-30) * 1e-9;
@@ -1102,7 +1104,7 @@ pub(crate) mod tests {
         assert!(probed > 30, "{probed} keys");
     }
 
-    /// Values of other types than this.
+    /// Values of other types than the kind.
     pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
         match kind {
             Kind::Text(_) | Kind::Name | Kind::Choice(_) => &["1", "[]", "true"],

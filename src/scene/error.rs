@@ -1,4 +1,4 @@
-//! The faults of a scene: what is wrong, where it stands in the text, and what to do about it.
+//! Faults of a scene: the fault, its place in the text, and the remedy.
 
 use std::fmt;
 use std::ops::Range;
@@ -10,8 +10,8 @@ use thiserror::Error;
 
 use dovetail_mesh::text;
 
-/// Why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] the first
-/// problem stands for all, the others follow as related ones.
+/// Reason why there is no [`Scene`](dovetail_solver::description::Scene). As a [`Diagnostic`] it
+/// shows the first problem, and the others as related ones.
 #[derive(Debug, Error)]
 pub enum SceneError {
     #[error("the scene file {} cannot be read", path.display())]
@@ -19,12 +19,12 @@ pub enum SceneError {
         path: PathBuf,
         source: std::io::Error,
     },
-    /// In the order of the text; at least one.
+    /// Problems in the order of the text; at least one.
     #[error("{}", summary("the scene", problems))]
     Invalid { problems: Vec<Problem> },
 }
 
-/// The first problem, and how many there are; `what` (the scene, ...) is not valid.
+/// First problem and the number of problems; `what` (the scene, ...) is not valid.
 pub fn summary(what: &str, problems: &[impl fmt::Display]) -> String {
     match problems {
         [] => format!("{what} is not valid"),
@@ -62,7 +62,7 @@ impl Diagnostic for SceneError {
     }
 }
 
-/// What stands behind the first problem, which stands for all.
+/// All problems after the first, which is shown as the error itself.
 pub fn all_but_first<'a, P: Diagnostic>(
     problems: &'a [P],
 ) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
@@ -70,16 +70,16 @@ pub fn all_but_first<'a, P: Diagnostic>(
     Some(Box::new(others.iter().map(|p| p as &dyn Diagnostic)))
 }
 
-/// One fault and its place: in the scene file or in a `--set` argument.
+/// Fault and its place: in the scene file or in a `--set` argument.
 #[derive(Debug, Clone, Error)]
 #[error("{fault}")]
 pub struct Problem {
     pub fault: Fault,
     /// The scene file, or `--set` and the argument.
     pub source_text: NamedSource<Arc<str>>,
-    /// Bytes of `source_text`.
+    /// Place of the fault in `source_text`, bytes.
     pub span: Range<usize>,
-    /// Another place of the same text that matters.
+    /// Another relevant place in the same text, with its label.
     pub other: Option<(Range<usize>, &'static str)>,
 }
 
@@ -100,7 +100,7 @@ impl Diagnostic for Problem {
     }
 }
 
-/// What is wrong. A `path` is written as for `--set`: `contact.left.friction`.
+/// Fault of a scene. A `path` is written as for `--set`: `contact.left.friction`.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Fault {
     #[error("this is not TOML: {message}")]
@@ -108,7 +108,7 @@ pub enum Fault {
     #[error("unknown {} `{path}`", if section.is_empty() { "section or key" } else { "key" })]
     UnknownKey {
         path: String,
-        /// The section it stands in, empty for the top of the file.
+        /// Section of the key; empty for the top of the file.
         section: &'static str,
         valid: Vec<String>,
         nearest: Option<String>,
@@ -210,7 +210,7 @@ pub enum Fault {
     OverrideNoElement {
         path: String,
         segment: String,
-        /// Names of the elements; an element without one is its number.
+        /// Names of the elements; the number for an element without a name.
         elements: Vec<String>,
         nearest: Option<String>,
     },
@@ -218,7 +218,7 @@ pub enum Fault {
     OverrideNotATable { path: String, segment: String },
     #[error("there is no `{path}` to remove")]
     OverrideNothingToRemove { path: String },
-    /// What only another kind of file than a scene can have.
+    /// Fault that only files other than scenes can have.
     #[error("{message}")]
     Particular {
         message: String,
@@ -236,7 +236,7 @@ fn bracketed(section: &str, list: bool) -> String {
 }
 
 impl Fault {
-    /// Short text for the place itself.
+    /// Short label at the place of the fault.
     fn label(&self) -> String {
         match self {
             Self::Syntax { .. } => "here".to_owned(),
@@ -286,7 +286,7 @@ impl Fault {
         }
     }
 
-    /// What is valid, and what to write instead.
+    /// Valid alternatives, and what to write instead.
     fn remedy(&self) -> String {
         match self {
             Self::Syntax { .. } => "the file has to be TOML (https://toml.io): lines `key = value` under \

@@ -1,29 +1,29 @@
-//! The keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes
-//! are listed in [`super::entries`].
+//! Keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
+//! listed in [`super::entries`].
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 
 use super::kinds::Kind;
 
-/// Whether a section is written `[section]` or, once per item, `[[section]]`.
+/// Form of a section: `[section]` or, once per item, `[[section]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     Table,
     List,
 }
 
-/// One key of a section.
+/// Key of a section.
 #[derive(Debug)]
 pub struct Key {
     pub name: &'static str,
     /// Type, unit and limits of its value.
     pub kind: Kind,
-    /// As it would be written, or what holds without it; "-" where it must be given, and "- or"
-    /// with others where one of several must be.
+    /// Default as it would be written, or what applies without the key. It is "-" if the key is
+    /// required, and "- or" with others if one of several keys is required.
     pub default: &'static str,
-    /// Choices first, then what it does; Markdown. The limits of numbers are those of `kind`.
+    /// Choices, then the effect; Markdown. The limits of numbers are those of `kind`.
     pub meaning: &'static str,
-    /// A line that could stand in the file.
+    /// Example line of a file.
     pub example: &'static str,
 }
 
@@ -44,18 +44,19 @@ pub const fn key(
 }
 
 impl Key {
-    /// Whether a file without it, and without `--set`, is refused whatever its other keys are.
+    /// Returns `true` if a file without the key, and without `--set`, is refused whatever its other
+    /// keys are.
     pub fn is_required(&self) -> bool {
         self.default == "-"
     }
 
-    /// Its default as a value, where it is written as one.
+    /// Default as a value, if it is written as one.
     pub fn default_value(&self) -> Option<toml::Value> {
         let line = format!("v = {}", self.default.trim_matches('`'));
         line.parse::<toml::Table>().ok()?.remove("v")
     }
 
-    /// The limits of its value, then what it does.
+    /// Limits of the value, then the effect.
     pub fn limits_and_meaning(&self) -> String {
         let limits = self.kind.limits();
         let parts = limits.iter().map(String::as_str).chain([self.meaning]);
@@ -64,32 +65,31 @@ impl Key {
     }
 }
 
-/// A table of the file, or its top.
+/// Table of the file, or its top.
 #[derive(Debug)]
 pub struct Section {
-    /// Empty: the top of the file.
+    /// Name; empty for the top of the file.
     pub name: &'static str,
     pub shape: Shape,
-    /// How many there must be.
+    /// Required number of these sections.
     pub needed: &'static str,
     pub what: &'static str,
-    /// Its first lines.
+    /// First lines of an example.
     pub example: &'static str,
-    /// The names that the mirror reads.
+    /// Names of the keys that the mirror reads.
     pub fields: fn() -> &'static [&'static str],
-    /// In the order of the mirror; of the top of the file those that are not sections.
+    /// Keys in the order of the mirror; for the top of the file, without the sections.
     pub keys: &'static [Key],
 }
 
-/// What a kind of file may say.
+/// Keys of a kind of file.
 #[derive(Debug)]
 pub struct Vocabulary {
     /// The top of the file, then its tables in the order in which they are usually written.
     pub sections: &'static [Section],
-    /// Keys as earlier versions of the program called them: section, key, and what says the same
-    /// now.
+    /// Renamed keys of earlier versions of the program: section, key, and the key in its place.
     pub former: &'static [(&'static str, &'static str, &'static str)],
-    /// Keys of earlier versions that nothing took the place of: section, key, and the remedy.
+    /// Keys of earlier versions without a replacement: section, key, and the remedy.
     pub dropped: &'static [(&'static str, &'static str, &'static str)],
 }
 
@@ -98,13 +98,13 @@ impl Vocabulary {
         self.sections.iter().find(|s| s.name == name)
     }
 
-    /// The keys that a section accepts; none where there is no such section.
+    /// Keys that a section accepts; empty if there is no such section.
     pub fn keys_of(&self, section: &str) -> &'static [&'static str] {
         self.section(section).map_or(&[], |s| (s.fields)())
     }
 
-    /// What an unknown key of a section is most likely meant to be: what took its place, else the
-    /// nearest word.
+    /// Key that an unknown key of a section most likely means: its replacement, else the nearest
+    /// word.
     pub fn meant_by(&self, section: &str, key: &str) -> Option<String> {
         let former = self.former.iter();
         let now = former
@@ -114,14 +114,14 @@ impl Vocabulary {
         now.or_else(|| nearest(key, self.keys_of(section)))
     }
 
-    /// What to do where a key stands that only earlier versions had.
+    /// Remedy for a key that only earlier versions had.
     pub fn remedy_of_dropped(&self, section: &str, key: &str) -> Option<&'static str> {
         let mut dropped = self.dropped.iter();
         let found = dropped.find(|(s, k, _)| *s == section && *k == key);
         found.map(|(_, _, remedy)| *remedy)
     }
 
-    /// A line that could stand in the file, for messages; a section's example is its first lines.
+    /// Example line of a file, for messages; the example of a section is its first lines.
     pub fn example(&self, section: &str, key: &str) -> &'static str {
         let of_section = self.section(section);
         let own = of_section.and_then(|s| s.keys.iter().find(|k| k.name == key));
@@ -132,8 +132,8 @@ impl Vocabulary {
     }
 }
 
-/// The word of `valid` that `word` is most likely meant to be: at most a third of its letters
-/// differ (Damerau-Levenshtein distance), or one is the other with something appended.
+/// Word of `valid` that `word` most likely means: at most a third of its letters differ
+/// (Damerau-Levenshtein distance), or one is the other with something appended.
 pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
     // The distance is quadratic in the length: a key of the file can be of any length, a near one
     // cannot.
@@ -154,7 +154,7 @@ pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
         .map(|(_, v)| v.to_owned())
 }
 
-/// The field names serde's derive gave to `T`, so that they are written once only.
+/// Names of the fields of `T` from serde's derive, so that they are written only once.
 pub fn fields<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     match T::deserialize(FieldsOnly) {
         Err(Fields(names)) => names,

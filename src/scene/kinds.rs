@@ -1,39 +1,39 @@
-//! The types of the values that keys take, with their units and limits. Tables of docs, schemas and
-//! messages say them in the words that stand here.
+//! Types of the values of keys, with their units and limits. The tables of the documentation, the
+//! schemas and the messages use the words given here.
 
 use std::fmt;
 
 /// Type of the value of a key.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
-    /// A text; the words say what it names.
+    /// Text; the argument describes what it names.
     Text(&'static str),
-    /// A text of letters, digits, `_` and `-` that begins with a letter.
+    /// Text of letters, digits, `_` and `-` that begins with a letter.
     Name,
     /// One of these texts.
     Choice(&'static [&'static str]),
-    /// A list of texts; the words say what they name.
+    /// List of texts; the argument describes what they name.
     Texts(&'static str),
-    /// A list of some of these texts.
+    /// List of some of these texts.
     Choices(&'static [&'static str]),
-    /// A number with its unit, which is empty where it has none.
+    /// Number with its unit, which is empty if it has none, and its limits.
     Number(&'static str, Limits),
-    /// A whole number from the first to the second, where they are known without other keys.
+    /// Whole number from the first to the second, which are `None` if they depend on other keys.
     Whole(Option<u32>, Option<u32>),
-    /// A list of so many numbers with their unit.
+    /// List of this many numbers with their unit.
     Numbers(usize, &'static str),
-    /// A table of numbers under names of the user's.
+    /// Table of numbers under names chosen by the user.
     NumberTable,
     /// True or false.
     Flag,
-    /// A list of values of any type, at least one.
+    /// List of values of any type, at least one.
     List,
-    /// A value of several types, in words.
+    /// Value of several types, described in words.
     Any(&'static str),
 }
 
 impl Kind {
-    /// The limits of a number, as words; none where any is valid or the type has no limits.
+    /// Limits of a number, in words; `None` if any number is valid or the type has no limits.
     pub fn limits(&self) -> Option<String> {
         match self {
             Self::Number(_, limits) => Some(limits.to_string()),
@@ -74,7 +74,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A whole number with a comma before each three digits.
+/// Whole number with a comma before each three digits.
 fn grouped(number: u32) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -87,12 +87,12 @@ fn grouped(number: u32) -> String {
     text
 }
 
-/// An interval of numbers.
+/// Interval of numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
     pub above: f64,
     pub below: f64,
-    /// The lower end itself is allowed.
+    /// True if the lower end itself is allowed.
     pub from: bool,
 }
 
@@ -113,7 +113,7 @@ impl Limits {
         from: true,
     };
 
-    /// Both ends excluded.
+    /// Interval that excludes both ends.
     pub const fn between(above: f64, below: f64) -> Self {
         Self {
             above,
@@ -121,7 +121,7 @@ impl Limits {
             from: false,
         }
     }
-    /// 0 included, `below` excluded.
+    /// Interval from 0, included, to `below`, excluded.
     pub const fn from_zero_to(below: f64) -> Self {
         Self {
             above: 0.0,
@@ -148,7 +148,7 @@ impl fmt::Display for Limits {
     }
 }
 
-/// A limit as people write it: with a power of ten where it is far from one.
+/// Limit in common notation: with a power of ten if it is far from one.
 struct Short(f64);
 
 impl fmt::Display for Short {

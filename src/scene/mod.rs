@@ -35,12 +35,12 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Scene, SceneError> {
     parse(&text, &path.display().to_string(), folder, overrides)
 }
 
-/// Parses and checks the text of a scene. `file_name` is for messages only, relative paths of the
-/// scene are joined to `base_dir`. Each of `overrides` is `KEY=VALUE`, KEY a dotted path
-/// (`response.points`, `contact.left.friction`, `contact.0.friction`, `contact.*.friction`), VALUE
-/// a TOML value or else a text; with nothing after `=` the key is removed. Of keys that exclude
-/// each other (a mesh file and a geometry, the two frequency ranges, the two ways to give damping)
-/// the one set replaces the file's.
+/// Parses and checks the text of a scene. `file_name` is for messages only; relative paths of the
+/// scene are joined to `base_dir`. Each of `overrides` is `KEY=VALUE`. KEY is a dotted path
+/// (`response.points`, `contact.left.friction`, `contact.0.friction`, `contact.*.friction`). VALUE
+/// is a TOML value or else a text; with nothing after `=` the key is removed. If keys exclude each
+/// other (a mesh file and a geometry, the two frequency ranges, the two ways to give damping), the
+/// key that is set replaces that of the file.
 ///
 /// # Errors
 /// [`SceneError::Invalid`] with every problem found: first those of syntax alone, then unknown keys

@@ -1,8 +1,8 @@
 //! `--set KEY=VALUE` puts one value into the table of a scene before it is checked.
 //!
 //! KEY is a dotted path. An element of a list is named by its number or by its name; `*` means all
-//! elements. VALUE is TOML, or else is taken as a text; without VALUE the key is removed. Of keys
-//! that exclude each other, the one that is set displaces those of the file.
+//! elements. VALUE is TOML, or else is taken as a text; without VALUE the key is removed. If keys
+//! exclude each other, the key that is set displaces those of the file.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use super::keys;
 use super::place::element_name;
 use super::source::Source;
 
-/// Keys of a section of which only one group may be given.
+/// Groups of keys of a section, of which only one group may be given.
 const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
     ("mesh", &[&["metres_per_unit"], &["units"]]),
     (
@@ -44,18 +44,18 @@ const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
     ),
 ];
 
-/// The most steps of a path. A scene has no more than four (`body.jaw.fixed.0`), and tables nested
-/// without end would not fit the stack.
+/// Largest number of steps of a path. A scene has no more than four (`body.jaw.fixed.0`), and
+/// tables nested without limit would exceed the stack.
 const MOST_STEPS: usize = 8;
 
-/// A word of the path and its place.
+/// Word of the path and its place.
 #[derive(Debug, Clone)]
 struct Segment<'i> {
     word: &'i str,
     span: Range<usize>,
 }
 
-/// Applies `--set` argument `index` to the table.
+/// Applies the `--set` argument number `index` to the table.
 pub fn apply<'i>(
     source: &Source<'i>,
     index: usize,
@@ -111,8 +111,8 @@ fn segments(key: &str, start: usize) -> Vec<Segment<'_>> {
     path
 }
 
-/// Reads the text as TOML, or takes it as a string when it is none. Everything in it gets the span
-/// of the whole.
+/// Reads the text as TOML, or takes it as a string if it is not TOML. Everything in it gets the
+/// span of the whole.
 fn value_of<'i>(text: &'i str, span: Range<usize>) -> Spanned<DeValue<'i>> {
     match DeValue::parse(text) {
         Ok(value) => relocated(value.into_inner(), &span),
@@ -181,7 +181,7 @@ fn put_in_table<'i>(
     }
 }
 
-/// Goes one step into a value that stands at `above`.
+/// Takes one step into a value at the path `above`.
 fn put<'i>(
     source: &Source<'i>,
     target: &mut Spanned<DeValue<'i>>,
@@ -245,7 +245,7 @@ fn put<'i>(
     }
 }
 
-/// Finds the indices that `*`, a name or a number means.
+/// Indices of the elements meant by `*`, a name or a number.
 fn elements(items: &[Spanned<DeValue>], word: &str) -> Vec<usize> {
     if word == "*" {
         return (0..items.len()).collect();
@@ -278,7 +278,7 @@ fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Bo
     Box::new(source.problem(segment.span.clone(), fault))
 }
 
-/// Removes what `section.key` excludes, where the file (not another argument) has set it.
+/// Removes the keys that `section.key` excludes, if the file (not another argument) has set them.
 fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key: &str) {
     let Some(DeValue::Table(table)) = root.get_mut(section).map(|v| v.get_mut()) else {
         return;

@@ -1,19 +1,19 @@
-//! Places inside the table of a file: found by the span of an error, taken out, and named for a
-//! reader.
+//! Places inside the table of a file: they are found by the span of an error, removed, and named
+//! for a reader.
 
 use std::ops::Range;
 
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// One step from a table or list to something in it.
+/// Step from a table or list to an item in it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step {
     Key(String),
     Index(usize),
 }
 
-/// The way to the innermost key or value an error span means; empty when there is none.
+/// Path to the innermost key or value meant by the span of an error; empty if there is none.
 pub fn find(root: &DeTable, span: &Range<usize>) -> Vec<Step> {
     let mut best: (usize, Vec<Step>) = (usize::MAX, Vec::new());
     let mut way = Vec::new();
@@ -61,14 +61,14 @@ fn search_value(
     }
 }
 
-/// Keeps the smaller place; of equal ones the deeper.
+/// Keeps the smaller place; among equal places the deeper.
 fn offer(way: &[Step], length: usize, best: &mut (usize, Vec<Step>)) {
     if length < best.0 || (length == best.0 && way.len() > best.1.len()) {
         *best = (length, way.to_vec());
     }
 }
 
-/// Takes out the innermost table entry on the way to `place`.
+/// Removes the innermost table entry on the path `place`.
 pub fn remove(root: &mut DeTable, place: &[Step]) -> bool {
     let Some(last_key) = place.iter().rposition(|s| matches!(s, Step::Key(_))) else {
         return false;
@@ -102,7 +102,8 @@ pub fn remove(root: &mut DeTable, place: &[Step]) -> bool {
     }
 }
 
-/// `contact.left.friction`: elements of a list by their name where they have one.
+/// Path as a text, such as `contact.left.friction`: elements of a list are named by their name if
+/// they have one.
 pub fn path_text(root: &DeTable, place: &[Step]) -> String {
     let mut words = Vec::new();
     let mut value = None;

@@ -1,4 +1,4 @@
-//! The serde mirror of the TOML file. Every key is optional and knows its place in the text.
+//! Mirror of the TOML file for serde. Every key is optional and knows its place in the text.
 //!
 //! [`super::check`] finds what is absent, out of range or contradictory. Here a value only has to
 //! be of the right type, and a key must be one of the fields below.
@@ -9,7 +9,7 @@ use std::fmt;
 use serde::de::{self, Deserialize, Deserializer, SeqAccess, Visitor};
 use serde_spanned::Spanned;
 
-/// A key that may be absent; its span is that of the value.
+/// Key that may be absent; its span is that of the value.
 pub type Located<T> = Option<Spanned<T>>;
 
 /// The whole file. Lists of tables are `[[body]]` and so on.
@@ -195,15 +195,15 @@ pub struct RawResponse {
     pub slip_threshold_m: Located<Number>,
 }
 
-/// A finite number, written as a TOML float or integer.
+/// Finite number, written as a TOML float or integer.
 #[derive(Debug, Clone, Copy)]
 pub struct Number(pub f64);
 
-/// A whole number, 0 or more.
+/// Whole number, 0 or more.
 #[derive(Debug, Clone, Copy)]
 pub struct Count(pub usize);
 
-/// A list of exactly `N` finite numbers.
+/// List of exactly `N` finite numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Numbers<const N: usize>(pub [f64; N]);
 

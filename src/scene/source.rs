@@ -1,8 +1,7 @@
-//! The text of a scene and of its `--set` arguments, as one range of byte positions.
+//! Text of a scene and of its `--set` arguments, as one range of byte positions.
 //!
-//! Values that come from `--set` are put into the same table as those of the file. To tell them
-//! apart by their spans, argument `k` is given the positions after the file and the arguments
-//! before it.
+//! Values from `--set` are put into the same table as those of the file. To distinguish them by
+//! their spans, argument `k` is given the positions after the file and the arguments before it.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -12,10 +11,10 @@ use miette::NamedSource;
 use super::error::{Fault, Problem};
 use super::keys::Vocabulary;
 
-/// Where the spans of a scene, or of another file of keys and values, point to.
+/// Texts that the spans of a scene, or of another file of keys and values, refer to.
 pub struct Source<'i> {
     pub name: &'i str,
-    /// Shared by the problems found in it.
+    /// Text of the file, shared by the problems found in it.
     pub text: Arc<str>,
     pub overrides: &'i [String],
     pub vocabulary: &'static Vocabulary,
@@ -33,12 +32,12 @@ impl<'i> Source<'i> {
                 .sum::<usize>()
     }
 
-    /// Whether a span lies in the file and not in an argument.
+    /// Returns `true` if a span lies in the file and not in an argument.
     pub fn is_in_file(&self, span: &Range<usize>) -> bool {
         span.start <= self.text.len()
     }
 
-    /// A fault at `span`, with the text it stands in.
+    /// Problem with a fault at `span`, in the text of that place.
     pub fn problem(&self, span: Range<usize>, fault: Fault) -> Problem {
         let (name, text, start) = self.text_at(span.start);
         Problem {
@@ -49,7 +48,7 @@ impl<'i> Source<'i> {
         }
     }
 
-    /// The same with a second place, which is dropped when it stands in another text.
+    /// Problem with a second place, which is dropped if it is in another text.
     pub fn problem_with(
         &self,
         span: Range<usize>,
@@ -67,7 +66,7 @@ impl<'i> Source<'i> {
         problem
     }
 
-    /// Name and text that hold a position, and the position of the text's first byte.
+    /// Name and text at a position, and the position of the first byte of the text.
     fn text_at(&self, position: usize) -> (&'i str, Arc<str>, usize) {
         if position <= self.text.len() {
             return (self.name, Arc::clone(&self.text), 0);
@@ -83,7 +82,7 @@ impl<'i> Source<'i> {
     }
 }
 
-/// `span` cut to the text and moved to character boundaries.
+/// Part of `span` inside the text, moved to character boundaries.
 fn inside(text: &str, span: Range<usize>) -> Range<usize> {
     let boundary = |position: usize| {
         (0..=position.min(text.len()))

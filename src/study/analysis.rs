@@ -1,6 +1,5 @@
-//! From the results of all cases to what a user wants to know: how each figure converges with each
-//! numerical parameter, how far every case is from the finest, and which design has the least of a
-//! figure.
+//! Analysis of the results of all cases: how each figure converges with each numerical parameter,
+//! how far every case is from the finest, and which design has the smallest value of a figure.
 
 use serde::Serialize;
 
@@ -12,46 +11,46 @@ use super::parameter::Parameter;
 use super::quantity::Figure;
 use super::results::{CaseResult, figures};
 
-/// All that is told of the results.
+/// Analysis of the results of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Analysis {
     pub figures: Vec<Figure>,
-    /// Per case and figure, its relative difference from the finest case; `None` where there is
-    /// none, or no such figure.
+    /// Relative difference of each figure of each case from the finest case; `None` if there is no
+    /// finest case or no such figure.
     pub differences: Vec<Vec<Option<f64>>>,
     pub refinements: Vec<Refinement>,
     pub designs: Designs,
 }
 
-/// One numerical parameter through its values, the others at their base (of a grid: at their
-/// finest).
+/// One numerical parameter through its values, while the others stay at their base (in a grid at
+/// their finest value).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
-    /// Which of the study's parameters.
+    /// Position of the parameter among those of the study.
     pub parameter: usize,
-    /// The values of the others.
+    /// Positions of the values of the other parameters.
     pub at: Vec<usize>,
-    /// The case of each value, coarse to fine.
+    /// Case of each value, from coarse to fine.
     pub cases: Vec<usize>,
-    /// In the order of the figures of the analysis.
+    /// Convergence of each figure, in the order of the figures of the analysis.
     pub figures: Vec<Refined>,
 }
 
-/// How one figure follows a numerical parameter; the lists have an entry per value, `None` where
-/// the case has no such figure.
+/// Dependence of one figure on a numerical parameter. The lists have an entry for each value,
+/// `None` if the case has no such figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refined {
     pub figure: String,
     pub values: Vec<Option<f64>>,
     /// Relative differences from the finest value.
     pub differences: Vec<Option<f64>>,
-    /// What each value is taken to err: see [`estimates`].
+    /// Estimated error of each value: see [`estimates`].
     pub estimated_errors: Vec<Option<f64>>,
-    /// What the values lead to.
+    /// Limit of the values.
     pub limit: Option<Limit>,
 }
 
-/// Takes the results of all cases apart.
+/// Analyses the results of all cases.
 pub fn analyse(study: &Study, results: &[CaseResult]) -> Analysis {
     let figures = figures(study, results);
     let of_case = |result: &CaseResult| {
@@ -78,13 +77,13 @@ fn case_of(results: &[CaseResult], values: &[usize]) -> Option<usize> {
     results.iter().position(|r| r.case.values == values)
 }
 
-/// Whether two cases differ in numerical parameters alone.
+/// Returns `true` if two cases differ in numerical parameters only.
 fn is_same_design(study: &Study, a: &[usize], b: &[usize]) -> bool {
     let mut parameters = study.parameters.iter().zip(a.iter().zip(b));
     parameters.all(|(p, (a, b))| p.is_numerical() || a == b)
 }
 
-/// The values around which numerical parameters are varied at a design: one at a time those of the
+/// Values around which numerical parameters are varied at a design: one at a time those of the
 /// base, in a grid those of the finest case that has a result.
 fn centre(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize> {
     let steps_from_finest = |r: &&CaseResult| -> usize {
@@ -99,8 +98,9 @@ fn centre(study: &Study, results: &[CaseResult], design: &[usize]) -> Vec<usize>
     finest.map_or(design.to_vec(), |f| f.case.values.clone())
 }
 
-/// The cases that a case is compared with. In a grid it is the finest of its design. One at a time
-/// it is the one with the finest value of the parameter that is varied, for the base of each.
+/// Cases that a case is compared with. In a grid this is the finest case of its design. One at a
+/// time it is the case with the finest value of the varied parameter; the base is compared with
+/// that of each parameter.
 fn finest(study: &Study, results: &[CaseResult], values: &[usize]) -> Vec<usize> {
     let mut designs = designs(study).into_iter();
     let Some(design) = designs.find(|design| is_same_design(study, design, values)) else {
@@ -119,7 +119,7 @@ fn finest(study: &Study, results: &[CaseResult], values: &[usize]) -> Vec<usize>
     along.collect()
 }
 
-/// The largest of the differences from these cases.
+/// Largest of the differences from these cases.
 fn difference(
     results: &[CaseResult],
     result: &CaseResult,
@@ -212,7 +212,7 @@ pub mod tests {
         }
     }
 
-    /// The figure is 1 + 2 a^2 + 0.5 b.
+    /// Study whose figure is 1 + 2 a^2 + 0.5 b.
     pub fn study(mode: Mode) -> Study {
         Study {
             name: "s".into(),

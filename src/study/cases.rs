@@ -1,16 +1,16 @@
-//! A study's parameters -> its cases, each a run of its own.
+//! Makes the cases of a study from its parameters. Each case is a run of its own.
 
 use std::collections::{HashMap, HashSet};
 
 use super::file::{Mode, Study};
 use super::parameter::Parameter;
 
-/// One run: which value each parameter has.
+/// One run, with a value of each parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Name of its folder.
     pub slug: String,
-    /// Per parameter, position in its values.
+    /// Position of the value of each parameter among its values.
     pub values: Vec<usize>,
 }
 
@@ -22,7 +22,7 @@ impl Case {
         study.set.iter().chain(of_parameters).cloned().collect()
     }
 
-    /// Label of each parameter's value.
+    /// Label of the value of each parameter.
     pub fn labels<'s>(&self, study: &'s Study) -> Vec<&'s str> {
         let parameters = study.parameters.iter().zip(&self.values);
         parameters
@@ -31,8 +31,8 @@ impl Case {
     }
 }
 
-/// All cases: one at a time the base first, then parameter by parameter; a grid with the last
-/// parameter varying fastest.
+/// All cases. One at a time the base comes first, then one parameter after the other; in a grid the
+/// last parameter varies fastest.
 pub fn cases(study: &Study) -> Vec<Case> {
     let combinations = match study.mode {
         Mode::OneAtATime => one_at_a_time(&study.parameters),
@@ -51,9 +51,9 @@ pub fn cases(study: &Study) -> Vec<Case> {
     combinations.into_iter().map(case).collect()
 }
 
-/// The designs and loads at which numerical parameters are refined, each by a value of every
-/// parameter (numerical ones at their base): one at a time the base alone, in a grid each
-/// combination of the others. None where no parameter is numerical.
+/// Designs and loads at which numerical parameters are refined, each by a value of every parameter
+/// (numerical ones at their base). One at a time this is the base alone, in a grid each combination
+/// of the other parameters. Empty if no parameter is numerical.
 pub fn designs(study: &Study) -> Vec<Vec<usize>> {
     let base: Vec<usize> = study.parameters.iter().map(|p| p.base).collect();
     match study.mode {
@@ -70,7 +70,8 @@ pub fn designs(study: &Study) -> Vec<Vec<usize>> {
     }
 }
 
-/// `friction 0.3, force 1.0 N`: the wanted of these values; empty where there are none.
+/// Text of the `wanted` parameters with these values, such as `friction 0.3, force 1.0 N`; empty if
+/// there are none.
 pub fn words(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> bool) -> String {
     let parameters = study.parameters.iter().zip(values);
     let wanted = parameters.filter(|(p, _)| wanted(p));
@@ -80,7 +81,8 @@ pub fn words(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> boo
         .join(", ")
 }
 
-/// ` at friction 0.3, force 1.0 N`: what is not numerical of these values; empty where all is.
+/// Text of the parameters that are not numerical, such as ` at friction 0.3, force 1.0 N`; empty if
+/// all are numerical.
 pub fn at_words(study: &Study, values: &[usize]) -> String {
     match words(study, values, |p| !p.is_numerical()) {
         none if none.is_empty() => none,
@@ -88,7 +90,8 @@ pub fn at_words(study: &Study, values: &[usize]) -> String {
     }
 }
 
-/// The same for names of files: `__friction_0.3__force_n_1.0`.
+/// Part of a file name for the parameters that are not numerical, such as
+/// `__friction_0.3__force_n_1.0`; empty if all are numerical.
 pub fn at_slug(study: &Study, values: &[usize]) -> String {
     let parameters = study.parameters.iter().zip(values);
     match slug(parameters.filter(|(p, _)| !p.is_numerical())) {
@@ -133,7 +136,7 @@ fn slug<'a>(turned: impl Iterator<Item = (&'a Parameter, &'a usize)>) -> String 
     turned.map(word).collect::<Vec<_>>().join("__")
 }
 
-/// Letters, digits, points and signs; `4 x 9` becomes `4x9`.
+/// Label with only letters, digits, points and signs; `4 x 9` becomes `4x9`.
 fn clean(label: &str) -> String {
     let joined = label.replace(" x ", "x");
     let mut text = String::new();
@@ -153,17 +156,18 @@ fn clean(label: &str) -> String {
     }
 }
 
-/// Names of folders, on systems too that take small letters for capitals.
+/// Distinct names of folders, also for file systems that do not distinguish small letters from
+/// capitals.
 #[derive(Default)]
 struct Slugs {
-    /// In small letters.
+    /// Names in use, in small letters.
     taken: HashSet<String>,
-    /// The last number that was put behind a name, which is in small letters here.
+    /// Last number appended to each name; the names are in small letters.
     last: HashMap<String, usize>,
 }
 
 impl Slugs {
-    /// The first 180 characters, with a number behind them where they are taken.
+    /// First 180 characters of a name, with a number appended if they are in use.
     fn distinct(&mut self, slug: &str) -> String {
         let slug: String = slug.chars().take(180).collect();
         let last = self.last.entry(slug.to_ascii_lowercase()).or_default();
@@ -272,7 +276,7 @@ mod tests {
         assert_eq!(slugs, ["base", "k_a-b", "k_a-b-2"]);
     }
 
-    /// Ten thousand names that differ behind the letters that are kept.
+    /// Ten thousand names that differ only after the characters that are kept.
     #[test]
     fn many_cases_with_one_name_are_told_apart() {
         let labels: Vec<String> = (0..10_000)

@@ -1,26 +1,27 @@
-//! How a figure converges: the order its differences show, the value they lead to (Richardson,
+//! Convergence of a figure: the order shown by its differences, the extrapolated value (Richardson,
 //! 1911), and the error of each value.
 //!
-//! Of three values f1, f2, f3 at sizes h1 > h2 > h3 with f = f* + C h^p:
-//! (f1 - f2) / (f2 - f3) = (h1^p - h2^p) / (h2^p - h3^p), the right side growing with p;
-//! f* = f3 - (f2 - f3) h3^p / (h2^p - h3^p).
+//! For three values f1, f2, f3 at sizes h1 > h2 > h3 with `f = f* + C h^p`:
+//! `(f1 - f2) / (f2 - f3) = (h1^p - h2^p) / (h2^p - h3^p)`, where the right side grows with p;
+//! `f* = f3 - (f2 - f3) h3^p / (h2^p - h3^p)`.
 
 use serde::Serialize;
 
-/// Differences below this, relative, are taken for rounding and tolerance: such a figure does not
-/// depend on the parameter.
+/// Relative difference below which values count as equal, as it may be due to rounding and
+/// tolerance: such a figure does not depend on the parameter.
 pub const SAME: f64 = 1e-7;
-/// An order below this share of the expected one shows nothing, nor one above [`MOST_ORDER`] times
-/// it.
+/// Smallest share of the expected order at which an observed order is accepted.
 pub const LEAST_ORDER: f64 = 0.3;
+/// Largest multiple of the expected order at which an observed order is accepted.
 pub const MOST_ORDER: f64 = 2.0;
 
-/// The value that errors are counted from.
+/// Value from which errors are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Limit {
     pub value: f64,
     pub how: How,
-    /// Of the last three values, where they go one way; it counts where `how` is Richardson.
+    /// Order of the last three values if they change monotonically; it is used if `how` is
+    /// Richardson.
     pub order: Option<f64>,
 }
 
@@ -29,19 +30,19 @@ pub struct Limit {
 pub enum How {
     /// Extrapolated from the last three values, whose differences show an order.
     Richardson,
-    /// The finest value itself: no order shows.
+    /// The finest value itself, as no order is observed.
     Finest,
-    /// The last value, where nothing says how fine the values are: it is what the others are
-    /// compared with.
+    /// The last value, with which the others are compared, as the fineness of the values is
+    /// unknown.
     Reference,
-    /// All values are the same.
+    /// The common value, as all values are the same.
     Unchanged,
-    /// There is but one value.
+    /// The only value.
     Single,
 }
 
-/// The order that three values show; `None` where they do not go one way, or at no order between
-/// 0.01 and 20.
+/// Order shown by three values; `None` if they do not change monotonically, or if no order between
+/// 0.01 and 20 fits.
 pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> Option<f64> {
     let [h1, h2, h3] = sizes;
     let (first, second) = (values[0] - values[1], values[1] - values[2]);
@@ -68,14 +69,15 @@ pub fn observed_order(sizes: [f64; 3], values: [f64; 3]) -> Option<f64> {
     Some(0.5 * (low + high))
 }
 
-/// f* of the last two of three values at this order.
+/// Limit f* extrapolated from the last two of three values at this order.
 fn extrapolated(sizes: [f64; 3], values: [f64; 3], order: f64) -> f64 {
     let shrink = (sizes[2] / sizes[1]).powf(order);
     values[2] + (values[2] - values[1]) * shrink / (1.0 - shrink)
 }
 
-/// What the values (coarse to fine, at least one) lead to. `order` is the one expected; where the
-/// last three show none near it, or the figure is none to `extrapolate`, the finest value.
+/// Limit of the values (coarse to fine, at least one). `order` is the expected order. The limit is
+/// the finest value if the last three show no order near it, or if the figure is not one to
+/// `extrapolate`.
 pub fn limit(
     sizes: Option<&[f64]>,
     values: &[f64],
@@ -120,7 +122,7 @@ pub fn limit(
     }
 }
 
-/// |v - reference| / |reference|; 0 where both are 0, `None` where only the reference is.
+/// |v - reference| / |reference|; 0 if both are 0, `None` if only the reference is 0.
 pub fn relative_error(v: f64, reference: f64) -> Option<f64> {
     if v == reference {
         return Some(0.0);
@@ -134,10 +136,10 @@ pub fn errors(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     values.map(|v| relative_error(*v, limit.value)).collect()
 }
 
-/// The error that each value is taken to have: the largest of its own and those of all finer ones,
-/// so that a coarse value that lies near the limit by chance gains nothing. Where no order shows,
-/// the finest is taken to err by the last step. Without sizes each value errs by its own, and the
-/// reference by nothing.
+/// Estimated error of each value: the largest of its own error and those of all finer values, so
+/// that a coarse value that is near the limit by chance gains nothing. If no order is observed, the
+/// error of the finest value is estimated by the last step. Without sizes the error of each value
+/// is its own, and that of the reference is 0.
 pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
     let n = values.len();
     let mut errors = errors(values, limit);

@@ -1,5 +1,5 @@
-//! What the design values lead to: the cases that are compared, the figures that change among them,
-//! and the case with the least of a figure at each load.
+//! Comparison of designs: the cases that are compared, the figures that change among them, and the
+//! case with the smallest value of a figure at each load.
 
 use super::convergence::SAME;
 use super::file::{Mode, Study};
@@ -7,39 +7,40 @@ use super::parameter::{Kind, Parameter};
 use super::quantity::Figure;
 use super::results::CaseResult;
 
-/// The cases that differ in design values and loads alone.
+/// Cases that differ only in design values and loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designs {
-    /// Numerical parameters are at their base, in a grid at their finest value; none where all
-    /// parameters are numerical.
+    /// Compared cases. Their numerical parameters are at their base, in a grid at their finest
+    /// value. Empty if all parameters are numerical.
     pub cases: Vec<usize>,
-    /// Figures that are not the same in all of them.
+    /// Figures that differ among the cases.
     pub changing: Vec<Figure>,
     pub minima: Vec<Minimum>,
 }
 
-/// The least value of a figure among the designs at one load.
+/// Smallest value of a figure among the designs at one load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     pub heading: String,
-    /// The value of each parameter; those of loads matter.
+    /// Position of the value of each parameter; only those of loads matter.
     pub at: Vec<usize>,
-    /// Cases that are compared, and how many of them do not have the figure.
+    /// Number of compared cases.
     pub cases: usize,
+    /// Number of compared cases that do not have the figure.
     pub cases_without: usize,
-    /// `None` where no case has the figure.
+    /// Smallest value; `None` if no case has the figure.
     pub least: Option<Least>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Least {
     pub figure: Figure,
-    /// The first case that has it.
+    /// First case with this value.
     pub case: usize,
     pub value: f64,
-    /// Other cases that have it, too.
+    /// Number of other cases with this value.
     pub other_cases: usize,
-    /// Parameters whose numbers it is at an end of: `lowest` or `highest`.
+    /// Parameters at an end of whose numbers the case is: `lowest` or `highest`.
     pub at_ends: Vec<(usize, &'static str)>,
 }
 
@@ -83,8 +84,8 @@ impl Designs {
     }
 }
 
-/// The value of each parameter around which designs are drawn: its base, of a numerical parameter
-/// in a grid its finest value.
+/// Position of the value of each parameter around which designs are drawn: its base or, for a
+/// numerical parameter in a grid, its finest value.
 pub fn centre(study: &Study) -> Vec<usize> {
     let value = |p: &Parameter| match (study.mode, p.is_numerical()) {
         (Mode::Grid, true) => p.values.len() - 1,
@@ -97,8 +98,8 @@ fn is_same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME * a.abs().max(b.abs())
 }
 
-/// The cases in groups of the same load; one at a time those at the base of the loads alone, as
-/// designs are varied nowhere else.
+/// Cases in groups of the same load. One at a time there is only the group at the base of the
+/// loads, as designs are varied nowhere else.
 fn at_loads(study: &Study, results: &[CaseResult], cases: &[usize]) -> Vec<Vec<usize>> {
     let loads = |case: usize| -> Vec<usize> {
         let values = study.parameters.iter().zip(&results[case].case.values);
@@ -174,7 +175,7 @@ mod tests {
     use crate::study::quantity::tests::PEAK_AMPLITUDE;
     use crate::study::results::Ended;
 
-    /// The figure is (x - 0.3)^2 + y + 0.1 a, with y of two values and a numerical.
+    /// Study whose figure is (x - 0.3)^2 + y + 0.1 a, with y of two values and a numerical.
     fn designed() -> (Study, Vec<CaseResult>) {
         let design = |name: &str, values: &[f64]| Parameter {
             kind: Kind::Design,
@@ -247,7 +248,7 @@ mod tests {
         }
     }
 
-    /// A load is no design: what is least at one force is not compared with what is at another.
+    /// Loads are not designs: the minima at different forces are not compared with each other.
     #[test]
     fn the_least_is_said_for_each_load() {
         let (mut study, results) = designed();

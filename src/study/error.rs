@@ -1,4 +1,4 @@
-//! Why a study was not begun, or not brought to its end.
+//! Reasons why a study did not begin or did not complete.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::exit::ExitStatus;
 use crate::export::ExportError;
 use crate::scene::SceneError;
 
-/// A case that fails is no error: it is reported in the tables.
+/// Error of a study. A failed case is not an error: it is reported in the tables.
 #[derive(Debug, Error, Diagnostic)]
 pub enum StudyError {
     #[error("the study file {} cannot be read", path.display())]
@@ -29,7 +29,7 @@ pub enum StudyError {
     #[error("the study has no piece \"{name}\" that cases share")]
     #[diagnostic(help("{}", choice_of_pieces(pieces)))]
     NoSuchPiece { name: String, pieces: Vec<String> },
-    /// The cases that need it try to make it themselves.
+    /// A shared input that was not made. The cases that need it try to make it themselves.
     #[error("the piece \"{name}\" was not made: see {}", log.display())]
     #[diagnostic(
         severity(Warning),
@@ -41,7 +41,7 @@ pub enum StudyError {
     #[error("the piece \"{name}\" has no cache in which cases would find it")]
     #[diagnostic(help("name the folder that the cases are given, too: --cache DIR"))]
     PieceWithoutCache { name: String },
-    /// What the scene names, such as a mesh, that no case could be run with.
+    /// An input named by the scene, such as a mesh, without which no case can run.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
@@ -62,7 +62,7 @@ pub enum StudyError {
     },
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// The study is complete, its answers are written, but not every case has all its figures.
+    /// The study is complete and its answers are written, but not every case has all its figures.
     #[error(
         "of {cases} cases {without} have no result, and {unconverged} have frequencies that did not converge"
     )]
@@ -81,7 +81,7 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    /// What failed with a file: "reading", "starting", ...
+    /// Error of a file operation; `action` is "reading", "starting", ...
     pub fn io(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Io {
             action,
@@ -90,7 +90,7 @@ impl StudyError {
         }
     }
 
-    /// How a command ends with this error.
+    /// Exit status of a command that ends with this error.
     pub fn exit_status(&self) -> ExitStatus {
         match self {
             Self::Read { .. }

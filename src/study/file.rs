@@ -1,5 +1,5 @@
-//! Text -> [`Study`]: which scene, which parameters, which quantities, and which of them a design
-//! shall have little of.
+//! Reads a [`Study`] from its text: its scene, its parameters, its quantities, and the quantities
+//! that a design is to minimise.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,29 +22,29 @@ use dovetail_solver::input;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
     pub name: String,
-    /// Joined to the folder of the study file.
+    /// Path of the scene, joined to the folder of the study file.
     pub scene: PathBuf,
-    /// `KEY=VALUE` for all cases.
+    /// `KEY=VALUE` texts for all cases.
     pub set: Vec<String>,
     pub mode: Mode,
     pub quantities: Vec<Quantity>,
-    /// Cases write their fields for ParaView, too.
+    /// True if cases write their fields for ParaView.
     pub fields: bool,
     pub parameters: Vec<Parameter>,
-    /// Of these the case with the least value is asked for.
+    /// Quantities of which the case with the smallest value is reported.
     pub minimise: Vec<Quantity>,
 }
 
-/// How the values of several parameters are combined.
+/// Combination of the values of several parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Each parameter through its values while the others stand at their base.
+    /// Each parameter through its values while the others are at their base.
     OneAtATime,
     /// Every value of each parameter with every value of the others.
     Grid,
 }
 
-/// The text of a study file, for messages about its cases, too.
+/// Text of a study file, also for messages about its cases.
 #[derive(Debug, Clone)]
 pub struct StudyText {
     name: String,
@@ -63,7 +63,7 @@ impl StudyText {
         Ok(Self::of(&text, file))
     }
 
-    /// A text that stands, or could stand, in `file`, which is not read.
+    /// Text as if read from `file`, which is not read.
     pub fn of(text: &str, file: &Path) -> Self {
         Self {
             name: file.display().to_string(),
@@ -81,7 +81,8 @@ impl StudyText {
         }
     }
 
-    /// Parses and checks; `set` are overrides of the command line, after those of the file.
+    /// Parses and checks the text; `set` are overrides of the command line, applied after those of
+    /// the file.
     ///
     /// # Errors
     /// [`StudyError::Invalid`] with every problem found.
@@ -202,8 +203,8 @@ fn quantity(
     checker.choice(at, key, word, quantity::WORDS, quantity::ALL)
 }
 
-/// Checks one `[[minimise]]`: a quantity that the study follows, where it has designs to compare.
-/// What has faults of its own is `None`.
+/// Checks one `[[minimise]]`: a quantity that the study follows, and that there are designs to
+/// compare. `followed` and `parameters` are `None` if they have faults of their own.
 fn minimum(
     checker: &mut Checker,
     index: usize,

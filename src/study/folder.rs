@@ -1,8 +1,8 @@
-//! The folder of a case: case.json says what was asked, outcome.json how it ended, summary.json
-//! what came out.
+//! Folder of a case: case.json has the request, outcome.json how the run ended, summary.json its
+//! results.
 //!
-//! A case is complete when its program ended with a result (exit code 0 or 3) and case.json asks
-//! what would be asked now: the same program, overrides and input files, byte for byte.
+//! A case is complete if its program ended with a result (exit code 0 or 3) and case.json has the
+//! current request: the same program, overrides and input files, byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -23,31 +23,32 @@ use crate::scene;
 use crate::scene_files;
 use dovetail_solver::description::Scene;
 
-/// case.json.
+/// Content of case.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaseRecord {
-    /// Of the program.
+    /// Version of the program.
     pub version: String,
-    /// Of the program's file, in hexadecimals. Its libraries and the processor are left out: cases
-    /// may run on several machines.
+    /// Hash of the file of the program, in hexadecimals. Its libraries and the processor are left
+    /// out: cases may run on several machines.
     pub program_hash: String,
-    /// Of the program, its libraries and the processor, in hexadecimals; empty where the system does not tell. The
-    /// last digits depend on them: a case goes on only where they are the same.
+    /// Hash of the program, its libraries and the processor, in hexadecimals; empty if the system
+    /// does not provide it. The last digits depend on them: a case is resumed only if they are the
+    /// same.
     pub machine_hash: String,
     pub study: String,
     pub case: String,
-    /// Parameter and label of its value.
+    /// Name of each parameter and label of its value.
     pub parameters: Vec<(String, String)>,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
     pub fields: bool,
     pub held_modes: bool,
     pub inputs: Vec<Input>,
-    /// What is run; with it the folder can be made by hand.
+    /// Words of the command that is run; with it the results can be reproduced by hand.
     pub command: Vec<String>,
 }
 
-/// A file the case depends on.
+/// File that the case depends on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
     pub file: String,
@@ -55,24 +56,24 @@ pub struct Input {
     pub blake3: String,
 }
 
-/// outcome.json.
+/// Content of outcome.json.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutcomeRecord {
-    /// `None`: ended by a signal.
+    /// Exit code; `None` if the process was ended by a signal.
     pub exit_code: Option<i32>,
-    /// Wall clock of the process, s.
+    /// Wall time of the process, s.
     pub seconds: f64,
 }
 
-/// How cases are run.
+/// Settings for running cases.
 #[derive(Debug, Clone)]
 pub struct Settings {
-    /// Of the study.
+    /// Folder of the study.
     pub out: PathBuf,
-    /// Of each case.
+    /// Number of threads of each case.
     pub threads: u16,
-    /// What each case is told of the cache of meshes and reduced models, as words of the command
-    /// line.
+    /// Options for the cache of meshes and reduced models, as words of the command line of each
+    /// case.
     pub cache: Vec<String>,
 }
 
@@ -81,7 +82,8 @@ impl Settings {
         self.out.join("cases").join(&case.slug)
     }
 
-    /// The options of a command about the scene with these overrides, whose results are in this folder.
+    /// Options of a command about the scene with these overrides, whose results go into this
+    /// folder.
     pub fn words(&self, set: &[String], folder: &Path) -> Vec<String> {
         let set = set.iter().flat_map(|argument| ["--set", argument]);
         let mut words: Vec<String> = set.map(str::to_owned).collect();
@@ -98,10 +100,10 @@ impl Settings {
     }
 }
 
-/// What a case asks for.
+/// Request of a case.
 ///
 /// # Errors
-/// The scene with the overrides of the case, or a file it names that cannot be read.
+/// The scene with the overrides of the case, or a file named by it, cannot be read.
 pub fn record(study: &Study, case: &Case, settings: &Settings) -> Result<CaseRecord, StudyError> {
     let set = case.set(study);
     let scene = scene::load(&study.scene, &set)?;
@@ -145,7 +147,7 @@ fn hexadecimals(hash: &[u8; 32]) -> String {
     blake3::Hash::from_bytes(*hash).to_hex().to_string()
 }
 
-/// The scene file and the files it names.
+/// The scene file and the files named in it.
 fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
     let input = |file: PathBuf| {
         let hash = scene_files::hash_of_file(&file);
@@ -160,7 +162,8 @@ fn inputs(scene_file: &Path, scene: &Scene) -> Result<Vec<Input>, StudyError> {
 }
 
 impl CaseRecord {
-    /// Whether a result of `earlier` is a result of this, too: paths, threads and the machine do not matter.
+    /// Returns `true` if a result of `earlier` is also a result of this request: paths, threads and
+    /// the machine do not matter.
     fn is_answered_by(&self, earlier: &CaseRecord) -> bool {
         let contents =
             |r: &CaseRecord| -> Vec<String> { r.inputs.iter().map(|i| i.blake3.clone()).collect() };
@@ -172,7 +175,7 @@ impl CaseRecord {
     }
 }
 
-/// What stands in the folder of a case.
+/// State of the folder of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
     Complete(Box<Summary>),
@@ -181,14 +184,14 @@ pub enum Found {
         exit_code: Option<i32>,
         message: String,
     },
-    /// Never run to its end, or with other settings; a summary that is none.
+    /// No run to the end with these settings, or an unreadable summary.
     Nothing,
 }
 
 /// Reads the folder of a case.
 ///
 /// # Errors
-/// A file that is there but cannot be read or understood.
+/// An existing file that cannot be read or understood.
 pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     let (Some(earlier), Some(outcome)) = (
         read_json::<Value>(&folder.join("case.json"))?,
@@ -213,10 +216,10 @@ pub fn find(record: &CaseRecord, folder: &Path) -> Result<Found, StudyError> {
     })
 }
 
-/// Whether a run of the same case was broken off in the folder: it can be resumed.
+/// Returns `true` if an interrupted run of the same case is in the folder, which can be resumed.
 ///
 /// # Errors
-/// A file that is there but cannot be read or understood.
+/// An existing file that cannot be read or understood.
 pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> Result<bool, StudyError> {
     let earlier: Option<Value> = read_json(&folder.join("case.json"))?;
     let earlier = earlier.and_then(|record| CaseRecord::deserialize(record).ok());
@@ -226,16 +229,16 @@ pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> Result<bool, StudyE
     Ok(is_same && folder.join(JOURNAL).exists())
 }
 
-/// Makes the folder of a case ready for a run: what an earlier one left of its end is taken away,
-/// case.json is written.
+/// Prepares the folder of a case for a run: removes outcome.json of an earlier run and writes
+/// case.json.
 pub fn prepare(record: &CaseRecord, folder: &Path) -> Result<(), StudyError> {
     remove_outcome(folder)?;
     write_json(&folder.join("case.json"), record)
 }
 
-/// Removes the cases of this study that an earlier definition of it had and this one has not: the
-/// files that they wrote, and their folders where nothing else stands in them. A case that is
-/// running stays. Gives their names.
+/// Removes the cases that an earlier definition of this study had and this one has not: the files
+/// that they wrote, and their folders if nothing else is in them. A running case stays. Returns the
+/// names of the removed cases.
 ///
 /// # Errors
 /// A file that cannot be removed.
@@ -269,12 +272,12 @@ pub fn remove_other_cases(
     Ok(removed)
 }
 
-/// Takes away what an earlier run says of its end.
+/// Removes outcome.json of an earlier run.
 pub fn remove_outcome(folder: &Path) -> Result<(), StudyError> {
     remove(&folder.join("outcome.json"))
 }
 
-/// Removes a file, where it is there.
+/// Removes a file if it exists.
 fn remove(path: &Path) -> Result<(), StudyError> {
     match std::fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
@@ -289,7 +292,7 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), StudyError>
     Ok(write_file(path, (text + "\n").as_bytes())?)
 }
 
-/// `None` where there is no such file.
+/// Reads a JSON file; `None` if there is no such file.
 fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<Option<T>, StudyError> {
     match std::fs::read(path) {
         Ok(bytes) => match serde_json::from_slice(&bytes) {
@@ -306,8 +309,7 @@ fn malformed(path: &Path, error: &serde_json::Error) -> StudyError {
     StudyError::Malformed { path, message }
 }
 
-/// Why the case in a folder failed: what its summary.json says, else the last line of its
-/// log.
+/// Reason why the case in a folder failed: that of its summary.json, else the last line of its log.
 fn why_failed(folder: &Path) -> String {
     let summary = manifest::read_summary(&folder.join("summary.json"));
     let why = summary.filter(|s| s.state == RunState::Failed);

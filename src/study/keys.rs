@@ -6,7 +6,7 @@ use super::raw::{KIND_WORDS, RawMinimum, RawParameter, RawStudy};
 use crate::scene::keys::{Key, Section, Shape, Vocabulary, fields, key};
 use crate::scene::kinds::{Kind, Limits};
 
-/// What a study may say.
+/// Keys of a study file.
 pub const STUDY: Vocabulary = Vocabulary {
     former: &[("", "knob", "parameter")],
     dropped: &[(

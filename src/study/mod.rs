@@ -1,10 +1,11 @@
-//! A scene over ranges of any of its keys: what accuracy costs, and what design values lead to.
+//! Studies: runs of a scene over ranges of any of its keys, for the cost of accuracy and the effect
+//! of design values.
 //!
-//! A study file (`file`, `parameter`) names a scene and parameters; they make cases (`cases`), each
-//! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). What comes out
-//! (`results`) is turned into orders and errors (`convergence`, `analysis`) and into the least
-//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). Nothing is computed
-//! here that a run does not say itself in its summary.json.
+//! A study file (`file`, `parameter`) names a scene and parameters. They make cases (`cases`), each
+//! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). The results
+//! (`results`) are turned into orders and errors (`convergence`, `analysis`) and into the smallest
+//! figures among designs (`designs`), and written (`report`, `pictures`, `page`). All figures are
+//! read from the summary.json of the runs.
 
 mod analysis;
 mod cases;
@@ -47,56 +48,58 @@ use crate::warning::Weight;
 use crate::words::counted;
 use dovetail_solver::description::Subject;
 
-/// What to do with a study.
+/// Action on a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Action {
-    /// Run what is not complete, then answer.
+    /// Run the incomplete cases, then answer.
     Run,
     /// Run this case alone.
     Case(String),
-    /// Make this mesh or reduced model alone, which several cases share.
+    /// Make only this mesh or reduced model, which several cases share.
     Piece(String),
-    /// Answer with what is there.
+    /// Answer with the existing results.
     Collect,
     /// Write a Snakemake workflow into this folder.
     ExportWorkflow(PathBuf),
 }
 
-/// How to do it.
+/// Options of a study.
 #[derive(Debug, Clone)]
 pub struct StudyOptions {
     pub action: Action,
-    /// `None`: `output/<name of the study>`.
+    /// Folder of the study; `None` for `output/<name of the study>`.
     pub out: Option<PathBuf>,
-    /// Cases side by side.
+    /// Number of cases that run at the same time.
     pub jobs: usize,
-    /// Threads of each case.
+    /// Number of threads of each case.
     pub threads: u16,
     pub sharing: Sharing,
-    /// `KEY=VALUE` for all cases, after those of the study.
+    /// `KEY=VALUE` texts for all cases, applied after those of the study.
     pub overrides: Vec<String>,
 }
 
-/// Whether cases share meshes and reduced models.
+/// Sharing of meshes and reduced models among cases.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sharing {
-    /// In a workflow through the folder `cache` of the study, unless the study has numerical
-    /// parameters: it says what their values cost. Else nothing is shared.
+    /// Default: in a workflow cases share through the folder `cache` of the study, unless the study
+    /// has numerical parameters, as it then reports the cost of their values. Otherwise nothing is
+    /// shared.
     Unsaid,
-    /// Each case computes all of its stages: its cost is then that of its settings.
+    /// Nothing is shared: each case computes all of its stages, and its cost is that of its
+    /// settings.
     Nothing,
-    /// Through the cache in this folder.
+    /// Cases share through the cache in this folder.
     Cache {
         folder: PathBuf,
         limit_gib: Option<f64>,
     },
 }
 
-/// Of a cache that belongs to one study, whose cases need all of it.
+/// Size limit of a cache that belongs to one study, whose cases need all of it.
 const MOST_GIB: f64 = 1000.0;
 
 impl Sharing {
-    /// In a workflow, in place of [`Sharing::Unsaid`].
+    /// Sharing in a workflow: replaces [`Sharing::Unsaid`].
     fn in_workflow(self, study: &Study, out: &Path) -> Self {
         let tells_costs = study.parameters.iter().any(Parameter::is_numerical);
         match self {
@@ -108,7 +111,7 @@ impl Sharing {
         }
     }
 
-    /// What each case is told, as words of the command line.
+    /// Options of each case, as words of the command line.
     fn words(&self) -> Vec<String> {
         let Self::Cache { folder, limit_gib } = self else {
             return vec!["--no-cache".to_owned()];
@@ -122,20 +125,21 @@ impl Sharing {
     }
 }
 
-/// What came of a study.
+/// Outcome of a study.
 #[derive(Debug)]
 pub struct Studied {
-    /// The least values, a line each; empty where the study asks for none.
+    /// Smallest values, one line each; empty if the study asks for none.
     pub answers: String,
-    /// [`StudyError::CasesFailed`], where all is written but some cases have no or no full result.
+    /// [`StudyError::CasesFailed`] if everything is written but some cases have no or no full
+    /// result.
     pub verdict: Result<(), StudyError>,
 }
 
-/// A study from its file to its answers.
+/// Performs a study from its file to its answers.
 ///
 /// # Errors
-/// A study or a case of it that is not possible (told before anything runs), files that cannot be
-/// read or written.
+/// A study or a case of it that is not possible (reported before anything runs), files that cannot
+/// be read or written.
 pub fn study(
     file: &Path,
     options: &StudyOptions,
@@ -209,8 +213,8 @@ pub fn study(
     })
 }
 
-/// Runs what is not complete, so many cases side by side, and answers; without `jobs` it answers
-/// with what is there.
+/// Runs the incomplete cases, `jobs` at a time, and answers; without `jobs` it answers with the
+/// existing results.
 fn run(
     study: &Study,
     all: &[Case],
@@ -260,8 +264,8 @@ fn run(
     })
 }
 
-/// Every case is loaded and its mesh or folder looked for, so that a slip in the last is told
-/// before the first is run.
+/// Loads every case and looks for its mesh or folder, so that a mistake in the last case is
+/// reported before the first case runs.
 fn check(text: &StudyText, study: &Study, cases: &[Case]) -> Result<(), StudyError> {
     let load = |set: &[String]| scene::load(&study.scene, set);
     // Where neither the scene alone nor the first case is possible, nothing is wrong with that case

@@ -1,5 +1,5 @@
-//! report.html of a study: what was asked and what came out, the responses of all cases over each
-//! other, tables and pictures, in one page.
+//! Report of a study (report.html): the request and the results, the responses of all cases in one
+//! chart, tables and pictures, in one page.
 
 use std::path::Path;
 
@@ -27,39 +27,39 @@ use crate::version;
 use crate::words::{counted, figure, percent};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
-/// Points of all curves together: what a browser draws without delay.
+/// Largest number of points of all curves together, which a browser draws without delay.
 const MOST_POINTS: usize = 60_000;
 
-/// What the page is about.
+/// Contents of the page.
 #[derive(Debug)]
 pub struct Contents<'a> {
     pub study: &'a Study,
     pub settings: &'a Settings,
     pub results: &'a [CaseResult],
     pub analysis: &'a Analysis,
-    /// In the folder `plots` of the study.
+    /// Pictures in the folder `plots` of the study.
     pub pictures: &'a [Picture],
 }
 
-/// What the script draws.
+/// Data of the script.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     parameters: Vec<Values>,
     curves: Vec<Curve<'a>>,
 }
 
-/// A parameter: its title, and its values in words.
+/// Title of a parameter, and labels of its values.
 #[derive(Debug, Serialize)]
 struct Values {
     title: String,
     values: Vec<String>,
 }
 
-/// The response of a case.
+/// Response of a case.
 #[derive(Debug, Serialize)]
 struct Curve<'a> {
     case: &'a str,
-    /// Of each parameter.
+    /// Position of the value of each parameter.
     values: &'a [usize],
     frequency_hz: Vec<f64>,
     amplitude_m: Vec<Option<f64>>,
@@ -115,7 +115,7 @@ pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), StudyError> {
     Ok(write_file(path, page.into_string().as_bytes())?)
 }
 
-/// The responses that the cases left in their folders.
+/// Responses in the folders of the cases.
 fn curves<'a>(contents: &Contents<'a>) -> Result<Vec<Curve<'a>>, StudyError> {
     let mut curves = Vec::new();
     for result in contents.results {
@@ -141,7 +141,8 @@ fn curves<'a>(contents: &Contents<'a>) -> Result<Vec<Curve<'a>>, StudyError> {
     Ok(curves)
 }
 
-/// Of neighbours the largest, so that all curves together are drawn without delay; no peak is lost.
+/// Thins a curve by keeping the largest point of each group of neighbours, so that all curves
+/// together are drawn without delay and no peak is lost.
 fn thinned(points: &[(f64, Option<f64>)], curves: usize) -> (Vec<f64>, Vec<Option<f64>>) {
     let most = (MOST_POINTS / curves.max(1)).max(2);
     let largest = |near: &[(f64, Option<f64>)]| {
@@ -253,7 +254,8 @@ fn responses(data: &Data<'_>) -> Markup {
     }
 }
 
-/// A table; `first` makes the first cell of a row of its words.
+/// Table; `first` makes the content of the first cell of a row from the number of the row and the
+/// text.
 fn table(
     class: &str,
     header: &[String],
@@ -272,20 +274,20 @@ fn table(
     }
 }
 
-/// The name of a figure with the unit that its largest value has, and the factor to that unit.
+/// Name of a figure with the unit of its largest value, and the factor to that unit.
 fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
     let largest = values.fold(0.0_f64, |m, v| m.max(v.abs()));
     let (unit, factor) = in_unit(figure.unit(), largest);
     (with_unit(&figure.name, &unit), factor)
 }
 
-/// The title of a column of [`OF_RUNS`].
+/// Title of a column of [`OF_RUNS`].
 fn of_runs(heading: &str) -> String {
     let (name, unit) = name_and_unit(heading);
     with_unit(&name, unit)
 }
 
-/// One row per case: each figure with its difference from the finest.
+/// Table with one row per case: each figure with its difference from the finest case.
 fn cases(contents: &Contents<'_>) -> Markup {
     let (study, results, analysis) = (contents.study, contents.results, contents.analysis);
     let mut header = vec!["case".to_owned()];
@@ -339,7 +341,7 @@ fn cases(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// A table for each numerical parameter, at each design.
+/// Table for each numerical parameter at each design.
 fn errors(contents: &Contents<'_>) -> Markup {
     let (study, analysis) = (contents.study, contents.analysis);
     html! {
@@ -413,7 +415,7 @@ fn one_refinement(
     (header, rows)
 }
 
-/// The order that shows, and the value that estimated errors are counted from.
+/// Observed order, and the value from which estimated errors are measured.
 fn counted_from(refined: &Refined, of: &Figure, factor: f64) -> [String; 2] {
     let Some(limit) = refined.limit else {
         return [const { String::new() }; 2];

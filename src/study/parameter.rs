@@ -1,5 +1,5 @@
-//! `[[parameter]]`: a key of the scene, or several together, with its values in order, what kind of
-//! key it is, and how fine each value is.
+//! Reads `[[parameter]]`: a key of the scene, or several together, with its values in order, the
+//! kind of the key, and the fineness of each value.
 
 use std::ops::Range;
 
@@ -15,34 +15,34 @@ use crate::scene::check::fields::{Checker, Table, is_name};
 use crate::scene::kinds::Limits;
 use crate::scene::raw::Located;
 
-/// Most cases of a grid.
+/// Largest number of cases of a grid.
 pub const MOST_CASES: usize = 10_000;
-/// What is shown where a value, or a parameter, sets several keys together.
+/// Example of a value that sets several keys together.
 const JOINT: &str = "values = [{ label = \"4 x 9\", set = { \"mesh.parameters.nu\" = 4, \"mesh.parameters.nv\" = 9 } }]";
-/// The size h of a number, by rule.
+/// Rules for the size h of a number.
 const RULES: [&str; 4] = ["value", "1/value", "1/(value-1)", "1/(value+1)"];
 const SIZES: [fn(f64) -> f64; 4] = [|v| v, |v| 1.0 / v, |v| 1.0 / (v - 1.0), |v| 1.0 / (v + 1.0)];
 
-/// What a parameter says of a scene.
+/// Kind of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// How the model is solved: its values have errors.
+    /// Setting of the solution method: its values have errors.
     Numerical,
-    /// What acts on it: values are compared at each load by itself.
+    /// Load on the model: values are compared separately at each load.
     Load,
-    /// What is built.
+    /// Value of the design.
     Design,
 }
 
 const KINDS: [Kind; 3] = [Kind::Numerical, Kind::Load, Kind::Design];
 
 impl Kind {
-    /// The word of a study file.
+    /// Word for the kind in a study file.
     pub fn word(self) -> &'static str {
         KIND_WORDS[self as usize]
     }
 
-    /// The kind of a key of the scene, where the study does not say it.
+    /// Kind of a key of the scene, if the study does not state it.
     fn of_key(key: &str) -> Self {
         let words: Vec<&str> = key.split('.').map(str::trim).collect();
         let last = words[words.len() - 1];
@@ -56,21 +56,22 @@ impl Kind {
     }
 }
 
-/// One key of the scene that is varied, or several together.
+/// One varied key of the scene, or several keys that are varied together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     pub name: String,
     pub kind: Kind,
-    /// Numerical ones from coarse to fine: by falling size, or as written where they have none.
-    /// Others from low to high, or as written where they are not numbers.
+    /// Values in order. Numerical ones are ordered from coarse to fine: by decreasing size, or as
+    /// written if they have no sizes. Others are ordered from low to high, or as written if they
+    /// are not numbers.
     pub values: Vec<ParameterValue>,
-    /// Which of them stands while other parameters are varied.
+    /// Position of the value that applies while other parameters are varied.
     pub base: usize,
-    /// What the size is, in words: `1/(harmonics+1)`.
+    /// Formula of the size, such as `1/(harmonics+1)`.
     pub size_name: String,
-    /// Order expected of the errors in the size.
+    /// Expected order of the errors in the size.
     pub order: f64,
-    /// Where its table stands in the file.
+    /// Place of its table in the file, bytes.
     pub span: Range<usize>,
 }
 
@@ -79,9 +80,9 @@ pub struct ParameterValue {
     pub label: String,
     /// `KEY=VALUE` texts.
     pub set: Vec<String>,
-    /// The value itself, where it is a finite number.
+    /// The value itself, if it is a finite number.
     pub number: Option<f64>,
-    /// h: errors are compared with its powers.
+    /// Size h: errors are compared with its powers.
     pub size: Option<f64>,
     pub span: Range<usize>,
 }
@@ -95,23 +96,23 @@ impl Parameter {
         self.is(Kind::Numerical)
     }
 
-    /// The values themselves, where all are numbers.
+    /// The values themselves, if all are numbers.
     pub fn numbers(&self) -> Option<Vec<f64>> {
         self.values.iter().map(|v| v.number).collect()
     }
 
-    /// Sizes of all values, where they have them.
+    /// Sizes of all values, if they have sizes.
     pub fn sizes(&self) -> Option<Vec<f64>> {
         self.values.iter().map(|v| v.size).collect()
     }
 
-    /// `force (N)`.
+    /// Title of the parameter, such as `force (N)`.
     pub fn title(&self) -> String {
         let (name, unit) = name_and_unit(&self.name);
         with_unit(&name, unit)
     }
 
-    /// `force 0.5 N`.
+    /// Name and value, such as `force 0.5 N`.
     pub fn words(&self, value: usize) -> String {
         let ((name, unit), value) = (name_and_unit(&self.name), &self.values[value]);
         let unit = if value.number.is_some() { unit } else { "" };
@@ -125,13 +126,13 @@ impl Parameter {
     }
 }
 
-/// The keys that values set.
+/// Keys that the values set.
 fn keys(values: &[ParameterValue]) -> impl Iterator<Item = &str> {
     let set = values.iter().flat_map(|v| &v.set);
     set.map(|s| s.split('=').next().unwrap_or(s).trim())
 }
 
-/// A value that sets several keys together.
+/// Value that sets several keys together.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JointValue {
@@ -140,7 +141,7 @@ struct JointValue {
     size: Option<f64>,
 }
 
-/// A fault of studies alone.
+/// Fault that only a study can have.
 pub fn fault(message: String, label: &'static str, remedy: impl Into<String>) -> Fault {
     Fault::Particular {
         message,
@@ -149,7 +150,7 @@ pub fn fault(message: String, label: &'static str, remedy: impl Into<String>) ->
     }
 }
 
-/// A list that holds nothing, where something is expected.
+/// Fault for an empty list that needs at least one item.
 pub fn nothing(path: String, what: &str, example: &'static str) -> Fault {
     Fault::WrongType {
         path,
@@ -158,8 +159,8 @@ pub fn nothing(path: String, what: &str, example: &'static str) -> Fault {
     }
 }
 
-/// Checks one `[[parameter]]`; `needs_base`: it has to say which value stands while others are
-/// varied.
+/// Checks one `[[parameter]]`. With `needs_base` it has to state the value that applies while
+/// others are varied.
 pub fn check(
     checker: &mut Checker,
     index: usize,
@@ -208,7 +209,7 @@ pub fn check(
     })
 }
 
-/// The last word of a key, which names the parameter where nothing else does.
+/// Last word of a key, which names the parameter if nothing else does.
 fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Option<String> {
     let word = key.get_ref().rsplit('.').next().unwrap_or_default().trim();
     if is_name(word) {
@@ -224,8 +225,8 @@ fn name_of_key(checker: &mut Checker, at: &Table, key: &Spanned<String>) -> Opti
     None
 }
 
-/// What `is` says, else the last of the kinds of its keys. Sizes and orders are those of errors,
-/// which numerical parameters alone have.
+/// Kind given by `is`, else the last of the kinds of its keys. Only numerical parameters may have a
+/// size and an order, as these describe errors.
 fn kind(
     checker: &mut Checker,
     at: &Table,
@@ -263,7 +264,7 @@ fn kind(
     }
 }
 
-/// Puts numerical values with sizes in order from coarse to fine, other numbers from low to high.
+/// Sorts numerical values with sizes from coarse to fine, other numbers from low to high.
 fn sort(kind: Kind, values: &mut [ParameterValue]) {
     let place = |v: &ParameterValue| match kind {
         Kind::Numerical => v.size.map(|size| -size),
@@ -277,8 +278,8 @@ fn sort(kind: Kind, values: &mut [ParameterValue]) {
     }
 }
 
-/// Checks what only shows when all parameters are known: names taken twice, keys set twice, grids
-/// too large.
+/// Checks all parameters together: repeated names, keys that are set twice, grids that are too
+/// large.
 pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: bool) {
     let named = parameters.iter().enumerate();
     let named = named.map(|(i, p)| {
@@ -309,7 +310,7 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
     }
 }
 
-/// With a `key` the value of it, else `{ label, set, size }`.
+/// Reads a value: with a `key` the value of the key, else `{ label, set, size }`.
 fn value(
     checker: &mut Checker,
     at: &Table,
@@ -351,7 +352,7 @@ fn value(
     })
 }
 
-/// `KEY=VALUE`; nothing for an empty text, which leaves the key as in the scene.
+/// Setting `KEY=VALUE`; `None` for an empty text, which leaves the key as in the scene.
 fn setting(key: &str, value: &Value, text: String) -> Option<String> {
     (value.as_str() != Some("")).then(|| format!("{}={text}", key.trim()))
 }
@@ -367,7 +368,7 @@ fn label(checker: &Checker, item: &Spanned<Value>) -> String {
     }
 }
 
-/// NaN for what is no number.
+/// Value as a number; NaN if it is not a number.
 fn number(value: &Value) -> f64 {
     match value {
         Value::Integer(v) => *v as f64,
@@ -376,8 +377,8 @@ fn number(value: &Value) -> f64 {
     }
 }
 
-/// Sets sizes by the rule or from the list of `size`; values that set several keys may have their
-/// own. Gives the rule.
+/// Sets the sizes by the rule or from the list of `size`; values that set several keys may have
+/// their own. Returns the rule, if any.
 fn sizes(
     checker: &mut Checker,
     at: &Table,
@@ -450,7 +451,7 @@ fn sizes(
     Some(by_rule)
 }
 
-/// The value of `base`: equal to one of the values, or its label.
+/// Position of the value of `base`, which equals one of the values or its label.
 fn base(
     checker: &mut Checker,
     at: &Table,

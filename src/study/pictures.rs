@@ -1,4 +1,4 @@
-//! The pictures of a study (plots/*.svg): figures over design values and loads, and the estimated
+//! Pictures of a study (plots/*.svg): figures over design values and loads, and the estimated
 //! errors of numerical parameters.
 
 use std::path::Path;
@@ -15,15 +15,15 @@ use super::results::CaseResult;
 use crate::export::create_folder;
 use crate::export::plots::{Axis, HeatMap, Scale, Series, write_heat_map, write_series};
 
-/// Figures drawn in one picture, as many as there are colours.
+/// Largest number of figures in one picture: the number of colours.
 const MOST_SERIES: usize = 6;
-/// An axis is logarithmic where its largest value is as many times the least.
+/// Ratio of the largest to the smallest value above which an axis is logarithmic.
 const WIDE: f64 = 20.0;
 
-/// A picture that was written: what it shows, and the name of its file.
+/// Written picture: its description, and its file name.
 pub type Picture = (String, String);
 
-/// What is drawn, where to, and what was written.
+/// Inputs of the pictures, their folder, and the pictures written so far.
 struct Pictures<'s> {
     folder: &'s Path,
     study: &'s Study,
@@ -70,7 +70,8 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    /// Estimated errors against the size of a parameter, or over its values where they have none.
+    /// Draws estimated errors against the size of a parameter, or over its values if they have no
+    /// sizes.
     fn of_errors(&mut self, refinement: &Refinement) -> Result<(), StudyError> {
         let parameter = &self.study.parameters[refinement.parameter];
         let figures = refinement.figures.iter().zip(&self.analysis.figures);
@@ -116,7 +117,7 @@ impl Pictures<'_> {
     }
 
     /// Draws a figure over each design value or load, with a line for each value of another, and
-    /// over each two of them; the rest of the parameters stay where they are.
+    /// over each two of them. The other parameters keep their values.
     fn of_designs(&mut self, figure: &Figure) -> Result<(), StudyError> {
         let parameters = self.study.parameters.iter().enumerate();
         let varied = parameters.filter(|(_, p)| !p.is_numerical() && p.values.len() > 1);
@@ -208,7 +209,7 @@ impl Pictures<'_> {
         Ok(())
     }
 
-    /// A figure where these parameters have these values and the others stay.
+    /// Value of a figure where these parameters have these values and the others keep theirs.
     fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
         let mut values = centre(self.study);
         for (k, v) in varied {
@@ -220,7 +221,7 @@ impl Pictures<'_> {
     }
 }
 
-/// The axis of a parameter whose values stand at these places.
+/// Axis of a parameter whose values are at these coordinates.
 fn axis(parameter: &Parameter, places: &[f64], scale: Scale) -> Axis {
     let labels = parameter.values.iter().map(|v| v.label.clone());
     Axis {
@@ -231,7 +232,7 @@ fn axis(parameter: &Parameter, places: &[f64], scale: Scale) -> Axis {
     }
 }
 
-/// With a capital letter at the start.
+/// Text with a capital letter at the start.
 fn capital(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string());

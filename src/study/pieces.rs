@@ -1,5 +1,5 @@
-//! The pieces of a study: meshes and reduced models that several of its cases need. On a cluster each is a job of its
-//! own, which puts it into the cache that the cases share.
+//! Inputs that several cases of a study share: meshes and reduced models. On a cluster each is a
+//! job of its own, which puts it into the cache that the cases share.
 
 use std::path::PathBuf;
 
@@ -11,35 +11,36 @@ use super::quantity::BLADE_FREQUENCY;
 use crate::commands::pieces::{MeshInputs, ReductionInputs, mesh_inputs, reduction_inputs};
 use crate::scene;
 
-/// What a piece is.
+/// Kind of a shared input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Mesh,
     Reduction,
 }
 
-/// One piece.
+/// One shared input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
-    /// Of its folder: `mesh_1`, `reduction_2`.
+    /// Name of its folder: `mesh_1`, `reduction_2`.
     pub name: String,
     pub kind: Kind,
-    /// The first case that needs it.
+    /// First case that needs it.
     case: Case,
-    /// Position of the piece that is needed first.
+    /// Position of the shared input that has to be made before it.
     pub needs: Option<usize>,
 }
 
-/// All pieces, each behind what it needs.
+/// All shared inputs, each after the one that it needs.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Pieces {
     pub all: Vec<Piece>,
-    /// Per case, position of the piece that it needs.
+    /// Position of the shared input that each case needs.
     pub of_case: Vec<Option<usize>>,
 }
 
 impl Pieces {
-    /// Meshes that two or more reductions are made of, and reductions of two or more cases.
+    /// Meshes that are used by two or more reductions, and reductions that are used by two or more
+    /// cases.
     ///
     /// # Errors
     /// A case whose scene cannot be read.
@@ -57,7 +58,7 @@ impl Pieces {
         Ok(Self::shared(cases, &needed))
     }
 
-    /// `needed`: per case, which mesh and which reduction, of all.
+    /// `needed`: numbers of the mesh and of the reduction that each case needs.
     fn shared(cases: &[Case], needed: &[(Option<usize>, Option<usize>)]) -> Self {
         let mut pieces = Self::default();
         let mut made: Vec<((Kind, usize), usize)> = Vec::new();
@@ -94,7 +95,7 @@ impl Pieces {
         pieces
     }
 
-    /// Where each case makes all that it needs.
+    /// No shared inputs: each case makes all that it needs.
     pub fn none(cases: &[Case]) -> Self {
         Self {
             all: Vec::new(),
@@ -121,7 +122,7 @@ impl Piece {
         settings.out.join("pieces").join(&self.name)
     }
 
-    /// The words of the command line that put it into the cache.
+    /// Words of the command line that put it into the cache.
     pub fn command(&self, study: &Study, settings: &Settings) -> Vec<String> {
         let (word, options) = match self.kind {
             Kind::Mesh => ("mesh", &[][..]),
@@ -137,7 +138,7 @@ impl Piece {
     }
 }
 
-/// Position of an item among those that differ; it is put behind them where it is new.
+/// Position of an item in a list of distinct items; a new item is appended.
 fn position<T: PartialEq>(all: &mut Vec<T>, item: T) -> usize {
     all.iter()
         .position(|known| *known == item)
@@ -159,7 +160,8 @@ mod tests {
         (0..count).map(case).collect()
     }
 
-    /// Two speeds of one mesh, one of another: the second mesh has one reduction, which two cases share.
+    /// Two speeds of one mesh, one of another: the second mesh has one reduction, which two cases
+    /// share.
     #[test]
     fn what_only_one_needs_is_no_piece() {
         let needed = [(0, 0), (0, 0), (0, 1), (1, 2), (1, 2), (2, 3)];

@@ -1,5 +1,5 @@
-//! The quantities that a study can follow, what they are called, and where the summary of a case
-//! has them.
+//! Quantities that a study can follow, their names, and where they are found in the summary of a
+//! case.
 
 use crate::export::manifest::{ContactSummary, ResponseSummary, StaticSummary, Summary};
 use crate::words;
@@ -7,22 +7,23 @@ use crate::words;
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Quantity {
-    /// In study files and as heading of a column (after the name of the contact, if there is one).
+    /// Word in study files and heading of a column (after the name of the contact, if there is
+    /// one).
     pub word: &'static str,
-    /// In sentences and pictures.
+    /// Name in sentences and pictures.
     name: &'static str,
     of: Of,
 }
 
-/// Where a summary has a figure.
+/// Source of a figure in a summary.
 #[derive(Debug, Clone, Copy)]
 enum Of {
     Run(fn(&Summary) -> Option<f64>),
     Static(fn(&StaticSummary) -> Option<f64>),
-    /// Of each contact.
+    /// One figure for each contact.
     Contact(fn(&ContactSummary) -> Option<f64>),
     Response(fn(&ResponseSummary) -> Option<f64>),
-    /// Of the displacement that is observed.
+    /// Figure of the observed displacement.
     Observed(fn(&ResponseSummary) -> Option<f64>),
     Count(fn(&ResponseSummary) -> Option<usize>),
 }
@@ -33,7 +34,7 @@ impl PartialEq for Quantity {
     }
 }
 
-/// The quantities, in the order of the columns of table.csv: word, name, and where they stand.
+/// Defines the quantities in the order of the columns of table.csv: word, name, and source.
 macro_rules! quantities {
     ($($word:literal, $name:literal, $of:ident($from:expr);)*) => {
         pub const ALL: &[Quantity] = &[$(Quantity {
@@ -68,18 +69,18 @@ quantities! {
     "peak_slipping_pairs", "pairs that slip at the peak", Count(|r| r.peak_slipping_pairs);
 }
 
-/// The first mode of a body with its flanks held, which a run computes only if it is asked to.
+/// First frequency of a body with its flanks held, which a run computes only on request.
 pub const BLADE_FREQUENCY: Quantity = ALL[2];
 
-/// The loss factor at the peak.
+/// Loss factor at the peak.
 fn loss_factor(response: &ResponseSummary) -> Option<f64> {
     let row = response.peak_row?;
     let at_peak = response.peaks.iter().find(|peak| peak.row == row);
     at_peak?.loss_factor
 }
 
-/// What a key or a figure is called and its unit, taken from the end of the word: `gap` and `m`.
-/// Shares, ratios and counts have no unit.
+/// Name and unit of a key or a figure, from the end of the word: `gap` and `m`. Shares, ratios and
+/// counts have no unit.
 pub fn name_and_unit(word: &str) -> (String, &'static str) {
     const UNITS: [(&str, &str); 15] = [
         ("_j_m2", "J/m²"),
@@ -103,7 +104,7 @@ pub fn name_and_unit(word: &str) -> (String, &'static str) {
     found.unwrap_or_default()
 }
 
-/// `force (N)`; the name alone where there is no unit.
+/// Name with its unit, such as `force (N)`; the name alone if there is no unit.
 pub fn with_unit(name: &str, unit: &str) -> String {
     match unit {
         "" => name.to_owned(),
@@ -111,14 +112,13 @@ pub fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
-/// A figure that runs have: a quantity, where it is one of a contact or of a displacement with what
-/// it belongs to.
+/// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     pub quantity: Quantity,
-    /// Of its column in table.csv.
+    /// Heading of its column in table.csv.
     pub heading: String,
-    /// In sentences and pictures: `peak amplitude of tip`.
+    /// Name in sentences and pictures: `peak amplitude of tip`.
     pub name: String,
 }
 
@@ -127,12 +127,12 @@ impl Figure {
         name_and_unit(self.quantity.word).1
     }
 
-    /// Whether it is a whole number, which follows no power of a size.
+    /// Returns `true` if the figure is a whole number, which follows no power of a size.
     pub fn is_count(&self) -> bool {
         matches!(self.quantity.of, Of::Count(_))
     }
 
-    /// A value of it, without its unit.
+    /// Text of a value without its unit.
     pub fn number(&self, value: f64, digits: usize) -> String {
         match self.is_count() {
             true => format!("{value}"),
@@ -140,7 +140,7 @@ impl Figure {
         }
     }
 
-    /// A value of it in a sentence: `6.4913 mm`.
+    /// Text of a value in a sentence, such as `6.4913 mm`.
     pub fn words(&self, value: f64) -> String {
         match self.unit() {
             "" => self.number(value, 5),
@@ -150,7 +150,8 @@ impl Figure {
 }
 
 impl Quantity {
-    /// Its figures in a summary, with their values; what the run does not have is left out.
+    /// Figures of the quantity in a summary, with their values; figures that the run does not have
+    /// are left out.
     pub fn figures(self, summary: &Summary) -> Vec<(Figure, f64)> {
         let figure = |heading: String, of: Option<&str>| Figure {
             quantity: self,

@@ -1,4 +1,4 @@
-//! Mirror of a study file, as [`crate::scene::raw`] is of a scene.
+//! Mirror of a study file, as [`crate::scene::raw`] is that of a scene.
 
 use serde::Deserialize;
 use serde_spanned::Spanned;
@@ -6,7 +6,7 @@ use toml::Value;
 
 use crate::scene::raw::{Located, Number};
 
-/// What a parameter can be.
+/// Words for the kinds of a parameter.
 pub(super) const KIND_WORDS: [&str; 3] = ["numerical", "load", "design"];
 
 #[derive(Debug, Deserialize)]

@@ -1,4 +1,4 @@
-//! The answers as texts: table.csv, summary.json, and the lines that a reader is told.
+//! Answers as texts: table.csv, summary.json, and the lines for the reader.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use super::results::{CaseResult, Ended};
 use crate::export::csv;
 use crate::version;
 
-/// The last columns of a table of cases.
+/// Last columns of a table of cases.
 pub const OF_RUNS: [&str; 7] = [
     "processor_seconds",
     "seconds",
@@ -26,7 +26,7 @@ pub const OF_RUNS: [&str; 7] = [
     "unconverged_points",
 ];
 
-/// The cells of a case below [`OF_RUNS`]; empty for what is not known.
+/// Cells of a case in the columns [`OF_RUNS`]; empty if unknown.
 pub fn of_run(result: &CaseResult, number: &dyn Fn(f64) -> String) -> [String; 7] {
     let Some(f) = result.figures() else {
         let mut cells = [const { String::new() }; 7];
@@ -74,7 +74,7 @@ pub fn write_table(
     Ok(csv::write_rows(path, &header, &rows.collect::<Vec<_>>())?)
 }
 
-/// Writes summary.json: the same for programs.
+/// Writes summary.json: the answers for programs.
 pub fn write_summary(
     path: &Path,
     study: &Study,
@@ -109,13 +109,13 @@ pub fn write_summary(
     write_json(path, &summary)
 }
 
-/// The last day on which a case was run; empty where none was.
+/// Last day on which a case was run; empty if none was.
 pub fn day(results: &[CaseResult]) -> &str {
     let days = results.iter().filter_map(|r| r.figures());
     days.map(|f| f.day.as_str()).max().unwrap_or("")
 }
 
-/// Name and value of the parameters that are `wanted`.
+/// Name and value of each parameter that is `wanted`.
 fn labels(study: &Study, values: &[usize], wanted: impl Fn(&Parameter) -> bool) -> Value {
     let parameters = study.parameters.iter().zip(values);
     let wanted = parameters.filter(|(p, _)| wanted(p));
@@ -157,7 +157,7 @@ fn minimum(study: &Study, results: &[CaseResult], minimum: &Minimum) -> Value {
     summary
 }
 
-/// The least value of each figure that is to be minimised, on one line for each load.
+/// Smallest value of each figure to be minimised, on one line for each load.
 pub fn least_values(study: &Study, results: &[CaseResult], analysis: &Analysis) -> Vec<String> {
     let line = |minimum: &Minimum| {
         let load = match words(study, &minimum.at, |p| p.is(Kind::Load)) {
@@ -198,7 +198,7 @@ pub fn least_values(study: &Study, results: &[CaseResult], analysis: &Analysis) 
     analysis.designs.minima.iter().map(line).collect()
 }
 
-/// What to mind about single cases.
+/// Remarks about single cases.
 pub fn remarks(results: &[CaseResult]) -> Vec<String> {
     let mut remarks = Vec::new();
     for result in results {

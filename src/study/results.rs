@@ -1,4 +1,4 @@
-//! What the cases came to: what summary.json of each says of its figures and its cost.
+//! Results of the cases: the figures and the cost from the summary.json of each.
 
 use super::cases::Case;
 use super::error::StudyError;
@@ -8,7 +8,7 @@ use super::quantity::Figure;
 use crate::export::manifest::{StageSummary, Summary};
 use dovetail_solver::run::Stage;
 
-/// A case and what came of it.
+/// A case and its result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseResult {
     pub case: Case,
@@ -25,27 +25,29 @@ pub enum Ended {
     NotRun,
 }
 
-/// The figures of a run.
+/// Figures of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figures {
-    /// What the run does not have is not there.
+    /// Figures and their values; figures that the run does not have are left out.
     pub values: Vec<(Figure, f64)>,
-    /// The displacement whose peak is meant.
+    /// Name of the observed displacement of the peak.
     pub observation: Option<String>,
-    /// What the case took, without the modes with held flanks, which only the study asks for: by the
-    /// clock, and of all threads and of gmsh, where the system tells.
+    /// Wall time of the case, s, without the modes with held flanks, which only the study requests.
     pub seconds: f64,
+    /// Processor time of all threads and of gmsh, s, without the modes with held flanks; `None` if
+    /// the system does not provide it.
     pub processor_seconds: Option<f64>,
-    /// Largest resident memory.
+    /// Largest resident memory, MiB.
     pub peak_memory_mib: Option<f64>,
-    /// Stages that came from the cache: what they took is not in the figures above.
+    /// Stages taken from the cache: their cost is not in the figures above.
     pub from_cache: Vec<Stage>,
-    /// The largest amplitude is at an end of the frequencies: it may be higher outside.
+    /// True if the largest amplitude is at an end of the frequencies: it may be higher outside.
     pub peak_at_end_of_range: bool,
-    /// Frequencies, and how many of them did not converge.
+    /// Number of frequencies.
     pub points: usize,
+    /// Number of frequencies that did not converge.
     pub unconverged: usize,
-    /// The day on which it was run, in universal time: `2004-02-29`.
+    /// Day of the run in universal time: `2004-02-29`.
     pub day: String,
 }
 
@@ -65,12 +67,12 @@ impl CaseResult {
             .map(|(_, v)| *v)
     }
 
-    /// The frequencies may not hold the peak.
+    /// Returns `true` if the peak may lie outside the frequencies.
     pub fn peak_at_end_of_range(&self) -> bool {
         self.figures().is_some_and(|f| f.peak_at_end_of_range)
     }
 
-    /// A word for tables.
+    /// Word for the outcome in tables.
     pub fn outcome(&self) -> &'static str {
         match &self.ended {
             Ended::WithFigures(f) if f.unconverged == 0 => "converged",
@@ -81,7 +83,7 @@ impl CaseResult {
     }
 }
 
-/// Reads what there is of the cases.
+/// Reads the results of the cases.
 pub fn collect(
     study: &Study,
     cases: &[Case],
@@ -102,7 +104,7 @@ pub fn collect(
     cases.iter().map(read).collect()
 }
 
-/// The figures that cases have, in the order of the study's quantities.
+/// Figures of the cases, in the order of the quantities of the study.
 pub fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
     let mut found: Vec<Figure> = Vec::new();
     for quantity in &study.quantities {
@@ -117,7 +119,7 @@ pub fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
     found
 }
 
-/// The figures of a run; none where it has no response.
+/// Figures of a run; `None` if it has no response.
 fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let response = summary.response.as_ref()?;
     let (held, counted): (Vec<&StageSummary>, Vec<&StageSummary>) = summary

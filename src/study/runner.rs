@@ -1,4 +1,4 @@
-//! Runs cases and pieces: each a process of this program of its own, several cases side by side.
+//! Runs cases and shared inputs: each is a process of this program, several cases at the same time.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -16,11 +16,11 @@ use crate::export::journal::Journal;
 use crate::export::{ExportError, create_folder};
 use crate::reporter::Reporter;
 
-/// Runs those of the cases that are not complete, `jobs` at a time, in their order.
+/// Runs the incomplete cases, `jobs` at a time, in their order.
 ///
 /// # Errors
-/// The first failure to start a process or to write its folder; cases under way are finished. A
-/// case that fails is no error.
+/// The first failure to start a process or to write its folder; running cases are finished. A
+/// failed case is not an error.
 pub fn run(
     study: &Study,
     cases: &[Case],
@@ -88,7 +88,7 @@ fn remark(outcome: &OutcomeRecord) -> String {
 /// Runs one case in its folder and records how it ended.
 ///
 /// # Errors
-/// [`ExportError::Busy`] where another process runs it; its folder is left alone.
+/// [`ExportError::Busy`] if another process runs the case; its folder is then left unchanged.
 fn run_case(
     program: &Path,
     record: &folder::CaseRecord,
@@ -108,10 +108,11 @@ fn run_case(
     one(command, folder)
 }
 
-/// Puts a piece into the cache. What is in the cache already is not made again.
+/// Puts a shared input into the cache. An input that is already there is not made again.
 ///
 /// # Errors
-/// A process that cannot be started, a folder that cannot be written; [`StudyError::PieceFailed`], when all is written.
+/// A process that cannot be started, a folder that cannot be written; [`StudyError::PieceFailed`],
+/// after everything is written.
 pub fn make(study: &Study, piece: &Piece, settings: &Settings) -> Result<(), StudyError> {
     let folder = piece.folder(settings);
     create_folder(&folder)?;
@@ -132,7 +133,7 @@ fn program() -> Result<PathBuf, StudyError> {
     std::env::current_exe().map_err(StudyError::io("finding", Path::new("dovetail")))
 }
 
-/// Runs a command about a folder, in which it writes its log and records how the command ended.
+/// Runs a command about a folder, writes its log there and records how the command ended.
 fn one(mut command: Command, folder: &Path) -> Result<OutcomeRecord, StudyError> {
     let path = folder.join("log.txt");
     let log = std::fs::File::create(&path).map_err(StudyError::io("creating", &path))?;

@@ -1,4 +1,5 @@
-//! A study as a Snakemake workflow: the Snakefile is the same for all, cases.json says what to run.
+//! A study as a Snakemake workflow: the Snakefile is the same for all studies, cases.json lists the
+//! jobs.
 
 use std::path::Path;
 
@@ -12,10 +13,10 @@ use crate::export::write_file;
 
 const SNAKEFILE: &str = include_str!("../../workflow/Snakefile");
 
-/// What a workflow runs.
+/// Contents of a workflow.
 pub struct Workflow<'a> {
     pub study_file: &'a Path,
-    /// Those of the command line.
+    /// Overrides of the command line.
     pub overrides: &'a [String],
     pub settings: &'a Settings,
     pub cases: &'a [Case],
@@ -26,7 +27,7 @@ impl Workflow<'_> {
     /// Writes `folder`/Snakefile and `folder`/cases.json.
     ///
     /// # Errors
-    /// What writing a file brings.
+    /// A file that cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
         // Absolute, so that the workflow runs from any folder.
         let absolute =
@@ -48,7 +49,7 @@ impl Workflow<'_> {
         Ok(write_file(&folder.join("Snakefile"), SNAKEFILE.as_bytes())?)
     }
 
-    /// A job and the piece, by its position, that it waits for.
+    /// Job, and the shared input at position `needs` that it waits for.
     fn job(&self, name: &str, needs: Option<usize>) -> Value {
         let needs = needs.map(|at| &self.pieces.all[at].name);
         json!({ "name": name, "needs": needs.iter().collect::<Vec<_>>() })

@@ -1,5 +1,5 @@
-//! Files that a user names, opened. Only regular files are read: a named pipe would hold a run up
-//! for ever, a device may never end, and a folder says nothing useful.
+//! Opening of files that a user names. Only regular files are read: a named pipe would block a run
+//! for ever, a device may never end, and a folder has no useful contents.
 
 use std::fs::{File, FileType};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -11,16 +11,16 @@ pub const MOST_TEXT_BYTES: u64 = 16 << 20;
 /// Opens a regular file.
 ///
 /// # Errors
-/// Those of the system, and [`ErrorKind::InvalidInput`] for anything but a regular file.
+/// The errors of the system, and [`ErrorKind::InvalidInput`] for anything but a regular file.
 pub fn open(path: &Path) -> Result<File> {
     check(path)?;
     File::open(path)
 }
 
-/// That there is a regular file. It is not opened: opening a named pipe waits for its other end.
+/// Checks that there is a regular file, without opening it: opening a named pipe waits for its
+/// other end.
 ///
-/// # Errors
-/// Those of [`open`].
+/// # Errors The errors of [`open`].
 pub fn check(path: &Path) -> Result<()> {
     let kind = std::fs::metadata(path)?.file_type();
     match kind.is_file() {
@@ -52,19 +52,18 @@ fn called(kind: FileType) -> &'static str {
     }
 }
 
-/// All bytes of a regular file.
+/// Reads all bytes of a regular file.
 ///
-/// # Errors
-/// Those of [`open`] and of reading.
+/// # Errors The errors of [`open`] and of reading.
 pub fn bytes(path: &Path) -> Result<Vec<u8>> {
     check(path)?;
     std::fs::read(path)
 }
 
-/// The bytes of a file that a person writes, at most [`MOST_TEXT_BYTES`].
+/// Reads the bytes of a file that a person writes, at most [`MOST_TEXT_BYTES`].
 ///
-/// # Errors
-/// Those of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer file.
+/// # Errors The errors of [`open`] and of reading, and [`ErrorKind::InvalidData`] for a longer
+/// file.
 pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(path)?
@@ -82,10 +81,10 @@ pub fn short_bytes(path: &Path) -> Result<Vec<u8>> {
     }
 }
 
-/// The text of a file that a person writes, at most [`MOST_TEXT_BYTES`] of UTF-8.
+/// Reads the text of a file that a person writes, at most [`MOST_TEXT_BYTES`] of UTF-8.
 ///
-/// # Errors
-/// Those of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not UTF-8.
+/// # Errors The errors of [`short_bytes`], and [`ErrorKind::InvalidData`] for bytes that are not
+/// UTF-8.
 pub fn text(path: &Path) -> Result<String> {
     String::from_utf8(short_bytes(path)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

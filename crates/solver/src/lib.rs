@@ -2,11 +2,17 @@
 //!
 //! Data flows one way, each stage a function from one artefact to the next:
 //!
-//! [`model`] [`Mesh`](dovetail_mesh::Mesh), names -> indices, contact pairs; [`fem`] stiffness, mass,
-//! rotation; [`structure`] bodies as matrices, and what joins them; [`reduction`] the bodies joined, on relative displacements and stuck modes; [`contact`]
-//! the laws of pairs; [`problem`] a reduced model with laws and excitations, its dynamic stiffness;
-//! [`dlft`] static state and harmonic balance; [`integration`] the same motion in time, to check
-//! it; [`results`] physical fields. [`description`] is a whole run as a value, and [`run`] does it.
+//! - [`model`]: from a [`Mesh`](dovetail_mesh::Mesh) and names to indices and contact pairs.
+//! - [`fem`]: stiffness, mass and rotation.
+//! - [`structure`]: bodies as matrices, and their joints.
+//! - [`reduction`]: the bodies joined, on relative displacements and stuck modes.
+//! - [`contact`]: the laws of pairs.
+//! - [`problem`]: a reduced model with laws and excitations, and its dynamic stiffness.
+//! - [`dlft`]: static state and harmonic balance.
+//! - [`integration`]: the same motion in time, as a check.
+//! - [`results`]: physical fields.
+//!
+//! [`description`] is a whole run as a value, and [`run`] does it.
 //!
 //! The response of a blade in its dovetail, reduced to 72 pairs, near its first mode:
 //!

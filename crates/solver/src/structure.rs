@@ -1,44 +1,48 @@
-//! Bodies as matrices, and what joins them: what finite elements, ours or another program's, hand to the
-//! [reduction](crate::reduction).
+//! Bodies as matrices, and their joints: the input of the [reduction](crate::reduction), from
+//! finite elements of this library or of another program.
 
 use nalgebra_sparse::CscMatrix;
 
-/// Bodies, the nodes at which they meet, and what acts on them.
+/// Bodies, the nodes at which they meet, and their loads.
 #[derive(Debug, Clone)]
 pub struct Structure {
-    /// The bodies, each with its own matrices.
+    /// Bodies, each with its own matrices.
     pub bodies: Vec<BodyMatrices>,
-    /// Nodes of one body that move with those of another or relative to them. Those with a frame are the contact pairs, in
-    /// their order.
+    /// Nodes of one body that move with those of another or relative to them. Those with a frame
+    /// are the contact pairs, in their order.
     pub joints: Vec<Joint>,
     /// One unit of each excitation.
     pub excitations: Vec<BodyVectors>,
-    /// Observed displacements: their names, and the load whose work on a motion is what is observed.
+    /// Observed displacements: their names, and the loads whose work on a motion is the observed
+    /// displacement.
     pub observations: Vec<(String, BodyVectors)>,
 }
 
-/// Of each body a vector on its degrees of freedom.
+/// Vector on the degrees of freedom of each body.
 pub type BodyVectors = Vec<Vec<f64>>;
 
-/// Symmetric matrices of one body on its n degrees of freedom, three (x, y, z) for each of its free nodes, those of the
-/// interior first. The matrices are stored whole (both triangles), row indices ascending in each column.
+/// Symmetric matrices of one body on its n degrees of freedom, three (x, y, z) for each of its free
+/// nodes, those of the interior first. The matrices are stored whole (both triangles), with row
+/// indices ascending in each column.
 #[derive(Debug, Clone)]
 pub struct BodyMatrices {
-    /// The name by which messages call the body.
+    /// Name of the body in messages.
     pub name: String,
-    /// K, N/m, n x n; with its springs, and with geometric stiffness and spin softening where they are asked for.
+    /// Stiffness K, N/m, n x n, including its springs, and geometric stiffness and spin softening
+    /// where they are asked for.
     pub stiffness: CscMatrix<f64>,
-    /// M, kg, n x n, positive semidefinite.
+    /// Mass M, kg, n x n, positive semidefinite.
     pub mass: CscMatrix<f64>,
-    /// Steady load, N, n; nothing on degrees of freedom that are held.
+    /// Steady load, N, n; zero on degrees of freedom that are held.
     pub load_n: Vec<f64>,
-    /// How many free nodes are no nodes of an interface. They come first.
+    /// Number of free nodes that belong to no interface. They come first.
     pub interior_nodes: usize,
-    /// Degrees of freedom that do not move, ascending; the matrices have nothing but the diagonal there.
+    /// Degrees of freedom that do not move, ascending; the matrices have only the diagonal there.
     pub held_dofs: Vec<u32>,
-    /// How many fixed-interface modes a Craig-Bampton reduction of this body keeps; `None` where it is not reduced by itself.
+    /// Number of fixed-interface modes that a Craig-Bampton reduction of this body keeps; `None`
+    /// where it is not reduced by itself.
     pub fixed_interface_modes: Option<usize>,
-    /// The number by which messages call each free node, n / 3.
+    /// Number of each free node in messages, n / 3.
     pub node_tags: Vec<u64>,
 }
 
@@ -48,17 +52,17 @@ impl BodyMatrices {
         self.stiffness.ncols()
     }
 
-    /// Number of those of the interior.
+    /// Number of degrees of freedom of the interior.
     pub fn interior_dofs(&self) -> usize {
         3 * self.interior_nodes
     }
 
-    /// The number by which messages call a free node.
+    /// Number of a free node in messages.
     pub fn node_tag(&self, node: usize) -> u64 {
         self.node_tags.get(node).copied().unwrap_or(0)
     }
 
-    /// The axes along which a free node is held.
+    /// Axes along which a free node is held.
     pub fn held_axes(&self, node: usize) -> [bool; 3] {
         [0, 1, 2].map(|axis| {
             let dof = 3 * node + axis;
@@ -69,7 +73,7 @@ impl BodyMatrices {
     }
 }
 
-/// A free node of an interface.
+/// Free node of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct InterfaceNode {
     /// Index in [`Structure::bodies`].
@@ -78,14 +82,14 @@ pub struct InterfaceNode {
     pub node: usize,
 }
 
-/// A node that moves with the weighted mean of others, or relative to it.
+/// Node that moves with the weighted mean of others, or relative to it.
 #[derive(Debug, Clone)]
 pub struct Joint {
-    /// The node that follows.
+    /// Node that follows.
     pub slave: InterfaceNode,
-    /// The nodes that it follows, and their weights; none on what does not move.
+    /// Nodes that it follows, and their weights; empty where it follows rigid ground.
     pub masters: Vec<(InterfaceNode, f64)>,
-    /// What turns the relative displacement of a contact pair (normal, first and second tangent) into that of the slave
-    /// against its masters; `None` where the two are bonded.
+    /// Matrix that turns the relative displacement of a contact pair (normal, first and second
+    /// tangent) to that of the slave relative to its masters; `None` where the two are bonded.
     pub turned: Option<[[f64; 3]; 3]>,
 }

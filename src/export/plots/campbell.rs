@@ -14,35 +14,38 @@ use super::{
 use crate::export::ExportError;
 
 const SIZE: (u32, u32) = (1280, 900);
-/// Room of their names: height, width of a letter, and what is free between line and name.
+/// Height of a name.
 const NAME_HEIGHT: i32 = at_px(18);
+/// Width of a letter of a name.
 const LETTER: i32 = at_px(9);
+/// Free space between a line and its name.
 const SPACE: i32 = at_px(6);
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CampbellFamily {
     pub label: String,
-    /// Per mode: speed (rpm) and frequency (Hz); a speed without a frequency is left out.
+    /// Speed (rpm) and frequency (Hz) of each point of each mode; a speed without a frequency is
+    /// left out.
     pub modes: Vec<Vec<(f64, f64)>>,
-    /// Drawn dashed.
+    /// True if the curves are dashed.
     pub dashed: bool,
 }
 
-/// The engine orders of a diagram.
+/// Engine orders of a diagram.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct EngineOrders {
-    /// All of these are drawn.
+    /// Engine orders that are always drawn.
     pub all_of: Vec<usize>,
-    /// These are drawn where their names have room.
+    /// Engine orders that are drawn if their names have room.
     pub with_room: Vec<usize>,
 }
 
-/// The speed that the scene runs at, and what its modes are there.
+/// Speed at which the scene runs, and its modes there.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Operation {
     pub speed_rpm: f64,
-    /// Frequency of each mode there, Hz, and what it is in engine orders, in words.
+    /// Frequency of each mode at this speed, Hz, and a text with the frequency in engine orders.
     pub modes: Vec<(f64, String)>,
 }
 
@@ -146,8 +149,9 @@ fn draw(
     Ok(())
 }
 
-/// The names of the modes left of the line of the speed of operation, each above its curve and clear of those before, and
-/// the name of the line at its upper end.
+/// Names of the modes left of the line of the speed of operation, each above its curve and clear of
+/// the names before, and the name of the line at its upper end. Returns the box (left, right, top,
+/// bottom) and the text of each.
 fn at_operation(
     operation: &Operation,
     x: i32,
@@ -172,24 +176,24 @@ fn at_operation(
     clear
 }
 
-/// The line of an engine order.
+/// Line of an engine order.
 #[derive(Debug, PartialEq)]
 struct EngineOrder {
     name: String,
-    /// Where the line ends (rpm, Hz): at the fastest speed, or where it leaves the diagram.
+    /// End of the line (rpm, Hz): at the fastest speed, or where it leaves the diagram.
     end: (f64, f64),
     /// Left, right, top and bottom of the name: beside the end, above it, or on the line.
     bounds: [i32; 4],
 }
 
-/// Where on its line the name of an engine order stands that must be drawn and has no room at the
-/// end, of the length.
+/// Positions on the line, as shares of its length, that are tried for the name of an engine order
+/// that must be drawn and has no room at the end.
 const ON_LINE: [f64; 12] = [
     0.94, 0.88, 0.82, 0.76, 0.7, 0.64, 0.58, 0.52, 0.46, 0.4, 0.34, 0.28,
 ];
 
-/// The engine orders that must be drawn, and of the others those whose names stand clear of all
-/// before, each from the lowest. `place` says where a point of the diagram is on the canvas.
+/// The engine orders that must be drawn, and those of the others whose names are clear of all names
+/// before, each from the lowest. `place` maps a point of the diagram (rpm, Hz) to the canvas.
 fn engine_orders(
     orders: &EngineOrders,
     fastest_rpm: f64,
@@ -236,7 +240,7 @@ mod tests {
         }
     }
 
-    /// At the ends of their lines the names of neighbours lie over each other.
+    /// The names of neighbours overlap at the ends of their lines.
     #[test]
     fn an_engine_order_that_is_asked_for_is_drawn_whatever_its_neighbours() {
         let place = |(rpm, hz): (f64, f64)| ((0.12 * rpm) as i32, -16 * hz as i32);
@@ -278,7 +282,7 @@ mod tests {
         assert!(of("EO 5").bounds[0] > 120_000 && of("EO 6").bounds[3] == -10_000);
     }
 
-    /// Words and places, pixels, of the names of engine orders.
+    /// Text and position, pixels, of the names of engine orders.
     fn names(svg: &str) -> Vec<(String, [f64; 2])> {
         let lines: Vec<&str> = svg.lines().collect();
         let texts = lines.windows(2).filter(|l| l[1].starts_with("EO "));

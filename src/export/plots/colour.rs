@@ -1,8 +1,8 @@
-//! Defines the colours of curves and of fields.
+//! Colours of curves and of fields.
 
 use plotters::style::RGBColor;
 
-/// Okabe and Ito (2008): blue, vermillion, green, purple, orange, sky blue.
+/// Colours of Okabe and Ito (2008): blue, vermillion, green, purple, orange, sky blue.
 const CURVES: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -12,12 +12,13 @@ const CURVES: [RGBColor; 6] = [
     RGBColor(86, 180, 233),
 ];
 
-/// Of the linear curve, and of one with another number of harmonics, whose colour no state of a pair has. The report has the
-/// same in `report.css`.
+/// Colour of the linear curve. No state of a pair has it. The report has the same in `report.css`.
 pub(super) const LINEAR: RGBColor = RGBColor(90, 90, 90);
+/// Colour of a curve with another number of harmonics. No state of a pair has it. The report has
+/// the same in `report.css`.
 pub(super) const COMPARED: RGBColor = CURVES[5];
 
-/// viridis (Smith and van der Walt, 2015) at 0, 0.1, ... 1.
+/// Colours of viridis (Smith and van der Walt, 2015) at 0, 0.1, ... 1.
 const VIRIDIS: [[u8; 3]; 11] = [
     [68, 1, 84],
     [72, 36, 117],
@@ -32,7 +33,8 @@ const VIRIDIS: [[u8; 3]; 11] = [
     [253, 231, 37],
 ];
 
-/// Colour of one of `count` series: those of curves, or from dark to light where they are more.
+/// Colour of one of `count` series: a colour of curves or, if there are more series than those, a
+/// colour from dark to light.
 pub(super) fn of_series(i: usize, count: usize) -> RGBColor {
     match count <= CURVES.len() {
         true => of_curve(i),
@@ -41,12 +43,12 @@ pub(super) fn of_series(i: usize, count: usize) -> RGBColor {
     }
 }
 
-/// Colour of curve `i`, repeating after six.
+/// Colour of curve `i`; the colours repeat after six.
 pub(super) fn of_curve(i: usize) -> RGBColor {
     CURVES[i % CURVES.len()]
 }
 
-/// Colour of a value between 0 (dark) and 1 (light); outside it is clamped.
+/// Colour of a value between 0 (dark) and 1 (light); values outside are clamped.
 pub(super) fn of_value(fraction: f64) -> RGBColor {
     let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let below = (position as usize).min(VIRIDIS.len() - 2);

@@ -20,40 +20,45 @@ use dovetail_solver::dlft::{Outcome, Response};
 use dovetail_solver::results::quantities::{self, linear_peak, peak, phasors};
 
 const SIZE: (u32, u32) = (1280, 800);
-/// Letters of the words at a peak, and what one of them takes at most.
+/// Height of the letters at a peak, pixels.
 const PEAK_PX: u32 = TEXT_PX - 4;
+/// Largest width of a letter at a peak, units.
 const PEAK_LETTER: i32 = at_px(13);
-/// How far from a peak its words may stand, pixels, and from where on a line leads to them.
+/// Distances from a peak at which its label may be placed, pixels.
 const PEAK_DISTANCES: [i32; 5] = [12, 26, 44, 70, 100];
+/// Distance beyond which a line leads from the label to its peak.
 const LED: i32 = at_px(30);
-/// Where the linear peak is more than so many times as high as the curves with friction, the axis ends above these.
+/// Ratio of the linear peak to the highest amplitude with friction above which the axis is scaled
+/// to the latter.
 const MUCH_HIGHER: f64 = 5.0;
 
-/// One line of a plot.
+/// Curve of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     pub label: String,
-    /// Frequency, Hz, and amplitude, m, or phase, degrees; `None` where the point did not converge: the line breaks
-    /// there and a cross marks the frequency on the axis.
+    /// Frequency, Hz, and amplitude, m, or phase, degrees, of each point. The value is `None` if
+    /// the point did not converge: the line breaks there and a cross marks the frequency on the
+    /// axis.
     pub points: Vec<(f64, Option<f64>)>,
-    /// Those of the points whose accuracy was asked for and not reached: a ring marks them.
+    /// Points whose requested accuracy was not reached; a ring marks each.
     pub inaccurate: Vec<(f64, f64)>,
-    /// Where it is highest; of an amplitude alone.
+    /// Highest point of a curve of amplitudes; `None` for a phase.
     pub peak: Option<PeakMark>,
     pub kind: CurveKind,
 }
 
-/// The highest point of a curve.
+/// Highest point of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeakMark {
     pub frequency_hz: f64,
     pub amplitude_m: f64,
-    /// How many digits of the amplitude its estimated error supports.
+    /// Number of digits of the amplitude that its estimated error supports.
     pub digits: usize,
 }
 
 impl PeakMark {
-    /// With the estimated relative error of the amplitude, if it is known. `None` where nothing moves.
+    /// Mark of a peak with the estimated relative error of its amplitude, if known. `None` if
+    /// nothing moves.
     fn of(peak: &quantities::Peak, error: Option<f64>) -> Option<Self> {
         (peak.amplitude_m > 0.0).then(|| Self {
             frequency_hz: peak.frequency_hz,
@@ -62,7 +67,8 @@ impl PeakMark {
         })
     }
 
-    /// `6.5 mm at 450.085 Hz`, in the unit of an axis up to this amplitude.
+    /// Label of the peak, such as `6.5 mm at 450.085 Hz`, in the unit of an axis up to this
+    /// amplitude.
     fn words(&self, largest_m: f64) -> String {
         format!(
             "{} at {} Hz",
@@ -72,14 +78,14 @@ impl PeakMark {
     }
 }
 
-/// What a curve is of, which gives it its colour.
+/// Kind of a curve, which determines its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CurveKind {
-    /// The linear reference: grey and dashed.
+    /// Linear reference: grey and dashed.
     Linear,
-    /// With another number of harmonics.
+    /// Response with another number of harmonics.
     Compared,
-    /// With slip and separation.
+    /// Response with slip and separation.
     Response,
 }
 
@@ -99,7 +105,7 @@ impl CurveKind {
 }
 
 impl Curve {
-    /// The same curve beside another one that is the result.
+    /// The same curve, drawn for comparison beside the result.
     #[must_use]
     pub fn to_compare(self) -> Self {
         let kind = CurveKind::Compared;
@@ -134,7 +140,7 @@ pub fn response_curve(label: &str, response: &Response, observation: usize) -> C
     }
 }
 
-/// Amplitude of an observation of the linear reference.
+/// Amplitude of an observation in the linear reference.
 pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Curve {
     let point = |s: &dovetail_solver::dlft::LinearPoint| {
         (
@@ -155,7 +161,8 @@ pub fn linear_curve(label: &str, response: &Response, observation: usize) -> Cur
     }
 }
 
-/// The lag of the first harmonic of an observation behind the force, degrees, where the response converged.
+/// Lag of the first harmonic of an observation behind the force, degrees, where the response
+/// converged.
 pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curve {
     let point = |o: &dovetail_solver::dlft::Orbit| {
         let phasors = phasors(o.observed.get(observation)?);
@@ -178,17 +185,18 @@ pub fn phase_curve(label: &str, response: &Response, observation: usize) -> Curv
     }
 }
 
-/// What stands on the vertical axis.
+/// Quantity on the vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ordinate<'a> {
-    /// Amplitude of a displacement of this name, from metres: the unit is chosen by the largest value.
+    /// Amplitude of the displacement of this name, in metres: the unit on the axis is chosen by the
+    /// largest value.
     Amplitude(&'a str, Scale),
-    /// Degrees.
+    /// Phase of the displacement of this name, degrees.
     Phase(&'a str),
 }
 
 impl Ordinate<'_> {
-    /// `Amplitude of tip`.
+    /// Title of the axis, such as `Amplitude of tip`.
     pub fn title(&self) -> String {
         match self {
             Self::Amplitude(name, _) => format!("Amplitude of {name}"),
@@ -287,18 +295,19 @@ fn draw(canvas: &Canvas, heading: Heading<'_>, ordinate: Ordinate<'_>, curves: &
     }
 }
 
-/// What an axis shows of the values.
+/// Range of the values that an axis shows.
 #[derive(Debug, Clone, Copy)]
 struct Window {
-    /// From the unit of the values to that of the axis.
+    /// Factor from the unit of the values to the unit of the axis.
     factor: f64,
-    /// In the unit of the axis.
+    /// Lower end, in the unit of the axis.
     bottom: f64,
+    /// Upper end, in the unit of the axis.
     top: f64,
 }
 
 impl Window {
-    /// All values above `bottom`.
+    /// Window of all values above `bottom`.
     fn above(factor: f64, bottom: f64) -> Self {
         Self {
             factor,
@@ -308,8 +317,8 @@ impl Window {
     }
 }
 
-/// The largest amplitude that the axis must show: that of all curves, or of those with friction where these would lie flat
-/// at its bottom.
+/// Largest amplitude that the axis must show: that of all curves, or that of the curves with
+/// friction if these would otherwise be flat at the bottom of the axis.
 fn highest_shown(curves: &[Curve]) -> f64 {
     let highest = |of: &dyn Fn(&Curve) -> bool| {
         let points = curves.iter().filter(|c| of(c)).flat_map(|c| &c.points);
@@ -325,7 +334,7 @@ fn highest_shown(curves: &[Curve]) -> f64 {
     }
 }
 
-/// What is drawn of the curves, in words, on an axis that shows amplitudes up to `highest_m`.
+/// Legend of the curves on an axis that shows amplitudes up to `highest_m`.
 fn legend(curves: &[Curve], highest_m: f64) -> Legend {
     let mut legend = Legend::default();
     for curve in curves {
@@ -392,7 +401,7 @@ where
     Ok(())
 }
 
-/// The converged stretches of a curve; a point without neighbours is a dot.
+/// Draws the converged stretches of a curve; a point without neighbours is a dot.
 fn stretches<'a, 'b: 'a, Y>(chart: &mut Chart<'a, 'b, Y>, curve: &Curve, window: Window) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
@@ -412,7 +421,7 @@ where
     Ok(())
 }
 
-/// Rings where the accuracy asked for was not reached.
+/// Draws rings where the requested accuracy was not reached.
 fn rings<'a, 'b: 'a, Y>(
     chart: &mut Chart<'a, 'b, Y>,
     curve: &Curve,
@@ -432,7 +441,7 @@ where
     Ok(())
 }
 
-/// Crosses on the axis where a frequency did not converge.
+/// Draws crosses on the axis at frequencies that did not converge.
 fn crosses<'a, 'b: 'a, Y>(
     chart: &mut Chart<'a, 'b, Y>,
     curve: &Curve,
@@ -448,7 +457,8 @@ where
     Ok(())
 }
 
-/// A mark on the peak of each curve that the axis shows, up to `highest_m`, and its words where they cover nothing.
+/// Draws a mark on the peak of each curve that the axis shows, up to `highest_m`, and its label in
+/// a place where it covers nothing.
 fn peaks<Y>(
     canvas: &Canvas,
     chart: &Chart<Y>,
@@ -520,7 +530,8 @@ where
     Ok(())
 }
 
-/// Makes room for words of this width and height over a peak beside which everything is taken, between these two sides.
+/// Clears a place for a label of this width and height above a peak that has no free place beside
+/// it, between the two sides of `across`. Returns left, right, top and bottom of the label.
 fn over_everything(
     canvas: &Canvas,
     (x, y): (i32, i32),
@@ -536,8 +547,8 @@ fn over_everything(
     Ok([left, right, top, bottom])
 }
 
-/// Stretches of neighbouring points that have a value (and show on the axis), scaled. A line that leaves the axis at its
-/// top ends there.
+/// Stretches of neighbouring points that have a value (and are within the axis), scaled. A line
+/// that leaves the axis at its top ends there.
 fn converged_runs(points: &[(f64, Option<f64>)], window: Window) -> Vec<Vec<(f64, f64)>> {
     let Window {
         factor,
@@ -590,7 +601,7 @@ fn points(count: usize) -> String {
     }
 }
 
-/// A label of a logarithmic axis.
+/// Label of a logarithmic axis.
 fn short(v: f64) -> String {
     if (0.01..10_000.0).contains(&v) {
         format!("{v}")

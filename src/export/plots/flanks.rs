@@ -25,13 +25,13 @@ const WIDTH: i32 = at_px(1400);
 const LEFT: i32 = at_px(136);
 const RIGHT: i32 = at_px(224);
 const CAPTION: i32 = at_px(40);
-/// Under a flank: ticks, and the name of its lower edge.
+/// Height of the ticks and of the name of the lower edge below a flank.
 const AXIS: i32 = at_px(70);
 const AXIS_NAME: i32 = at_px(40);
 const TALLEST_FLANK: i32 = at_px(420);
-/// Least height of the bar and of the legend.
+/// Smallest height of the bar and of the legend.
 const LEAST_HEIGHT: i32 = at_px(240);
-/// From the flanks to the bar or the legend, past the name of an edge.
+/// Distance from the flanks to the bar or the legend, beyond the name of an edge.
 const ASIDE: i32 = at_px(50);
 const SEPARATES: RGBColor = {
     let [r, g, b] = OPENS.colour;
@@ -39,8 +39,8 @@ const SEPARATES: RGBColor = {
 };
 const STAYS: RGBColor = RGBColor(214, 219, 224);
 
-/// Static pressure on the flanks, Pa. Where the static state did not converge nothing is drawn but
-/// the title that says so.
+/// Draws the static pressure on the flanks, Pa. If the static state did not converge, only the
+/// title is drawn, which says so.
 pub fn write_static_pressure_map(
     path: &Path,
     conditions: &str,
@@ -65,8 +65,8 @@ pub fn write_static_pressure_map(
     write_flank_map(path, model, heading, "Pa", &pressure)
 }
 
-/// Energy that friction takes in a period of an orbit, per area, J/m2. `what` names it in the
-/// title.
+/// Draws the energy that friction dissipates in a period of an orbit, per area, J/m2. `what` names
+/// it in the title.
 pub fn write_friction_energy_map(
     path: &Path,
     conditions: &str,
@@ -87,7 +87,8 @@ pub fn write_friction_energy_map(
     write_flank_map(path, model, heading, "J/m²", &fields.friction_energy_j_m2)
 }
 
-/// Distance that the pairs slide in a period of an orbit, m. `what` names it in the title.
+/// Draws the distance that the pairs slide in a period of an orbit, m. `what` names it in the
+/// title.
 pub fn write_slip_map(
     path: &Path,
     conditions: &str,
@@ -108,7 +109,7 @@ pub fn write_slip_map(
     write_flank_map(path, model, heading, "m", &slid_m)
 }
 
-/// Pairs that separate at any converged frequency (the paper's Figure 5).
+/// Draws the pairs that separate at any converged frequency (the paper's Figure 5).
 pub fn write_separation_map(
     path: &Path,
     conditions: &str,
@@ -138,7 +139,8 @@ pub fn write_separation_map(
     write_flank_flags(path, model, heading, &separates, ["opens", "never opens"])
 }
 
-/// A value per pair in colour, with a bar in `unit` (the SI prefix is chosen by the largest value).
+/// Draws a value of each pair in colour, with a bar in `unit` (the SI prefix is chosen by the
+/// largest value).
 pub fn write_flank_map(
     path: &Path,
     model: &Model,
@@ -167,7 +169,7 @@ pub fn write_flank_map(
     })
 }
 
-/// Pairs in two colours, with a legend: `words[0]` names the flagged ones.
+/// Draws pairs in two colours, with a legend: `words[0]` names the flagged pairs.
 pub fn write_flank_flags(
     path: &Path,
     model: &Model,
@@ -221,13 +223,13 @@ impl Layout {
         }
     }
 
-    /// Units of panel `i` along an axis.
+    /// Length of panel `i` along an axis, units.
     fn extent(&self, i: usize, axis: usize) -> i32 {
         let metres = self.panels[i].high[axis] - self.panels[i].low[axis];
         (metres * self.units_per_m).ceil().max(f64::from(at_px(2))) as i32
     }
 
-    /// Top of the plotting area of panel `i`.
+    /// Top of the plotting area of panel `i`, units.
     fn top(&self, i: usize) -> i32 {
         let above: i32 = (0..i).map(|j| CAPTION + self.extent(j, 1) + AXIS).sum();
         HEADING_HEIGHT + above + CAPTION
@@ -238,7 +240,7 @@ impl Layout {
         last.map_or(HEADING_HEIGHT, |i| self.top(i) + self.extent(i, 1))
     }
 
-    /// Of the picture, pixels.
+    /// Width and height of the picture, pixels.
     fn size(&self) -> (u32, u32) {
         let height = self.bottom().max(HEADING_HEIGHT + LEAST_HEIGHT) + AXIS + AXIS_NAME;
         (WIDTH as u32 / PX, (height as u32).div_ceil(PX))
@@ -321,7 +323,8 @@ impl Layout {
     }
 }
 
-/// The names of the sides left, right, below and above of a flank with this top, width and height.
+/// Draws the names of the sides left, right, below and above of a flank with this top, width and
+/// height.
 fn draw_edges(canvas: &Canvas, edges: &[String; 4], [top, width, height]: [i32; 3]) -> Drawn {
     let end = LEFT + width;
     let upright = |h: HPos, v: VPos| text_style(TEXT_PX - 3, h, v);

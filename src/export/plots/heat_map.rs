@@ -13,36 +13,36 @@ use super::{
 use crate::export::ExportError;
 
 const SIZE: (i32, i32) = (at_px(1280), at_px(860));
-/// Room for the words at the rows: their least and their most.
+/// Smallest and largest room for the labels of the rows.
 const LEFT: (i32, i32) = (at_px(150), at_px(500));
-/// Width of a letter of them.
+/// Width of a letter of these labels.
 const LETTER: i32 = at_px(11);
 const RIGHT: i32 = at_px(190);
 const TOP: i32 = at_px(110);
 const BOTTOM: i32 = at_px(110);
 /// Colour of a cell without a value.
 const EMPTY: RGBColor = RGBColor(214, 219, 224);
-/// A value is written in its cell where the cell is as large as this.
+/// Smallest cell in which its value is written.
 const ROOM: (i32, i32) = (at_px(76), at_px(28));
 
-/// A figure over two parameters.
+/// Figure over two parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
     pub title: String,
-    /// SI unit of the values; empty: they have none.
+    /// SI unit of the values; empty if they have none.
     pub unit: &'static str,
-    /// Titles of the axis to the right and of the axis upwards.
+    /// Titles of the horizontal and of the vertical axis.
     pub axes: [String; 2],
-    /// Words at the columns and at the rows, from left and from below.
+    /// Labels of the columns, from the left, and of the rows, from below.
     pub labels: [Vec<String>; 2],
-    /// Per column and row; `None` where there is no value.
+    /// Value of each row of each column; `None` if there is no value.
     pub values: Vec<Vec<Option<f64>>>,
 }
 
-/// Draws the cells with a bar of their colours, from the least value to the largest.
+/// Draws the cells with a bar of their colours, from the smallest value to the largest.
 ///
 /// # Errors
-/// [`ExportError`] where the picture cannot be drawn or written.
+/// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_heat_map(path: &Path, map: &HeatMap) -> Result<(), ExportError> {
     let size = (SIZE.0 as u32 / PX, SIZE.1 as u32 / PX);
     write_svg(path, size, |canvas| draw(canvas, map))
@@ -54,14 +54,14 @@ impl HeatMap {
         value.filter(|v| v.is_finite())
     }
 
-    /// Where the cells begin: right of the words at the rows and of the title of the axis.
+    /// Left end of the cells: right of the labels of the rows and of the title of the axis.
     fn left(&self) -> i32 {
         let longest = self.labels[1].iter().map(|l| l.chars().count()).max();
         let words = LETTER.saturating_mul(longest.unwrap_or(0).try_into().unwrap_or(i32::MAX));
         words.saturating_add(at_px(70)).clamp(LEFT.0, LEFT.1)
     }
 
-    /// Corners of a cell: left, right, top, bottom.
+    /// Sides of a cell: left, right, top, bottom.
     fn cell(&self, column: usize, row: usize) -> [i32; 4] {
         let along = |i: usize, count: usize, length: i32| {
             (i as f64 / count.max(1) as f64 * f64::from(length)).round() as i32
@@ -123,7 +123,7 @@ fn draw(canvas: &Canvas, map: &HeatMap) -> Drawn {
     Ok(())
 }
 
-/// The words at columns and rows, as many as have room, and the titles.
+/// Draws the labels of columns and rows, as many as have room, and the titles.
 fn draw_axes(canvas: &Canvas, map: &HeatMap) -> Drawn {
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let longest = map.labels[0].iter().map(|l| l.chars().count()).max();

@@ -7,13 +7,14 @@ use super::{Canvas, Drawn, TEXT_PX, at_px, px, text_style};
 
 const LETTERS_PX: u32 = TEXT_PX - 3;
 const ROW: i32 = at_px(34);
-/// Of a mark, from the mark to its words, and from the words to the next mark.
+/// Width of a mark.
 const MARK: i32 = at_px(40);
+/// Gaps from the mark to its words, and from the words to the next mark.
 const GAPS: [i32; 2] = [at_px(10), at_px(32)];
-/// Where the chart begins, and what it leaves free at the right.
+/// Left end of the chart, and free space at its right.
 const SIDES: [i32; 2] = [at_px(60), at_px(36)];
 
-/// How a series is drawn.
+/// Mark of a series.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Mark {
     Line(ShapeStyle),
@@ -55,7 +56,7 @@ impl Legend {
         places
     }
 
-    /// Draws the rows from `top` on.
+    /// Draws the rows from `top` downwards.
     pub fn draw(&self, canvas: &Canvas, top: i32) -> Drawn {
         let width = canvas.dim_in_pixel().0 as i32;
         let style = text_style(LETTERS_PX, HPos::Left, VPos::Center);
@@ -92,7 +93,7 @@ fn draw_mark(canvas: &Canvas, mark: Mark, (left, y): (i32, i32)) -> Drawn {
     Ok(())
 }
 
-/// What words take at most: sans-serif letters are narrower on average.
+/// Upper bound of the width of a text: sans-serif letters are narrower on average.
 pub(super) fn width_of(words: &str) -> i32 {
     let letter = i64::from(px(LETTERS_PX)) * 11 / 20;
     i32::try_from(letter * words.chars().count() as i64).unwrap_or(i32::MAX / 4)

@@ -32,38 +32,38 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{ExportError, write_file};
 
-/// How values stand along an axis.
+/// Spacing of values along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     Linear,
     Logarithmic,
 }
 
-/// Where everything is drawn: an SVG, in units of which [`PX`] make a pixel.
+/// Drawing area of an SVG, in units of which [`PX`] make a pixel.
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// What a drawing function fails with; the reason goes into [`ExportError::Draw`].
+/// Result of a drawing function; the reason of an error goes into [`ExportError::Draw`].
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-/// Units of a drawing in a pixel. plotters rounds every place to whole units; whole pixels would make
-/// stairs of curves that rise slowly.
+/// Units of a drawing in a pixel. plotters rounds every coordinate to whole units; with whole
+/// pixels, curves that rise slowly would show steps.
 const PX: u32 = 10;
 
 const INK: RGBColor = RGBColor(34, 34, 34);
 const GRID: RGBColor = RGBColor(222, 222, 222);
 const TITLE_PX: u32 = 30;
-/// What the title takes at the top, units.
+/// Height of the title at the top, units.
 const TITLE_HEIGHT: i32 = at_px(64);
-/// What title and conditions take, units.
+/// Height of title and conditions, units.
 const HEADING_HEIGHT: i32 = at_px(96);
 const TEXT_PX: u32 = 25;
 
-/// So many pixels, in units of a drawing.
+/// A number of pixels in units of a drawing.
 const fn px(pixels: u32) -> u32 {
     PX * pixels
 }
 
-/// As [`px`], of a place or a shift.
+/// A signed number of pixels in units of a drawing, for coordinates and shifts.
 const fn at_px(pixels: i32) -> i32 {
     PX as i32 * pixels
 }
@@ -91,8 +91,8 @@ fn write_svg(
     write_file(path, shown_in_pixels(&svg, size).as_bytes())
 }
 
-/// The viewBox stays that of the drawing; it is shown [`PX`] times smaller. Rectangles have no width
-/// of line of their own: it is a pixel.
+/// Shows the SVG in pixels: the viewBox remains that of the drawing, which is shown [`PX`] times
+/// smaller. Rectangles have no line width of their own: it is set to a pixel.
 fn shown_in_pixels(svg: &str, (width, height): (u32, u32)) -> String {
     let attributes = |width: u32, height: u32| format!(r#"width="{width}" height="{height}""#);
     let in_units = attributes(px(width), px(height));
@@ -107,15 +107,15 @@ fn text_style(pixels: u32, h: HPos, v: VPos) -> TextStyle<'static> {
         .pos(Pos::new(h, v))
 }
 
-/// What stands over a picture of a run.
+/// Heading of a picture of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Heading<'a> {
     pub title: &'a str,
-    /// Under the title, smaller: force, speed, friction.
+    /// Conditions below the title, in smaller letters: force, speed, friction.
     pub conditions: &'a str,
 }
 
-/// The heading, centred at the top.
+/// Draws the heading, centred at the top.
 fn draw_heading(canvas: &Canvas, heading: Heading<'_>) -> Drawn {
     draw_title(canvas, heading.title)?;
     let style = text_style(TEXT_PX - 3, HPos::Center, VPos::Center);
@@ -125,7 +125,7 @@ fn draw_heading(canvas: &Canvas, heading: Heading<'_>) -> Drawn {
     Ok(())
 }
 
-/// The title, centred at the top.
+/// Draws the title, centred at the top.
 fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
     let style = text_style(TITLE_PX, HPos::Center, VPos::Center);
     let (width, _) = canvas.dim_in_pixel();
@@ -134,7 +134,7 @@ fn draw_title(canvas: &Canvas, title: &str) -> Drawn {
     Ok(())
 }
 
-/// Grid and axes in their colours, and the letters beside them.
+/// Draws grid and axes in their colours, and the labels beside them.
 fn draw_mesh<X, Y>(mesh: &mut MeshStyle<'_, '_, X, Y, SVGBackend<'_>>) -> Drawn
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -149,7 +149,7 @@ where
     Ok(())
 }
 
-/// Whether two boxes (left, right, top, bottom) have a part in common.
+/// Returns `true` if two boxes (left, right, top, bottom) overlap.
 fn overlap(a: [i32; 4], b: [i32; 4]) -> bool {
     a[0] < b[1] && b[0] < a[1] && a[2] < b[3] && b[2] < a[3]
 }
@@ -172,8 +172,8 @@ fn si_prefix(largest: f64) -> (&'static str, f64) {
     found.map_or(("", 1.0), |&(unit, name)| (name, 1.0 / unit))
 }
 
-/// A unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
-/// without a unit stay as they are.
+/// Unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
+/// without a unit remain as they are.
 pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
     match unit {
         "" => (String::new(), 1.0),
@@ -184,7 +184,7 @@ pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
     }
 }
 
-/// Left end, top and bottom of a bar of colours, in units of the drawing.
+/// Left end, top and bottom of a colour bar, in units of the drawing.
 #[derive(Debug, Clone, Copy)]
 struct Bar {
     left: i32,
@@ -192,8 +192,8 @@ struct Bar {
     bottom: i32,
 }
 
-/// The colours of the values from `low` to `high`, more than `low`, as a bar with its ticks and its
-/// unit.
+/// Draws the colours of the values from `low` to `high`, more than `low`, as a bar with its ticks
+/// and its unit.
 fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Drawn {
     let (unit, factor) = in_unit(unit, high.abs().max(low.abs()));
     let Bar { left, top, bottom } = bar;
@@ -233,7 +233,7 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) -> Dra
     Ok(())
 }
 
-/// A number on an axis: no more decimals than the step of the ticks asks for.
+/// Label of a number on an axis, with no more decimals than the step of the ticks requires.
 fn tick_label(v: f64, step: f64) -> String {
     let decimals = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
     let text = format!("{v:.decimals$}");
@@ -244,7 +244,8 @@ fn tick_label(v: f64, step: f64) -> String {
     }
 }
 
-/// Ticks at 1, 2 or 5 times a power of ten, about `wanted` of them, inside [low, high].
+/// Ticks at 1, 2 or 5 times a power of ten, about `wanted` of them, inside [low, high], and their
+/// step.
 fn round_ticks(low: f64, high: f64, wanted: usize) -> (Vec<f64>, f64) {
     let raw = (high - low) / wanted.max(1) as f64;
     if !(raw > 0.0 && raw.is_finite()) {

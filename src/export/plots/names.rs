@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::{at_px, overlap};
 
-/// What a name beside a point must not cover: lines, dots, and names that stand.
+/// Objects that a name beside a point must not cover: lines, dots, and names already placed.
 #[derive(Debug, Default)]
 pub(super) struct Taken {
     lines: Vec<[(i32, i32); 2]>,
@@ -12,7 +12,7 @@ pub(super) struct Taken {
 }
 
 impl Taken {
-    /// A line through points, or the points alone.
+    /// Adds a line through points, or the points alone if they are not `joined`.
     pub fn add_line(&mut self, points: &[(i32, i32)], joined: bool) {
         // A dot is as wide as a short line.
         let dots = points
@@ -24,13 +24,14 @@ impl Taken {
         }
     }
 
-    /// A box that stands: left, right, top, bottom.
+    /// Adds a box: left, right, top, bottom.
     pub fn add_box(&mut self, bounds: [i32; 4]) {
         self.names.push(bounds);
     }
 
-    /// Left, right, top and bottom of the name of a point, of this width and height, where it covers nothing, at one of these
-    /// distances, pixels; `None` where all places around the point are taken.
+    /// Places the name of a point: left, right, top and bottom of a box of this width and height
+    /// that covers nothing, at one of these distances, pixels. Returns `None` if all places around
+    /// the point are taken.
     pub fn beside(
         &mut self,
         (x, y): (i32, i32),
@@ -67,7 +68,8 @@ impl Taken {
     }
 }
 
-/// Whether a line goes through a box with these sides (left, right, top, bottom): Liang and Barsky's clipping.
+/// Returns `true` if a line crosses a box with these sides (left, right, top, bottom), by Liang and
+/// Barsky's clipping.
 fn crosses([from, to]: [(i32, i32); 2], [left, right, top, bottom]: [i32; 4]) -> bool {
     let [dx, dy] = [to.0 - from.0, to.1 - from.1].map(f64::from);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);

@@ -19,20 +19,20 @@ use crate::export::ExportError;
 use crate::words::without_zeros;
 
 const SIZE: (u32, u32) = (1280, 860);
-/// Letters of names beside points.
+/// Height of the letters of names beside points, pixels.
 const NAME_PX: u32 = TEXT_PX - 8;
-/// Entries of the legend; of more series some are left out.
+/// Largest number of entries in the legend; further series are left out of it.
 const MOST_ENTRIES: usize = 10;
 
-/// Points of one colour; those that an axis cannot show are left out.
+/// Points of one colour; points that an axis cannot show are left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub label: String,
-    /// `None` where there is no value: the line breaks there.
+    /// Coordinates of the points. The second is `None` if there is no value: the line breaks there.
     pub points: Vec<(f64, Option<f64>)>,
-    /// Written beside each point; empty: nothing is written.
+    /// Text beside each point; empty for no texts.
     pub names: Vec<String>,
-    /// Joined by a line.
+    /// True if a line joins the points.
     pub joined: bool,
 }
 
@@ -40,16 +40,16 @@ pub struct Series {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub title: String,
-    /// SI unit of the values, which a prefix may precede; empty: they are shown as they are.
+    /// SI unit of the values, which a prefix may precede; empty if they are shown as they are.
     pub unit: &'static str,
-    /// A logarithmic axis shows what is above 0.
+    /// Scale of the axis; a logarithmic axis shows only values above 0.
     pub scale: Scale,
-    /// Values that are marked, and the words there; empty: round values are.
+    /// Marked values and their labels; if empty, round values are marked.
     pub marks: Vec<(f64, String)>,
 }
 
 impl Axis {
-    /// Logarithmic, of numbers without a unit.
+    /// Logarithmic axis of numbers without a unit.
     pub fn logarithmic(title: &str) -> Self {
         Self {
             title: title.to_owned(),
@@ -59,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// Where a value stands on the axis.
+    /// Coordinate of a value on the axis; `None` if the axis cannot show it.
     fn place(&self, value: f64) -> Option<f64> {
         let place = match self.scale {
             Scale::Linear => value,
@@ -82,7 +82,7 @@ pub fn write_series(
     write_svg(path, SIZE, |canvas| draw(canvas, title, axes, series))
 }
 
-/// An axis with its range, in places, and its marks.
+/// Axis with its range and its marks, in coordinates of the axis.
 struct Drawing {
     title: String,
     low: f64,
@@ -91,7 +91,7 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// Of an axis on which these places are drawn, beside its marks.
+    /// Axis that covers these coordinates and its own marks.
     fn of(axis: &Axis, places: impl Iterator<Item = f64>) -> Self {
         let marked = axis.marks.iter().filter_map(|(v, _)| axis.place(*v));
         let (low, high) = places
@@ -170,7 +170,7 @@ impl Ranged for Drawing {
     }
 }
 
-/// The words at the mark nearest to a place.
+/// Label at the mark nearest to a coordinate.
 impl ValueFormatter<f64> for Drawing {
     fn format(place: &f64) -> String {
         place.to_string()
@@ -258,8 +258,8 @@ fn draw(canvas: &Canvas, title: &str, axes: &[Axis; 2], series: &[Series]) -> Dr
     Ok(())
 }
 
-/// What the line of each series is wider by, pixels, so that it is seen beside those that coincide
-/// with it and are drawn on it.
+/// Extra line width of each series, pixels, by which it remains visible beside coinciding series
+/// that are drawn on top of it.
 fn extra_widths(series: &[Series]) -> Vec<u32> {
     let near = |a: f64, b: f64| (a - b).abs() <= 0.01 * a.abs().max(b.abs());
     let coincide = |a: &Series, b: &Series| {
@@ -280,7 +280,7 @@ fn extra_widths(series: &[Series]) -> Vec<u32> {
         .collect()
 }
 
-/// Powers of ten inside, with 2 and 5 times them where the range is short.
+/// Powers of ten inside the range, with 2 and 5 times them if the range is short.
 fn ticks((low, high): (f64, f64)) -> Vec<f64> {
     let decades = (high / low).log10();
     let steps: &[f64] = match decades {
@@ -350,7 +350,7 @@ mod tests {
         }
     }
 
-    /// Points of each line of the picture.
+    /// Number of points of each line of the picture.
     fn lines(svg: &str) -> Vec<usize> {
         let wide = svg
             .lines()
@@ -403,7 +403,7 @@ mod tests {
         svg(&axes, &[joined(&[(1.0, None)])]);
     }
 
-    /// The lower line is seen on both sides of the upper one.
+    /// The lower line is visible on both sides of the upper one.
     #[test]
     fn lines_that_coincide_are_both_seen() {
         let axes = ["x", "y"].map(Axis::logarithmic);

@@ -1,16 +1,18 @@
-//! Directions along which bodies are pulled apart, so that the flanks between them are seen.
+//! Directions along which bodies are pulled apart to show the flanks between them.
 
 use dovetail_solver::model::Model;
 use dovetail_solver::space::{dot, scaled, sub, unit};
 
-/// Sweeps over all contacts. Chains of bodies take the most.
+/// Number of sweeps over all contacts. Chains of bodies need the most.
 const SWEEPS: usize = 400;
-/// A contact whose normals cancel each other to less than this has no direction to open along: a pin in its hole.
+/// Smallest length of the mean normal of a contact. Below it the normals cancel each other and the
+/// contact has no direction to open along: a pin in its hole.
 const LEAST_MEAN: f64 = 0.2;
 
-/// Vector of each body, the longest of length 1: the bodies of each contact part along its mean normal, all by the same
-/// distance where the bodies allow it. They part to the sides on which they lie: a root leaves its slot outwards, though its
-/// flanks press inwards. Rigid ground stays. Zero for all where no contact has a direction.
+/// Displacement vector of each body, the longest of length 1. The bodies of each contact part along
+/// its mean normal, all by the same distance if the bodies allow it. They part to the sides on
+/// which they lie: a root leaves its slot outwards, although its flanks press inwards. Rigid ground
+/// does not move. All vectors are zero if no contact has a direction.
 pub(super) fn apart(model: &Model) -> Vec<[f64; 3]> {
     let contacts: Vec<Opening> = (0..model.contact_names.len())
         .filter_map(|contact| Opening::of(model, contact))
@@ -25,7 +27,7 @@ pub(super) fn apart(model: &Model) -> Vec<[f64; 3]> {
     moved
 }
 
-/// The shortest vectors by which all contacts open by 1: Kaczmarz's method from zero.
+/// Shortest vectors by which all contacts open by 1, by Kaczmarz's method from zero.
 fn opened(contacts: &[Opening], bodies: usize) -> Vec<[f64; 3]> {
     let mut moved = vec![[0.0; 3]; bodies];
     for _ in 0..SWEEPS {
@@ -34,7 +36,7 @@ fn opened(contacts: &[Opening], bodies: usize) -> Vec<[f64; 3]> {
     moved
 }
 
-/// The direction along which the first body of a contact leaves the second.
+/// Direction along which the first body of a contact leaves the second.
 struct Opening {
     bodies: [Option<usize>; 2],
     direction: [f64; 3],
@@ -74,7 +76,7 @@ impl Opening {
     }
 }
 
-/// A direction, or its opposite, so that it leads from one place to the side of the other.
+/// Direction or its opposite, such that it points from `from` to the side of `of`.
 fn away(direction: [f64; 3], of: [f64; 3], from: [f64; 3]) -> [f64; 3] {
     match dot(direction, sub(of, from)) < 0.0 {
         true => scaled(direction, -1.0),

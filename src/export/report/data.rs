@@ -1,4 +1,4 @@
-//! What the scripts of a report draw, as JSON.
+//! Data for the scripts of a report, as JSON.
 
 use std::f64::consts::TAU;
 
@@ -18,19 +18,19 @@ use dovetail_solver::results::quantities::{
 };
 use dovetail_solver::results::signals::{PairSignals, pair_signals};
 
-/// Hysteresis loops that are shown.
+/// Largest number of hysteresis loops in a report.
 const LOOPS: usize = 4;
-/// Points of a loop.
+/// Number of points of a loop.
 const INSTANTS: usize = 128;
 
-/// All that is drawn.
+/// All data of the pictures.
 #[derive(Debug, Serialize)]
 pub(super) struct Data {
     curves: Vec<Curve>,
     counts: Option<Counts>,
-    /// Of the first observation.
+    /// Frequency of the peak of the first observation, Hz.
     peak_hz: Option<f64>,
-    /// What a pair does, by its code.
+    /// States of a pair, by their codes.
     states: [State; 5],
     flanks: Vec<Flank>,
     fields: Vec<Field>,
@@ -45,16 +45,16 @@ struct Curve {
     name: String,
     frequency_hz: Vec<f64>,
     amplitude_m: Vec<Option<f64>>,
-    /// Relative.
+    /// Estimated relative error of the amplitudes.
     estimated_error: Vec<Option<f64>>,
     linear_m: Vec<Option<f64>>,
     /// Lag of the first harmonic, degrees.
     phase_deg: Vec<Option<f64>>,
-    /// With more points, where its peaks are.
+    /// Linear reference, with additional points at its peaks.
     linear: Line,
     compared: Option<Line>,
     label: String,
-    /// The largest amplitude, with the digits that its estimated error supports.
+    /// Text of the largest amplitude, with the digits that its estimated error supports.
     peak: String,
 }
 
@@ -78,11 +78,11 @@ struct Counts {
     damping_w: Vec<Option<f64>>,
 }
 
-/// A flank in its own plane, m.
+/// Flank in its own plane, m.
 #[derive(Debug, Serialize)]
 struct Flank {
     name: String,
-    /// Left, right, below, above.
+    /// Names of the sides left, right, below, above.
     edges: [String; 4],
     size: [f64; 2],
     patches: Vec<Patch>,
@@ -94,7 +94,7 @@ struct Patch {
     outline: Vec<[f64; 2]>,
 }
 
-/// A value per pair.
+/// Value of each pair.
 #[derive(Debug, Serialize)]
 struct Field {
     title: &'static str,
@@ -102,7 +102,8 @@ struct Field {
     values: Scaled,
 }
 
-/// What each pair does at each converged frequency: pairs of the first, of the second, ... as codes of the status.
+/// State of each pair at each converged frequency, as codes of the status: the pairs of the first
+/// frequency, then of the second, and so on.
 #[derive(Debug, Serialize)]
 struct Statuses {
     frequency_hz: Vec<f64>,
@@ -110,11 +111,12 @@ struct Statuses {
     codes: String,
 }
 
-/// Friction force over displacement of a pair in a period, along the direction that it moves in most.
+/// Friction force over displacement of a pair in a period, along the direction in which it moves
+/// most.
 #[derive(Debug, Serialize)]
 struct Loop {
     pair: usize,
-    /// By which the pair is found on the map.
+    /// Letter that marks the pair on the map.
     letter: char,
     title: String,
     displacement_m: Vec<f64>,
@@ -149,7 +151,7 @@ impl Data {
     }
 }
 
-/// Six digits: what a reader reads off, and no more bytes.
+/// Number rounded to seven significant digits: enough for a reader, in few bytes.
 fn short(v: f64) -> f64 {
     format!("{v:.6e}").parse().unwrap_or(v)
 }
@@ -297,7 +299,7 @@ fn statuses(sweep: &Sweep<'_>, pairs: &PairTable) -> Statuses {
     }
 }
 
-/// Of the pairs with the largest friction power.
+/// Loops of the pairs with the largest friction power.
 fn loops(orbit: &Orbit, pairs: &PairTable, panels: &[Panel]) -> Vec<Loop> {
     let mut order: Vec<usize> = (0..orbit.cycles.len()).collect();
     let power = |pair: &usize| orbit.cycles[*pair].friction_power_w;
@@ -318,7 +320,8 @@ fn loops(orbit: &Orbit, pairs: &PairTable, panels: &[Panel]) -> Vec<Loop> {
         .collect()
 }
 
-/// Where a pair is on the map of its flank: `3.2 mm from the front end and 1.1 mm from the inner edge`.
+/// Position of a pair on the map of its flank, such as `3.2 mm from the front end and 1.1 mm from
+/// the inner edge`.
 fn place_of(panels: &[Panel], pair: usize) -> Option<String> {
     let patch = |panel: &Panel| {
         let found = panel.patches.iter().find(|(of, _)| *of == pair)?;

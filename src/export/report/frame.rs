@@ -1,5 +1,5 @@
-//! What every report is made of: one page that needs no other file, with its styles, its data and the scripts that
-//! draw them.
+//! Frame of every report: one page that needs no other file, with its styles, its data and the
+//! scripts that draw them.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde::Serialize;
@@ -7,21 +7,21 @@ use serde::Serialize;
 const STYLE: &str = include_str!("report.css");
 /// uPlot 1.6.32 (MIT licence), <https://github.com/leeoniya/uPlot>: `dist/uPlot.min.css` and `dist/uPlot.iife.min.js`.
 const CHARTS_STYLE: &str = include_str!("vendor/uPlot.min.css");
-/// What the scripts of each report begin with.
+/// Scripts at the beginning of those of each report.
 const SCRIPTS: [&str; 2] = [
     include_str!("vendor/uPlot.iife.min.js"),
     include_str!("charts.js"),
 ];
 
-/// The parts in which reports differ.
+/// Parts in which reports differ.
 #[derive(Debug)]
 pub struct Frame<'a> {
     pub title: &'a str,
     pub subtitle: Markup,
-    /// Name and title of each section that is worth a jump.
+    /// Name and title of each section that has a link.
     pub links: &'a [(&'a str, &'a str)],
     pub main: Markup,
-    /// What the scripts draw: [`json`].
+    /// Data of the scripts, made by [`json`].
     pub data: &'a Markup,
     pub scripts: &'a [&'a str],
 }
@@ -55,18 +55,18 @@ pub fn frame(frame: &Frame<'_>) -> Markup {
 }
 
 /// Data as text of a script element. In such a text `</script` ends the element, and `<!--<script`
-/// lets it go on behind its end: no `<` is left in it.
+/// extends it beyond its end; therefore no `<` is left in it.
 pub fn json(data: &impl Serialize) -> Markup {
     let text = serde_json::to_string(data).unwrap_or_else(|_| "null".to_owned());
     PreEscaped(text.replace('<', "\\u003c"))
 }
 
-/// A number with what it is.
+/// Card with a title, a value and a remark.
 pub fn card(title: &str, value: &str, more: &Markup) -> Markup {
     html! { div.card { div.quiet { (title) } div.figure { (value) } div.quiet { (more) } } }
 }
 
-/// One line of what speaks for or against the figures.
+/// List item that says `yes` if `good`, else `look`, and the text.
 pub fn line(good: bool, text: &Markup) -> Markup {
     let (class, word) = if good {
         ("good", "yes")
@@ -76,7 +76,7 @@ pub fn line(good: bool, text: &Markup) -> Markup {
     html! { li class=(class) { b { (word) } " " (text) } }
 }
 
-/// All of them, in a section of their own.
+/// All warnings, in a section of their own.
 pub fn warnings<'a>(warnings: impl Iterator<Item = &'a str>) -> Markup {
     let mut warnings = warnings.peekable();
     html! {

@@ -1,5 +1,6 @@
-//! Writes report.html: one page that opens by double click, without a network, and says what was computed, what came
-//! out, and whether to trust it. Its text is made here; its pictures are drawn by scripts that travel in it.
+//! Writes report.html: one page that opens without a network and states what was computed, the
+//! results, and whether to trust them. Its text is made here; its pictures are drawn by scripts
+//! within the page.
 
 mod apart;
 mod data;
@@ -20,10 +21,10 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::peak;
 use dovetail_solver::results::recovery::NodalField;
 
-/// Its name.
+/// File name of the report.
 pub const REPORT: &str = "report.html";
 
-/// What a report is about.
+/// Contents of a report.
 #[derive(Debug)]
 pub struct Contents<'a> {
     pub scene: &'a Scene,
@@ -33,7 +34,7 @@ pub struct Contents<'a> {
     /// Names of the observed displacements.
     pub observations: &'a [&'a str],
     pub pairs: &'a PairTable,
-    /// Where there is a mesh.
+    /// Model of the scene; `None` without a mesh.
     pub model: Option<&'a Model>,
     pub modes: &'a [NaturalFrequency],
     pub static_state: Option<&'a StaticState>,
@@ -42,17 +43,17 @@ pub struct Contents<'a> {
     pub motion: Option<&'a [Vec<NodalField>]>,
 }
 
-/// A response as a report shows it.
+/// Response of a report.
 #[derive(Debug)]
 pub struct Sweep<'a> {
     pub response: &'a Response,
-    /// `with 3 harmonics`.
+    /// Description of the response, such as `with 3 harmonics`.
     pub label: String,
     pub compared: Option<(&'a str, &'a Response)>,
 }
 
 impl Sweep<'_> {
-    /// The motion at the peak of the first observation.
+    /// Motion at the peak of the first observation.
     fn at_peak(&self) -> Option<&Orbit> {
         let peak = peak(self.response, 0)?;
         self.response.orbits.get(peak.index)

@@ -4,7 +4,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
-/// `low + step i` for 16-bit numbers i.
+/// Numbers `low + step i` with 16-bit integers i.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Scaled {
     low: f64,
@@ -12,7 +12,7 @@ pub(super) struct Scaled {
     u16: String,
 }
 
-/// Numbers to 1.6e-5 of their range; those that are not finite become the least.
+/// Packs numbers to 1.6e-5 of their range; numbers that are not finite become the smallest.
 pub(super) fn scaled(values: impl Iterator<Item = f64> + Clone) -> Scaled {
     let finite = || values.clone().filter(|v| v.is_finite());
     let low = finite().reduce(f64::min).unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! The text of a report, section by section.
+//! Text of a report, section by section.
 
 use std::collections::BTreeMap;
 
@@ -32,11 +32,11 @@ const SCRIPTS: [&str; 4] = [
     include_str!("flanks.js"),
     include_str!("report.js"),
 ];
-/// By how much bodies are pulled apart at first, percent of their size: so that the flanks are seen.
+/// Initial distance by which bodies are pulled apart to show the flanks, percent of their size.
 const PULLED: usize = 25;
-/// Above this an estimated error is pointed at.
+/// Estimated error above which the report points it out.
 const DOUBTFUL: f64 = 0.02;
-/// So is a larger error of the balance of energy.
+/// Error of the energy balance above which the report points it out.
 const UNBALANCED: f64 = 1e-3;
 
 /// The whole page.
@@ -69,7 +69,7 @@ pub(super) fn page(contents: &Contents<'_>, data: &Data) -> Markup {
     })
 }
 
-/// `2026-02-28 23:59 UTC` of `2026-02-28T23:59:59Z`.
+/// Date and time to the minute: `2026-02-28 23:59 UTC` of `2026-02-28T23:59:59Z`.
 fn minute(moment: &str) -> String {
     let (date, time) = moment.split_once('T').unwrap_or((moment, ""));
     let minute: String = time.chars().take("23:59".len()).collect();
@@ -105,7 +105,7 @@ fn has_flanks(contents: &Contents<'_>) -> bool {
     contents.model.is_some_and(|model| !model.pairs.is_empty())
 }
 
-/// The peak, what friction does there, and whether to trust it.
+/// Peak, effect of friction there, and whether to trust them.
 fn answer(contents: &Contents<'_>) -> Markup {
     let summary = contents.summary;
     let Some(response) = &summary.response else {
@@ -156,7 +156,7 @@ fn without_response(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// `digits` are those of the peak.
+/// Comparison of the peak with the linear peak. `digits` is the number of digits of the peak.
 fn against_linear(response: &ResponseSummary, digits: usize) -> Markup {
     let Some(linear_m) = response.linear_peak_amplitude_m else {
         return html! {};
@@ -201,7 +201,7 @@ fn losses(response: &ResponseSummary) -> Markup {
     )
 }
 
-/// What wears the flanks most.
+/// Card with the load of the most worn pairs: energy dissipated by friction and slid distance.
 fn at_a_pair(response: &ResponseSummary) -> Markup {
     let Some(slid_m) = response.peak_largest_slid_m else {
         return html! {};
@@ -297,7 +297,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
     }
 }
 
-/// Warnings of more weight than a remark.
+/// Number of warnings of more weight than a remark.
 fn doubtful(contents: &Contents<'_>) -> usize {
     let warnings = contents.summary.warnings.iter();
     warnings
@@ -506,7 +506,7 @@ fn static_state(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// The shares of both flanks of a contact that lie opposite the other one.
+/// Shares of both flanks of a contact that lie opposite the other one.
 fn covered(contents: &Contents<'_>, contact: &str) -> String {
     let matches = contents.summary.mesh.iter().flat_map(|mesh| &mesh.contacts);
     let found = matches.into_iter().find(|found| found.name == contact);
@@ -516,7 +516,7 @@ fn covered(contents: &Contents<'_>, contact: &str) -> String {
     )
 }
 
-/// A cell for each count.
+/// Table cell for each count.
 fn counts_cells<const N: usize>(counts: Option<[usize; N]>) -> Markup {
     html! {
         @for i in 0..N {
@@ -525,7 +525,8 @@ fn counts_cells<const N: usize>(counts: Option<[usize; N]>) -> Markup {
     }
 }
 
-/// What the pairs of each contact do in the period of the peak, where there are several contacts.
+/// Table of the states of the pairs of each contact in the period of the peak, if there are several
+/// contacts.
 fn contacts_at_peak(response: &ResponseSummary) -> Markup {
     if response.peak_contacts.len() < 2 {
         return html! {};
@@ -590,7 +591,7 @@ fn computed(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// What the figures are of, so that they can be told from those of another scene.
+/// Hash of the inputs, by which the figures can be told from those of another scene.
 fn origin(contents: &Contents<'_>) -> Markup {
     let Some(hash) = contents.summary.scene.blake3.as_deref() else {
         return html! {};
@@ -603,7 +604,7 @@ fn origin(contents: &Contents<'_>) -> Markup {
     }
 }
 
-/// So many digits tell two files apart.
+/// First digits of a hash, which suffice to distinguish two files.
 fn short_hash(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
@@ -680,7 +681,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
     }
 }
 
-/// How many elements of which types: `6739 tetrahedra of 10 nodes`.
+/// Number of elements of each type: `6739 tetrahedra of 10 nodes`.
 fn elements(types: &BTreeMap<String, usize>) -> String {
     let all = ElementType::ALL.iter();
     let named = all.filter_map(|element| Some((types.get(&element.name())?, element)));
@@ -688,7 +689,7 @@ fn elements(types: &BTreeMap<String, usize>) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// What holds a body: its supports and springs or, without any, its contacts.
+/// Supports and springs of a body or, if it has none, `contacts`.
 fn held(body: &BodySpec, model: Option<&Model>) -> String {
     let along = body.fixed_along.iter().zip(["x", "y", "z"]);
     let along =
@@ -709,7 +710,7 @@ fn held(body: &BodySpec, model: Option<&Model>) -> String {
     }
 }
 
-/// What shakes, how much and where.
+/// Kind, amplitude and place of an excitation.
 fn excitation_words(cause: &ExcitationSpec) -> Markup {
     let along = |vector: &[f64; 3]| format!("({})", vector.map(|v| figure(v, 3)).join(", "));
     let amplitude = quantity(cause.amplitude, cause.kind.unit(), 3);
@@ -863,7 +864,8 @@ fn bodies_of<'a>(contents: &'a Contents<'_>, kind: ModeKind) -> Vec<Option<&'a s
     bodies
 }
 
-/// Tables, fields and pictures beside the page, but for those of single frequencies and what does not outlive the run.
+/// List of the tables, fields and pictures beside the page, except those of single frequencies and
+/// files that do not outlive the run.
 fn files(contents: &Contents<'_>) -> Markup {
     let is_left_out = |name: &str| {
         ["flank/", "peak/"].iter().any(|of| name.starts_with(of))

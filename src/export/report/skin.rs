@@ -1,5 +1,5 @@
-//! The bodies as a viewer shows them: their outer faces, how the nodes of these move, and the flanks once more as
-//! triangles of pairs.
+//! Geometry of the bodies for a viewer: their outer faces, the motion of the nodes of these, and
+//! the flanks as additional triangles of pairs.
 
 use std::collections::HashMap;
 
@@ -13,9 +13,9 @@ use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::space::{dot, scaled as scaled_by, sub, unit};
 use dovetail_solver::spectrum::{cosine, sine};
 
-/// Above so many nodes on the faces the middles of edges are left out.
+/// Number of nodes on the faces above which the middles of edges are left out.
 const MOST_NODES: usize = 60_000;
-/// Harmonics whose largest displacement is below this share of the largest are left out.
+/// Share of the largest displacement below which a harmonic is left out.
 const LEAST_SHARE: f64 = 0.01;
 /// Nodes of the faces first, then those of the flanks, body by body. Arrays are packed.
 #[derive(Debug, Serialize)]
@@ -25,19 +25,21 @@ pub(super) struct Skin {
     /// Body of each node.
     body: String,
     bodies: Vec<String>,
-    /// Nodes around each face, its corners and the middles of its edges in turn, and how many they are: 3 or 4,
-    /// with the middles 6 or 8.
+    /// Nodes around each face, its corners and the middles of its edges in turn.
     faces: String,
+    /// Number of nodes of each face: 3 or 4, with the middles 6 or 8.
     face_sizes: String,
-    /// Pair of each node of the flanks, and where these nodes begin.
+    /// Pair of each node of the flanks.
     flank_pairs: String,
+    /// Number of the first node of the flanks.
     flank_start: usize,
-    /// Triangles of nodes.
+    /// Triangles of nodes of the flanks.
     flank_triangles: String,
-    /// Of each body the vector along which it is pulled, the longest of length 1.
+    /// Vector along which each body is pulled, the longest of length 1.
     apart: Vec<[f64; 3]>,
-    /// Orthogonal unit vectors that stand upright and lie across in the picture.
+    /// Unit vector that is upright in the picture.
     up: [f64; 3],
+    /// Unit vector across the picture, orthogonal to `up`.
     along: [f64; 3],
     harmonics: Vec<Harmonic>,
 }
@@ -51,7 +53,7 @@ struct Harmonic {
 }
 
 impl Skin {
-    /// `motion[b]` holds the 2H+1 nodal fields of body b; none where nothing moves.
+    /// Skin of a model. `motion[b]` holds the 2H+1 nodal fields of body b; `None` if nothing moves.
     pub fn of(model: &Model, motion: Option<&[Vec<NodalField>]>) -> Self {
         let mut outer: Vec<Vec<Vec<u32>>> = model.bodies.iter().map(outer_faces).collect();
         let all = outer.iter().flatten().map(Vec::len).sum::<usize>();
@@ -123,8 +125,8 @@ impl Skin {
     }
 }
 
-/// What stands upright in the picture, and what lies across. With rotation they are the direction away from the axis and the
-/// axis; else z, and the longer side of the bodies of x and y.
+/// Directions that are upright and across in the picture. With rotation they are the direction away
+/// from the axis and the axis; else z, and x or y, whichever is the longer side of the bodies.
 fn upright(model: &Model, nodes_m: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for node in nodes_m {
@@ -149,7 +151,7 @@ fn upright(model: &Model, nodes_m: impl Iterator<Item = [f64; 3]>) -> [[f64; 3];
     })
 }
 
-/// Those of all faces that belong to one element alone, each as the nodes of a facet.
+/// Outer faces of a body, which belong to one element alone, each as the nodes of a facet.
 fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
     let mut once: HashMap<[u32; 4], Option<(usize, usize)>> = HashMap::new();
     for (e, (element, nodes)) in body.elements.solids().enumerate() {
@@ -168,7 +170,7 @@ fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
     faces
 }
 
-/// The nodes of a facet in the order in which its edges pass them.
+/// Nodes of a facet in order along its edges.
 fn around(face: &[u32]) -> impl Iterator<Item = u32> {
     let (corners, middles) = face.split_at(facet_corners(face.len()));
     let with_middle = |(i, &corner): (usize, &u32)| [Some(corner), middles.get(i).copied()];

@@ -15,10 +15,10 @@ use dovetail_mesh::parts::Placement;
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{BodyMesh, BodySpec, Material, MaterialSpec, Prestress, RotationSpec};
 
-/// Largest speed taken for meant, rpm: far above it squares would leave the range of f64.
+/// Largest accepted speed, rpm: far above it squares would leave the range of f64.
 const MOST_RPM: f64 = 1e7;
 
-/// `units`: those of `[mesh]`.
+/// Checks the bodies. `units` are those of `[mesh]`.
 pub fn bodies(
     checker: &mut Checker,
     base_dir: &Path,
@@ -80,13 +80,13 @@ pub fn bodies(
     specs.into_iter().collect()
 }
 
-/// What a body is checked with.
+/// Context of the check of a body.
 struct Context<'a> {
     base_dir: &'a Path,
     scene: &'a RawScene,
-    /// Those of `[mesh]`.
+    /// Units of `[mesh]`.
     units: Option<Units>,
-    /// The bodies above it.
+    /// Bodies before it in the file.
     before: &'a [Option<BodySpec>],
 }
 
@@ -141,7 +141,7 @@ fn body(
     })
 }
 
-/// A file of the body's own, or another body, and where it is put.
+/// Mesh file of the body itself, or another body that it copies, and its placement.
 fn body_mesh(
     checker: &mut Checker,
     at: &Table,
@@ -242,7 +242,7 @@ fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placeme
     })
 }
 
-/// Numbers, or a material of the mesh.
+/// Material given by numbers, or a material of the mesh.
 fn material(
     checker: &mut Checker,
     at: &Table,
@@ -288,7 +288,8 @@ fn material(
     Some(material.into())
 }
 
-/// Whether the mesh of a body is a deck by its name: the only format with materials.
+/// Returns `true` if the mesh of a body is a deck by its name. Decks are the only format with
+/// materials.
 fn is_deck(raw: &RawBody, context: &Context) -> bool {
     let shared = context
         .scene
@@ -302,7 +303,7 @@ fn is_deck(raw: &RawBody, context: &Context) -> bool {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
 }
 
-/// Names of groups, none of them empty.
+/// Names of groups; an empty name is a fault.
 fn groups(
     checker: &mut Checker,
     at: &Table,

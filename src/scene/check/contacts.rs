@@ -74,7 +74,7 @@ pub fn contacts(checker: &mut Checker, raw: &[Spanned<RawContact>]) -> Option<Ve
     specs.into_iter().collect()
 }
 
-/// The opposite flank, `Some(None)` where that is rigid ground.
+/// Opposite flank; `Some(None)` if it is rigid ground.
 fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<String>> {
     let Some(given) = &raw.second else {
         for (key, span) in [
@@ -103,7 +103,7 @@ fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<
     Some(Some(name))
 }
 
-/// The flank that follows the other, `Some(None)` where the scene leaves it open.
+/// Slave flank, which follows the other; `Some(None)` if the scene does not choose one.
 fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<Side>> {
     if raw.slave.is_none() {
         return Some(None);
@@ -113,7 +113,7 @@ fn slave(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<S
     side.map(Some)
 }
 
-/// The springs of a contact, normal and tangential, `Some(None)` where it is rigid.
+/// Normal and tangential springs of a contact; `Some(None)` if it is rigid.
 pub fn stiffness(
     checker: &mut Checker,
     at: &Table,
@@ -138,7 +138,7 @@ pub fn stiffness(
     }
 }
 
-/// The crown of a flank, `Some(None)` where it has none.
+/// Crown of a flank; `Some(None)` if it has none.
 fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<CrownSpec>> {
     if raw.crown_radius_m.is_none() {
         let others = [

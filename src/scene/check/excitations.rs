@@ -62,7 +62,7 @@ fn harmonic(
     Some(harmonic)
 }
 
-/// What shakes, and how much.
+/// Kind and amplitude of an excitation.
 fn kind(
     checker: &mut Checker,
     at: &Table,

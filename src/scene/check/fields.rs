@@ -9,18 +9,18 @@ use crate::scene::kinds::Limits;
 use crate::scene::raw::{Count, Located, Number, Numbers};
 use crate::scene::source::Source;
 
-/// A table of the scene, and how messages name it.
+/// Table of the scene, and its name in messages.
 #[derive(Debug, Clone)]
 pub struct Table {
     pub section: &'static str,
-    /// The path as in `--set`: `response`, `contact.left`; empty for the top of the file.
+    /// Path as in `--set`: `response`, `contact.left`; empty for the top of the file.
     pub path: String,
-    /// Where its heading stands.
+    /// Place of its heading, bytes.
     pub span: Range<usize>,
 }
 
 impl Table {
-    /// `section` or, with a name or a number, `section.name`.
+    /// Table named `section` or, with a name or a number, `section.name`.
     pub fn of(
         section: &'static str,
         span: Range<usize>,
@@ -45,7 +45,7 @@ impl Table {
     }
 }
 
-/// The problems found so far.
+/// Problems found so far.
 pub struct Checker<'a> {
     pub source: &'a Source<'a>,
     pub problems: Vec<Problem>,
@@ -67,7 +67,7 @@ impl Checker<'_> {
         );
     }
 
-    /// Gives a number within limits. `default` stands for an absent key; without a default an
+    /// Returns a number within limits. `default` replaces an absent key; without a default an
     /// absent key is a fault.
     pub fn number(
         &mut self,
@@ -97,7 +97,7 @@ impl Checker<'_> {
         None
     }
 
-    /// Gives a whole number in `range`. `default` stands for an absent key.
+    /// Returns a whole number in `range`. `default` replaces an absent key.
     pub fn count(
         &mut self,
         table: &Table,
@@ -123,7 +123,7 @@ impl Checker<'_> {
         None
     }
 
-    /// Gives a text that is not empty.
+    /// Returns a text that is not empty.
     pub fn text(
         &mut self,
         table: &Table,
@@ -146,7 +146,7 @@ impl Checker<'_> {
         Some(value.get_ref().clone())
     }
 
-    /// Gives a name that is fit for file names, column headings and the paths of `--set`.
+    /// Returns a name that is suitable for file names, column headings and the paths of `--set`.
     pub fn name(&mut self, path: String, value: &serde_spanned::Spanned<String>) -> Option<String> {
         let name = value.get_ref();
         let fit = is_name(name);
@@ -162,7 +162,7 @@ impl Checker<'_> {
         fit.then(|| name.clone())
     }
 
-    /// Gives one of `choices`; the first is the default.
+    /// Returns one of `choices`; the first is the default.
     pub fn choice<T: Copy>(
         &mut self,
         table: &Table,
@@ -190,7 +190,7 @@ impl Checker<'_> {
         found.copied()
     }
 
-    /// Gives a direction, scaled to unit length.
+    /// Returns a direction, scaled to unit length.
     pub fn direction(
         &mut self,
         table: &Table,
@@ -213,7 +213,7 @@ impl Checker<'_> {
         unit
     }
 
-    /// Notes a fault for a key that means nothing without another.
+    /// Notes a fault for a key that has no meaning without another.
     pub fn lacks(
         &mut self,
         at: &Table,
@@ -231,7 +231,7 @@ impl Checker<'_> {
             },
         );
     }
-    /// Notes a fault for the first of `others` that is there beside `given`.
+    /// Notes a fault for the first of `others` that is given in addition to `given`.
     pub fn exclude(
         &mut self,
         at: &Table,
@@ -256,7 +256,7 @@ impl Checker<'_> {
         Some(())
     }
 
-    /// Gives the one of these keys that is there, with its place.
+    /// Returns the one of these keys that is given, with its place.
     pub fn one_of(
         &mut self,
         at: &Table,
@@ -277,7 +277,7 @@ impl Checker<'_> {
         Some((key, span))
     }
 
-    /// Gives the `name` that every item of a list must have.
+    /// Returns the `name` that every item of a list must have.
     pub fn required_name(&mut self, at: &Table, name: &Located<String>) -> Option<String> {
         match name {
             Some(name) => self.name(at.key("name"), name),
@@ -287,7 +287,7 @@ impl Checker<'_> {
             }
         }
     }
-    /// Notes a fault for every name that also stands earlier in the list.
+    /// Notes a fault for every name that also occurs earlier in the list.
     pub fn distinct(&mut self, named: &[(String, String, Range<usize>)]) {
         let mut firsts = HashMap::new();
         for (path, name, span) in named {
@@ -307,7 +307,7 @@ impl Checker<'_> {
     }
 }
 
-/// Whether a word is fit for file names, column headings and the paths of `--set`.
+/// Returns `true` if a word is suitable for file names, column headings and the paths of `--set`.
 pub fn is_name(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_alphabetic())
         && word
@@ -316,8 +316,8 @@ pub fn is_name(word: &str) -> bool {
         && word.len() <= 100
 }
 
-/// Unit vector along `v`; `None` when it is zero. Scaled first: squares of very large or very small
-/// components would leave the range of f64.
+/// Unit vector along `v`; `None` if `v` is zero. It is scaled first: squares of very large or very
+/// small components would leave the range of f64.
 fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
     let largest = v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
     if largest == 0.0 {

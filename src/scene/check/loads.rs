@@ -1,4 +1,4 @@
-//! Checks `[[load]]`, and of `[[excitation]]` what a load has too.
+//! Checks `[[load]]`, and the keys that `[[excitation]]` shares with it.
 
 use std::ops::Range;
 
@@ -33,7 +33,7 @@ pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<Load
     specs.into_iter().collect()
 }
 
-/// The keys that say how large a load is.
+/// Keys for the size of a load.
 pub struct Sizes<'a> {
     pub force_n: &'a Located<Number>,
     pub traction_pa: &'a Located<Number>,
@@ -41,7 +41,7 @@ pub struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Each key with its place.
+    /// Name of each key and its place; the place is `None` if the key is not given.
     pub fn given(&self) -> Vec<(&'static str, Option<Range<usize>>)> {
         let keys = [
             ("force_n", self.force_n),
@@ -53,7 +53,7 @@ impl Sizes<'_> {
     }
 }
 
-/// A load of one unit, and how many of them there are.
+/// Load of unit size, and its amplitude.
 pub fn load(
     checker: &mut Checker,
     at: &Table,

@@ -13,15 +13,15 @@ use crate::scene::raw::{Located, Number, RawMesh};
 use dovetail_mesh::units::Units;
 use dovetail_solver::model::{MeshKind, MeshSource};
 
-/// What `[mesh]` says.
+/// Content of `[mesh]`.
 pub struct SharedMesh {
-    /// None where every body has a mesh of its own.
+    /// Shared mesh; `None` if every body has a mesh of its own.
     pub source: Option<MeshSource>,
-    /// Of all files that say nothing else.
+    /// Units of all mesh files without units of their own.
     pub units: Option<Units>,
 }
 
-/// `needed`: a body has no mesh of its own.
+/// Checks `[mesh]`. `needed`: a body has no mesh of its own.
 pub fn mesh(
     checker: &mut Checker,
     base_dir: &Path,
@@ -54,7 +54,7 @@ pub fn mesh(
     Some(SharedMesh { source, units })
 }
 
-/// The units of a file; `Some(None)` where nothing is said.
+/// Units of a file; `Some(None)` if they are not given.
 pub fn units(
     checker: &mut Checker,
     at: &Table,
@@ -167,7 +167,7 @@ fn mesh_kind(
     })
 }
 
-/// In the order of the text.
+/// Parameters in the order of the text.
 fn parameters(raw: &Located<BTreeMap<String, Spanned<Number>>>) -> Vec<(String, f64)> {
     let mut entries: Vec<_> = raw.iter().flat_map(|p| p.get_ref().iter()).collect();
     entries.sort_by_key(|(_, value)| value.span().start);

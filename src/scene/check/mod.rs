@@ -1,8 +1,8 @@
-//! Makes a [`Scene`] of a [`RawScene`], or reports all that is missing, impossible or
+//! Makes a [`Scene`] from a [`RawScene`], or reports all that is missing, impossible or
 //! contradictory.
 //!
-//! Each function looks at everything of its section before it gives up (`?` stands at its end
-//! only), so one run names every problem.
+//! Each function checks its whole section before it returns early (`?` occurs at its end only), so
+//! that one run reports every problem.
 
 mod bodies;
 mod contacts;
@@ -95,7 +95,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     })
 }
 
-/// The sections about a mesh.
+/// Sections about a mesh.
 fn assembly(
     checker: &mut Checker,
     base_dir: &Path,
@@ -136,13 +136,14 @@ fn assembly(
     })
 }
 
-/// Whether a body has no mesh of its own.
+/// Returns `true` if a body has no mesh of its own, or if there are no bodies.
 fn needs_shared_mesh(raw: &RawScene) -> bool {
     let has_own = |body: &RawBody| body.mesh_file.is_some() || body.copy_of.is_some();
     raw.body.is_empty() || !raw.body.iter().all(|body| has_own(body.get_ref()))
 }
 
-/// Sections without which there is nothing to compute. Bodies have a message of their own.
+/// Reports missing sections without which nothing can be computed. Bodies have a message of their
+/// own.
 fn missing_sections(checker: &mut Checker, raw: &RawScene) {
     let meshed = raw.reduced_model.is_none();
     for section in entries::SCENE.sections {

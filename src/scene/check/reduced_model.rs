@@ -1,4 +1,4 @@
-//! Checks `[reduced_model]`: a folder that stands in place of a mesh and of all that refers to one.
+//! Checks `[reduced_model]`: a folder that replaces the mesh and all that refers to one.
 
 use std::ops::Range;
 use std::path::Path;
@@ -42,7 +42,7 @@ pub fn reduced_model(
     })
 }
 
-/// A fault for every section that needs a mesh.
+/// Notes a fault for every section that needs a mesh.
 pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
     fn first<T>(list: &[Spanned<T>]) -> Option<Range<usize>> {
         list.first().map(Spanned::span)

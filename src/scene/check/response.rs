@@ -10,9 +10,11 @@ use crate::scene::raw::{Number, RawResponse};
 use dovetail_solver::description::{FrequencyRange, ResponseSpec};
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 
-/// More harmonics, samples or frequencies than these are taken for a slip of the pen.
+/// Largest number of harmonics; more are taken for a typing error.
 pub const MOST_HARMONICS: usize = 1_000;
+/// Largest number of samples; more are taken for a typing error.
 const MOST_SAMPLES: usize = 1 << 20;
+/// Largest number of frequencies; more are taken for a typing error.
 const MOST_POINTS: usize = 1_000_000;
 
 pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<ResponseSpec> {
@@ -121,7 +123,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     })
 }
 
-/// Harmonics and samples or an accuracy, and the tolerance that is given or follows.
+/// Resolution (harmonics and samples, or an accuracy), and the given or resulting tolerance.
 fn resolution(
     checker: &mut Checker,
     at: &Table,
@@ -177,7 +179,8 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
     Some(Resolution::Fixed { harmonics, samples })
 }
 
-/// Where neither harmonics nor an accuracy are given.
+/// Default resolution, if neither harmonics nor an accuracy are given. Keys that need harmonics are
+/// a fault.
 fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
     let of_harmonics = [
         ("samples", raw.samples.as_ref().map(Spanned::span)),
@@ -200,7 +203,7 @@ fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Re
     Some(Resolution::Accuracy(DEFAULT_ACCURACY))
 }
 
-/// What an accuracy leaves to the program must not be given.
+/// Resolution by an accuracy. Keys that the accuracy determines must not be given.
 fn adapted(
     checker: &mut Checker,
     at: &Table,
@@ -219,11 +222,11 @@ fn adapted(
     Some(Resolution::Accuracy(accuracy))
 }
 
-/// Accuracies that can be asked for: below, motions that differ by 1e-3 all satisfy the balance
+/// Accepted accuracies: below them, motions that differ by 1e-3 all satisfy the balance
 /// (docs/method.md).
 const ACCURACY: Limits = Limits::between(1e-4, 0.5);
 
-/// Of a scene that says neither an accuracy nor harmonics.
+/// Accuracy of a scene that gives neither an accuracy nor harmonics.
 const DEFAULT_ACCURACY: f64 = 0.01;
 
 fn frequency_range(

@@ -1,14 +1,15 @@
-//! Unilateral contact with Coulomb friction (circular cone), at one instant of one pair: from the trial force, with
-//! which the pair would stick, to the contact force (Nacivet et al. 2003, equations 20-26).
+//! Unilateral contact with Coulomb friction (circular cone), at one instant of one pair. The trial
+//! force, with which the pair would stick, gives the contact force (Nacivet et al. 2003, equations
+//! 20-26).
 
-/// What a pair does at one instant.
+/// State of a pair at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
-    /// The contact force is the predicted one.
+    /// Stick: the contact force is the predicted one.
     Stick,
-    /// The tangential force is at its limit.
+    /// Slip: the tangential force is at its limit.
     Slip,
-    /// No force.
+    /// Open: there is no force.
     Open,
 }
 
@@ -50,7 +51,7 @@ pub struct SlipTangent {
     pub kappa: f64,
 }
 
-/// The derivative of [`unilateral_coulomb`] where the pair slips.
+/// Derivative of [`unilateral_coulomb`] where the pair slips.
 #[inline(always)]
 pub fn slip_tangent(predicted: [f64; 3], friction: f64) -> SlipTangent {
     let [normal, t1, t2] = predicted;

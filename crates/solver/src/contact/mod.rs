@@ -1,4 +1,5 @@
-//! The law of a contact pair, and the form in which DLFT evaluates it; the signs of contact, once.
+//! Law of a contact pair, in the form in which DLFT evaluates it, and the definition of the signs
+//! of contact.
 //!
 //! A *pair* joins the point b of the first flank of a contact to the point j of the second (or of
 //! rigid ground) opposite; one of the two is a node, the other a weighted mean of nodes.
@@ -8,10 +9,11 @@
 //! COMPRESSION; contact pressure p = -lambda_N / A. An initial clearance g shifts contact to
 //! X_N = -g; g < 0 is an interference.
 //!
-//! DLFT predicts the force lambda_u with which a rigid pair would stick. The law makes of it a trial force, a share of the
-//! prediction ([`penalty`]) counted from the clearance and from where the pair has slid to, and brings that back
-//! to the cone of friction ([`coulomb`]). What it keeps from instant to instant is
-//! `state = share lambda_u_T - lambda_T`, for rigid contact and for springs alike.
+//! DLFT predicts the force lambda_u with which a rigid pair would stick. The law converts it to a
+//! trial force, a share of the prediction ([`penalty`]) counted from the clearance and from where
+//! the pair has slid to, and brings that back to the cone of friction ([`coulomb`]). What it keeps
+//! from instant to instant is `state = share lambda_u_T - lambda_T`, for rigid contact and for
+//! springs alike.
 
 pub mod coulomb;
 pub mod penalty;
@@ -19,21 +21,21 @@ pub mod penalty;
 use coulomb::{Contact, slip_tangent, unilateral_coulomb};
 use penalty::PairStiffness;
 
-/// The contact law of one pair.
+/// Contact law of one pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairLaw {
-    /// Coulomb coefficient.
+    /// Coulomb coefficient of friction.
     pub friction: f64,
     /// Initial clearance, m; negative: an interference.
     pub gap_m: f64,
-    /// Its springs; `None`: rigid contact.
+    /// Springs of the pair; `None`: rigid contact.
     pub stiffness: Option<PairStiffness>,
 }
 
 impl PairLaw {
-    /// A coefficient of friction above this is computed as this. A pair then sticks as long as it is
-    /// pressed, which a larger one does not change (1e3 and 1e4 give the same peak to 1e-5), but
-    /// friction is known to the coefficient times the rounding of the normal force only.
+    /// Largest coefficient of friction that is computed with. A pair with it sticks as long as it
+    /// is pressed, which a larger coefficient does not change (1e3 and 1e4 give the same peak to
+    /// 1e-5), but friction is known only to the coefficient times the rounding of the normal force.
     pub const MOST_FRICTION: f64 = 1e3;
 
     /// Rigid contact.
@@ -45,12 +47,13 @@ impl PairLaw {
         }
     }
 
-    /// The coefficient of friction that is computed with.
+    /// Coefficient of friction that is computed with.
     pub fn computed_friction(&self) -> f64 {
         self.friction.min(Self::MOST_FRICTION)
     }
 
-    /// As DLFT evaluates it with these eps, normal and tangential, N/m, and a coefficient of at most `most_friction`.
+    /// Law as a function of the predicted force, with these eps, normal and tangential, N/m, and a
+    /// coefficient of at most `most_friction`.
     pub fn predicted(&self, eps: [f64; 2], most_friction: f64) -> PredictedLaw {
         let [normal, tangential] = self.stiffness.map_or([1.0; 2], |s| s.shares(eps));
         PredictedLaw {
@@ -63,34 +66,34 @@ impl PairLaw {
     }
 }
 
-/// The law of a pair as a function of the predicted force.
+/// Law of a pair as a function of the predicted force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PredictedLaw {
-    /// Coulomb coefficient.
+    /// Coulomb coefficient of friction.
     pub friction: f64,
-    /// Whether a pair that sticks has no motion of its own: its force is then the prediction.
+    /// True if a pair that sticks has no motion of its own: its force is then the prediction.
     pub is_rigid: bool,
-    /// Of the prediction (N, t1, t2) that count.
+    /// Shares of the prediction (N, t1, t2) that the trial force takes.
     pub shares: [f64; 3],
-    /// What the clearance adds to the normal trial force, N.
+    /// Contribution of the clearance to the normal trial force, N.
     pub shift_n: f64,
-    /// The state that the slip of a metre leaves behind, N/m.
+    /// State that a slip of one metre leaves, N/m.
     slid_n_per_m: f64,
 }
 
 impl PredictedLaw {
-    /// The trial force (N, t1, t2), N, from the prediction and the state.
+    /// Trial force (N, t1, t2), N, from the prediction and the state.
     pub fn trial(&self, lambda_u: [f64; 3], state: [f64; 2]) -> [f64; 3] {
         let [normal, t1, t2] = [0, 1, 2].map(|c| self.shares[c] * lambda_u[c]);
         [normal + self.shift_n, t1 - state[0], t2 - state[1]]
     }
 
-    /// What the pair does under a trial force, and its contact force, N.
+    /// State of the pair under a trial force, and its contact force, N.
     pub fn force(&self, trial: [f64; 3]) -> (Contact, [f64; 3]) {
         unilateral_coulomb(trial, self.friction)
     }
 
-    /// The derivative of the contact force by the prediction, row by row.
+    /// Derivative of the contact force by the prediction, row by row.
     pub fn derivative(&self, trial: [f64; 3]) -> [[f64; 3]; 3] {
         let by_trial = match self.force(trial).0 {
             Contact::Open => [[0.0; 3]; 3],
@@ -108,13 +111,14 @@ impl PredictedLaw {
         by_trial.map(|row| [0, 1, 2].map(|c| row[c] * self.shares[c]))
     }
 
-    /// The state of a pair at rest, N: displaced along the contact by `x`, m, under the force `lambda`, N.
+    /// State of a pair at rest, N, that is displaced along the contact by `x`, m, under the force
+    /// `lambda`, N.
     pub fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> [f64; 2] {
         let share = self.shares[1];
         [0, 1].map(|c| self.slid_n_per_m * x[c] - (1.0 - share) * lambda[c])
     }
 
-    /// How far a pair slides, m, whose state goes a path of so many N.
+    /// Distance that a pair slides, m, whose state follows a path of the length `path_n`, N.
     pub fn slid_m(&self, path_n: f64) -> f64 {
         path_n / self.slid_n_per_m
     }
@@ -138,7 +142,7 @@ mod tests {
         }
     }
 
-    /// The force of springs that a slider at `w` ends, from the relative displacement x of the pair.
+    /// Force of springs with the slider at `w`, from the relative displacement x of the pair.
     fn spring_force(law: PairLaw, x: [f64; 3], w: [f64; 2]) -> [f64; 3] {
         let PairStiffness {
             normal_n_m,

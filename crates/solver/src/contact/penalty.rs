@@ -1,28 +1,29 @@
-//! Contact through springs (penalty): flanks that are pressed together penetrate, and shear before they slide.
+//! Contact through springs (penalty): flanks that are pressed together penetrate, and shear before
+//! they slide.
 //!
-//! In DLFT a spring is one factor. With kappa the stiffness of a pair, eps the parameter of DLFT, g the clearance and w
-//! where the slider stands along the contact,
+//! In DLFT a spring is one factor. With kappa the stiffness of a pair, eps the parameter of DLFT, g
+//! the clearance and w the position of the slider along the contact,
 //!
 //! ```text
 //! lambda_N = kappa_N / (kappa_N + eps_N) min(0, lambda_u_N + eps_N g)
 //! trial_T  = kappa_T / (kappa_T + eps_T) (lambda_u_T - eps_T w)
 //! ```
 //!
-//! As kappa grows, the factor tends to 1: that is rigid contact.
+//! As kappa grows, the factor tends to 1, which is rigid contact.
 
 use serde::{Deserialize, Serialize};
 
 /// Springs of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairStiffness {
-    /// Against penetration, N/m.
+    /// Stiffness against penetration, N/m.
     pub normal_n_m: f64,
-    /// Against shear in any direction along the contact, N/m.
+    /// Stiffness against shear in any direction along the contact, N/m.
     pub tangential_n_m: f64,
 }
 
 impl PairStiffness {
-    /// kappa / (kappa + eps), normal and tangential; `eps` likewise, N/m.
+    /// Shares kappa / (kappa + eps), normal and tangential; `eps` likewise, N/m.
     pub fn shares(self, eps: [f64; 2]) -> [f64; 2] {
         // The same number, also where kappa is infinite.
         let share = |kappa: f64, eps: f64| 1.0 / (1.0 + eps / kappa);

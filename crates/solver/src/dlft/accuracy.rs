@@ -1,15 +1,17 @@
-//! As many harmonics as a frequency needs for an accuracy: the truncation error, estimated from the harmonics
-//! left out.
+//! Choice of as many harmonics as a frequency needs for an accuracy, by the truncation error, which
+//! is estimated from the harmonics left out.
 //!
-//! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves out. Let in, they are
-//! a residual of a finer balance; its first Newton correction says how far the observed amplitudes would
-//! move. A motion is judged by two such balances, with the next step of harmonics and with about twice as many. Where the
-//! larger estimate is above the accuracy asked for, the balance of the next step is solved, from its corrected motion.
+//! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves
+//! out. In a finer balance they are a residual; its first Newton correction says how far the
+//! observed amplitudes would move. A motion is judged by two such balances, with the next step of
+//! harmonics and with about twice as many. Where the larger estimate is above the accuracy asked
+//! for, the balance of the next step is solved, from its corrected motion.
 //!
 //! One harmonic is not accepted where most pairs slip or open.
 //!
-//! Of few unknowns a balance with four times the harmonics, or at least twice, is solved instead: rigid friction at a point has
-//! kinks over which a linear step tells little, and amplitudes that stay between two numbers of harmonics.
+//! For few unknowns a balance with four times the harmonics, or at least twice, is solved instead:
+//! rigid friction at a point has kinks over which a linear step tells little, and amplitudes may
+//! not change between two numbers of harmonics.
 
 use super::Told;
 use super::balance::Setting;
@@ -22,55 +24,59 @@ use std::iter;
 
 /// Harmonics that are tried one after the other.
 const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
-/// An error is estimated at least at this multiple of the change of the amplitude by further harmonics, which falls short of it:
-/// those above them are still left out, and the change is found in one linear step.
+/// Least ratio of the estimated error to the change of the amplitude by further harmonics. The
+/// change falls short of the error: the harmonics above them are still left out, and the change is
+/// found in one linear step.
 const LEAST_SHORTFALL: f64 = 2.5;
 
-/// The estimated error over a change of the amplitude by the harmonics from `harmonics` up to `finer`. In gross slip an
-/// amplitude comes to its limit as 1 / H: the error is 1 / H then, and the change 1 / H - 1 / H'.
+/// Ratio of the estimated error to the change of the amplitude by the harmonics from `harmonics` up
+/// to `finer`. In gross slip an amplitude approaches its limit as 1 / H: the error is then 1 / H,
+/// and the change 1 / H - 1 / H'.
 fn shortfall(harmonics: usize, finer: usize) -> f64 {
     LEAST_SHORTFALL.max(finer as f64 / (finer - harmonics) as f64)
 }
 
-/// Levels above the first that are tried where it has no solution that is found.
+/// Number of levels above the first that are tried where no solution is found on it.
 const MOST_LEVELS_UP: usize = 3;
 
 /// An estimate below this fraction of the accuracy lets the next frequency start with fewer harmonics.
 const PLENTY: f64 = 0.2;
 
-/// Refinement in levels: balances with more and more harmonics, of which the last serves estimates alone.
+/// Refinement in levels: balances with more and more harmonics, of which the last serves estimates
+/// alone.
 pub struct Refinement<'a> {
     levels: Vec<FrequencySolver<'a>>,
-    /// Of each level, as [`Level::check`].
+    /// Solver of [`Level::check`] of each level.
     checks: Vec<Option<FrequencySolver<'a>>>,
-    /// Relative; `None`: the first level is taken, whatever its error.
+    /// Relative accuracy asked for; `None`: the first level is taken, whatever its error.
     accuracy: Option<f64>,
 }
 
-/// A frequency solved with the harmonics it needs.
+/// Frequency solved with the harmonics that it needs.
 pub struct Resolved<'b> {
-    /// The solution that was accepted.
+    /// Solution that was accepted.
     pub solved: Solution<'b>,
-    /// Of each observed amplitude (of all the vibration where nothing is observed), relative, at most 1; none where the
-    /// balance was not solved.
+    /// Estimated relative error, at most 1, of each observed amplitude, or of the whole vibration
+    /// where nothing is observed. Empty where the balance was not solved.
     pub estimated_errors: Vec<f64>,
-    /// The estimate is within the accuracy, where one is asked for.
+    /// True if the estimate is within the accuracy, or no accuracy is asked for.
     pub is_accurate: bool,
-    /// Where to begin at a frequency beside this.
+    /// Level to begin on at a neighbouring frequency.
     pub next_level: usize,
 }
 
-/// What a balance of so many harmonics is made with.
+/// Harmonics, samples and eps of a balance.
 pub struct Level {
     /// Harmonics and samples.
     pub fourier: Fourier,
-    /// As in [`Setting`].
+    /// Parameter eps, as in [`Setting`].
     pub eps: Vec<f64>,
-    /// With two to four times the harmonics, where that is so small that it is solved to judge this one.
+    /// Level with two to four times the harmonics, where that is small enough to be solved to judge
+    /// this one.
     pub check: Option<Box<Level>>,
 }
 
-/// Samples, harmonics and `eps(harmonics)` of each level.
+/// Levels of a resolution, with `eps(harmonics)` of each.
 pub fn levels(
     resolution: Resolution,
     highest_excited: usize,
@@ -93,7 +99,7 @@ pub fn levels(
     match resolution {
         Resolution::Fixed { harmonics, samples } => {
             let carrying = |h| samples.max(Resolution::least_samples(h));
-            // A fifth more: of fewer the change would be too small a part of the error.
+            // At least a fifth more: with fewer the change would be too small a part of the error.
             let next = STEPS
                 .into_iter()
                 .find(|h| 5 * h >= 6 * harmonics && *h < twice(harmonics));
@@ -112,13 +118,13 @@ pub fn levels(
     }
 }
 
-/// Harmonics of the finer of the balances that one of so many is judged by.
+/// Number of harmonics of the finer of the two balances that judge one with `harmonics`.
 fn twice(harmonics: usize) -> usize {
     2 * harmonics + 1
 }
 
-/// Samples of a period that keep their error, which was found to be at most `2 / samples^2` of the amplitude
-/// (docs/method.md), at an eighth of `accuracy`, and carry the harmonics.
+/// Samples of a period that keep their error at an eighth of `accuracy`, and carry the harmonics.
+/// The error was found to be at most `2 / samples^2` of the amplitude (docs/method.md).
 pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
     let for_accuracy = (16.0 / accuracy).sqrt().ceil() as usize;
     let least = Resolution::least_samples(harmonics);
@@ -126,8 +132,8 @@ pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
 }
 
 impl<'a> Refinement<'a> {
-    /// One level for each of `resolutions`, of which the last serves estimates alone; of a fixed number of harmonics all
-    /// but the first do.
+    /// One level for each of `resolutions`. The last one serves estimates alone; for a fixed number
+    /// of harmonics all but the first do.
     pub fn new(
         setting: Setting<'a>,
         resolutions: &'a [Level],
@@ -159,25 +165,25 @@ impl<'a> Refinement<'a> {
         }
     }
 
-    /// The first level with at least so many harmonics.
+    /// Number of the first level with at least so many harmonics.
     pub fn level_of(&self, harmonics: usize) -> usize {
         let enough = |level: &FrequencySolver<'_>| level.setting.fourier.harmonics() >= harmonics;
         self.levels.iter().position(enough).unwrap_or(0)
     }
 
-    /// The first level with at least so many harmonics.
+    /// Solver of the first level with at least so many harmonics.
     pub fn with(&self, harmonics: usize) -> &FrequencySolver<'a> {
         &self.levels[self.level_of(harmonics)]
     }
 
-    /// What is the same on all levels.
+    /// Solver of the lowest level, for what is the same on all levels.
     pub fn lowest(&self) -> &FrequencySolver<'a> {
         &self.levels[0]
     }
 
-    /// Solves one frequency by `solve`, beginning at level `from`, and estimates its error; where an accuracy is asked for
-    /// and the estimate is above it, by the levels above. Where more harmonics have no solution the one found stands,
-    /// with its estimate.
+    /// Solves one frequency by `solve`, beginning at level `from`, and estimates its error. Where
+    /// the estimate is above an accuracy asked for, the levels above are solved. Where they have no
+    /// solution, the one found is returned with its estimate.
     pub fn resolve<'b>(
         &'b self,
         frequency_hz: f64,
@@ -232,8 +238,9 @@ impl<'a> Refinement<'a> {
         }
     }
 
-    /// The estimated error of each observed amplitude of a motion of this level, and the motion with further harmonics:
-    /// the largest of what the next harmonics and up to twice as many change.
+    /// Estimated error of each observed amplitude of a motion of this level, and the motion with
+    /// further harmonics. The error is the largest of those by the next harmonics and by up to
+    /// twice as many.
     fn estimate(
         &self,
         level: usize,
@@ -271,8 +278,8 @@ impl<'a> Refinement<'a> {
         (errors, first.u)
     }
 
-    /// Whether this level has one harmonic, and most pairs slip or open: how far further ones move that motion is beyond
-    /// a linear step.
+    /// Returns `true` if this level has one harmonic, and most pairs slip or open: a linear step
+    /// does not tell how far further harmonics move such a motion.
     fn is_rough(&self, level: usize, solved: &Solution<'_>) -> bool {
         let ends = &solved.evaluation.ends;
         let sticks = |pair: &usize| solved.balance.sticks(*pair, &ends[*pair]);

@@ -1,7 +1,9 @@
-//! Alternating frequency-time evaluation (AFT) of the contact law of one pair: the predicted force lambda_u is
-//! synthesised at the samples of a period, the law is evaluated there sample after sample, and the contact force is
-//! analysed into harmonics; with the exact derivative including the history of slip. Changes of state between two samples
-//! count at their instants (`between_samples`).
+//! Alternating frequency-time evaluation (AFT) of the contact law of one pair, with its exact
+//! derivative, which includes the history of slip.
+//!
+//! The predicted force lambda_u is synthesised at the samples of a period, the law is evaluated
+//! there sample after sample, and the contact force is analysed into harmonics. Changes of state
+//! between two samples count at their instants (`between_samples`).
 
 use super::between_samples::{self, Passed, Visit};
 use super::pair_signals::{PairInput, Periods, Signals};
@@ -12,11 +14,12 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Periods evaluated one after the other before the periodic state is solved for.
+/// Number of periods evaluated one after the other before the periodic state is solved for.
 pub const PLAIN_PERIODS: usize = 6;
-/// Periods after which a force that is still not periodic is given up.
+/// Number of periods after which a force that is still not periodic is given up.
 pub const MOST_PERIODS: usize = 40;
-/// Periodic when the state moves by less than this fraction of the largest predicted force.
+/// The force is periodic when the state moves by less than this fraction of the largest predicted
+/// force.
 const PERIODICITY: f64 = 1e-12;
 /// A pair that shakes down ends at a corner of its cones (one per sample), touching each without
 /// sliding: within this fraction of the largest predicted force a sample counts as touching.
@@ -25,24 +28,26 @@ const TOUCH: f64 = 1e-8;
 /// How the time evaluation of one pair ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairEnd {
-    /// Whether the end of the last period equals its start.
+    /// True if the end of the last period equals its start.
     pub periodic: bool,
-    /// The pair sticks at every sample since the start: its contact force is its prediction.
+    /// True if the pair sticks at every sample since the start: its contact force is its
+    /// prediction.
     pub always_stuck: bool,
-    /// Samples of the last period without contact.
+    /// Number of samples of the last period without contact.
     pub open_samples: usize,
     /// Length of the path of lambda_x over the last period, N (distance slid = this / eps_T).
     pub slid_n: f64,
     history: History,
 }
 
-/// Which of the periods evaluated the derivative has to go through.
+/// Periods that the derivative has to go through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum History {
-    /// This many, from the start.
+    /// So many periods from the start.
     FromStart(usize),
-    /// The state was solved for: `slipping` is the start of the last period that slid (the state is
-    /// the fixed point of that period), `last` the start of the last period.
+    /// The last period and one before it, as the state was solved for: `slipping` is the start of
+    /// the last period that slid (the state is the fixed point of that period), `last` the start of
+    /// the last period.
     FixedPoint {
         slipping: [f64; 2],
         last: [f64; 2],
@@ -61,8 +66,8 @@ pub fn contact_forces(
     Arch::new().dispatch(Evaluate(fourier, input, signals, lambda))
 }
 
-/// With the widest vectors the processor has; the same arithmetic. (A closure would be compiled for the least
-/// processor, and called.)
+/// [`contact_forces`] with the widest vectors of the processor; the arithmetic is the same. (A
+/// closure would be compiled for the least processor, and called.)
 struct Evaluate<'a>(&'a Fourier, PairInput<'a>, &'a mut Signals, &'a mut [f64]);
 
 impl WithSimd for Evaluate<'_> {
@@ -104,7 +109,8 @@ fn evaluate_pair(
     let scale = signals.lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut state = input.start;
     if input.friction == 0.0 {
-        // No force depends on what was: the state is that of the last sample, and one period is periodic.
+        // No force depends on the past: the state is that of the last sample, and one period is
+        // periodic.
         state = [2, 3].map(|c| signals.lambda_u[c * samples - 1]);
     }
     let mut end = PairEnd {
@@ -152,7 +158,8 @@ fn evaluate_pair(
     end
 }
 
-/// Changes the coefficients of the force by what the pair does between the samples of the last period.
+/// Corrects the coefficients of the force for what the pair does between the samples of the last
+/// period.
 fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: &mut [f64]) {
     let (samples, width) = (fourier.samples(), fourier.width());
     for n in 0..samples {
@@ -173,7 +180,8 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
     }
 }
 
-/// Evaluates one period from `state`; says whether any sample was off sticking.
+/// Evaluates one period from `state`. Returns whether the pair did not stick at some sample, and
+/// the memory of the period.
 #[inline(always)]
 fn one_period(
     samples: usize,
@@ -229,23 +237,24 @@ fn one_period(
 }
 
 /// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
-/// maps a change onto the direction across the slide, times kappa: a product of such is of rank one.
+/// maps a change onto the direction across the slide, times kappa: a product of such maps is of
+/// rank one.
 #[derive(Debug, Clone, Copy)]
 enum Memory {
-    /// Sticking throughout: the identity.
+    /// The pair sticks throughout: the identity.
     Whole,
-    /// factor last first^T.
+    /// The matrix `factor last first^T`.
     RankOne {
         factor: f64,
         last: [f64; 2],
         first: [f64; 2],
     },
-    /// Opened: nothing of the earlier state is left.
+    /// The pair opened: nothing of the earlier state is left.
     Lost,
 }
 
 impl Memory {
-    /// After an evaluation of the law.
+    /// Memory after an evaluation of the law.
     #[inline(always)]
     fn after(self, visit: &Visit, friction: f64) -> Self {
         let memory = if visit.landed { Self::Lost } else { self };
@@ -282,7 +291,7 @@ impl Memory {
         }
     }
 
-    /// (I - memory)^-1 r.
+    /// Computes (I - memory)^-1 r.
     fn fixed_point_step(self, r: [f64; 2]) -> [f64; 2] {
         match self {
             Self::Whole | Self::Lost => r,
@@ -329,7 +338,7 @@ pub fn contact_force_derivative(
     Arch::new().dispatch(Differentiate(fourier, input, signals, end, derivative));
 }
 
-/// As [`Evaluate`].
+/// [`contact_force_derivative`], compiled as [`Evaluate`].
 struct Differentiate<'a>(
     &'a Fourier,
     PairInput<'a>,
@@ -364,7 +373,7 @@ fn differentiate_pair(
         ),
         None => derivative_signals(fourier, &input, signals, end),
     };
-    // The coefficients of those signals: sums with the synthesis, weighed as the analysis does.
+    // The coefficients of those signals: sums with the synthesis, weighted as in the analysis.
     let synthesis = MatRef::from_row_major_slice(fourier.synthesis(), samples, width);
     let mut sums = Mat::zeros(width + 2 * full, width);
     matmul(
@@ -397,8 +406,8 @@ fn differentiate_pair(
     }
 }
 
-/// The derivative of the contact force at the samples of the last period, 2H+1 + 2 (3(2H+1)) each, and that of its
-/// corrections.
+/// Derivative of the contact force at the samples of the last period, 2H+1 + 2 (3(2H+1)) each, and
+/// of its corrections.
 #[inline(always)]
 fn derivative_signals(
     fourier: &Fourier,
@@ -445,7 +454,7 @@ fn derivative_signals(
     (rows, pass.changes)
 }
 
-/// The derivative of the state, carried along the samples.
+/// Propagation of the derivative of the state along the samples.
 struct Pass<'a> {
     fourier: &'a Fourier,
     input: &'a PairInput<'a>,
@@ -453,16 +462,17 @@ struct Pass<'a> {
     state: [f64; 2],
     /// A sticking sample this close to its cone counts as slipping, N.
     touch_n: f64,
-    /// d lambda_x / d lambda_u, two rows of 3(2H+1).
+    /// Derivative d lambda_x / d lambda_u, two rows of 3(2H+1).
     history: Vec<f64>,
     force_rows: Vec<f64>,
-    /// The corrections of the samples of the last period.
+    /// Derivatives of the corrections of the samples of the last period.
     changes: Vec<Change>,
 }
 
 impl Pass<'_> {
-    /// Goes through one period. Of each sample, if asked, the derivative of the force: of its normal part by the
-    /// coefficients of the normal prediction, and of both tangential ones by all, 2H+1 + 2 (3(2H+1)).
+    /// Goes through one period. Writes the derivative of the force at each sample into `rows`, if
+    /// given: of its normal part by the coefficients of the normal prediction, and of both
+    /// tangential ones by all, 2H+1 + 2 (3(2H+1)).
     #[inline(always)]
     fn period(&mut self, mut rows: Option<&mut [f64]>) -> Memory {
         let (samples, width) = (self.fourier.samples(), self.fourier.width());
@@ -533,7 +543,7 @@ impl Pass<'_> {
         memory
     }
 
-    /// The interval that ends at sample `n`.
+    /// Passes the interval that ends at sample `n`.
     fn pass_interval(&self, n: usize) -> Passed<f64> {
         let window = self.signals.window(n, self.input.shift_n);
         between_samples::pass(&window, self.state, None, self.input.law(self.touch_n))
@@ -546,8 +556,8 @@ impl Pass<'_> {
         self.state = passed.state;
     }
 
-    /// Adds the derivative of the corrections of the interval that ends at sample `n`. A pair that touches its cone there
-    /// without sliding sticks: what it is corrected by is that of a pair that sticks.
+    /// Adds the derivative of the corrections of the interval that ends at sample `n`. A pair that
+    /// touches its cone there without sliding sticks: it is corrected as one that sticks.
     fn add_changes(&mut self, n: usize) {
         let Some(at_ends) = self.signals.turning(n, self.input) else {
             return;
@@ -564,7 +574,7 @@ impl Pass<'_> {
         self.changes.extend(changes);
     }
 
-    /// The derivative by all coefficients of these outputs of the interval that ends at sample `n`.
+    /// Derivative of these outputs of the interval that ends at sample `n` by all coefficients.
     fn interval_rows<const N: usize>(
         &self,
         n: usize,
@@ -595,14 +605,14 @@ impl Pass<'_> {
     }
 }
 
-/// The derivative of a correction of a sample by all coefficients, 3(2H+1).
+/// Derivative of a correction of a sample by all coefficients, 3(2H+1).
 struct Change {
     sample: usize,
     component: usize,
     row: Vec<f64>,
 }
 
-/// Where the force is the prediction: S_N, and S_T - history.
+/// Derivative where the force is the prediction: S_N, and S_T - history.
 #[inline(always)]
 fn prediction_rows(s: &[f64], history: &[f64], (normal, tangential): (&mut [f64], &mut [f64])) {
     normal.copy_from_slice(s);
@@ -621,7 +631,7 @@ fn add_own(s: &[f64], rows: &mut [f64]) {
     }
 }
 
-/// d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
+/// Derivative where the pair slips: d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
 #[inline(always)]
 fn slip_rows(predicted: [f64; 3], friction: f64, s: &[f64], history: &[f64], rows: &mut [f64]) {
     let width = s.len();
@@ -720,8 +730,9 @@ mod tests {
         );
     }
 
-    /// Largest error of a coefficient of the contact force with 64 samples, for predictions that turn about fast: by
-    /// the same law with 16384 samples and changes of state at whole samples.
+    /// Largest error of a coefficient of the contact force with 64 samples, for predictions that
+    /// change direction fast. The reference is the same law with 16384 samples and changes of state
+    /// at whole samples.
     fn error_of_few_samples(periods: Periods, swing: f64, normal_swing: f64) -> f64 {
         let [few, many] = [64, 16384].map(|samples| Fourier::new(3, samples));
         let mut largest = 0.0_f64;
@@ -761,8 +772,8 @@ mod tests {
 
     #[test]
     fn friction_that_reverses_between_two_samples_counts_at_its_instant() {
-        // Swings of 10 and of 100 times the limit of friction, with a steady normal force, one that changes, and one that
-        // opens the pair.
+        // Swings of 10 and of 100 times the limit of friction, with a steady normal force, one that
+        // changes, and one that opens the pair.
         for (swing, normal_swing) in [(3.0, 0.0), (30.0, 0.0), (3.0, 0.5), (30.0, 0.5), (3.0, 1.3)]
         {
             let own = error_of_few_samples(Periods::UntilPeriodic, swing, normal_swing);

@@ -1,8 +1,8 @@
-//! The harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian
-//! J = (I - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
+//! Harmonic balance of one frequency: f(U) = Lambda U + lambda(U) - F and its exact Jacobian J = (I
+//! - D) Lambda + D eps, D = d lambda / d lambda_u, block diagonal by pair.
 //!
-//! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is known at
-//! once, and only the other ("active") pairs enter the linear solve.
+//! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
+//! known at once, and only the other ("active") pairs enter the linear solve.
 
 use super::PairStatus;
 use super::aft::{PairEnd, contact_force_derivative, contact_forces};
@@ -19,93 +19,95 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
 
-/// Everything that is the same at all frequencies of a sweep.
+/// Settings and data that are the same at all frequencies of a sweep.
 #[derive(Clone, Copy)]
 pub struct Setting<'a> {
-    /// The reduced model with its damping.
+    /// Reduced model with its damping.
     pub system: &'a ContactSystem<'a>,
-    /// For the inner linear solves.
+    /// Reduced model in the form that the inner linear solves use.
     pub inexact: &'a InexactModel<'a>,
     /// Harmonics and samples.
     pub fourier: &'a Fourier,
-    /// Per unknown of a block, N/m: one value for N, one for both T of a pair.
+    /// eps per unknown of a block, N/m, n: one value for N, one for both T of a pair.
     pub eps: &'a [f64],
-    /// Static relative displacement, m, n: where the time evaluation of a pair starts.
+    /// Static relative displacement, m, n, where the time evaluation of a pair starts.
     pub x_static: &'a [f64],
     /// Contact forces in the static state, N, n.
     pub lambda_static: &'a [f64],
-    /// What each pair does in the static state.
+    /// Status of each pair in the static state.
     pub at_rest: &'a [PairStatus],
-    /// The mean of the static state along the motions that only friction holds; where it is retained, so is that of every motion about it.
+    /// Treatment of the mean of the static state along the motions that only friction holds. Where
+    /// it is retained, so is the mean of every motion about that state.
     pub static_mean: Mean,
     /// Sum of the pairs' compression in the static state, N.
     pub pressing_n: f64,
-    /// How long a pair is marched.
+    /// Periods that a pair is marched through.
     pub periods: Periods,
     /// A pair that slides less than this in a period sticks, m.
     pub slip_threshold_m: f64,
-    /// How far each pair slides at the middle of the curve where nothing rubs, m; empty: not known.
+    /// Distance that each pair slides at the middle of the curve where nothing rubs, m; empty where
+    /// it is not known.
     pub free_slips_m: &'a [f64],
 }
 
-/// One frequency.
+/// Balance of one frequency.
 pub struct Balance<'a> {
     /// What all frequencies share.
     pub setting: &'a Setting<'a>,
-    /// The mean and the harmonics 1..H.
+    /// Dynamic stiffness of the mean and the harmonics 1..H.
     pub stiffness: HarmonicStiffness<'a>,
-    /// F, (2H+1) n.
+    /// Load F, N, (2H+1) n.
     pub force: Vec<f64>,
-    /// Retains the mean at the static state along what is free but for friction.
+    /// Spring that retains the mean at the static state along the motions that only friction holds.
     retention: Option<Cow<'a, Retention>>,
-    /// Coefficients of friction above this count as this.
+    /// Upper limit of the coefficients of friction.
     pub most_friction: f64,
-    /// The law is rounded; `None`: the law itself.
+    /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
-    /// eps is that of the setting times this.
+    /// Factor on the eps of the setting.
     pub eps_scale: f64,
-    /// When its solution is given up.
+    /// Time at which the solution is given up.
     pub deadline: Deadline,
 }
 
-/// When something is given up, if ever.
+/// Time at which something is given up, if ever.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Deadline(Option<Instant>);
 
 impl Deadline {
-    /// So many seconds from now; `None`, or more than a clock can count: never.
+    /// Deadline so many seconds from now. `None`, or more than a clock can count, means never.
     pub fn after(seconds: Option<f64>) -> Self {
         let time = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
         Self(time.and_then(|time| Instant::now().checked_add(time)))
     }
 
-    /// Whether it is over.
+    /// Returns `true` if the deadline has passed.
     pub fn is_over(self) -> bool {
         self.0.is_some_and(|end| Instant::now() >= end)
     }
 }
 
-/// What the pairs did at one U.
+/// Residual and contact forces at one U.
 pub struct Evaluation {
-    /// f(U), (2H+1) n.
+    /// Residual f(U), N, (2H+1) n.
     pub residual: Vec<f64>,
-    /// lambda_u = F - Lambda U + eps U, (2H+1) n.
+    /// Predicted force lambda_u = F - Lambda U + eps U, N, (2H+1) n.
     pub lambda_u: Vec<f64>,
-    /// lambda(U), (2H+1) n.
+    /// Contact force lambda(U), N, (2H+1) n.
     pub lambda: Vec<f64>,
-    /// How the march of each pair ended.
+    /// Result of the time evaluation of each pair.
     pub ends: Vec<PairEnd>,
 }
 
-/// A balance that keeps what it gave last: asked again at the same U, it is not evaluated again.
+/// Balance that keeps its last evaluation, and does not evaluate the same U twice in a row.
 pub struct Evaluator<'a, 'b> {
-    /// What is evaluated.
+    /// Balance that is evaluated.
     pub balance: &'b Balance<'a>,
     last: Option<(Vec<f64>, Evaluation)>,
 }
 
 impl<'a, 'b> Evaluator<'a, 'b> {
-    /// With memory for all pairs.
+    /// Evaluator that holds no evaluation yet.
     pub fn new(balance: &'b Balance<'a>) -> Self {
         Self {
             balance,
@@ -113,13 +115,13 @@ impl<'a, 'b> Evaluator<'a, 'b> {
         }
     }
 
-    /// Of U, evaluated now unless it was the last.
+    /// Evaluation at U, computed unless U was the last.
     pub fn at(&mut self, u: &[f64]) -> &Evaluation {
         let evaluation = self.take(u);
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
-    /// As [`Evaluator::at`], to keep.
+    /// Like [`Evaluator::at`], but moves the evaluation out.
     pub fn take(&mut self, u: &[f64]) -> Evaluation {
         match self.last.take() {
             Some((last, evaluation)) if last == u => evaluation,
@@ -128,7 +130,7 @@ impl<'a, 'b> Evaluator<'a, 'b> {
     }
 }
 
-/// J at one U.
+/// Jacobian J at one U.
 pub struct Jacobian {
     /// Pairs that do not stick throughout, and those with springs, ascending.
     pub active: Vec<usize>,
@@ -137,7 +139,7 @@ pub struct Jacobian {
 }
 
 impl<'a> Balance<'a> {
-    /// Dynamic stiffness and condensed loads at `omega` rad/s.
+    /// Balance at `omega` rad/s, with its dynamic stiffness and condensed loads.
     pub fn new(setting: &'a Setting<'a>, omega: f64) -> Self {
         let harmonics = setting.fourier.harmonics();
         let system = setting.system;
@@ -177,8 +179,8 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// The same balance with the mean retained by `retention`, anchored at the static state, or at rest where
-    /// the static state is retained from there.
+    /// Retains the mean of this balance by `retention`, anchored at the static state, or at rest
+    /// where the static state is itself retained.
     pub fn retained_by(mut self, retention: Cow<'a, Retention>) -> Self {
         let n = self.unknowns_per_block();
         if self.setting.static_mean == Mean::Free {
@@ -188,12 +190,12 @@ impl<'a> Balance<'a> {
         self
     }
 
-    /// What retains the mean, if anything does.
+    /// Spring that retains the mean, if any.
     pub fn retention(&self) -> Option<&Retention> {
         self.retention.as_deref()
     }
 
-    /// Whether the mean is retained along the motions that only friction holds.
+    /// Treatment of the mean along the motions that only friction holds.
     pub fn mean(&self) -> Mean {
         match self.retention {
             None => Mean::Free,
@@ -214,7 +216,7 @@ impl<'a> Balance<'a> {
             .map_or(0.0, |r| r.force_n(&u[..n], anchor))
     }
 
-    /// Unknowns of one block, 3 per pair.
+    /// Number of unknowns of one block, 3 per pair.
     pub fn unknowns_per_block(&self) -> usize {
         self.setting.system.unknowns()
     }
@@ -224,7 +226,7 @@ impl<'a> Balance<'a> {
         self.setting.system.problem.laws[pair].predicted(eps, self.most_friction)
     }
 
-    /// What counts of the predicted force of a pair: component-major coefficients, N.
+    /// Share of the predicted force that the law of a pair uses: component-major coefficients, N.
     fn prediction(&self, lambda_u: &[f64], pair: usize) -> Vec<f64> {
         let width = self.setting.fourier.width();
         let mut force = gather(lambda_u, self.unknowns_per_block(), pair, width);
@@ -249,7 +251,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// y = Lambda v, all harmonics.
+    /// Computes y = Lambda v, all harmonics.
     pub fn apply_stiffness(&self, v: &[f64], y: &mut [f64]) {
         self.stiffness.apply(v, y);
         if let Some(retention) = &self.retention {
@@ -258,7 +260,7 @@ impl<'a> Balance<'a> {
         }
     }
 
-    /// lambda_u = F - Lambda U + eps U.
+    /// Computes lambda_u = F - Lambda U + eps U.
     pub fn lambda_u(&self, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         self.apply_stiffness(u, &mut out);
@@ -268,7 +270,7 @@ impl<'a> Balance<'a> {
         out
     }
 
-    /// f(U), lambda(U) and what each pair does.
+    /// Computes f(U), lambda(U) and the time evaluation of each pair.
     pub fn evaluate(&self, u: &[f64]) -> Evaluation {
         let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
         let width = fourier.width();
@@ -318,7 +320,7 @@ impl<'a> Balance<'a> {
         normal.map(|lambda| 0.0 - lambda).collect()
     }
 
-    /// J at the U whose evaluation gave `lambda_u`.
+    /// Jacobian J at the U whose evaluation gave `lambda_u`.
     pub fn linearise(&self, lambda_u: &[f64]) -> Jacobian {
         let (n, fourier) = (self.unknowns_per_block(), self.setting.fourier);
         let width = fourier.width();
@@ -364,12 +366,12 @@ impl<'a> Balance<'a> {
         self.law(pair).slid_m(end.slid_n)
     }
 
-    /// Whether a pair slides farther than the threshold in a period.
+    /// Returns `true` if a pair slides farther than the threshold in a period.
     pub fn slips(&self, pair: usize, end: &PairEnd) -> bool {
         self.slid_m(pair, end) > self.setting.slip_threshold_m
     }
 
-    /// Whether a pair neither slips nor opens in a period.
+    /// Returns `true` if a pair neither slips nor opens in a period.
     pub fn sticks(&self, pair: usize, end: &PairEnd) -> bool {
         end.open_samples == 0 && !self.slips(pair, end)
     }
@@ -380,7 +382,7 @@ impl<'a> Balance<'a> {
     }
 }
 
-/// y = A x, dense.
+/// Computes y = A x for a dense A.
 pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     let (rows, columns) = (y.len(), x.len());
     matmul(
@@ -393,7 +395,7 @@ pub fn apply_real(matrix: &Mat<f64>, x: &[f64], y: &mut [f64]) {
     );
 }
 
-/// Coefficients of one pair out of a harmonic-major vector of block length `n`: component-major.
+/// Coefficients of one pair from a harmonic-major vector of block length `n`, component-major.
 pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
     let mut out = vec![0.0; 3 * width];
     for c in 0..3 {
@@ -404,7 +406,7 @@ pub fn gather(v: &[f64], n: usize, pair: usize, width: usize) -> Vec<f64> {
     out
 }
 
-/// The reverse of [`gather`].
+/// Inverse of [`gather`].
 pub fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mut [f64]) {
     for c in 0..3 {
         for h in 0..width {
@@ -419,7 +421,7 @@ mod tests {
     use crate::dlft::jacobians::{OMEGA_RAD_S, at_sample_points};
     use dovetail_numerics::vector::dot;
 
-    /// Lambda U - F.
+    /// Computes Lambda U - F.
     fn without_contact(balance: &Balance<'_>, u: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; u.len()];
         balance.apply_stiffness(u, &mut out);

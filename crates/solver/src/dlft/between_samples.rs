@@ -21,7 +21,7 @@ impl<D: DualNum<Primitive = f64> + Copy> Real for D {}
 /// interval in the middle.
 pub type Window<D> = [[D; 3]; 4];
 
-/// The law of a pair in an interval.
+/// Law of a pair in an interval.
 #[derive(Debug, Clone, Copy)]
 pub struct IntervalLaw {
     /// Coulomb coefficient.
@@ -30,42 +30,42 @@ pub struct IntervalLaw {
     pub touch_n: f64,
 }
 
-/// A place where the law was evaluated.
+/// Evaluation of the law at one place.
 #[derive(Debug, Clone, Copy)]
 pub struct Visit {
-    /// The pair was open before, and has closed on the way.
+    /// True if the pair was open before and has closed on the way.
     pub landed: bool,
-    /// The state of the pair.
+    /// State of the pair.
     pub contact: Contact,
-    /// The predicted contact force, N.
+    /// Predicted contact force, N.
     pub predicted: [f64; 3],
-    /// The distance slid since the last evaluation, as a force, N.
+    /// Distance slid since the last evaluation, as a force, N.
     pub slid_n: f64,
 }
 
-/// A pair after an interval.
+/// State and force of a pair after an interval.
 #[derive(Debug, Clone, Copy)]
 pub struct Passed<D> {
     /// lambda_x (tangential) at the end, N.
     pub state: [D; 2],
-    /// The contact force at the end, N.
+    /// Contact force at the end, N.
     pub force: [D; 3],
-    /// What the samples at the beginning and at the end are to be changed by, N, so that the
-    /// trapezoidal rule gives the integral of the force over the interval.
+    /// Corrections of the samples at the beginning and at the end, N, with which the trapezoidal
+    /// rule gives the integral of the force over the interval.
     pub corrections: [[D; 3]; 2],
-    /// The law where the pair reverses, if it does, and at the end.
+    /// Law where the pair reverses, if it does, and at the end.
     pub visits: [Option<Visit>; 2],
 }
 
 impl Visit {
-    /// Whether the pair has slid, opened or closed.
+    /// Returns `true` if the pair has slid, opened or closed.
     pub fn changes(&self) -> bool {
         self.landed || self.contact != Contact::Stick
     }
 }
 
 impl<D> Passed<D> {
-    /// What the pair does at the end.
+    /// State of the pair at the end.
     pub fn contact(&self) -> Contact {
         self.visits
             .iter()
@@ -80,15 +80,15 @@ fn rates<D: Real>(window: &Window<D>) -> [[D; 3]; 2] {
     [1, 2].map(|n| [0, 1, 2].map(|c| (window[n + 1][c] - window[n - 1][c]) * 0.5))
 }
 
-/// Fraction of the interval at which the tangential prediction is slowest, where that is inside: with
-/// rates that are linear in time. Along a line that is where it reverses.
+/// Fraction of the interval at which the tangential prediction is slowest, where that is inside,
+/// with rates that are linear in time. On a straight line the prediction reverses there.
 fn reversal<D: Real>([first, last]: [[D; 3]; 2]) -> Option<D> {
     let change = [last[1] - first[1], last[2] - first[2]];
     let [before, after] = [first, last].map(|r| r[1] * change[0] + r[2] * change[1]);
     (before.re() < 0.0 && after.re() > 0.0).then(|| -before / (after - before))
 }
 
-/// Whether the tangential prediction reverses inside the interval.
+/// Returns `true` if the tangential prediction reverses inside the interval.
 #[inline(always)]
 pub fn reverses(window: [[f64; 2]; 4]) -> bool {
     let [first, last] = [1, 2].map(|n| [0, 1].map(|c| window[n + 1][c] - window[n - 1][c]));
@@ -97,9 +97,9 @@ pub fn reverses(window: [[f64; 2]; 4]) -> bool {
     along(first) < 0.0 && along(last) > 0.0
 }
 
-/// Takes a pair from the second sample of the window to the third. `state` is lambda_x (tangential) at
-/// the beginning. `at_ends` is what the pair does at both samples; without it the state after the interval is right,
-/// and the corrections are not.
+/// Takes a pair from the second sample of the window to the third. `state` is lambda_x (tangential)
+/// at the beginning. `at_ends` is the state of the pair at both samples; without it the state after
+/// the interval is right, but the corrections are not.
 pub fn pass<D: Real>(
     window: &Window<D>,
     state: [D; 2],
@@ -144,7 +144,8 @@ pub fn pass<D: Real>(
             rate: first,
         },
         End {
-            // A pair that touches its cone there may stick or slip by rounding: the interval that follows has to hear the same.
+            // A pair that touches its cone there may stick or slip by rounding; the next interval
+            // must start from the same state.
             contact: at_ends.map_or(walk.contact, |[_, now]| now),
             force: walk.force,
             rate: last,
@@ -158,7 +159,7 @@ pub fn pass<D: Real>(
     }
 }
 
-/// A pair on its way through an interval.
+/// Progress of a pair through an interval.
 struct Walk<D> {
     law: IntervalLaw,
     /// Fraction of the interval.
@@ -166,13 +167,13 @@ struct Walk<D> {
     predicted: [D; 3],
     contact: Contact,
     state: [D; 2],
-    /// The contact force.
+    /// Contact force, N.
     force: [D; 3],
     path: Path<D>,
 }
 
-/// A stretch on which the prediction goes from one place to another, at rates that are linear in time. Times are
-/// fractions of the stretch, ways fractions of the way of T.
+/// Part of an interval on which the prediction goes from one place to another, at rates that are
+/// linear in time. Times are fractions of the stretch, ways fractions of the way of T.
 struct Stretch<D> {
     begin: D,
     length: D,
@@ -182,12 +183,12 @@ struct Stretch<D> {
     curve: [D; 3],
     /// Rates of the prediction at the ends.
     rates: [[D; 3]; 2],
-    /// The way along the line from end to end is (1 - b) t + b t^2.
+    /// Coefficient b of the way along the line from end to end, (1 - b) t + b t^2.
     bend: D,
 }
 
 impl<D: Real> Stretch<D> {
-    /// With the rates of the prediction at its beginning and at its end.
+    /// Stretch with the rates of the prediction at its beginning and at its end.
     fn new([begin, end]: [D; 2], from: [D; 3], to: [D; 3], rates: [[D; 3]; 2]) -> Self {
         let step = [0, 1, 2].map(|c| to[c] - from[c]);
         let along = rates.map(|r| r[1] * step[1] + r[2] * step[2]);
@@ -208,7 +209,7 @@ impl<D: Real> Stretch<D> {
             },
         }
     }
-    /// The fraction of the interval.
+    /// Fraction of the interval at a time of the stretch.
     fn at(&self, time: D) -> D {
         self.begin + self.length * time
     }
@@ -227,7 +228,8 @@ impl<D: Real> Stretch<D> {
     fn tangential(&self, way: D) -> [D; 2] {
         [1, 2].map(|c| self.from[c] + self.step[c] * way)
     }
-    /// Integral and first moment over the interval of component `c` of the prediction, less `offset`, between two times.
+    /// Integral and first moment over the interval of component `c` of the prediction minus
+    /// `offset`, between two times.
     fn integrals(&self, c: usize, offset: D, times: [D; 2]) -> [D; 2] {
         let level = self.from[c] - offset;
         let (straight, curve) = (self.step[c] - self.curve[c], self.curve[c]);
@@ -244,14 +246,14 @@ impl<D: Real> Stretch<D> {
 }
 
 impl<D: Real> Walk<D> {
-    /// Goes on to where the prediction is `to`, and evaluates the law there. `rates` are those of the
-    /// prediction here and there.
+    /// Goes on to where the prediction is `to`, and evaluates the law there. `rates` are the rates
+    /// of the prediction at both ends.
     fn go_to(&mut self, at: D, to: [D; 3], rates: [[D; 3]; 2]) -> Visit {
         let stretch = Stretch::new([self.at, at], self.predicted, to, rates);
         let [zero, one] = [0.0, 1.0].map(D::from);
         let was_open = self.contact == Contact::Open;
         let opens = to[0].re() >= 0.0;
-        // When N is zero.
+        // Time at which N is zero.
         let crossing = (was_open != opens).then(|| -stretch.from[0] / stretch.step[0]);
         let closed = match (crossing, was_open) {
             (None, true) => None,
@@ -270,8 +272,8 @@ impl<D: Real> Walk<D> {
         let predicted = [to[0].re(), trial[0].re(), trial[1].re()];
         let (contact, force) = law_at([to[0], trial[0], trial[1]], self.law);
         let tangential = [force[1], force[2]];
-        // The tangential force is the prediction less the state until the pair leaves its cone, and goes
-        // straight from there, and to 0 where the pair opens.
+        // The tangential force is the prediction minus the state until the pair leaves its cone.
+        // From there it is linear in time, down to 0 where the pair opens.
         match (was_open, contact) {
             (true, Contact::Open) => {}
             (true, _) => {
@@ -355,7 +357,7 @@ impl<D: Real> Walk<D> {
     }
 }
 
-/// The law at one instant: the state of the pair, and its contact force.
+/// Law at one instant: the state of the pair, and its contact force.
 fn law_at<D: Real>(predicted: [D; 3], law: IntervalLaw) -> (Contact, [D; 3]) {
     let zero = D::from(0.0);
     let [normal, t1, t2] = predicted;
@@ -374,7 +376,7 @@ fn law_at<D: Real>(predicted: [D; 3], law: IntervalLaw) -> (Contact, [D; 3]) {
     (Contact::Slip, [normal, t1 * scale, t2 * scale])
 }
 
-/// The positive part.
+/// Positive part of `v`.
 fn positive<D: Real>(v: D) -> D {
     if v.re() > 0.0 { v } else { D::from(0.0) }
 }
@@ -383,15 +385,15 @@ fn positive<D: Real>(v: D) -> D {
 struct End<D> {
     contact: Contact,
     force: [D; 3],
-    /// Of the prediction.
+    /// Rate of the prediction.
     rate: [D; 3],
 }
 
-/// The contact force over an interval.
+/// Contact force over an interval.
 struct Path<D> {
-    /// Its integral and its first moment.
+    /// Integral and first moment of the force.
     force: [[D; 2]; 3],
-    /// The integral of the rate of the prediction over the times at which the force follows it.
+    /// Integral of the rate of the prediction over the times at which the force follows it.
     followed: [D; 3],
 }
 
@@ -403,7 +405,8 @@ impl<D: Real> Path<D> {
         }
     }
 
-    /// Component `c` of the force is that of the prediction, less `offset`, between two times.
+    /// Adds a part where component `c` of the force is the prediction minus `offset`, between two
+    /// times.
     fn follow(&mut self, stretch: &Stretch<D>, c: usize, offset: D, times: [D; 2]) {
         let [sum, moment] = stretch.integrals(c, offset, times);
         self.force[c][0] += sum;
@@ -414,7 +417,7 @@ impl<D: Real> Path<D> {
             first * (end - begin) + (last - first) * (end * end - begin * begin) * 0.5;
     }
 
-    /// The pair sticks between two times.
+    /// Adds a part where the pair sticks, between two times.
     fn stick(&mut self, stretch: &Stretch<D>, state: [D; 2], times: [D; 2]) {
         if times[1].re() > 0.0 {
             self.follow(stretch, 1, state[0], times);
@@ -422,7 +425,7 @@ impl<D: Real> Path<D> {
         }
     }
 
-    /// The tangential force goes straight from one value to another.
+    /// Adds a part where the tangential force is linear in time.
     fn straight(&mut self, begin: D, end: D, first: [D; 2], last: [D; 2]) {
         let length = end - begin;
         for c in 0..2 {
@@ -433,13 +436,14 @@ impl<D: Real> Path<D> {
         }
     }
 
-    /// [`Passed::corrections`], on both samples.
+    /// Corrections of both samples ([`Passed::corrections`]).
     ///
-    /// In an interval in which the force follows the prediction throughout, the trapezoidal rule errs by a twelfth
-    /// of the difference of the rates, which is left to it: over many such intervals the sum of these is that at
-    /// their first and at their last sample. A rate is therefore added where the force follows the prediction at
-    /// the end, and taken off where it does so at the beginning. What the force follows moves from sample to sample
-    /// so that no correction is left where it does so throughout.
+    /// In an interval in which the force follows the prediction throughout, the trapezoidal rule
+    /// errs by a twelfth of the difference of the rates. This is not corrected: over many such
+    /// intervals these errors add up to the one at their first and at their last sample. A rate is
+    /// therefore added where the force follows the prediction at the end, and subtracted where it
+    /// does so at the beginning. What the force follows moves from sample to sample so that no
+    /// correction is left where it does so throughout.
     fn corrections(&self, ends: [End<D>; 2]) -> [[D; 3]; 2] {
         let of = |c: usize| {
             let [sum, moment] = self.force[c];
@@ -465,13 +469,14 @@ impl<D: Real> Path<D> {
     }
 }
 
-/// Entries of a window and of a state.
+/// Number of entries of a window and of a state.
 pub const INPUTS: usize = 14;
-/// Entries of the two corrections and of the state after the interval.
+/// Number of entries of the two corrections and of the state after the interval.
 pub const OUTPUTS: usize = 8;
 
-/// The derivative of the corrections at the beginning (N, t1, t2) and at the end, and of the state
-/// after the interval, by the window, sample after sample, and the state before it.
+/// Derivative of the corrections at the beginning (N, t1, t2) and at the end, and of the state
+/// after the interval. It is taken by the window, sample after sample, and the state before the
+/// interval.
 pub fn derivative(
     window: &Window<f64>,
     state: [f64; 2],

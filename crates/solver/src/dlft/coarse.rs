@@ -1,5 +1,6 @@
-//! J on the softest motions of the flanks, those of all harmonics together: `W^T J W`, factored. Where pairs slip and open,
-//! these are what couples the harmonics and what a local correction would find last.
+//! Coarse problem: J on the softest motions of the flanks, `W^T J W`, factored for all harmonics
+//! together. Where pairs slip and open, these motions couple the harmonics, and a local correction
+//! would find them last.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -9,19 +10,20 @@ use super::linear_system::LinearSystem;
 use crate::problem::inexact::Inexact;
 use dovetail_numerics::dense::Lu;
 
-/// Motions of all harmonics together, at most: their factor should cost no more than some linear iterations.
+/// Most motions of all harmonics together: their factor should cost no more than some linear
+/// iterations.
 pub const MOST_UNKNOWNS: usize = 2000;
-/// Pairs whose rows are multiplied together.
+/// Number of pairs whose rows are multiplied together.
 const PAIRS: usize = 32;
 
-/// The factor, and how many motions of each harmonic it has.
+/// Factor of the coarse problem, and the number of motions that it has for each harmonic.
 pub struct Coarse {
     factor: Lu,
     motions: usize,
 }
 
 impl Coarse {
-    /// `None` where there are no motions.
+    /// Coarse problem of a linear system; `None` where there are no motions.
     pub fn new(linear: &LinearSystem) -> Option<Self> {
         let width = linear.width();
         let motions = linear.inexact.motions.nrows().min(MOST_UNKNOWNS / width);
@@ -43,7 +45,7 @@ impl Coarse {
         })
     }
 
-    /// z = W q with `W^T (v - J z) = 0`, and K z; v is m x (2H+1).
+    /// Computes z = W q with `W^T (v - J z) = 0`, and K z; v is m x (2H+1).
     pub fn solve(&self, inexact: &Inexact, v: MatRef<'_, f32>) -> [Mat<f32>; 2] {
         let width = v.ncols();
         let [motions, forces] =
@@ -66,7 +68,7 @@ impl Coarse {
     }
 }
 
-/// Lambda W and Lambda W - eps W: of each pair of blocks that Lambda couples, motions x m.
+/// Lambda W and Lambda W - eps W, for each pair of blocks that Lambda couples, motions x m.
 struct Columns {
     motions: usize,
     /// W^T.
@@ -162,7 +164,7 @@ impl Columns {
         rows
     }
 
-    /// Blocks that block `from` acts on through Lambda, with what and the sign.
+    /// Blocks that block `from` acts on through Lambda, each with its matrix and sign.
     fn coupled(&self, from: usize) -> impl Iterator<Item = (usize, &Mat<f32>, f32)> {
         // Cosine to cosine and sine to sine: Re; sine to cosine: Im; cosine to sine: -Im.
         let (own, other) = match from {

@@ -1,4 +1,4 @@
-//! What the solution of a frequency takes of memory, known before it begins.
+//! Memory that the solution of a frequency takes, known before it begins.
 
 use super::point::MOST_EXACT_UNKNOWNS;
 use super::settings::{Resolution, Solver};
@@ -10,11 +10,13 @@ use dovetail_numerics::spectrum::blocks;
 
 const F64: u64 = 8;
 const F32: u64 = 4;
-/// Vectors of a balance: the load, the point, its forces and residual, those before, and what an iteration works with.
+/// Vectors of a balance: the load, the point, its forces and residual, those before, and the work
+/// arrays of an iteration.
 const VECTORS: u64 = 16;
 
-/// Bytes that a sweep takes at least where pairs slip: what both halves share, and the frequency that each of them works
-/// on. An accuracy begins with the harmonics that are excited, and what it goes on to is not counted.
+/// Least number of bytes that a sweep takes where pairs slip: what both halves share, and the
+/// frequency that each of them works on. For an accuracy it counts the harmonics that are excited,
+/// with which a sweep begins, and none added later.
 pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     let (harmonics, samples) = match settings.resolution {
         Resolution::Fixed { harmonics, samples } => (harmonics, samples),
@@ -37,7 +39,7 @@ pub fn bytes(problem: &Problem, settings: &SweepSettings) -> u64 {
     transforms + shared + halves * (each + VECTORS * F64 * size.unknowns())
 }
 
-/// Pairs, and blocks of a vector.
+/// Number of pairs, and of blocks of a vector.
 #[derive(Clone, Copy)]
 struct Size {
     pairs: u64,
@@ -45,7 +47,7 @@ struct Size {
 }
 
 impl Size {
-    /// Of a block.
+    /// Number of unknowns of a block.
     fn block(self) -> u64 {
         3 * self.pairs
     }
@@ -54,19 +56,20 @@ impl Size {
         self.width * self.block()
     }
 
-    /// The Jacobian, and its factor in place; the dynamic stiffness of a harmonic.
+    /// Bytes of the Jacobian, factored in place, and of the dynamic stiffness of a harmonic.
     fn dense(self) -> u64 {
         F64 * (self.unknowns().pow(2) + 2 * self.block().pow(2))
     }
 
-    /// Stiffness, mass and motions of the inner linear solves, and the factor that finds the motions.
+    /// Bytes of stiffness, mass and motions of the inner linear solves, and of the factor that
+    /// finds the motions.
     fn inexact(self) -> u64 {
         let motions = motions(self.block() as usize) as u64;
         F64 * self.block().pow(2) + F32 * (self.block().pow(2) / 2 + 4 * motions * self.block())
     }
 
-    /// The derivatives of the pairs, in both precisions, of as many pairs as are taken for all; the coarse problem, its
-    /// rows and its factor.
+    /// Bytes of the derivatives of the pairs, in both precisions, for as many pairs as count as
+    /// all, and of the coarse problem, its rows and its factor.
     fn krylov(self) -> u64 {
         let active = (ALL_FROM * self.pairs as f64).ceil() as u64;
         let motions =
@@ -102,7 +105,7 @@ mod tests {
         let unknowns = 216 * 2001_u64;
         let dense = of(1000, Solver::Powell);
         assert!(dense > 2 * 8 * unknowns.pow(2), "{dense}");
-        // What the paper asks for is little.
+        // The settings of the paper take little.
         let few = of(3, Solver::NewtonKrylov);
         assert!(few < 64 << 20, "{few}");
     }

@@ -1,5 +1,5 @@
-//! One frequency with its Jacobian formed and factored, for few unknowns: Newton's method with exact corrections, and
-//! Powell's hybrid method, the paper's solver.
+//! Solution of one frequency with its Jacobian formed and factored, for few unknowns: Newton's
+//! method with exact corrections, and Powell's hybrid method, the paper's solver.
 //!
 //! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so that
 //! steps are measured in forces.
@@ -15,11 +15,11 @@ use dovetail_numerics::spectrum::{cosine, sine};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
-/// The dense dogleg and rounded laws with exact corrections are tried up to this many unknowns.
+/// Most unknowns for which the dense dogleg and rounded laws with exact corrections are tried.
 pub const MOST_DENSE_UNKNOWNS: usize = 2000;
 
-/// Solves one frequency from `u` by Newton's method, with exact corrections and [`Damping::Persistent`]; with the
-/// evaluation where it ends.
+/// Solves one frequency from `u` by Newton's method, with exact corrections and
+/// [`Damping::Persistent`]. Returns the evaluation at its end, too.
 pub fn exact_newton(
     balance: &Balance<'_>,
     u: &mut [f64],
@@ -30,7 +30,7 @@ pub fn exact_newton(
     (end, system.dense.evaluator.take(u))
 }
 
-/// Newton's correction at `u`, not taken; `None` where the Jacobian is singular there.
+/// Newton's correction at `u`, which is not applied; `None` where the Jacobian is singular there.
 pub fn exact_correction(
     balance: &Balance<'_>,
     u: &[f64],
@@ -43,7 +43,7 @@ pub fn exact_correction(
     )
 }
 
-/// As [`exact_newton`], by the dogleg.
+/// Like [`exact_newton`], by the dogleg.
 pub fn powell(
     balance: &Balance<'_>,
     u: &mut [f64],
@@ -56,7 +56,7 @@ pub fn powell(
 
 struct ExactSystem<'a, 'b> {
     dense: DenseBalance<'a, 'b>,
-    /// Of the Jacobian at the last linearisation.
+    /// Factor of the Jacobian at the last linearisation.
     factor: Option<Lu>,
 }
 
@@ -99,7 +99,7 @@ impl NonlinearSystem for ExactSystem<'_, '_> {
 
 struct DenseBalance<'a, 'b> {
     evaluator: Evaluator<'a, 'b>,
-    /// As in [`load_scale`].
+    /// Norms of the load, as in [`load_scale`].
     scale: [f64; 2],
 }
 
@@ -125,7 +125,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
     fn scaling(&self, i: usize) -> f64 {
         self.evaluator.balance.eps_at(i)
     }
-    /// J = (I - D)(Lambda - eps) + eps, dense, all pairs.
+    /// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
         let balance = self.evaluator.balance;
         let n = balance.unknowns_per_block();
@@ -156,7 +156,7 @@ impl DoglegSystem for DenseBalance<'_, '_> {
         for i in 0..x.len() {
             out[(i, i)] -= balance.eps_at(i);
         }
-        // (I - D) times that, pair after pair: the rows of a pair that sticks are none.
+        // (I - D) times that, pair after pair: the rows of a pair that sticks vanish.
         let full = 3 * width;
         let mut derivatives = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
         let (mut rows, mut moved) = (Mat::zeros(full, x.len()), Mat::zeros(full, x.len()));

@@ -9,21 +9,21 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::reduction::ReducedModel;
 use dovetail_numerics::vector::{dot, norm};
 
-/// The dynamic stiffness is looked at over this many harmonics at least: with one alone, a resonance of it
-/// would decide.
+/// Least number of harmonics over which the dynamic stiffness is taken: with one alone, a resonance
+/// of it would decide.
 const FEWEST_HARMONICS: usize = 3;
 
-/// eps as it is asked for.
+/// Rule for eps, as a choice and a scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eps {
-    /// What eps is.
+    /// Stiffness that eps is taken from.
     pub choice: EpsChoice,
-    /// The choice is multiplied by this.
+    /// Factor on the choice.
     pub scale: f64,
 }
 
 impl Eps {
-    /// The choice itself.
+    /// Rule with the choice itself, at scale 1.
     pub const fn new(choice: EpsChoice) -> Self {
         Self { choice, scale: 1.0 }
     }
@@ -42,8 +42,8 @@ impl Eps {
     }
 }
 
-/// Of each pair the median of `|Lambda_h|` over the harmonics h = 1..`harmonics`, and no less than the static
-/// stiffness.
+/// Median of `|Lambda_h|` of each pair over the harmonics h = 1..`harmonics`, but no less than the
+/// static stiffness.
 fn dynamic(system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64> {
     let stiffness = system.stiffness(omega, harmonics);
     let diagonals: Vec<Vec<f64>> = (1..=harmonics)
@@ -64,7 +64,7 @@ fn dynamic(system: &ContactSystem<'_>, omega: f64, harmonics: usize) -> Vec<f64>
     eps
 }
 
-/// The middle value, the lower of two; infinite ones, of undamped resonances, count as the largest.
+/// Middle value, the lower of two. Infinite values, of undamped resonances, count as the largest.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

@@ -1,7 +1,9 @@
-//! How far pairs would slide if nothing rubbed, beside how far friction deforms them.
+//! Ratio of the distance that pairs would slide if nothing rubbed to the distance that friction
+//! deforms them.
 //!
-//! Where that is far, bodies slide as a whole, and each reversal of friction is a step in time that is as wide as the
-//! elastic displacement mu N / eps: Newton's method does not find it, and the motion hardly depends on it.
+//! Where it is large, bodies slide as a whole, and each reversal of friction is a step in time that
+//! is as wide as the elastic displacement mu N / eps: Newton's method does not find it, and the
+//! motion hardly depends on it.
 
 use super::balance::{Balance, Setting, gather};
 use super::dense::MOST_DENSE_UNKNOWNS;
@@ -11,11 +13,12 @@ use dovetail_numerics::spectrum::{cosine, sine};
 use dovetail_numerics::vector::norm;
 use faer::{Mat, c64};
 
-/// Bodies slide as a whole where pairs slide more times than this as far as friction deforms them.
+/// Ratio above which bodies slide as a whole.
 pub const GROSS_SLIP: f64 = 1e5;
 
-/// The motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off, as the norm of its
-/// harmonics, m; of no pair where there are too many for a balance of one harmonic to have exact corrections.
+/// Motion of each pair along the contact at `omega`, rad/s, without friction and without lift-off,
+/// as the norm of its harmonics, m. Empty where there are too many pairs for a balance of one
+/// harmonic to have exact corrections.
 pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
     let pairs = setting.system.problem.laws.len();
     if 3 * setting.system.unknowns() > MOST_DENSE_UNKNOWNS {
@@ -28,8 +31,8 @@ pub fn free_slips_m(setting: &Setting<'_>, omega: f64) -> Vec<f64> {
     (0..pairs).map(|pair| norm(&own(pair))).collect()
 }
 
-/// The largest of [`free_slips_m`] over the mean elastic displacement under friction, mu N / eps. 0 where nothing rubs, and
-/// where the free slips are not known.
+/// Ratio of the largest of [`free_slips_m`] to the mean elastic displacement under friction, mu N /
+/// eps. 0 where nothing rubs, and where the free slips are not known.
 pub fn slides_past(setting: &Setting<'_>, free_slips_m: &[f64]) -> f64 {
     let pairs = &setting.system.problem.laws;
     let count = pairs.len() as f64;
@@ -43,7 +46,8 @@ pub fn slides_past(setting: &Setting<'_>, free_slips_m: &[f64]) -> f64 {
     forces_n.fold(0.0, f64::max) / limit_n
 }
 
-/// The vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics that are excited.
+/// Vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics
+/// that are excited.
 fn without_friction(balance: &Balance<'_>) -> Vec<f64> {
     let n = balance.unknowns_per_block();
     let along = tangential(n);
@@ -133,7 +137,7 @@ mod tests {
             assert_eq!(slides_past(&setting, &[]), 0.0);
         });
     }
-    /// One harmonic is three blocks: of 222 pairs they have 1998 unknowns, of 223 they have 2007.
+    /// One harmonic has three blocks: 1998 unknowns for 222 pairs, 2007 for 223.
     #[test]
     fn of_more_pairs_than_have_exact_corrections_no_free_slips_are_known() {
         let known = |pairs: usize| {

@@ -1,6 +1,6 @@
-//! Jacobians written by hand against differences of their own residuals, at points where pairs
-//! stick, slip and open. Here the points, and the linear solves of the Newton-Krylov method; the
-//! other solvers have their tests beside them.
+//! Comparison of Jacobians written by hand with differences of their own residuals, at points where
+//! pairs stick, slip and open. The points, and the linear solves of the Newton-Krylov method, are
+//! tested here; the other solvers have their tests beside them.
 
 use super::PairStatus;
 use super::balance::{Balance, Setting};
@@ -25,13 +25,13 @@ use std::borrow::Cow;
 
 const HARMONICS: usize = 3;
 const SAMPLES: usize = 64;
-/// Of the balances.
+/// Angular frequency of the balances, rad/s.
 pub const OMEGA_RAD_S: f64 = 0.4;
-/// The mass has this rank: that of the linear solves, through as many soft motions, is then exact.
+/// Rank of the mass. That of the linear solves, through as many soft motions, is then exact.
 const MASSES: usize = 12;
 const MODES: usize = 3;
 
-/// What a pair is made to do in a period.
+/// Motion that a pair is made to have in a period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion {
     Sticks,
@@ -47,8 +47,8 @@ pub fn mixed(i: usize, seed: usize) -> f64 {
     ((i * 7919 + 104_729 * (seed + 1)) as f64 * 0.618_033_988_75).sin()
 }
 
-/// `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing holds the slide
-/// of all along t1.
+/// Problem of `pairs` pairs with full K, coupled to modes, each with a law of its own; nothing
+/// holds the slide of all pairs along t1.
 pub fn problem(pairs: usize) -> Problem {
     let n = 3 * pairs;
     let slide = 1.0 / (pairs as f64).sqrt();
@@ -106,10 +106,11 @@ pub fn problem(pairs: usize) -> Problem {
     }
 }
 
-/// Of the nine pairs of a balance the one that is open in the static state. It lifts off in the first kind of motions.
+/// Pair, of the nine of a balance, that is open in the static state. It lifts off in the first kind
+/// of motions.
 pub const OPEN_AT_REST: usize = 5;
 
-/// Nine pairs of which most take part in the linear solves, and nine of which two do.
+/// Nine pairs of which most take part in the linear solves; the other list has two that do.
 const MANY: [Motion; 9] = [
     Motion::Sticks,
     Motion::Slides,
@@ -133,8 +134,8 @@ const FEW: [Motion; 9] = [
     Motion::Sticks,
 ];
 
-/// What counts of lambda_u of a pair that moves so, in one block of 3 per coefficient; `shift_n` is what the law
-/// adds to N.
+/// Share of lambda_u that the law uses of a pair with this motion, in one block of 3 per
+/// coefficient. `shift_n` is what the law adds to N.
 fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[f64; 3]> {
     let (press, shake, rub) = match motion {
         Motion::Sticks => (20.0, 0.2, 0.2),
@@ -154,7 +155,8 @@ fn lambda_u(motion: Motion, pair: usize, shift_n: f64, start: [f64; 2]) -> Vec<[
 }
 
 /// Calls `check` with a name, a balance and a point U, for many and few pairs that do not stick,
-/// rigid and with springs, with the mean free and retained. The forces are such that the pairs do at U what they are meant to.
+/// rigid and with springs, with the mean free and retained. The forces are such that each pair has
+/// the intended motion at U.
 pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     let means = [Mean::Free, Mean::Retained];
     let kinds = [(MANY, false), (FEW, false), (MANY, true), (FEW, true)];
@@ -251,13 +253,14 @@ pub fn at_sample_points(mut check: impl FnMut(&str, &Balance<'_>, &[f64])) {
     }
 }
 
-/// d residual / d U.
+/// Jacobian d residual / d U by central differences.
 pub fn differences(balance: &Balance<'_>, u: &[f64]) -> Mat<f64> {
     central(u, 1e-6, |u| balance.evaluate(u).residual)
 }
 
-/// The corrections of unit residuals, -J^-1, times J by differences: the matrix-free products, what
-/// is known of the pairs that stick and what they do to the others. To single precision.
+/// The corrections of unit residuals are -J^-1, and are multiplied by J from differences. This
+/// tests the matrix-free products, what is known of the pairs that stick, and what they do to the
+/// others, to single precision.
 #[test]
 fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_differences() {
     at_sample_points(|what, balance, u| {

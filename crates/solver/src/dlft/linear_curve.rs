@@ -1,5 +1,5 @@
-//! The response of the linear reference over a range. It is in closed form, so that none of its peaks has to be
-//! missed between two frequencies, however little damping there is.
+//! Response of the linear reference over a range. It is in closed form, so that no peak between two
+//! frequencies is missed, however little damping there is.
 
 use std::f64::consts::TAU;
 
@@ -10,9 +10,9 @@ use crate::problem::dynamic_stiffness::ContactSystem;
 /// Steps of the search for a peak; each leaves 0.618 of the range that the peak is in.
 const STEPS: usize = 30;
 
-/// The points of the curve, rising in frequency: those asked for, and where a peak lies between them those that lead
-/// to it. Without damping a peak is infinite, and the curve has the frequencies asked for alone.
-/// `system` has no pairs.
+/// Points of the curve, ascending in frequency: those asked for, and those that lead to a peak
+/// between them. Without damping a peak is infinite, and the curve has the frequencies asked for
+/// alone. `system` has no pairs.
 pub fn linear_curve(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -58,7 +58,7 @@ pub fn linear_curve(
     points
 }
 
-/// Golden section: the points that it visits.
+/// Searches a peak by golden section, and adds the points that it visits.
 fn lead_to_peak(
     [mut low, mut high]: [f64; 2],
     at: &impl Fn(f64) -> LinearPoint,
@@ -99,8 +99,8 @@ mod tests {
         LinearReference::stuck(&problem.reduced).problem(&problem)
     }
 
-    /// Of 0.01 % of critical damping the grid is a hundred times coarser than the resonance is wide. Of 10 % the peak
-    /// is not where the mode is.
+    /// At 0.01 % of critical damping the grid is a hundred times coarser than the resonance is
+    /// wide. At 10 % the peak is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
         let problem = without_pairs();

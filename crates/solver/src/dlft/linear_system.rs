@@ -1,5 +1,5 @@
-//! The linear systems of Newton's method on the flanks: J = Lambda - D (Lambda - eps) on the pairs that take part, with
-//! K in single precision.
+//! Linear systems of Newton's method on the flanks: J = Lambda - D (Lambda - eps) on the pairs that
+//! take part, with K in single precision.
 
 use std::sync::Arc;
 
@@ -10,25 +10,26 @@ use super::retention::Retention;
 use crate::problem::dynamic_stiffness::Coefficients;
 use crate::problem::inexact::Inexact;
 
-/// J at one point. Vectors are blocks of m: the mean, then cosine and sine of each harmonic.
+/// Jacobian J at one point. Vectors are blocks of m: the mean, then cosine and sine of each
+/// harmonic.
 pub struct LinearSystem {
     pub inexact: Arc<Inexact>,
     pub harmonics: Vec<Coefficients>,
     /// D of each pair, 3(2H+1) square, component-major indices, one after the other, by columns.
     pub derivatives: Vec<f32>,
-    /// On the pairs that take part.
+    /// Retention, restricted to the pairs that take part.
     pub retention: Option<Retention>,
-    /// Of each unknown, N/m.
+    /// eps of each unknown, N/m.
     pub eps: Vec<f32>,
 }
 
 impl LinearSystem {
-    /// Blocks of a vector, 2H+1.
+    /// Number of blocks of a vector, 2H+1.
     pub fn width(&self) -> usize {
         blocks(self.harmonics.len())
     }
 
-    /// J x from x and K x.
+    /// Computes J x from x and K x.
     pub fn apply(&self, x: MatRef<'_, f32>, kx: Mat<f32>) -> Mat<f32> {
         let m = x.nrows();
         let mut y = self.inexact.dynamic(&self.harmonics, x, kx);
@@ -43,7 +44,7 @@ impl LinearSystem {
         y
     }
 
-    /// (I - D) v: what of the forces v the contact forces do not take up.
+    /// Computes (I - D) v, the part of the forces v that the contact forces do not balance.
     pub fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
         let m = self.inexact.unknowns();
         let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
@@ -53,7 +54,7 @@ impl LinearSystem {
         out
     }
 
-    /// y := y - D a, with a from each entry of y, its row and its block.
+    /// Computes y := y - D a, with a from each entry of y, its row and its block.
     fn subtract_contact_response(&self, y: &mut Mat<f32>, a: impl Fn(f32, usize, usize) -> f32) {
         let width = self.width();
         let full = 3 * width;
@@ -78,7 +79,7 @@ impl LinearSystem {
     }
 }
 
-/// Block by block.
+/// Copies `a` to double precision, block by block.
 pub fn widen(a: MatRef<'_, f32>, out: &mut [f64]) {
     let m = a.nrows();
     for (h, out) in out.chunks_exact_mut(m).enumerate() {

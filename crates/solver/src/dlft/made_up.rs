@@ -9,7 +9,7 @@ use crate::reduction::damping::Rayleigh;
 use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use faer::Mat;
 
-/// Without pairs, with these observed amplitudes.
+/// Orbit without pairs, with these observed amplitudes.
 pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit {
     Orbit {
         frequency_hz,
@@ -36,8 +36,9 @@ pub fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -> Orbit
     }
 }
 
-/// A mass of 1 kg on a spring of 1 N/m, shaken by 0.1 N, before a stop of 5 N/m without friction that it meets after `gap_m`.
-/// Nothing couples its motions along the stop, where it is on such springs, too.
+/// Mass of 1 kg on a spring of 1 N/m, excited by 0.1 N, in front of a stop of 5 N/m without
+/// friction at a distance of `gap_m`. It is on such springs along the stop, too, and nothing
+/// couples these motions with the first.
 pub fn mass_with_a_stop(gap_m: f64) -> Problem {
     let unit = || Mat::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)));
     let load = |force_n: f64| Load {
@@ -76,7 +77,7 @@ pub fn mass_with_a_stop(gap_m: f64) -> Problem {
     }
 }
 
-/// Of the mass.
+/// Damping of the mass.
 pub const DAMPING: Rayleigh = Rayleigh {
     stiffness_s: 0.0,
     mass_per_s: 0.03,

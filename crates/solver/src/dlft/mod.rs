@@ -23,20 +23,21 @@ pub enum Outcome {
     NotFinite,
     /// The time allowed to a frequency was over.
     TimeLimit,
-    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than what presses
-    /// them together: the bodies would come apart.
+    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than
+    /// the preload presses them together: the bodies would come apart.
     LeavesSlot,
-    /// The balance holds, but some pair slides so far that its two nodes no longer face each other
+    /// The balance holds, but some pair slides so far that its two nodes do not face each other
     /// ([`crate::results::far_slip`]).
     SlidesTooFar,
-    /// No pair carries a force, and neither supports nor springs hold the bodies then: there is no static state.
+    /// No pair carries a force, and neither supports nor springs hold the bodies then: there is no
+    /// static state.
     NothingHolds,
-    /// The balance holds, and its truncation error is estimated above the accuracy asked for.
+    /// The balance holds, but its estimated truncation error exceeds the accuracy asked for.
     AccuracyNotReached,
 }
 
 impl Outcome {
-    /// The word written to files.
+    /// Word written to files.
     pub fn word(self) -> &'static str {
         match self {
             Self::Converged => "converged",
@@ -51,16 +52,17 @@ impl Outcome {
             Self::AccuracyNotReached => "accuracy_not_reached",
         }
     }
-    /// Whether the balance holds, to the accuracy asked for.
+    /// Returns `true` if the balance holds to the accuracy asked for.
     pub fn is_converged(self) -> bool {
         self == Self::Converged
     }
-    /// Whether the balance holds, to the accuracy asked for or not: there are numbers to write, draw and sum.
+    /// Returns `true` if the balance holds, whatever its accuracy: there are numbers to write, draw
+    /// and sum.
     pub fn has_motion(self) -> bool {
         matches!(self, Self::Converged | Self::AccuracyNotReached)
     }
-    /// Whether the balance holds, also where the solution is outside of what the method covers: the next frequency of a
-    /// sweep may start from it.
+    /// Returns `true` if the balance holds, even where the method does not cover the solution. The
+    /// next frequency of a sweep may start from it.
     pub fn holds(self) -> bool {
         self.has_motion() || self == Self::SlidesTooFar
     }
@@ -75,16 +77,17 @@ pub struct StaticState {
     pub x: Vec<f64>,
     /// Contact force, N, n (lambda_N < 0 is compression).
     pub lambda: Vec<f64>,
-    /// What each pair does.
+    /// Status of each pair.
     pub status: Vec<PairStatus>,
     /// Newton iterations of all load steps.
     pub newton_iterations: usize,
-    /// |f| / |F|, or over what the clearances take where nothing presses the pairs.
+    /// Relative residual, |f| / |F|. Where nothing presses the pairs, it is relative to their own
+    /// stiffness times the clearances.
     pub residual: f64,
-    /// Force that retains the motions that friction does not hold, N, where they are retained at rest
-    /// ([`retention`]); `None` where nothing is.
+    /// Force that retains the motions that friction does not hold, N ([`retention`]); `None` where
+    /// nothing is retained at rest.
     pub retention_n: Option<f64>,
-    /// What small vibrations about this state obey.
+    /// Linear reference, which small vibrations about this state obey.
     pub linear: LinearReference,
 }
 
@@ -95,12 +98,12 @@ impl StaticState {
         (0..self.status.len()).filter(is_open).collect()
     }
 
-    /// How many pairs do what.
+    /// Number of pairs of each status.
     pub fn counts(&self) -> StaticCounts {
         self.status.iter().copied().collect()
     }
 
-    /// Whether no pair carries a force.
+    /// Returns `true` if no pair carries a force.
     pub fn all_open(&self) -> bool {
         self.status.iter().all(|s| *s == PairStatus::Open)
     }
@@ -111,7 +114,7 @@ impl StaticState {
 pub struct Orbit {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
-    /// Its number: that of the frequencies asked for, rising from 0; those that were added follow.
+    /// Number of the frequency. Those asked for count from 0, rising; added ones follow.
     pub point: usize,
     /// How the solution ended.
     pub outcome: Outcome,
@@ -123,58 +126,58 @@ pub struct Orbit {
     pub lambda: Vec<f64>,
     /// Stuck-mode amplitudes: (2H+1) m, harmonic-major.
     pub modal: Vec<f64>,
-    /// What each pair does in a period.
+    /// Cycle of each pair.
     pub cycles: Vec<PairCycle>,
     /// Fourier coefficients (mean, cosine, sine...) of each observed displacement, m, 2H+1 each.
     pub observed: Vec<Vec<f64>>,
-    /// Largest departure from the mean over the period of each observed displacement, m.
+    /// Largest departure of each observed displacement from its mean over the period, m.
     pub observed_amplitude_m: Vec<f64>,
-    /// Friction power of all pairs, mean over a period.
+    /// Friction power of all pairs, mean over a period, W.
     pub friction_power_w: f64,
-    /// Power of the damping, mean over a period.
+    /// Power of the damping, mean over a period, W.
     pub viscous_power_w: f64,
-    /// Power of the excitation, mean over a period.
+    /// Power of the excitation, mean over a period, W.
     pub input_power_w: f64,
-    /// Of the vibration, mean over a period, J.
+    /// Kinetic energy of the vibration, mean over a period, J.
     pub kinetic_energy_j: f64,
     /// Newton iterations of all attempts.
     pub newton_iterations: usize,
     /// Iterations of the linear solves of all attempts.
     pub krylov_iterations: usize,
-    /// Of each attempt the relative residual at its start and after each Newton iteration.
+    /// Relative residual of each attempt, at its start and after each Newton iteration.
     pub newton_residuals: Vec<Vec<f64>>,
     /// The larger of |f_0| / |F| and |f_1..H| / |F_1..H|.
     pub residual: f64,
-    /// The largest of `observed_error`, or the error of all the vibration where nothing is observed; `None` where nothing
-    /// is left out, or the balance was not solved.
+    /// Largest of `observed_error`, or the error of the whole vibration where nothing is observed.
+    /// `None` where no harmonics are left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
-    /// Of each observed amplitude the estimated relative error for the harmonics left out ([`accuracy`]), 0 to 1. None where
-    /// `estimated_error` is none.
+    /// Estimated relative error of each observed amplitude for the harmonics left out
+    /// ([`accuracy`]), 0 to 1. Empty where `estimated_error` is `None`.
     pub observed_error: Vec<f64>,
-    /// Mean force along the motions that friction does not hold, N, where all pairs slip; the mean is
-    /// then retained at the static state ([`retention`]). Zero elsewhere. With the force of a static state that
-    /// is itself retained.
+    /// Mean force along the motions that friction does not hold, N, where all pairs slip and the
+    /// mean is retained at the static state ([`retention`]); zero elsewhere. It includes the force
+    /// of a static state that is itself retained.
     pub retention_n: f64,
 }
 
 impl Orbit {
-    /// How many pairs do what in the period.
+    /// Number of pairs of each status in the period.
     pub fn counts(&self) -> CycleCounts {
         self.cycles.iter().map(|cycle| cycle.status).collect()
     }
 
-    /// Estimated relative error of an observed amplitude for the harmonics left out: 0 where no pair makes any, `None` where
-    /// it is not known.
+    /// Estimated relative error of an observed amplitude for the harmonics left out: 0 where there
+    /// are no pairs, `None` where it is not known.
     pub fn amplitude_error(&self, observation: usize) -> Option<f64> {
         let estimated = self.observed_error.get(observation).copied();
         estimated.or_else(|| self.cycles.is_empty().then_some(0.0))
     }
 }
 
-/// One pair over one period.
+/// What one pair does over one period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PairCycle {
-    /// What it does.
+    /// Status of the pair.
     pub status: CycleStatus,
     /// Distance slid in a period, m.
     pub slid_m: f64,
@@ -182,13 +185,13 @@ pub struct PairCycle {
     pub open_fraction: f64,
     /// Mean compression -lambda_N over the period, N.
     pub compression_mean_n: f64,
-    /// Smallest of the compressions that the law gives at the samples, N: 0 where the pair opens.
+    /// Smallest compression that the law gives at the samples, N: 0 where the pair opens.
     pub compression_min_n: f64,
-    /// Largest of them, N.
+    /// Largest compression that the law gives at the samples, N.
     pub compression_max_n: f64,
-    /// Friction power, W: the mean of force times velocity, both of H harmonics. With those of the
-    /// damping it makes up the power put in. Of a pair that hardly slides it can be slightly below
-    /// zero; of one without friction it is 0.
+    /// Friction power, W: the mean of force times velocity, both of H harmonics. With the power of
+    /// the damping it makes up the power put in. It can be slightly below zero where a pair hardly
+    /// slides, and is 0 without friction.
     pub friction_power_w: f64,
 }
 
@@ -197,46 +200,47 @@ pub struct PairCycle {
 pub struct LinearPoint {
     /// Frequency of the first harmonic.
     pub frequency_hz: f64,
-    /// Largest departure from the mean of each observed displacement, m.
+    /// Largest departure of each observed displacement from its mean, m.
     pub observed_amplitude_m: Vec<f64>,
 }
 
-/// News of a sweep that goes on.
+/// Progress of a running sweep.
 #[derive(Debug, Clone, Copy)]
 pub enum Told<'a> {
-    /// A frequency is solved, or was solved before. One that is solved again is told again ([`SolvedFrequency::again`]).
+    /// A frequency is solved, or was solved before. One that is solved again is reported again
+    /// ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
-    /// A frequency is added to those that are to be solved.
+    /// A frequency is added to those to be solved.
     Adds,
-    /// A way to the solution of a frequency is tried, with so many harmonics.
+    /// A strategy is tried at a frequency.
     Tries {
-        /// Of the first harmonic.
+        /// Frequency of the first harmonic.
         frequency_hz: f64,
-        /// Harmonics of the balance; those of a balance that only an error is estimated with may be more.
+        /// Harmonics of the balance. A balance that serves only to estimate an error may have more.
         harmonics: usize,
-        /// In words.
+        /// Description of the strategy.
         strategy: &'a str,
     },
 }
 
-/// A frequency that a sweep has solved, with what it hands on to the next one.
+/// A frequency that a sweep has solved, with what the next frequency starts from.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct SolvedFrequency {
-    /// The motion.
+    /// Motion at the frequency.
     pub orbit: Orbit,
-    /// The linear reference there.
+    /// Answer of the linear reference at the frequency.
     pub linear: LinearPoint,
-    /// Along the motions that only friction holds.
+    /// Treatment of the mean along the motions that only friction holds.
     pub mean: retention::Mean,
-    /// Of the levels of [`accuracy`], the one that the next frequency begins on.
+    /// Level of [`accuracy`] that the next frequency begins on.
     pub next_level: usize,
-    /// It was solved once more, from its other side, after the frequencies that were begun with the first attempt: the better
-    /// of both motions.
+    /// True if the frequency was solved once more, from its other side, after the frequencies that
+    /// began from the first attempt. `orbit` is then the better of both motions.
     pub again: bool,
 }
 
 impl SolvedFrequency {
-    /// What it is known by among those of its response: the number of the frequency, and whether it is that of the second
+    /// Key of this frequency in its response: its number, and whether it comes from the second
     /// attempt. A curve may have several solutions at one frequency.
     pub fn place(&self) -> (usize, bool) {
         (self.orbit.point, self.again)
@@ -244,7 +248,7 @@ impl SolvedFrequency {
 }
 
 impl Response {
-    /// Whether a frequency was added to those asked for.
+    /// Returns `true` if the frequency was added to those asked for.
     pub fn is_added(&self, orbit: &Orbit) -> bool {
         orbit.point >= self.asked
     }
@@ -253,34 +257,36 @@ impl Response {
 /// A frequency response.
 #[derive(Debug, Clone)]
 pub struct Response {
-    /// The linear reference, at the frequencies of `orbits`.
+    /// Linear reference at the frequencies of `orbits`.
     pub linear: Vec<LinearPoint>,
-    /// The linear reference at those asked for and at others, so close that no peak is missed, rising.
+    /// Linear reference at the frequencies asked for and at others, ascending, so close that no
+    /// peak is missed.
     pub linear_curve: Vec<LinearPoint>,
-    /// The motion at each frequency, rising.
+    /// Motion at each frequency, ascending.
     pub orbits: Vec<Orbit>,
-    /// How many frequencies were asked for; the others were added at peaks.
+    /// Number of frequencies asked for; the others were added at peaks.
     pub asked: usize,
-    /// Where another motion was found beside that of `orbits`, rising.
+    /// Ranges in which another motion was found beside that of `orbits`, ascending.
     pub second_motions: Vec<SecondMotion>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
 }
 
-/// A range of frequencies at which two motions were found, and the frequency in it at which they differ most.
+/// Range of frequencies at which two motions were found, and the frequency in it at which they
+/// differ most.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SecondMotion {
     /// First frequency of the range.
     pub from_hz: f64,
     /// Last frequency of the range.
     pub to_hz: f64,
-    /// Where an amplitude differs most.
+    /// Frequency at which an amplitude differs most.
     pub frequency_hz: f64,
-    /// Number of the observed displacement that does, 0 = first.
+    /// Number of the observed displacement whose amplitude differs most, 0 = first.
     pub observation: usize,
-    /// Its amplitude there on the curve.
+    /// Amplitude of that displacement on the curve.
     pub amplitude_m: f64,
-    /// That of the other motion.
+    /// Amplitude of that displacement in the other motion.
     pub other_amplitude_m: f64,
 }
 

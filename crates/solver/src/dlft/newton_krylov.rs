@@ -1,4 +1,5 @@
-//! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part (`dlft/linear.rs`).
+//! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part
+//! (`dlft/linear_system.rs`).
 
 use std::sync::Arc;
 
@@ -11,20 +12,21 @@ use dovetail_numerics::newton::NonlinearSystem;
 use dovetail_numerics::refresh::RefreshPolicy;
 use dovetail_numerics::vector::norm;
 
-/// Relative residual asked of each linear solve.
+/// Relative residual of each linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
-/// A loose one: GMRES then stays out of directions in which J is nearly singular, such as the mean
-/// position of pairs that slip in every period, where a full Newton step goes far astray.
+/// Relative residual of a loose linear solve. GMRES then stays out of directions in which J is
+/// nearly singular, such as the mean position of pairs that slip in every period, where a full
+/// Newton step goes far astray.
 pub const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
 /// Stuck modes below this multiple of the highest harmonic's frequency enter the linear solves.
 const MODES_BELOW: f64 = 6.0;
 
-/// What linear solves use, kept over Newton steps and over neighbouring frequencies.
+/// Data of the linear solves that are kept over Newton steps and over neighbouring frequencies.
 #[derive(Default)]
 pub struct Preconditioner {
     inexact: Option<Arc<Inexact>>,
-    /// For those pairs.
+    /// Coarse problem of those pairs.
     coarse: Option<Coarse>,
     /// Stiffness of the retention where `coarse` was made, N/m; zero without one.
     retention_n_m: f64,
@@ -41,14 +43,14 @@ pub struct KrylovSystem<'a, 'b> {
     scale: [f64; 2],
     linear: Option<LinearSystem>,
     krylov_tolerance: f64,
-    /// Whether the mean of U lies where it is not looked for.
+    /// Returns `true` if the mean of U lies where no solution is looked for.
     walked_off: &'b dyn Fn(&[f64]) -> bool,
-    /// Iterations of all linear solves.
+    /// Number of iterations of all linear solves.
     pub krylov_iterations: usize,
 }
 
 impl<'a, 'b> KrylovSystem<'a, 'b> {
-    /// The system of one balance.
+    /// System of one balance.
     pub fn new(
         balance: &'b Balance<'a>,
         preconditioner: &'b mut Preconditioner,
@@ -71,8 +73,8 @@ impl<'a, 'b> KrylovSystem<'a, 'b> {
 /// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static state).
 const ROUNDING: f64 = 1e-14;
 
-/// |F| and |F_1..H|, the second not so small that `tolerance` of it is below rounding; where nothing shakes, |F|
-/// twice.
+/// Norms |F| and |F_1..H|. The second is at least so large that `tolerance` of it is above
+/// rounding; where nothing is excited, it is |F|.
 pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     let harmonic = norm(&balance.force[balance.unknowns_per_block()..]);
     let whole = balance
@@ -87,7 +89,7 @@ pub fn load_scale(balance: &Balance<'_>, tolerance: f64) -> [f64; 2] {
     [whole, harmonic.max(ROUNDING / tolerance * whole)]
 }
 
-/// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|: the vibration is converged on its own scale.
+/// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|, so that the vibration converges on its own scale.
 pub fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
     let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
     let (mean, rest) = (
@@ -150,14 +152,15 @@ impl NonlinearSystem for KrylovSystem<'_, '_> {
     }
 }
 
-/// Length of a step in forces, eps dU: steps of pairs of unlike stiffness weigh alike.
+/// Length of a step in forces, eps dU, so that steps of pairs of different stiffness weigh alike.
 pub fn step_length(balance: &Balance<'_>, dx: &[f64]) -> f64 {
     let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
     forces.map(|f| f * f).sum::<f64>().sqrt()
 }
 
 impl KrylovSystem<'_, '_> {
-    /// J dx = -f to the relative residual `tolerance`; false without a usable answer.
+    /// Solves J dx = -f to the relative residual `tolerance`. Returns `false` without a usable
+    /// answer.
     fn solve(&mut self, f: &[f64], tolerance: f64, dx: &mut [f64]) -> bool {
         let Some(linear) = &self.linear else {
             return false;
@@ -201,13 +204,13 @@ impl KrylovSystem<'_, '_> {
                 dx[h * n + c] = v;
             }
         }
-        // A direction that is not exact still serves: the step is judged afterwards.
+        // A direction that is not exact is still useful: the step is judged afterwards.
         dx.iter().all(|d| d.is_finite())
     }
 }
 
 impl Preconditioner {
-    /// Makes the coarse problem anew where the old one is of other pairs, or worn.
+    /// Makes a new coarse problem where the old one belongs to other pairs, or is worn.
     fn serve(&mut self, linear: &LinearSystem) {
         let same_pairs = self
             .inexact
@@ -230,7 +233,7 @@ impl Preconditioner {
     }
 }
 
-/// D of `pairs` in single precision, by columns; of those not active, which stick, the identity.
+/// D of `pairs` in single precision, by columns; the identity for those not active, which stick.
 fn by_columns(jacobian: &Jacobian, pairs: &[usize], width: usize) -> Vec<f32> {
     let full = 3 * width;
     let mut all = vec![0.0_f32; pairs.len() * full * full];
@@ -250,7 +253,7 @@ fn by_columns(jacobian: &Jacobian, pairs: &[usize], width: usize) -> Vec<f32> {
     all
 }
 
-/// Entries of the active pairs, block by block.
+/// Entries of the columns `columns`, block by block.
 fn restrict(v: &[f64], n: usize, columns: &[usize]) -> Vec<f64> {
     v.chunks_exact(n)
         .flat_map(|block| columns.iter().map(|&c| block[c]))

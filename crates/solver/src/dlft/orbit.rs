@@ -1,4 +1,5 @@
-//! From a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion, pair cycles, powers.
+//! Conversion of a solved harmonic balance to the [`Orbit`]: modal amplitudes, observed motion,
+//! pair cycles, powers.
 
 use super::balance::{Balance, Evaluation};
 use super::pair_signals::Signals;
@@ -10,7 +11,7 @@ use dovetail_numerics::vector::dot;
 use faer::c64;
 use rayon::prelude::*;
 
-/// Instants at which the largest departure from the mean is looked for.
+/// Number of instants at which the largest departure from the mean is looked for.
 const AMPLITUDE_INSTANTS: usize = 720;
 
 /// Builds the orbit of U. Number, `residual` and iteration counts are left at zero for the caller.
@@ -76,7 +77,7 @@ pub fn observed_amplitudes_m(balance: &Balance<'_>, u: &[f64], frequency_hz: f64
     observed.iter().map(|c| amplitude(c)).collect()
 }
 
-/// An assembly without pairs at one frequency: no contact to solve.
+/// Response of an assembly without pairs at one frequency, in closed form.
 pub fn linear_point(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -91,8 +92,8 @@ pub fn linear_point(
     }
 }
 
-/// The motion of an assembly without pairs, in closed form.
-/// Number and frequency come together.
+/// Orbit of an assembly without pairs, in closed form, at a frequency given by its number and
+/// value.
 pub fn linear_orbit(
     system: &ContactSystem<'_>,
     harmonics: usize,
@@ -154,8 +155,8 @@ pub fn amplitude(coefficients: &[f64]) -> f64 {
     }
 }
 
-/// Departure from the mean at the extremum next to `t`: Newton's method on the derivative, within
-/// one instant's distance.
+/// Departure from the mean at the extremum next to `start`: Newton's method on the derivative,
+/// within one instant's distance.
 fn refined(coefficients: &[f64], start: f64) -> f64 {
     let parts = |t: f64| {
         let mut sums = [0.0; 3];
@@ -256,13 +257,13 @@ fn observe(
         .collect()
 }
 
-/// Means over a period.
+/// Powers and kinetic energy, means over a period.
 struct Powers {
-    /// Put in by the excitations, W.
+    /// Power put in by the excitations, W.
     input_w: f64,
-    /// Spent by the Rayleigh damping, W.
+    /// Power spent by the Rayleigh damping, W.
     viscous_w: f64,
-    /// J.
+    /// Kinetic energy, J.
     kinetic_energy_j: f64,
 }
 
@@ -333,7 +334,7 @@ fn pair_cycle(
     let end = &evaluation.ends[pair];
     let slid_m = balance.slid_m(pair, end);
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
-    // Of the law itself: a sum of harmonics would pull at a pair that opens.
+    // Compressions by the law itself: a sum of harmonics would pull at a pair that opens.
     let compressions = balance.compressions_n(pair, &evaluation.lambda_u, signals);
     let rubs = balance.setting.system.problem.laws[pair].friction > 0.0;
     let mut friction = 0.0;
@@ -372,7 +373,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     const FREQUENCY_HZ: f64 = OMEGA_RAD_S / TAU;
-    /// Means over so many instants are exact for products of two motions.
+    /// Number of instants over which means of products of two motions are exact.
     const INSTANTS: usize = 64;
 
     /// Values, velocities and accelerations at the phase w t of signals given by blocks of `size`
@@ -523,7 +524,7 @@ mod tests {
         });
     }
 
-    /// What a truncated series of a normal force seems to work is no work of friction.
+    /// The apparent work of a truncated series of a normal force is no work of friction.
     #[test]
     fn a_pair_without_friction_has_no_friction_power() {
         at_sample_points(|_, balance, u| {
@@ -574,7 +575,7 @@ mod tests {
             let mut compressions = vec![vec![]; n / 3];
             for i in 0..samples {
                 let phase = TAU * i as f64 / samples as f64;
-                // The normal law has no history: what is predicted, unless that pulls.
+                // The normal law has no history: the force is what is predicted, unless that pulls.
                 let [predicted, ..] = at_phase(&evaluation.lambda_u, n, phase);
                 for (pair, compression) in compressions.iter_mut().enumerate() {
                     let law = law(pair);

@@ -1,32 +1,33 @@
-//! What the time evaluation of a pair begins with, and its signals over a period.
+//! Input of the time evaluation of a pair, and its signals over a period.
 
 use super::between_samples::{self, IntervalLaw, Window};
 use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 
-/// How many periods of a pair are evaluated.
+/// Number of periods of a pair that are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Periods {
-    /// Until the end of a period equals its start.
+    /// As many as it takes until the end of a period equals its start.
     UntilPeriodic,
-    /// A fixed number (at most [`super::aft::PLAIN_PERIODS`]), periodic or not, and pairs change their state at
-    /// whole samples only, as older programs do.
+    /// A fixed number (at most [`super::aft::PLAIN_PERIODS`]), periodic or not. Pairs change their
+    /// state at whole samples only, as in older programs.
     Exactly(usize),
 }
 
-/// How far a law without corners is from the law itself.
+/// Deviation of a law without corners from the law itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rounding {
-    /// Sharpness q of the friction cone; the law has an infinite one.
+    /// Sharpness q of the friction cone; it is infinite for the law itself.
     pub sharpness: f64,
-    /// Width w of the normal predictions between contact and lift-off, N; the law has 0.
+    /// Width w of the normal predictions between contact and lift-off, N; it is 0 for the law
+    /// itself.
     pub width_n: f64,
 }
 
-/// What the time evaluation of one pair starts from.
+/// Input of the time evaluation of one pair.
 #[derive(Debug, Clone, Copy)]
 pub struct PairInput<'a> {
-    /// How long the pair is marched.
+    /// Periods that the pair is marched through.
     pub periods: Periods,
     /// Fourier coefficients of lambda_u, N: component-major, 3 x (2H+1).
     pub force: &'a [f64],
@@ -36,12 +37,12 @@ pub struct PairInput<'a> {
     pub friction: f64,
     /// lambda_x (tangential) at the start of the first period, N.
     pub start: [f64; 2],
-    /// The law is rounded; `None`: the law itself.
+    /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
 }
 
 impl PairInput<'_> {
-    /// Its law in an interval between two samples.
+    /// Law of the pair in an interval between two samples.
     pub fn law(&self, touch_n: f64) -> IntervalLaw {
         IntervalLaw {
             friction: self.friction,
@@ -52,18 +53,19 @@ impl PairInput<'_> {
 
 /// Signals of the last period, component-major, 3 x N; reused from pair to pair.
 pub struct Signals {
-    /// The predicted forces, N.
+    /// Predicted forces, N.
     pub lambda_u: Vec<f64>,
-    /// The contact forces, N.
+    /// Contact forces, N.
     pub lambda: Vec<f64>,
-    /// What the pair does at each sample.
+    /// Status of the pair at each sample.
     pub contact: Vec<Contact>,
-    /// Whether the tangential prediction reverses between the sample before and this one.
+    /// True for each sample if the tangential prediction reverses between the sample before and
+    /// this one.
     pub reverses: Vec<bool>,
 }
 
 impl Signals {
-    /// Memory for a period of so many samples.
+    /// Allocates the signals of a period of so many samples.
     pub fn new(samples: usize) -> Self {
         Self {
             lambda_u: vec![0.0; 3 * samples],
@@ -73,12 +75,12 @@ impl Signals {
         }
     }
 
-    /// Samples of the period.
+    /// Number of samples of the period.
     pub fn samples(&self) -> usize {
         self.contact.len()
     }
 
-    /// Writes the coefficients of the contact forces.
+    /// Writes the Fourier coefficients of the contact forces.
     #[inline(always)]
     pub fn to_frequency(&self, fourier: &Fourier, lambda: &mut [f64]) {
         let components = lambda.chunks_exact_mut(fourier.width());
@@ -87,7 +89,7 @@ impl Signals {
         }
     }
 
-    /// Finds where the tangential prediction reverses.
+    /// Finds the intervals in which the tangential prediction reverses.
     #[inline(always)]
     pub fn find_reversals(&mut self, input: &PairInput<'_>) {
         let samples = self.samples();
@@ -105,20 +107,20 @@ impl Signals {
         }
     }
 
-    /// The sample before sample `n`; before the first of a period comes its last.
+    /// Sample before sample `n`; the last sample precedes the first.
     #[inline(always)]
     pub fn before(&self, n: usize) -> usize {
         if n == 0 { self.samples() - 1 } else { n - 1 }
     }
 
-    /// The samples around the interval that ends at sample `n`, which is the third of them.
+    /// Samples around the interval that ends at sample `n`, which is the third of them.
     #[inline(always)]
     pub fn around(&self, n: usize) -> [usize; 4] {
         let before = self.before(n);
         [self.before(before), before, n, (n + 1) % self.samples()]
     }
 
-    /// The predictions there.
+    /// Predictions at those samples.
     pub fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
         self.around(n).map(|n| {
             let at = |c: usize| self.lambda_u[c * self.samples() + n];
@@ -126,7 +128,7 @@ impl Signals {
         })
     }
 
-    /// What the pair does at the sample before and at sample `n`, where it may turn between them.
+    /// Status of the pair at the sample before and at sample `n`, where it may turn between them.
     #[inline(always)]
     pub fn turning(&self, n: usize, input: &PairInput<'_>) -> Option<[Contact; 2]> {
         let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
@@ -137,7 +139,8 @@ impl Signals {
         turns.then_some([before, now])
     }
 
-    /// Whether a pair that slips at the sample before leaves its cone inwards on the way to sample `n`.
+    /// Returns `true` if a pair that slips at the sample before leaves its cone inwards on the way
+    /// to sample `n`.
     #[inline(always)]
     fn turns_inward(&self, n: usize, input: &PairInput<'_>) -> bool {
         let (samples, before) = (self.samples(), self.before(n));
@@ -148,7 +151,7 @@ impl Signals {
         t1 + t2 < input.friction * input.friction * normal
     }
 
-    /// Whether the pair closes between the sample before and sample `n`.
+    /// Returns `true` if the pair closes between the sample before and sample `n`.
     #[inline(always)]
     pub fn lands(&self, n: usize, shift_n: f64) -> bool {
         self.lambda_u[self.before(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0

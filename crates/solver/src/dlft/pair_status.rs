@@ -1,38 +1,39 @@
-//! What pairs do, in the static state and in a period of the vibration about it. In either each pair does exactly one
-//! thing, so that counts add up to the pairs.
+//! Status of pairs, in the static state and in a period of the vibration about it. Each pair has
+//! exactly one status in either, so that the counts add up to the number of pairs.
 
 use serde::{Deserialize, Serialize};
 
-/// State of a pair in the static state.
+/// Status of a pair in the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PairStatus {
-    /// Neither slides nor opens.
+    /// The pair neither slides nor opens.
     Stuck,
     /// Friction is at its limit.
     Slipping,
-    /// No force.
+    /// The pair carries no force.
     Open,
 }
 
-/// State of a pair over a period, with the code written to VTK files. The first three are of pairs that are closed in
-/// the static state, the others of pairs that are open there.
+/// Status of a pair over a period, with the code written to VTK files. The first three are for
+/// pairs that are closed in the static state, the others for pairs that are open there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CycleStatus {
-    /// Stays closed, and slides no farther than the threshold.
+    /// The pair stays closed, and slides no farther than the threshold.
     Stuck = 0,
-    /// Stays closed, and slides farther than the threshold.
+    /// The pair stays closed, and slides farther than the threshold.
     Slipping = 1,
-    /// Separates at some sample, whether it slides besides or not.
+    /// The pair separates at some sample, whether it slides or not.
     Opening = 2,
-    /// Is open in the static state and touches at some sample.
+    /// The pair is open in the static state and touches at some sample.
     Closing = 3,
-    /// Is open in the static state and stays so.
+    /// The pair is open in the static state and stays so.
     Open = 4,
 }
 
 impl CycleStatus {
-    /// Of a pair that is open for a fraction of the period; `slides` farther than the threshold or not.
+    /// Status of a pair that is open for a fraction of the period. `slides` is true if it slides
+    /// farther than the threshold.
     pub fn of(is_open_at_rest: bool, open_fraction: f64, slides: bool) -> Self {
         match (is_open_at_rest, slides) {
             (true, _) if open_fraction < 1.0 => Self::Closing,
@@ -43,7 +44,7 @@ impl CycleStatus {
         }
     }
 
-    /// The word written to files.
+    /// Word written to files.
     pub fn word(self) -> &'static str {
         match self {
             Self::Stuck => "stuck",
@@ -54,28 +55,28 @@ impl CycleStatus {
         }
     }
 
-    /// Whether the pair is open in the static state.
+    /// Returns `true` if the pair is open in the static state.
     pub fn is_open_at_rest(self) -> bool {
         matches!(self, Self::Closing | Self::Open)
     }
 }
 
-/// How many pairs do what in the static state. Files have the names with `_pairs` behind them.
+/// Number of pairs of each status in the static state. Files append `_pairs` to the names.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StaticCounts {
-    /// [`PairStatus::Stuck`].
+    /// Number of [`PairStatus::Stuck`] pairs.
     #[serde(rename = "stuck_pairs")]
     pub stuck: usize,
-    /// [`PairStatus::Slipping`].
+    /// Number of [`PairStatus::Slipping`] pairs.
     #[serde(rename = "slipping_pairs")]
     pub slipping: usize,
-    /// [`PairStatus::Open`].
+    /// Number of [`PairStatus::Open`] pairs.
     #[serde(rename = "open_pairs")]
     pub open: usize,
 }
 
 impl StaticCounts {
-    /// All of them.
+    /// Number of all pairs.
     pub fn pairs(self) -> usize {
         self.stuck + self.slipping + self.open
     }
@@ -95,28 +96,28 @@ impl FromIterator<PairStatus> for StaticCounts {
     }
 }
 
-/// How many pairs do what in a period. Files have the names with `_pairs` behind them.
+/// Number of pairs of each status in a period. Files append `_pairs` to the names.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CycleCounts {
-    /// [`CycleStatus::Stuck`].
+    /// Number of [`CycleStatus::Stuck`] pairs.
     #[serde(rename = "stuck_pairs")]
     pub stuck: usize,
-    /// [`CycleStatus::Slipping`].
+    /// Number of [`CycleStatus::Slipping`] pairs.
     #[serde(rename = "slipping_pairs")]
     pub slipping: usize,
-    /// [`CycleStatus::Opening`].
+    /// Number of [`CycleStatus::Opening`] pairs.
     #[serde(rename = "opening_pairs")]
     pub opening: usize,
-    /// [`CycleStatus::Closing`].
+    /// Number of [`CycleStatus::Closing`] pairs.
     #[serde(rename = "closing_pairs")]
     pub closing: usize,
-    /// [`CycleStatus::Open`].
+    /// Number of [`CycleStatus::Open`] pairs.
     #[serde(rename = "open_pairs")]
     pub open: usize,
 }
 
 impl CycleCounts {
-    /// All of them.
+    /// Number of all pairs.
     pub fn pairs(self) -> usize {
         self.stuck + self.slipping + self.opening + self.closing + self.open
     }

@@ -1,21 +1,23 @@
-//! Where a curve has its peak between the frequencies at which it is known.
+//! Search for the peak of a curve between the frequencies at which it is known.
 
 use super::Orbit;
 
-/// The parabola through the highest point and its neighbours may rise so far above it, relative, without a frequency
-/// being added.
+/// No frequency is added where the parabola through the highest point and its neighbours rises less
+/// than this above it, relative.
 pub const LEAST_RISE: f64 = 1e-3;
 
-/// No frequency is added nearer to another than this share of the distance between the two beside it.
+/// No frequency is added nearer to another than this fraction of the distance between the two
+/// beside it.
 const NEAREST: f64 = 0.02;
 /// The parabola says little where one interval is so many times wider than the other.
 const UNEVEN: f64 = 2.0;
-/// Where both neighbours of the highest point are lower than this share of it, they lie outside of the resonance: a parabola
-/// through the three knows nothing of its height.
+/// Where both neighbours of the highest point are lower than this fraction of it, they lie outside
+/// of the resonance, and a parabola through the three says nothing of its height.
 const OUTSIDE: f64 = 0.9;
-/// Of the square of the amplitude there, the highest that a resonance between the three points is taken to have.
+/// Largest ratio of the squared height of a resonance between the three points to that of the
+/// middle one.
 const MOST_SQUARED: f64 = 1e4;
-/// Frequencies that differ by less, relative, are one.
+/// Frequencies that differ by less, relative, count as one.
 const ONE_FREQUENCY: f64 = 1e-7;
 
 /// Amplitude of an observation, where the frequency has a motion.
@@ -24,31 +26,32 @@ fn height(orbit: &Orbit, observation: usize) -> Option<f64> {
     amplitude.filter(|a| orbit.outcome.has_motion() && a.is_finite())
 }
 
-/// The amplitudes of an observation, each with its position among the orbits; of those that have a motion.
+/// Amplitudes of an observation at the orbits that have a motion, each with its position among the
+/// orbits.
 pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (usize, f64)> {
     let numbered = orbits.iter().enumerate();
     numbered.filter_map(move |(i, orbit)| Some((i, height(orbit, observation)?)))
 }
 
-/// The largest amplitude of an observation, with its position; of equal ones the first.
+/// Largest amplitude of an observation, with its position; the first of equal ones.
 pub fn highest(orbits: &[Orbit], observation: usize) -> Option<(usize, f64)> {
     heights(orbits, observation).reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
-/// The highest of three points and its neighbours, each a frequency (Hz) and an amplitude.
+/// Highest point of a curve with its two neighbours, each a frequency (Hz) and an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Top {
-    /// In the order of their frequencies.
+    /// Points in the order of their frequencies.
     pub points: [(f64, f64); 3],
     /// Top of the curve through them, Hz: a parabola, or a resonance where both neighbours lie outside of it.
     pub vertex_hz: f64,
-    /// How far it rises above the middle one, relative.
+    /// Height of the vertex above the middle point, relative.
     pub rise: f64,
 }
 
 impl Top {
-    /// Around the largest amplitude of an observation. `None` where that one did not converge, at an end of the range, and
-    /// beside a frequency without a result.
+    /// Top around the largest amplitude of an observation. `None` where that frequency did not
+    /// converge, at an end of the range, and beside a frequency without a result.
     pub fn of(orbits: &[Orbit], observation: usize) -> Option<Self> {
         let (top, _) = highest(orbits, observation)?;
         if !orbits[top].outcome.is_converged() {
@@ -62,16 +65,17 @@ impl Top {
         Self::through(points)
     }
 
-    /// Of three points of which the middle one is highest; `None` where no finite curve goes through them.
+    /// Top of three points of which the middle one is highest; `None` where no finite curve goes
+    /// through them.
     ///
-    /// Next to a mode the square of an amplitude is `c / ((f - f_0)^2 + w^2)`, so that its inverse is a parabola, however far
-    /// apart the points are.
+    /// Next to a mode the square of an amplitude is `c / ((f - f_0)^2 + w^2)`, so that its inverse
+    /// is a parabola, however far apart the points are.
     fn through(points: [(f64, f64); 3]) -> Option<Self> {
         let [low, middle, high] = points;
         let is_outside = low.1.max(high.1) < OUTSIDE * middle.1;
         let (rise, off) = if is_outside {
             let inverse = points.map(|(f, amplitude)| (f, -(middle.1 / amplitude).powi(2)));
-            // Above -1, which is that of the middle point.
+            // Above -1, which is the value at the middle point.
             let (above, off) = vertex(inverse);
             let squared = (1.0 - above).recip();
             let is_one = squared > 0.0 && squared < MOST_SQUARED;
@@ -89,11 +93,13 @@ impl Top {
         (top.rise.is_finite() && top.vertex_hz.is_finite()).then_some(top)
     }
 
-    /// Where to look for the peak next; `None` where the parabola rises too little, or its points are too near each other.
+    /// Frequency at which to look for the peak next; `None` where the parabola rises too little, or
+    /// its points are too near each other.
     ///
-    /// That is the vertex, unless it is next to a point: then the middle of the wider interval. Where one interval is much
-    /// wider than the other the parabola says little: beside a step of the curve the peak may lie anywhere in the wider one,
-    /// as high as the slope of the narrow one leads. Then it is the middle of that.
+    /// It is the vertex, unless that is next to a point: then the middle of the wider interval.
+    /// Where one interval is much wider than the other the parabola says little: beside a step of
+    /// the curve the peak may lie anywhere in the wider one, as high as the slope of the narrow one
+    /// leads. Then it is the middle of the wider one.
     pub fn next_hz(&self) -> Option<f64> {
         let [low, middle, high] = self.points;
         let (below, above) = (middle.0 - low.0, high.0 - middle.0);
@@ -121,8 +127,8 @@ impl Top {
     }
 }
 
-/// The top of the parabola through three points, by its height above the middle one and its distance from it; zero where the
-/// parabola has none.
+/// Top of the parabola through three points, as its height above the middle one and its distance
+/// from it; zeros where the parabola has none.
 fn vertex([low, middle, high]: [(f64, f64); 3]) -> (f64, f64) {
     let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
     let (before, after) = (slope(low, middle), slope(middle, high));
@@ -140,7 +146,7 @@ fn vertex([low, middle, high]: [(f64, f64); 3]) -> (f64, f64) {
 mod tests {
     use super::*;
 
-    /// The highest point of a curve with those that are added to `points`, and how many they are then.
+    /// Highest point of a curve with those that are added to `points`, and their number then.
     fn found(curve: &dyn Fn(f64) -> f64, points: &[f64]) -> (f64, usize) {
         let mut points: Vec<(f64, f64)> = points.iter().map(|f| (*f, curve(*f))).collect();
         for _ in 0..40 {
@@ -188,7 +194,8 @@ mod tests {
         assert_eq!(top.next_hz(), Some(top.vertex_hz));
     }
 
-    /// Where the curve drops beside its peak the vertex lies between the two before it, again and again.
+    /// Where the curve drops beside its peak, the vertex lies between the two points before it,
+    /// again and again.
     #[test]
     fn a_peak_is_found_beside_a_step_and_at_a_kink() {
         let step = |f: f64| if f < 10.0 { 1.0 + 0.05 * f } else { 0.2 };

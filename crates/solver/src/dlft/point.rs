@@ -1,11 +1,12 @@
-//! One frequency, whatever it takes: strategies towards a solution, tried from the cheapest.
+//! Solution of one frequency by strategies, tried from the cheapest to the dearest.
 //!
-//! A frequency is started from its neighbour and from the static state, by Newton-GMRES with accurate
-//! and then with loose linear solves; then reached by smaller steps in frequency, with a growing force,
-//! and by the dense dogleg. Few unknowns are solved for with the Jacobian factored instead, which takes more
-//! kinks. Each strategy is tried on the balance with the mean free and on the one with the mean retained ([`super::retention`]). Which of
-//! the two is the answer depends on the solution alone: the free one where the pairs that stick hold every motion that
-//! nothing else holds, else the retained one.
+//! A frequency is started from its neighbour and from the static state, by Newton-GMRES with
+//! accurate and then with loose linear solves. If that fails, it is approached by smaller steps in
+//! frequency, with a growing force, and by the dense dogleg. For few unknowns the Jacobian is
+//! factored instead, which copes with more kinks. Each strategy is tried on the balance with the
+//! mean free and on the one with the mean retained ([`super::retention`]). The answer is the free
+//! one where the pairs that stick hold every motion that nothing else holds, and otherwise the
+//! retained one, whichever way it was found.
 
 use super::balance::{Balance, Deadline, Evaluation, Setting};
 use super::dense::{MOST_DENSE_UNKNOWNS, exact_correction, exact_newton, powell};
@@ -26,22 +27,23 @@ use std::f64::consts::TAU;
 
 mod rounded_path;
 
-/// No further strategy is tried once a frequency has taken this many times the Newton iterations allowed to an attempt.
+/// No further strategy is tried once a frequency has taken this many times the Newton iterations
+/// allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
-/// Nor once it has taken so many iterations of GMRES: a preconditioner that far from serving goes with an eps far from the
-/// stiffness of the pairs.
+/// No further strategy is tried once a frequency has taken this many iterations of GMRES: so poor a
+/// preconditioner comes of an eps far from the stiffness of the pairs.
 const MOST_KRYLOV_ITERATIONS: usize = 40_000;
 
-/// Up to this many unknowns Newton's method takes exact corrections.
+/// Largest number of unknowns for which Newton's method takes exact corrections.
 pub const MOST_EXACT_UNKNOWNS: usize = 500;
 
-/// Fractions of the retention's stiffness from a retained motion to the free one.
+/// Fractions of the retention's stiffness on the way from a retained motion to the free one.
 const RELEASE: [f64; 6] = [0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4];
-/// Newton iterations allowed to each of them: a step that needs more leads nowhere.
+/// Newton iterations allowed at each fraction; a step that needs more leads nowhere.
 const RELEASE_ITERATIONS: usize = 15;
 
-/// What is the same at all frequencies: the balance, the solver asked for, and the free motions,
-/// found when first asked for.
+/// Solver of a frequency, with what is the same at all frequencies: the balance, the solver asked
+/// for, and what holds the bodies, found when first asked for.
 pub struct FrequencySolver<'a> {
     pub setting: Setting<'a>,
     pub newton: NewtonOptions,
@@ -50,18 +52,19 @@ pub struct FrequencySolver<'a> {
     tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
 
-/// A converged frequency, to start the next from.
+/// Converged frequency, from which the next one starts.
 pub struct Neighbour {
     pub frequency_hz: f64,
     pub u: Vec<f64>,
-    /// dU/df towards the frequency before, where there is one with the same mean (free or retained), m/Hz.
+    /// dU/df towards the frequency before, m/Hz; `None` unless that has the same mean (free or
+    /// retained).
     pub slope: Option<Vec<f64>>,
-    /// Along the motions that only friction holds.
+    /// Treatment of the mean along the motions that only friction holds.
     pub mean: Mean,
 }
 
 impl Neighbour {
-    /// A frequency with a motion, after the one before it.
+    /// Neighbour of a frequency with a motion; `before` is the one before it.
     pub fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
         let mean = match orbit.retention_n > 0.0 {
             true => Mean::Retained,
@@ -70,7 +73,7 @@ impl Neighbour {
         Self::after(before, orbit.frequency_hz, orbit.x.clone(), mean)
     }
 
-    /// A converged frequency, with the one before it.
+    /// Neighbour of a converged frequency; `last` is the one before it.
     pub fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
         let slope = last.filter(|l| l.mean == mean).map(|l| {
             let step = frequency_hz - l.frequency_hz;
@@ -85,7 +88,8 @@ impl Neighbour {
         }
     }
 
-    /// Its U continued to `frequency_hz`, and as it is; of `unknowns` entries: further harmonics are none.
+    /// U continued to `frequency_hz`, and U as it is, of `unknowns` entries each. Further harmonics
+    /// are zero.
     fn starts(&self, frequency_hz: f64, unknowns: usize) -> Vec<Vec<f64>> {
         let step = frequency_hz - self.frequency_hz;
         let continued = self.slope.as_ref().map(|slope| {
@@ -102,24 +106,25 @@ impl Neighbour {
 pub struct Work {
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
-    /// Of each attempt, at its start and after each iteration.
+    /// Relative residual of each attempt, at its start and after each iteration.
     pub residuals: Vec<Vec<f64>>,
     preconditioner: Preconditioner,
-    /// When the frequency is given up.
+    /// Time at which the frequency is given up.
     deadline: Deadline,
-    /// On the finer balances that errors are estimated with; each keeps its preconditioner.
+    /// Work on the finer balances that errors are estimated with; each keeps its preconditioner.
     estimates: [Option<Box<Work>>; 2],
 }
 
 impl Work {
-    /// Sets the counts to zero, for a frequency that is given up after `most_seconds`.
+    /// Resets the counts, for a frequency that is given up after `most_seconds`.
     pub fn start_counting(&mut self, most_seconds: Option<f64>) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
         self.deadline = Deadline::after(most_seconds);
     }
 
-    /// That of the next estimate by the first or the second finer balance, which no count of a frequency has.
+    /// Work of the next estimate by the first or the second finer balance, which the counts of a
+    /// frequency leave out.
     pub fn of_estimate(&mut self, finer: usize) -> &mut Work {
         let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);
@@ -128,7 +133,7 @@ impl Work {
     }
 }
 
-/// A balance, its U with what the pairs do there, and how the solution ended.
+/// A balance, its U, the evaluation there, and how the solution ended.
 pub struct Solution<'b> {
     pub balance: Balance<'b>,
     pub u: Vec<f64>,
@@ -142,17 +147,17 @@ impl Solution<'_> {
     }
 }
 
-/// How far the motion of a finer balance is from that of a coarser one.
+/// Distance of the motion of a finer balance from that of a coarser one.
 pub struct Truncation {
-    /// The motion of the finer balance.
+    /// Motion of the finer balance.
     pub u: Vec<f64>,
-    /// The change of each observed amplitude, relative to the larger of both; of all the vibration, in forces, where nothing
-    /// is observed. 1 where no motion of the finer balance is found.
+    /// Change of each observed amplitude relative to the larger of both, or of the whole vibration,
+    /// in forces, where nothing is observed. 1 where no motion of the finer balance is found.
     pub changes: Vec<f64>,
 }
 
 impl Truncation {
-    /// From `u` to `v`, both of `balance`.
+    /// Change from `u` to `v`, both of `balance`.
     fn between(balance: &Balance<'_>, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
         let [before, after] = [u, &v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
         let mut changes: Vec<f64> = before
@@ -174,7 +179,7 @@ impl Truncation {
         Self { u: v, changes }
     }
 
-    /// Nothing is known of the finer balance.
+    /// Truncation of 1 everywhere, where nothing is known of the finer balance.
     fn unknown(u: Vec<f64>, balance: &Balance<'_>) -> Self {
         let observed = balance.setting.system.problem.reduced.observations.len();
         Self {
@@ -184,7 +189,7 @@ impl Truncation {
     }
 }
 
-/// Size of a change as a share of `of`, at most 1; also where a number is not finite.
+/// Size of a change relative to `of`: at most 1, and 1 where a number is not finite.
 fn relative(change: f64, of: f64) -> f64 {
     match change.abs() {
         0.0 => 0.0,
@@ -193,33 +198,35 @@ fn relative(change: f64, of: f64) -> f64 {
     }
 }
 
-/// U with so many entries: harmonics beyond the last are none, those beyond `entries` are left out.
+/// Returns U with `entries` entries: missing harmonics are zero, further ones are dropped.
 fn resized(u: &[f64], entries: usize) -> Vec<f64> {
     let mut u = u[..u.len().min(entries)].to_vec();
     u.resize(entries, 0.0);
     u
 }
 
-/// How a balance is approached.
+/// Way to approach a balance.
 #[derive(Debug, Clone, Copy)]
 enum Strategy {
-    /// From the neighbour as it is and continued.
+    /// From the neighbour, as it is and continued.
     FromNeighbour(Method),
-    /// From the static state, nothing vibrating.
+    /// From the static state without vibration.
     FromRest(Method),
-    /// From the neighbour in this many steps in frequency.
+    /// From the neighbour, in this many steps in frequency.
     InFrequency(u32),
-    /// From the static state in this many steps of the vibrating part of the load.
+    /// From the static state, in this many steps of the vibrating part of the load.
     InForce(u32),
-    /// From the static state with rounded laws ([`super::rounded`]), each solution the start of the next sharper one.
+    /// From the static state with rounded laws ([`super::rounded`]); each solution is the start of
+    /// the next sharper one.
     InSharpness,
-    /// From the static state with the coefficients of friction at most `from`, then `growth` times that and so on, each
-    /// start on the straight line in 1 / mu through the last two.
+    /// From the static state with the coefficients of friction at most `from`, then `growth` times
+    /// that and so on. Each start lies on the straight line in 1 / mu through the last two
+    /// solutions.
     InFriction { from: f64, growth: f64 },
 }
 
 impl Strategy {
-    /// Without balances on the way.
+    /// Returns `true` if no balances are solved on the way.
     fn is_direct(self) -> bool {
         match self {
             Self::FromNeighbour(method) | Self::FromRest(method) => {
@@ -269,7 +276,7 @@ impl std::fmt::Display for Method {
 }
 
 impl<'a> FrequencySolver<'a> {
-    /// `holding` is that of the model of the setting; `tell` hears what is tried.
+    /// `holding` belongs to the model of `setting`; `tell` is called with each strategy tried.
     pub fn new(
         setting: Setting<'a>,
         newton: NewtonOptions,
@@ -286,8 +293,9 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// Solves one frequency: free where friction holds the motions that nothing else holds, else with the mean
-    /// retained along them. Where nothing converges, the attempt with the smallest residual.
+    /// Solves one frequency: free where friction holds the motions that nothing else holds,
+    /// otherwise with the mean retained along them. Returns the attempt with the smallest residual
+    /// where none converges.
     pub fn solve(
         &self,
         frequency_hz: f64,
@@ -297,7 +305,7 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
     }
 
-    /// Solves one frequency anew, from a neighbour on its other side.
+    /// Solves one frequency again, from a neighbour on its other side.
     pub fn solve_from(
         &self,
         frequency_hz: f64,
@@ -315,7 +323,8 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
-    /// The motion of a neighbour at another frequency; `None` where it is not found from there.
+    /// Motion of a neighbour followed to another frequency; `None` where it is not found from
+    /// there.
     pub fn follow(
         &self,
         frequency_hz: f64,
@@ -333,7 +342,7 @@ impl<'a> FrequencySolver<'a> {
         .filter(Solution::is_converged)
     }
 
-    /// A solution with fewer harmonics after one Newton correction in which those of this balance take part.
+    /// Corrects a solution with fewer harmonics by one Newton step of this balance.
     pub fn estimate_truncation(
         &self,
         coarse: &Solution<'_>,
@@ -356,7 +365,7 @@ impl<'a> FrequencySolver<'a> {
         Truncation::between(&balance, &u, corrected, frequency_hz)
     }
 
-    /// Newton's correction at U, loosely solved for; `None` where it is not found.
+    /// Newton's correction at U, solved for loosely; `None` where it is not found.
     fn krylov_correction(
         &self,
         balance: &Balance<'_>,
@@ -376,7 +385,8 @@ impl<'a> FrequencySolver<'a> {
         found
     }
 
-    /// As [`FrequencySolver::estimate_truncation`], with this balance solved instead of corrected once.
+    /// Like [`FrequencySolver::estimate_truncation`], but solves this balance instead of correcting
+    /// once.
     pub fn truncation_by_finer_solution(
         &self,
         coarse: &Solution<'_>,
@@ -396,9 +406,10 @@ impl<'a> FrequencySolver<'a> {
         Truncation::between(&solved.balance, &u, solved.u, frequency_hz)
     }
 
-    /// Even applied slowly, the excitation pulls harder at the flanks than what presses them together in the static
-    /// state, whether they stick or slide: sums of the pairs' normal forces. Bodies that are held without contact cannot
-    /// be pulled away.
+    /// Returns `true` if, even applied slowly, the excitation pulls harder at the flanks than the
+    /// preload of the static state presses them together, whether they stick or slide. Sums of the
+    /// pairs' normal forces are compared. Bodies that are held without contact cannot be pulled
+    /// away.
     pub fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
         let loads = &setting.system.problem.excitations;
@@ -549,7 +560,7 @@ impl<'a> FrequencySolver<'a> {
             .collect()
     }
 
-    /// One strategy towards the free or the retained balance; `None` where it does not apply.
+    /// Tries one strategy towards the free or the retained balance; `None` where it does not apply.
     fn attempt(
         &self,
         strategy: Strategy,
@@ -616,7 +627,8 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// `None` where a coefficient on the way has no solution, or none is above the first.
+    /// Follows growing coefficients of friction; `None` where a coefficient on the way has no
+    /// solution, or none is above the first.
     fn with_growing_friction(
         &self,
         (from, growth): (f64, f64),
@@ -657,8 +669,8 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where one of
-    /// them fails.
+    /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where
+    /// one of them fails.
     fn continue_in_steps<'b>(
         &'b self,
         mut u: Vec<f64>,
@@ -683,7 +695,7 @@ impl<'a> FrequencySolver<'a> {
         solved
     }
 
-    /// The method of small steps.
+    /// Method used for small steps.
     fn stepping(&self) -> Method {
         match self.solver {
             Solver::Powell => Method::Dogleg,
@@ -692,8 +704,9 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// The free motion beside a retained one; `None` where friction does not hold the bodies there. The spring is let go at
-    /// once; where that fails, and the pairs that stick hold them, it is softened in steps as long as they do.
+    /// Free motion beside a retained one; `None` where friction does not hold the bodies there. The
+    /// spring is removed at once. If that fails, and the pairs that stick hold the bodies, it is
+    /// softened in steps as long as they do.
     fn with_mean_released(
         &self,
         frequency_hz: f64,
@@ -741,7 +754,7 @@ impl<'a> FrequencySolver<'a> {
         None
     }
 
-    /// The retained motion beside a free one that friction does not hold; `None` where none is found.
+    /// Retained motion beside a free one that friction does not hold; `None` where none is found.
     fn with_mean_retained(
         &self,
         frequency_hz: f64,
@@ -760,7 +773,7 @@ impl<'a> FrequencySolver<'a> {
         )
     }
 
-    /// Whether the pairs that stick throughout hold the motions that nothing else holds.
+    /// Returns `true` if the pairs that stick throughout hold the motions that nothing else holds.
     fn is_blocked_by_friction(&self, solved: &Solution<'_>) -> bool {
         let Some(retention) = self.retention() else {
             return true;
@@ -806,7 +819,7 @@ impl<'a> FrequencySolver<'a> {
         }
     }
 
-    /// The balance with this mean; `None` where there is nothing to retain.
+    /// Balance with this mean; `None` where there is nothing to retain.
     fn balance(&self, frequency_hz: f64, mean: Mean) -> Option<Balance<'_>> {
         let balance = Balance::new(&self.setting, TAU * frequency_hz);
         Some(match mean {
@@ -815,12 +828,12 @@ impl<'a> FrequencySolver<'a> {
         })
     }
 
-    /// Entries of U.
+    /// Number of entries of U.
     fn unknowns(&self) -> usize {
         self.setting.fourier.width() * self.setting.system.unknowns()
     }
 
-    /// The static state, no vibration.
+    /// U of the static state, without vibration.
     fn static_start(&self) -> Vec<f64> {
         let n = self.setting.system.unknowns();
         let mut u = vec![0.0; self.unknowns()];
@@ -828,13 +841,13 @@ impl<'a> FrequencySolver<'a> {
         u
     }
 
-    /// Friction does not even hold the static state.
+    /// Returns `true` if friction does not even hold the static state.
     fn must_be_retained(&self) -> bool {
         self.setting.static_mean == Mean::Retained && self.retention().is_some()
     }
 
-    /// The motions only friction holds; `None` when there are none, or when fixed periods are asked
-    /// for, which is how programs without a retention evaluate the law.
+    /// Motions that only friction holds. `None` where there are none, or where fixed periods are
+    /// asked for, which is how programs without a retention evaluate the law.
     fn retention(&self) -> Option<&Retention> {
         if self.setting.periods != Periods::UntilPeriodic {
             return None;
@@ -842,7 +855,8 @@ impl<'a> FrequencySolver<'a> {
         self.holding.retention()
     }
 
-    /// Whether the mean of U has walked off the static state along a motion that only friction holds.
+    /// Returns `true` if the mean of U has walked off the static state along a motion that only
+    /// friction holds.
     fn walked_off(&self, u: &[f64]) -> bool {
         let (mean, rest) = u.split_at(self.setting.system.unknowns());
         let (anchor, vibration) = (self.setting.x_static, norm(rest));
@@ -874,7 +888,7 @@ mod tests {
                     let frequencies =
                         FrequencySolver::new(setting, newton, solver, &holding, &|_| ());
                     let mut work = Work::default();
-                    // Pressed together, and shaken little: there is a motion to be found.
+                    // Pressed together, and excited little: there is a motion to be found.
                     let mut balance = Balance::new(balance.setting, OMEGA_RAD_S);
                     let (mean, vibration) = balance.force.split_at_mut(setting.system.unknowns());
                     mean.iter_mut().step_by(3).for_each(|f| *f = -20.0);

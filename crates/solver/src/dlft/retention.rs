@@ -1,14 +1,16 @@
 //! The mean position along motions that only friction holds.
 //!
-//! A blade can slide along its slot as a rigid body, and a wedge under platforms along its edges: nothing elastic opposes
-//! it (under rotation a slot at an angle to the engine axis even drives it on). Friction holds it as long as some pairs
-//! stick. Where all slip in every period, the balance either has a whole line of means or, with
-//! the weak force of rotation, one very far away: the body walks. The vibration is then asked for with the
-//! mean retained where the static state has it, as an axial retention (lock plate) does, by a stiff spring on these motions
-//! alone; the force in it is reported. Bodies that supports and springs hold with all pairs open have no such motion.
+//! A blade can slide along its slot as a rigid body, and a wedge under platforms along its edges:
+//! nothing elastic opposes it (under rotation a slot at an angle to the engine axis even drives it
+//! on). Friction holds it as long as some pairs stick. Where all slip in every period, the balance
+//! either has a whole line of means or, with the weak force of rotation, one very far away: the
+//! body walks. The vibration is then computed with the mean retained at the static state, as an
+//! axial retention (lock plate) does, by a stiff spring on these motions alone; the force in it is
+//! reported. Bodies that supports and springs hold with all pairs open have no such motion.
 //!
 //! Friction holds a body where the pairs that stick throughout leave none of these motions possible
-//! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution was found.
+//! ([`Retention::is_blocked_by`]). This decides between the two balances, whichever way a solution
+//! was found.
 
 use crate::problem::tangential;
 use crate::problem::{HarmonicLoad, Problem};
@@ -19,30 +21,33 @@ use faer::{Mat, c64};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
-/// Friction alone counts as holding a motion whose stiffness is below this fraction of the mean stiffness of the pairs.
+/// A motion counts as held by friction alone where its stiffness is below this fraction of the mean
+/// stiffness of the pairs.
 const SOFT: f64 = 1e-4;
-/// Shift of the inverse iteration, as such a fraction.
+/// Shift of the inverse iteration, as a fraction of the mean stiffness.
 const SHIFT: f64 = 1e-3;
-/// Tangential rigid motions that are looked for first: two translations and a turn, of a body on one flat
-/// flank. Several bodies have more: while all that were looked for are free, twice as many are.
+/// Number of tangential rigid motions that are looked for first: two translations and a turn, of a
+/// body on one flat flank. Several bodies have more: while all that were looked for are free, twice
+/// as many are looked for.
 const FIRST_FREE: usize = 3;
 const INVERSE_ITERATIONS: usize = 12;
 /// The mean has walked off when it lies this many times farther from the static state than the static state
 /// from rest and the vibration from the mean.
 const FAR: f64 = 2.0;
-/// Stuck pairs block the motions where each of them, of length 1 on all pairs, has this square of it on those pairs.
+/// Stuck pairs block the motions where every motion of length 1 on all pairs has at least this
+/// squared length on the stuck ones.
 const BLOCKED: f64 = 1e-9;
 
-/// Whether the mean along the motions that only friction holds is free, or retained by the spring on them.
+/// Treatment of the mean along the motions that only friction holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mean {
-    /// Friction holds it, or nothing moves it.
+    /// The mean is left to friction, or nothing moves it.
     Free,
-    /// By a spring, as a lock plate does.
+    /// A spring retains the mean, as a lock plate does.
     Retained,
 }
 
-/// What holds the bodies of a model besides friction, found when it is first asked for.
+/// What holds the bodies of a model besides friction, found when first asked for.
 #[derive(Debug)]
 pub struct Holding<'a> {
     problem: &'a Problem,
@@ -52,7 +57,7 @@ pub struct Holding<'a> {
 }
 
 impl<'a> Holding<'a> {
-    /// Of a model.
+    /// Holding of a model.
     pub fn of(problem: &'a Problem) -> Self {
         Self {
             problem,
@@ -62,21 +67,22 @@ impl<'a> Holding<'a> {
         }
     }
 
-    /// As [`is_held_without_contact`](crate::reduction::ReducedModel::is_held_without_contact).
+    /// Returns `true` if the bodies are [held without
+    /// contact](crate::reduction::ReducedModel::is_held_without_contact).
     pub fn without_contact(&self) -> bool {
         *self
             .without_contact
             .get_or_init(|| self.problem.reduced.is_held_without_contact())
     }
 
-    /// The motions that nothing holds where all pairs are open: orthonormal, relative displacements.
+    /// Motions that nothing holds where all pairs are open: orthonormal, in relative displacements.
     pub fn free_motions(&self) -> Vec<Vec<f64>> {
         let own = self.problem.reduced.diagonal_stiffness();
         let mean_stiffness = own.iter().sum::<f64>() / own.len().max(1) as f64;
         softer_than(&self.problem.reduced.stiffness, mean_stiffness, FREE)
     }
 
-    /// The motions that only friction holds; `None` where there are none.
+    /// Motions that only friction holds; `None` where there are none.
     pub fn retention(&self) -> Option<&Retention> {
         if self.without_contact() {
             return None;
@@ -91,9 +97,9 @@ impl<'a> Holding<'a> {
         found.is_needed().then_some(found)
     }
 
-    /// Amplitudes of the normal forces of the pairs under each excitation applied slowly, N, where nothing lifts off and
-    /// nothing rubs: a pair that slides carries no part of what acts along the contact. Not finite where nothing at all
-    /// holds a motion that is excited.
+    /// Amplitudes of the normal forces of the pairs under each excitation applied slowly, N, where
+    /// nothing lifts off and nothing rubs: a pair that slides carries no part of what acts along
+    /// the contact. Not finite where nothing at all holds a motion that is excited.
     pub fn pulls(&self) -> &[Vec<c64>] {
         self.pulls.get_or_init(|| {
             let stiffness = &self.problem.reduced.stiffness;
@@ -120,18 +126,18 @@ impl<'a> Holding<'a> {
     }
 }
 
-/// The motions of the pairs that nothing but friction holds, and the spring that can.
+/// Motions of the pairs that only friction holds, and the spring that can retain them.
 #[derive(Debug, Clone)]
 pub struct Retention {
-    /// Orthonormal, n each, tangential.
+    /// Orthonormal tangential motions, n entries each.
     motions: Vec<Vec<f64>>,
-    /// N/m.
+    /// Stiffness of the spring, N/m.
     stiffness_n_m: f64,
 }
 
 impl Retention {
-    /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is next to nothing beside
-    /// `own`, that of each pair.
+    /// Finds the motions with which `stiffness` (n x n, N/m), its normal rows held, is negligible
+    /// beside `own`, its diagonal.
     pub fn new(stiffness: &Mat<f64>, own: &[f64]) -> Self {
         let n = stiffness.nrows();
         let tangential = tangential(n);
@@ -152,12 +158,12 @@ impl Retention {
         retention
     }
 
-    /// Whether there is any such motion.
+    /// Returns `true` if there is any such motion.
     pub fn is_needed(&self) -> bool {
         !self.motions.is_empty()
     }
 
-    /// The same motions on a spring of this fraction of the stiffness.
+    /// Same motions, on a spring of this fraction of the stiffness.
     pub fn softened(&self, fraction: f64) -> Self {
         Self {
             motions: self.motions.clone(),
@@ -165,13 +171,13 @@ impl Retention {
         }
     }
 
-    /// Stiffness of what holds, N/m.
+    /// Stiffness of the spring, N/m.
     pub fn stiffness_n_m(&self) -> f64 {
         self.stiffness_n_m
     }
 
-    /// Whether no combination of the motions leaves all of `pairs` where they are: the rank of the rows of these
-    /// pairs is the number of motions.
+    /// Returns `true` if every combination of the motions moves some of `pairs`: the rank of the
+    /// rows of these pairs is the number of motions.
     pub fn is_blocked_by(&self, pairs: impl Iterator<Item = usize> + Clone) -> bool {
         let count = self.motions.len();
         let shared = Mat::from_fn(count, count, |i, j| {
@@ -185,28 +191,28 @@ impl Retention {
         least.is_some_and(|values| values.first().is_none_or(|least| *least > BLOCKED))
     }
 
-    /// y += spring x, x and y of length n.
+    /// Computes y += spring x, for x and y of length n.
     pub fn add_to(&self, x: &[f64], y: &mut [f64]) {
         for motion in &self.motions {
             axpy(self.stiffness_n_m * dot(motion, x), motion, y);
         }
     }
 
-    /// matrix += spring.
+    /// Computes matrix += spring.
     pub fn add_to_matrix(&self, matrix: &mut Mat<f64>) {
         for j in 0..matrix.ncols() {
             self.add_to_column(j, matrix.col_as_slice_mut(j));
         }
     }
 
-    /// column += column j of the spring.
+    /// Computes column += column j of the spring.
     pub fn add_to_column(&self, j: usize, column: &mut [f64]) {
         for motion in &self.motions {
             axpy(self.stiffness_n_m * motion[j], motion, column);
         }
     }
 
-    /// Rows and columns `columns` of the spring.
+    /// Spring restricted to the rows and columns `columns`.
     pub fn restricted(&self, columns: &[usize]) -> Self {
         let motions = self.motions.iter();
         Self {
@@ -217,7 +223,7 @@ impl Retention {
         }
     }
 
-    /// What of the way from `anchor` to `x` is along the motions.
+    /// Part of the way from `anchor` to `x` that lies along the motions.
     pub fn along(&self, x: &[f64], anchor: &[f64]) -> Vec<f64> {
         let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
         let mut along = vec![0.0; x.len()];
@@ -227,15 +233,15 @@ impl Retention {
         along
     }
 
-    /// Force the spring carries at `x`, anchored at `anchor`, N: the resultant over the pairs.
+    /// Force of the spring at `x`, anchored at `anchor`, N: the resultants of the pairs, added up.
     pub fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
         let along = self.along(x, anchor);
         let lengths_m = along.chunks_exact(3).map(|v| v[1].hypot(v[2]));
         self.stiffness_n_m * lengths_m.sum::<f64>()
     }
 
-    /// Whether the mean has walked off: `x` lies far from `anchor` along these motions and along nothing else; `vibration` is the
-    /// length of the rest of the motion, m.
+    /// Returns `true` if the mean has walked off: `x` lies far from `anchor` along these motions
+    /// and along nothing else. `vibration` is the length of the rest of the motion, m.
     pub fn walked_off(&self, x: &[f64], anchor: &[f64], vibration: f64) -> bool {
         let mut difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
         let whole = norm(&difference);
@@ -249,7 +255,7 @@ impl Retention {
     }
 }
 
-/// Whether the mean is so far that [`Retention::walked_off`] is worth asking.
+/// Returns `true` if the mean is so far that [`Retention::walked_off`] is worth checking.
 pub fn may_have_walked_off(x: &[f64], anchor: &[f64], vibration: f64) -> bool {
     let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
     norm(&difference) > FAR * (norm(anchor) + vibration)
@@ -275,8 +281,9 @@ fn softer_than(k: &Mat<f64>, mean_stiffness: f64, share: f64) -> Vec<Vec<f64>> {
     }
 }
 
-/// At most `wanted` orthonormal vectors with which `k` is softer than `limit`, softest first, by block inverse
-/// iteration with the factor of `k` shifted, from vectors that are the same on every machine.
+/// At most `wanted` orthonormal vectors with which `k` is softer than `limit`, softest first. Block
+/// inverse iteration with the factor of `k` shifted, from vectors that are the same on every
+/// machine.
 fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Vec<f64>> {
     let size = k.nrows();
     let count = (2 * wanted).min(size);

@@ -1,32 +1,35 @@
-//! The time evaluation of a pair under a law without corners: a way to solutions of the law itself.
+//! Time evaluation of a pair under a law without corners, as a way to solutions of the law itself.
 //!
-//! The normal force is N = (p_N - sqrt(p_N^2 + w^2)) / 2 of the prediction p_N, which tends to the law, min(p_N, 0),
-//! as the width w shrinks. The tangential force is L h(|p| / L) along the prediction p, with the limit L = mu |N| and
-//! h(r) = r / (1 + r^q)^(1/q), which tends to the law, min(r, 1), as the sharpness q grows. There are no corners where
-//! friction sets in or a pair lifts off, and a pair forgets where it began: it creeps under any force. Newton's
-//! method finds the motion at a small q from far away, and follows it as q grows.
+//! The normal force is N = (p_N - sqrt(p_N^2 + w^2)) / 2 of the prediction p_N, which tends to the
+//! law, min(p_N, 0), as the width w shrinks. The tangential force is L h(|p| / L) along the
+//! prediction p, with the limit L = mu |N| and h(r) = r / (1 + r^q)^(1/q), which tends to the law,
+//! min(r, 1), as the sharpness q grows. There are no corners where friction sets in or a pair lifts
+//! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
+//! motion at a small q from far away, and follows it as q grows.
 
 use super::pair_signals::{PairInput, Rounding, Signals};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
 
-/// Periods evaluated at most; each but the first begins where Newton's method expects the periodic state.
+/// Most periods evaluated; each but the first begins where Newton's method expects the periodic
+/// state.
 const MOST_PERIODS: usize = 40;
-/// Periodic when the state moves by less than this fraction of the largest predicted force.
+/// The force is periodic when the state moves by less than this fraction of the largest predicted
+/// force.
 const PERIODICITY: f64 = 1e-12;
 
-/// A matrix of two rows, row by row.
+/// Matrix of two rows and two columns, row by row.
 type Square = [[f64; 2]; 2];
 
-/// The rounded law at one instant.
+/// Rounded law at one instant.
 struct Rounded {
     /// Contact force, N.
     force: [f64; 3],
-    /// The derivative of the tangential force by the tangential prediction.
+    /// Derivative of the tangential force by the tangential prediction.
     by_tangential: Square,
-    /// The derivative of the normal force by the normal prediction.
+    /// Derivative of the normal force by the normal prediction.
     normal_by_normal: f64,
-    /// The derivative of the tangential force by the normal prediction.
+    /// Derivative of the tangential force by the normal prediction.
     by_normal: [f64; 2],
 }
 
@@ -80,13 +83,13 @@ fn rounded(predicted: [f64; 3], friction: f64, rounding: Rounding) -> Rounded {
     }
 }
 
-/// A pair through a period.
+/// One period of a pair.
 struct March {
     /// lambda_x (tangential) at the start, N.
     start: [f64; 2],
-    /// The same at the end.
+    /// lambda_x (tangential) at the end, N.
     state: [f64; 2],
-    /// The derivative of the end by the start.
+    /// Derivative of the end by the start.
     memory: Square,
 }
 
@@ -117,7 +120,7 @@ fn prediction(lambda_u: &[f64], n: usize, input: &PairInput<'_>, state: [f64; 2]
     [at(0) + input.shift_n, at(1) - state[0], at(2) - state[1]]
 }
 
-/// The period of the periodic motion, and whether it was found.
+/// Last period evaluated, and whether it is periodic.
 fn periodic(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> (March, bool) {
     let scale = lambda_u.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let mut input = *input;
@@ -135,8 +138,8 @@ fn periodic(input: &PairInput<'_>, lambda_u: &[f64], rounding: Rounding) -> (Mar
     }
 }
 
-/// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns whether they are
-/// periodic.
+/// Writes the contact forces of a period into `signals`, whose predicted forces are given. Returns
+/// `true` if they are periodic.
 pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut Signals) -> bool {
     let (march, is_periodic) = periodic(input, &signals.lambda_u, rounding);
     let samples = signals.lambda_u.len() / 3;
@@ -152,8 +155,8 @@ pub fn contact_forces(input: &PairInput<'_>, rounding: Rounding, signals: &mut S
     is_periodic
 }
 
-/// The signals of the derivative of the force: of its normal part by the coefficients of the normal prediction, and of
-/// both tangential ones by all, 2H+1 + 2 (3(2H+1)) a sample.
+/// Signals of the derivative of the force, 2H+1 + 2 (3(2H+1)) a sample: of its normal part by the
+/// coefficients of the normal prediction, and of both tangential ones by all.
 pub fn derivative_rows(
     fourier: &Fourier,
     input: &PairInput<'_>,
@@ -208,7 +211,7 @@ pub fn derivative_rows(
     rows
 }
 
-/// (I - memory)^-1 r; `None` where the pair forgets nothing.
+/// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.
 fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
     let [[a, b], [c, d]] = memory;
     let (a, d) = (1.0 - a, 1.0 - d);

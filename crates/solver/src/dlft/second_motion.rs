@@ -1,33 +1,36 @@
-//! Where a curve has two motions at one frequency: a fold.
+//! Search for a second motion of a curve at one frequency, as at a fold.
 //!
-//! A sweep follows one motion until that ends, and goes on with another: where it went up a fold, it comes down elsewhere
-//! than a sweep from the other side would. So where a curve steps, where its two halves meet, and beside its peak, each side
-//! is followed beyond that place, until its motion ends or is that of the curve.
+//! A sweep follows one motion until that ends, and continues with another: where it went up a fold,
+//! it comes down elsewhere than a sweep from the other side would. Where a curve steps, where its
+//! two halves meet, and beside its peak, the motion of each side is therefore followed beyond that
+//! place, until it ends or coincides with that of the curve.
 
 use super::orbit::observed_amplitudes_m;
 use super::point::{FrequencySolver, Neighbour, Work};
 use super::{Orbit, SecondMotion};
 
-/// Amplitudes that differ by less, relative to the larger, are of one motion.
+/// Amplitudes that differ by less, relative to the larger, belong to one motion.
 const SAME: f64 = 0.05;
-/// Between two frequencies of a half the curve is looked at as a step where an amplitude changes by more than this factor, ...
+/// Between two frequencies of a half, the curve has a step where an amplitude changes by more than
+/// this factor, ...
 const STEP: f64 = 1.3;
-/// ... or is not [`SAME`], and changes so many times as fast as on either side of them.
+/// ... or where it differs by more than [`SAME`], and changes so many times as fast as on either
+/// side.
 const ABRUPT: f64 = 1.5;
-/// A step that is not gone over at once, or that is abrupt, is gone over in so many parts.
+/// Number of parts in which a step is crossed that is abrupt, or that is not crossed at once.
 const PARTS: u32 = 4;
 
-/// Two motions of a curve, and where the curve steps from one to the other.
+/// Second motions of a curve, and where the curve steps from one motion to the other.
 #[derive(Debug, Default)]
 pub struct TwoMotions {
-    /// Rising.
+    /// Ranges of frequencies with a second motion, ascending.
     pub ranges: Vec<SecondMotion>,
-    /// Each between two frequencies beside each other, Hz.
+    /// Steps, each between two neighbouring frequencies, Hz.
     pub steps_hz: Vec<[f64; 2]>,
 }
 
 impl TwoMotions {
-    /// Adds the ranges of `later` that are apart from those found before.
+    /// Adds the ranges of `later` that do not overlap those found before.
     pub fn add(&mut self, later: Self) {
         let apart = |a: &SecondMotion, b: &SecondMotion| a.to_hz < b.from_hz || b.to_hz < a.from_hz;
         for range in later.ranges {
@@ -40,22 +43,22 @@ impl TwoMotions {
     }
 }
 
-/// The amplitudes of another motion at a frequency.
+/// Amplitudes of another motion at a frequency; `None` where there is none.
 type Other = Option<Vec<f64>>;
 
-/// Whether a second motion is looked for between two orbits beside each other.
+/// Where a second motion is looked for between two neighbouring orbits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
     /// In any case.
     Always,
-    /// Where the curve steps from one to the other.
+    /// Only where the curve steps from one motion to the other.
     AtSteps,
     /// Not at all.
     Never,
 }
 
-/// Finds a second motion beside the curve `orbits`, looking between two of them as `look` says. `solver_of` gives a solver
-/// with so many harmonics.
+/// Finds second motions beside the curve `orbits`. `look` says whether to look between two of them,
+/// `solver_of` gives a solver with so many harmonics.
 pub fn second_motions<'s, 'a: 's>(
     orbits: &[Orbit],
     look: impl Fn([&Orbit; 2]) -> Look,
@@ -99,17 +102,17 @@ pub fn second_motions<'s, 'a: 's>(
     found
 }
 
-/// How the amplitudes change from one frequency to the next.
+/// Change of the amplitudes from one frequency to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Step {
     Small,
-    /// By more than [`STEP`].
+    /// By more than a factor of [`STEP`].
     Large,
     /// [`ABRUPT`] times as fast as on either side.
     Abrupt,
 }
 
-/// The largest step of an amplitude from the frequency before to this one.
+/// Largest step of an amplitude from the frequency before to this one.
 fn step(orbits: &[Orbit], above: usize) -> Step {
     let [before, after] = [above.checked_sub(2), Some(above + 1)].map(|i| orbits.get(i?));
     let (from, to) = (&orbits[above - 1], &orbits[above]);
@@ -137,15 +140,16 @@ fn step(orbits: &[Orbit], above: usize) -> Step {
     steps.max().unwrap_or(Step::Small)
 }
 
-/// Whether two motions have other amplitudes.
+/// Returns `true` if two motions have different amplitudes.
 fn differ(a: &[f64], b: &[f64]) -> bool {
     let mut both = a.iter().zip(b);
     both.any(|(a, b)| (a - b).abs() > SAME * a.max(*b))
 }
 
-/// Follows the motion of orbit `start` along `way` until it ends or is that of the curve, and notes its amplitudes; says
-/// whether there are any. The first of the way is reached at once or, where it is not found so, in [`PARTS`]; over an abrupt
-/// step also where it is the motion of the curve that is found.
+/// Follows the motion of orbit `start` along `way` until it ends or coincides with that of the
+/// curve, and records its amplitudes in `others`. Returns `true` if there are any. The first
+/// frequency of the way is reached at once or, where that fails, in [`PARTS`]; over an abrupt step
+/// the parts are also tried where the motion of the curve is found.
 fn follow<'s, 'a: 's>(
     orbits: &[Orbit],
     start: usize,
@@ -201,7 +205,7 @@ fn follow<'s, 'a: 's>(
     any
 }
 
-/// The stretches of frequencies at which there is another motion.
+/// Ranges of consecutive frequencies at which there is another motion.
 fn ranges(orbits: &[Orbit], others: &[Other]) -> Vec<SecondMotion> {
     let both: Vec<(&Orbit, &Other)> = orbits.iter().zip(others).collect();
     let stretches = both.chunk_by(|a, b| a.1.is_some() == b.1.is_some());
@@ -235,7 +239,7 @@ mod tests {
     use super::*;
     use crate::dlft::{Outcome, made_up};
 
-    /// One observed amplitude at each of these frequencies.
+    /// Curve of one observed amplitude at each of these frequencies.
     fn curve(points: &[(f64, f64)]) -> Vec<Orbit> {
         let orbit = |(hz, a): &(f64, f64)| made_up::orbit(*hz, Outcome::Converged, &[*a]);
         points.iter().map(orbit).collect()
@@ -289,10 +293,10 @@ mod tests {
         // Also downwards, after a rise, and before one.
         assert_eq!(around(24.2, 23.2, 20.0, 19.0), Step::Abrupt);
         assert_eq!(around(19.0, 20.0, 16.8, 15.8), Step::Abrupt);
-        // What has no side is not abrupt.
+        // A step without a neighbour on both sides is not abrupt.
         let ends = curve(&[(4.0, 20.0), (6.0, 23.2), (7.0, 23.2), (9.0, 26.4)]);
         assert_eq!([1, 3].map(|above| step(&ends, above)), [Step::Small; 2]);
-        // Of several amplitudes the largest step counts.
+        // The largest step of several amplitudes counts.
         let mut two = curve(&[(4.0, 20.0), (6.0, 20.0)]);
         two[0].observed_amplitude_m.push(1.0);
         two[1].observed_amplitude_m.push(2.0);
@@ -326,7 +330,7 @@ mod tests {
             panic!("one range");
         };
         assert_eq!((range.frequency_hz, range.other_amplitude_m), (2.0, 5.0));
-        // Of several observations the one that differs most.
+        // The one of several observations that differs most.
         let mut orbits = curve(&[(1.0, 10.0)]);
         orbits[0].observed_amplitude_m.push(20.0);
         let [range] = ranges(&orbits, &[Some(vec![9.0, 30.0])])[..] else {

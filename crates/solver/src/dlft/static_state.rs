@@ -1,10 +1,12 @@
 //! Static state of the flanks under rotation: the contact laws with the mean alone, the load applied
 //! in steps so that slip keeps its history (method of the dynamic solve with H = 0, one sample a step).
 //!
-//! All pairs open is a state like any other where supports and springs hold the bodies. Elsewhere nothing does then.
+//! All pairs open is a valid state where supports and springs hold the bodies; elsewhere nothing
+//! holds them then.
 //!
-//! Where friction does not hold a motion that nothing else holds (at a coefficient of 0 it never does) there is no state
-//! to be found, or one far away: the motion is then retained at rest, as in the dynamic solve ([`super::retention`]).
+//! Where friction does not hold a motion that nothing else holds (at a coefficient of 0 it never
+//! does) there is no state to be found, or one far away: the motion is then retained at rest, as in
+//! the dynamic solve ([`super::retention`]).
 
 use super::balance::apply_real;
 use super::coarse::Coarse;
@@ -25,10 +27,13 @@ use faer::Mat;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Solves the static state under `model.static_load`, applied with the interference of pairs of negative
-/// clearance in `load_steps` equal steps from the stuck, unloaded state; with the motions retained that nothing holds. eps is the stiffness of each
-/// pair: the state does not depend on it, only the way there does. Where it does not converge, or nothing holds the
-/// bodies ([`Outcome::NothingHolds`]), all pairs of its linear reference stick.
+/// Solves the static state under the static load.
+///
+/// The load is applied, with the interference of pairs of negative clearance, in `load_steps` equal
+/// steps from the stuck, unloaded state. Motions that nothing holds are retained. eps is the
+/// stiffness of each pair: it influences only the iterations, not the state. Where the state does
+/// not converge, or nothing holds the bodies ([`Outcome::NothingHolds`]), all pairs of its linear
+/// reference stick.
 pub fn static_state(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
     let mut state = settle(problem, load_steps, options);
     if state.outcome.is_converged() {
@@ -37,7 +42,7 @@ pub fn static_state(problem: &Problem, load_steps: usize, options: NewtonOptions
     state
 }
 
-/// The state, with a linear reference whose pairs all stick.
+/// Solves the state, with a linear reference whose pairs all stick.
 fn settle(problem: &Problem, load_steps: usize, options: NewtonOptions) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
     let all: Vec<usize> = (0..problem.laws.len()).collect();
@@ -52,8 +57,8 @@ fn settle(problem: &Problem, load_steps: usize, options: NewtonOptions) -> Stati
     let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
     let is_apart = problem.laws.iter().any(|pair| pair.gap_m > 0.0);
     if is_lost(&free) && is_apart && problem.steady_force_n() > 0.0 {
-        // A blade that nothing touches has an equilibrium of its own, far inwards, and one that few pairs touch hardly
-        // any stiffness: start with the flanks together.
+        // A blade that touches nothing has an equilibrium of its own, far inwards, and one that few
+        // pairs touch has hardly any stiffness: start with the flanks together.
         let other = load_up(None, Start::ClearancesClosed);
         if !is_lost(&other) || free.all_open() && !other.all_open() {
             (free, start) = (other, Start::ClearancesClosed);
@@ -87,10 +92,10 @@ fn settle(problem: &Problem, load_steps: usize, options: NewtonOptions) -> Stati
 /// Relative residual of the linear solves.
 const KRYLOV_TOLERANCE: f64 = 1e-4;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
-/// Up to this size a Jacobian that GMRES does not solve is factored.
+/// Largest size at which a Jacobian that GMRES does not solve is factored.
 const MOST_DENSE_UNKNOWNS: usize = 6000;
-/// So is one where shear follows the normal force by more than this: what it then asks of the normal forces is beyond
-/// single precision, and is not local.
+/// A Jacobian is also factored where shear follows the normal force by more than this: what it then
+/// asks of the normal forces is beyond single precision, and is not local.
 const STEEPEST: f32 = 3.0;
 
 /// A load step that fails is tried with coefficients of friction that grow from this ...
@@ -98,16 +103,17 @@ const FIRST_FRICTION: f64 = 0.5;
 /// ... by the first of these factors; where that fails, by the next.
 const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
-/// Where the load is applied from.
+/// State from which the load is applied.
 #[derive(Debug, Clone, Copy)]
 enum Start {
-    /// All relative displacements zero.
+    /// All relative displacements are zero.
     Unloaded,
     ClearancesClosed,
 }
 
-/// What residuals are relative to: the size of what presses the pairs or, where nothing does, of what their own stiffness
-/// takes over their clearances. Where there are none either, the pairs are at rest as they are, and the residual is 0.
+/// Force that residuals are relative to, N: the norm of the steady load or, where nothing presses
+/// the pairs, of their own stiffness times their clearances. Where there are none either, the pairs
+/// are at rest as they are, and the residual is 0.
 fn force_scale_n(problem: &Problem, eps: &[f64]) -> f64 {
     let steady_n = problem.steady_force_n();
     let pairs = problem.laws.iter().zip(eps.iter().step_by(3));
@@ -116,7 +122,8 @@ fn force_scale_n(problem: &Problem, eps: &[f64]) -> f64 {
     scales.into_iter().find(|n| *n > 0.0).unwrap_or(1.0)
 }
 
-/// All clearances closed without any load along the flanks: X_T = -(K_TT + a little eps_T)^-1 K_TN X_N.
+/// State with all clearances closed without any load along the flanks: X_T = -(K_TT + a little
+/// eps_T)^-1 K_TN X_N.
 fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
     const GROUND: f64 = 1e-3;
     let k = &problem.reduced.stiffness;
@@ -138,8 +145,9 @@ fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
     x
 }
 
-/// One load step from `x`. Where shear carries much of the load (a coefficient above 1) pairs open and Newton's
-/// method may end between two of them: then the coefficient grows, each solution the start of the next.
+/// Solves one load step from `x`. Where shear carries much of the load (a coefficient above 1)
+/// pairs open, and Newton's method may end between two of them: the coefficient is then raised in
+/// steps, each solution the start of the next.
 fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOptions) -> NewtonEnd {
     let start = x.to_vec();
     let mut end = newton(system, x, options);
@@ -166,8 +174,8 @@ fn load_step(system: &mut StaticSystem<'_>, x: &mut [f64], options: NewtonOption
     end
 }
 
-/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to `full`. Ends where
-/// one does not converge.
+/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to
+/// `full`. Ends at the first that does not converge.
 fn with_growing_friction(
     system: &mut StaticSystem<'_>,
     x: &mut [f64],
@@ -193,27 +201,28 @@ fn with_growing_friction(
 
 struct StaticSystem<'a> {
     problem: &'a Problem,
-    /// K, and the retention where there is one.
+    /// Stiffness K, with the retention where there is one.
     stiffness: Cow<'a, Mat<f64>>,
     eps: &'a [f64],
-    /// Load of this step.
+    /// Load of this step, N.
     load: Vec<f64>,
-    /// The law of each pair in this step: interference grows with the load.
+    /// Law of each pair in this step: interference grows with the load.
     laws: Vec<PairLaw>,
-    /// Coefficients of friction above this count as this.
+    /// Upper limit of the coefficients of friction.
     most_friction: f64,
-    /// The state of the last step ([`PredictedLaw::state_at_rest`]).
+    /// Friction state of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]).
     slid_force: Vec<[f64; 2]>,
-    /// What residuals are relative to, N.
+    /// Force that residuals are relative to, N.
     scale: f64,
     linear: LinearSystem,
-    /// Of J at some earlier x.
+    /// Coarse problem of J at some earlier x.
     coarse: Option<Coarse>,
     refresh: RefreshPolicy,
 }
 
 impl<'a> StaticSystem<'a> {
-    /// Without load and without slip; with a retention the motions that nothing holds are retained.
+    /// System without load and without slip; with a retention, the motions that nothing holds are
+    /// retained.
     fn new(
         problem: &'a Problem,
         inexact: &Arc<Inexact>,
@@ -279,7 +288,8 @@ impl<'a> StaticSystem<'a> {
         self.state(x, end)
     }
 
-    /// The load step that ends at this fraction of the load, and begins at `x` with these forces of the pairs.
+    /// Sets the load step that ends at this fraction of the load, and begins at `x` with these
+    /// forces of the pairs.
     fn set_load(&mut self, fraction: f64, x: &[f64], forces: &[[f64; 3]]) {
         for (f, full) in self
             .load
@@ -299,7 +309,7 @@ impl<'a> StaticSystem<'a> {
         self.slid_force = forces.iter().enumerate().map(state).collect();
     }
 
-    /// The law of a pair in this step.
+    /// Law of a pair in this step.
     fn law(&self, pair: usize) -> PredictedLaw {
         let eps = [self.eps[3 * pair], self.eps[3 * pair + 1]];
         self.laws[pair].predicted(eps, self.most_friction)
@@ -311,7 +321,7 @@ impl<'a> StaticSystem<'a> {
         pairs.map(|pair| self.law(pair).friction).collect()
     }
 
-    /// What each pair does at `x`, and its contact force, N.
+    /// Status of each pair at `x`, and its contact force, N.
     fn forces(&self, x: &[f64]) -> Vec<(Contact, [f64; 3])> {
         let trials = self.trials(x).into_iter().enumerate();
         trials
@@ -343,7 +353,7 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// The trial force of each pair, N.
+    /// Trial force of each pair, N.
     fn trials(&self, x: &[f64]) -> Vec<[f64; 3]> {
         let lambda_u = self.lambda_u(x);
         (0..self.slid_force.len())
@@ -354,8 +364,8 @@ impl<'a> StaticSystem<'a> {
             .collect()
     }
 
-    /// Moves a solution to where it is expected once the coefficients are `next`: along a straight line in 1 / mu,
-    /// as the normal force of a pair that slides under a given shear goes.
+    /// Moves a solution to where it is expected once the coefficients are `next`: along a straight
+    /// line in 1 / mu, which the normal force of a pair that slides under a given shear follows.
     fn predict(&mut self, x: &mut [f64], next: &[f64]) {
         let mut change = vec![0.0; x.len()];
         for (pair, trial) in self.trials(x).into_iter().enumerate() {
@@ -375,7 +385,7 @@ impl<'a> StaticSystem<'a> {
         }
     }
 
-    /// F - K x + eps x.
+    /// Predicted force F - K x + eps x.
     fn lambda_u(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; x.len()];
         apply_real(&self.stiffness, x, &mut out);
@@ -385,7 +395,7 @@ impl<'a> StaticSystem<'a> {
         out
     }
 
-    /// J = K - D (K - eps), dense.
+    /// Dense Jacobian J = K - D (K - eps).
     fn jacobian(&self) -> Mat<f64> {
         let mut jacobian = self.stiffness.clone().into_owned();
         for (j, eps) in self.eps.iter().enumerate() {
@@ -480,7 +490,7 @@ mod tests {
     use dovetail_testkit::differences::{assert_close, central};
 
     /// Predicted forces of three pairs that stick, three that slip and three that are open, all far
-    /// from where they would do something else; the coefficients are between 0.3 and 0.7.
+    /// from a change of status; the coefficients are between 0.3 and 0.7.
     const TRIALS: [[f64; 3]; 9] = [
         [-10.0, 0.3, -0.2],
         [-1.0, 0.9, -1.4],

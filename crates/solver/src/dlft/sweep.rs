@@ -1,9 +1,10 @@
 //! Frequency response: the static state, then one harmonic balance per frequency.
 //!
-//! The frequencies are split in two halves, each swept from its end of the range towards the middle:
-//! two cores share the work, and the answer does not depend on how many there are. A half is swept in
-//! stretches: what only speeds the solves up is dropped where one ends, so that a sweep that was broken off goes
-//! on there with nothing but the frequencies that it has solved, to the same bits.
+//! The frequencies are split in two halves, each swept from its end of the range towards the
+//! middle: two cores share the work, and the answer does not depend on how many there are. A half
+//! is swept in stretches. What only speeds up the solution is dropped at the end of each, so that
+//! an interrupted sweep continues there, with nothing but the frequencies that it has solved, to
+//! the same bits.
 
 use super::accuracy::{Refinement, Resolved, levels};
 use super::balance::Setting;
@@ -29,35 +30,38 @@ use std::f64::consts::TAU;
 /// Default slip threshold, as a fraction of the largest static slip.
 const SLIP_THRESHOLD: f64 = 1e-5;
 
-/// Frequencies of a stretch.
+/// Number of frequencies of a stretch.
 const STRETCH: usize = 20;
 
-/// How the response is computed.
+/// Settings of a frequency response.
 #[derive(Debug, Clone)]
 pub struct SweepSettings {
-    /// Where the response is computed, rising.
+    /// Frequencies of the response, Hz, ascending.
     pub frequencies_hz: Vec<f64>,
     /// Harmonics and samples, or the accuracy asked for.
     pub resolution: Resolution,
     /// The parameter eps of DLFT.
     pub eps: Eps,
-    /// When the iterations of a frequency end.
+    /// Criteria that end the iterations of a frequency.
     pub newton: NewtonOptions,
-    /// How long pairs are marched.
+    /// Periods that pairs are marched through.
     pub periods: Periods,
-    /// What solves the balance of a frequency.
+    /// Method that solves the balance of a frequency.
     pub solver: Solver,
-    /// m; `None`: 1e-5 of the largest static slip.
+    /// Slip threshold, m; `None`: 1e-5 of the largest static slip.
     pub slip_threshold_m: Option<f64>,
-    /// Frequencies that may be added where an observed amplitude has its peak ([`Top::next_hz`]).
+    /// Most frequencies that may be added where an observed amplitude has its peak
+    /// ([`Top::next_hz`]).
     pub most_added: usize,
-    /// A frequency is given up after so many seconds; the result then depends on the machine. `None`: never.
+    /// Seconds after which a frequency is given up, which makes the result depend on the machine.
+    /// `None`: no limit.
     pub most_seconds: Option<f64>,
 }
 
 impl SweepSettings {
-    /// At these frequencies alone, with what a scene has where it says nothing: the parameter eps of the dynamic stiffness, Newton-Krylov to a
-    /// relative residual of 1e-8, pairs marched until they are periodic.
+    /// Settings for these frequencies alone, with the defaults of a scene: eps from the dynamic
+    /// stiffness, Newton-Krylov to a relative residual of 1e-8, pairs marched until they are
+    /// periodic.
     pub fn new(frequencies_hz: Vec<f64>, resolution: Resolution) -> Self {
         Self {
             frequencies_hz,
@@ -76,10 +80,12 @@ impl SweepSettings {
     }
 }
 
-/// Response at every frequency, and at those added at peaks. `earlier` are frequencies that a sweep of the same model with the same settings solved
-/// before it was broken off, in any order; they are not solved again, but for those of a stretch that is not complete. `tell`
-/// is called from any thread; it hears of each frequency that is solved, those of earlier included, and once more of one that
-/// is solved again.
+/// Computes the response at every frequency, and at those added at peaks.
+///
+/// `earlier` are frequencies that an interrupted sweep of the same model with the same settings
+/// solved, in any order. They are not solved again, except for those of an incomplete stretch.
+/// `tell` is called from any thread, for each frequency that is solved, `earlier` ones included,
+/// and once more for one that is solved again.
 pub fn sweep(
     problem: &Problem,
     damping: Rayleigh,
@@ -183,13 +189,14 @@ pub fn sweep(
     }
 }
 
-/// Of the ends of the range, rad/s: one frequency for all of a curve, so that eps, and what is tried first, are the same along it.
+/// Angular frequency in the middle of the range, rad/s. It serves for the whole curve, so that eps
+/// and the first attempts are the same along it.
 fn middle(frequencies_hz: &[f64]) -> f64 {
     let ends = frequencies_hz.first().zip(frequencies_hz.last());
     ends.map_or(0.0, |(from, to)| TAU * 0.5 * (from + to))
 }
 
-/// Where the sweep stands: the last converged frequency, and the level to begin the next on.
+/// State of the sweep: the last converged frequency, and the level to begin the next on.
 #[derive(Default)]
 struct Last {
     neighbour: Option<Neighbour>,
@@ -197,7 +204,7 @@ struct Last {
 }
 
 impl Last {
-    /// Goes on to a frequency that is solved.
+    /// Moves on to a frequency that is solved.
     fn follow(&mut self, solved: &SolvedFrequency) {
         let SolvedFrequency { orbit, mean, .. } = solved;
         if orbit.outcome.holds() {
@@ -211,7 +218,7 @@ impl Last {
     }
 }
 
-/// Whether a motion is nearer to an answer than another at the same frequency.
+/// Returns `true` if a motion is closer to an answer than another at the same frequency.
 fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
     match (orbit.outcome.has_motion(), than.outcome.has_motion()) {
         (true, true) => orbit.estimated_error < than.estimated_error,
@@ -222,9 +229,9 @@ fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
 struct Run<'a> {
     linear: ContactSystem<'a>,
     refinement: Refinement<'a>,
-    /// By the bits of their frequency.
+    /// Frequencies solved by an earlier sweep, by [`SolvedFrequency::place`].
     earlier: HashMap<(usize, bool), &'a SolvedFrequency>,
-    /// As in [`SweepSettings`].
+    /// Time limit of a frequency, as in [`SweepSettings`].
     most_seconds: Option<f64>,
     tell: &'a (dyn Fn(Told<'_>) + Sync),
 }
@@ -235,7 +242,7 @@ impl Run<'_> {
         self.refinement.lowest().setting.fourier.harmonics()
     }
 
-    /// Half of the range, numbers and frequencies in the order of the sweep.
+    /// Sweeps half of the range; `points` has numbers and frequencies in the order of the sweep.
     fn half(&self, points: &[(usize, f64)]) -> Vec<SolvedFrequency> {
         let mut last = Last::default();
         let mut half = Vec::with_capacity(points.len());
@@ -277,7 +284,7 @@ impl Run<'_> {
         }
     }
 
-    /// A frequency that an earlier sweep solved.
+    /// Frequency that an earlier sweep solved.
     fn solved_before(
         &self,
         (point, frequency_hz): (usize, f64),
@@ -287,7 +294,7 @@ impl Run<'_> {
         (solved.orbit.frequency_hz == frequency_hz).then_some(solved)
     }
 
-    /// Each frequency that did not converge once more, from the neighbour on the side its half did not come from:
+    /// Solves each frequency that did not converge once more, from the neighbour on its other side:
     /// the rising half downwards, then the falling half (from `middle`) upwards.
     fn retry_from_other_side(&self, orbits: &mut [Orbit], linear: &[LinearPoint], middle: usize) {
         let mut work = Work::default();
@@ -314,8 +321,9 @@ impl Run<'_> {
         }
     }
 
-    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with at least as many harmonics
-    /// as that. The better of both motions stays. Says whether it was tried.
+    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with
+    /// at least as many harmonics as that one. Keeps the better of both motions. Returns `true` if
+    /// it was tried.
     fn solve_again(&self, orbit: &mut Orbit, neighbour: &Orbit, work: &mut Work) -> bool {
         let may_converge = match orbit.outcome {
             Outcome::Converged
@@ -354,8 +362,9 @@ impl Run<'_> {
         true
     }
 
-    /// Adds frequencies between those asked for until the parabola through each peak of an observed amplitude rises
-    /// little above it; at most so many, none after one that fails, and none where the curve steps to another motion.
+    /// Adds frequencies between those asked for until the parabola through each peak of an observed
+    /// amplitude rises little above it. At most `most` are added, none after one that fails, and
+    /// none where the curve steps to another motion.
     fn add_at_peaks(
         &self,
         orbits: &mut Vec<Orbit>,
@@ -497,8 +506,8 @@ mod tests {
         assert!(format!("{one:?}") == format!("{three:?}"));
     }
 
-    /// Both halves are broken off within their second or third stretch, and the records of a half come in the order in
-    /// which it was swept.
+    /// Both halves are interrupted within their second or third stretch, and the records of a half
+    /// come in the order in which it was swept.
     #[test]
     fn a_sweep_that_was_broken_off_goes_on_to_the_same_bits() {
         let problem = dovetail72(3.0);
@@ -549,13 +558,13 @@ mod tests {
             let marked = resumed.orbits.iter_mut();
             let marked = marked.filter(|o| o.krylov_iterations >= MARK);
             let taken = marked.map(|o| o.krylov_iterations -= MARK).count();
-            // Of complete stretches: 20, 20, 10.
+            // Those of complete stretches: 20, 20, 10.
             assert_eq!(taken, rising / 20 * 20 + falling / 20 * 20);
             assert!(format!("{whole:?}") == format!("{resumed:?}"));
         }
     }
 
-    /// Of frequencies so coarse that the peak lies 9 % above the highest.
+    /// The frequencies are so coarse that the peak lies 9 % above the highest.
     #[test]
     fn frequencies_are_added_until_the_peak_is_found() {
         let problem = dovetail72(1.0);
@@ -621,12 +630,13 @@ mod tests {
             assert_eq!(linear.frequency_hz, frequency(i));
             assert!(i == 0 || frequency(i - 1) < frequency(i));
         }
-        // No more than are allowed; and a sweep that was broken off among them goes on.
+        // No more are added than are allowed, and a sweep that was interrupted among them
+        // continues.
         assert_eq!(respond(0.985, 3e-3, 8, 1, &[]).0.orbits.len(), 9);
         let resumed = respond(0.985, 3e-3, 8, 12, &told[..9]).0;
         assert!(format!("{resumed:?}") == format!("{refined:?}"));
     }
 
-    /// Tells a frequency that was solved before from one that is solved again.
+    /// Marks a frequency that was solved before, to tell it from one that is solved again.
     const MARK: usize = 1_000_000;
 }

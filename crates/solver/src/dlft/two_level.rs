@@ -1,8 +1,9 @@
 //! GMRES in two levels for the linear systems of Newton's method on the flanks.
 //!
-//! The softest motions, all harmonics coupled, are solved for directly ([`super::coarse`]). What is left is
-//! stiff and local: dividing by eps serves for it, which is the diagonal of J where eps is that of K. So the
-//! iterations depend little on how fine the flanks are, and each reads K once, in single precision.
+//! The softest motions, all harmonics coupled, are solved for directly ([`super::coarse`]). What is
+//! left is stiff and local: dividing by eps suffices for it, which is the diagonal of J where eps
+//! is that of K. The number of iterations therefore depends little on how fine the flanks are, and
+//! each reads K once, in single precision.
 
 use faer::Mat;
 
@@ -10,16 +11,16 @@ use super::coarse::Coarse;
 use super::linear_system::{LinearSystem, widen};
 use dovetail_numerics::gmres::{GmresEnd, gmres};
 
-/// z = soft + local, the two levels of the preconditioner.
+/// Preconditioned vector z = soft + local, by the two levels of the preconditioner.
 struct Preconditioned {
     soft: Mat<f32>,
-    /// J soft.
+    /// Product J soft.
     soft_image: Mat<f32>,
     local: Mat<f32>,
 }
 
-/// A x = b to the relative residual `tolerance`, the vibrating part of b and of what is left of it weighed by
-/// `vibration_weight`.
+/// Solves A x = b to the relative residual `tolerance`. The vibrating part of b and of the residual
+/// is weighted by `vibration_weight`.
 pub fn solve(
     system: &LinearSystem,
     coarse: Option<&Coarse>,
@@ -54,7 +55,7 @@ pub fn solve(
     (x, end)
 }
 
-/// z that about solves J z = v.
+/// Approximate solution z of J z = v.
 fn preconditioned(system: &LinearSystem, coarse: Option<&Coarse>, v: &[f64]) -> Preconditioned {
     let m = system.inexact.unknowns();
     let mut local = Mat::from_fn(m, system.width(), |i, h| v[h * m + i] as f32);
@@ -77,7 +78,7 @@ fn preconditioned(system: &LinearSystem, coarse: Option<&Coarse>, v: &[f64]) -> 
     }
 }
 
-/// J z.
+/// Computes J z.
 fn image(system: &LinearSystem, z: Preconditioned) -> Mat<f32> {
     let forces = system.inexact.stiffness_times(z.local.as_ref());
     z.soft_image + system.apply(z.local.as_ref(), forces)
@@ -95,7 +96,7 @@ mod tests {
     const HARMONICS: usize = 2;
     const FULL: usize = 3 * (2 * HARMONICS + 1);
 
-    /// Near the first stuck mode; pairs that slip at some samples, each with a D of its own.
+    /// System near the first stuck mode; pairs slip at some samples, each with a D of its own.
     fn system(problem: &Problem, pairs: &[usize]) -> (LinearSystem, HarmonicStiffness<'static>) {
         let problem: &'static Problem = Box::leak(Box::new(problem.clone()));
         let damping = Rayleigh {
@@ -125,7 +126,7 @@ mod tests {
         (linear, stiffness)
     }
 
-    /// J x in double precision, with the mass as it is and all stuck modes.
+    /// Computes J x in double precision, with the exact mass and all stuck modes.
     fn exactly(linear: &LinearSystem, stiffness: &HarmonicStiffness<'_>, x: &[f64]) -> Vec<f64> {
         let (n, width) = (stiffness.unknowns(), linear.width());
         let columns = linear.inexact.columns();

@@ -1,5 +1,5 @@
-//! The binding itself: groups looked up, bodies numbered, contacts, forces and observed points tied
-//! to nodes.
+//! Binding of an assembly to a mesh: looks up groups, numbers bodies, and ties contacts, forces and
+//! observed points to nodes.
 
 use super::builder::BodyBuilder;
 use super::excitations::excitations;
@@ -12,23 +12,22 @@ use super::{BodyPrestress, Prestress};
 use crate::model::{Assembly, SurfaceFields};
 use dovetail_mesh::Mesh;
 
-/// Resolves every name of the scene against the mesh, where no excitation is a file of a field:
-/// [`bind_with_fields`].
+/// Resolves every name of the scene against the mesh, for a scene without files of fields.
+/// Otherwise use [`bind_with_fields`].
 ///
-/// # Errors
-/// Those of [`bind_with_fields`].
+/// # Errors The errors of [`bind_with_fields`].
 pub fn bind(assembly: &Assembly, mesh: &Mesh) -> Result<Model, ModelError> {
     bind_with_fields(assembly, mesh, &SurfaceFields::new())
 }
 
-/// Resolves every name of the scene against the mesh; `fields` has what the files of its fields hold.
+/// Resolves every name of the scene against the mesh; `fields` has the contents of the files of its
+/// fields.
 ///
-/// Pairs stand contact by contact, each along the slot and then across it, whatever the numbering
-/// of the mesh. An observation is the mean of the nodes of its group.
+/// Pairs are ordered contact by contact, each along the slot and then across it, whatever the
+/// numbering of the mesh. An observation is the mean of the nodes of its group.
 ///
-/// # Errors
-/// A name that the mesh does not have, a group that is not what it is used for, or a file that
-/// `fields` lacks: see [`ModelError`].
+/// # Errors A name that the mesh does not have, a group of the wrong kind, or a file that `fields`
+/// lacks: see [`ModelError`].
 pub fn bind_with_fields(
     assembly: &Assembly,
     mesh: &Mesh,
@@ -109,7 +108,7 @@ pub fn bind_with_fields(
     })
 }
 
-/// The nodes of a group on their bodies.
+/// Nodes of a group on their bodies.
 fn group_nodes(
     mesh: &Mesh,
     bodies: &[BodyBuilder],

@@ -1,4 +1,4 @@
-//! A body while it is built: its nodes, how they move, and what acts on them.
+//! Body under construction: its nodes, how they move, and what acts on them.
 
 use super::contacts::ContactSide;
 use super::dofs::{Roles, number};
@@ -12,26 +12,26 @@ use dovetail_mesh::{Connectivity, ElementType, Mesh};
 use dovetail_numerics::space::{distance, middle};
 
 const NONE: u32 = u32::MAX;
-/// A middle node nearer to the middle of its corners than this share of the edge is there.
+/// A middle node counts as in the middle if it is nearer to it than this fraction of the edge.
 const STRAIGHT: f64 = 1e-9;
 
-/// A body on its way into the model.
+/// Body on its way into the model.
 pub(super) struct BodyBuilder {
     name: String,
     /// Elements of the mesh.
     elements: Vec<u32>,
     /// Local node -> mesh node, ascending.
     nodes: Vec<u32>,
-    /// Per local node: where it is. On flanks the edges are straight, whatever the mesh has.
+    /// Position of each local node, m. On flanks the edges are straight, whatever the mesh has.
     nodes_m: Vec<[f64; 3]>,
     /// Mesh node -> local node, or `NONE`.
     local: Vec<u32>,
     roles: Roles,
-    /// Per local node: held along x, y, z.
+    /// Held axes (x, y, z) of each local node.
     held: Vec<[bool; 3]>,
     loads: Vec<AppliedLoad>,
     springs: Vec<Spring>,
-    /// Whether a contact has each local node.
+    /// True for each local node that belongs to a contact.
     in_contact: Vec<bool>,
 }
 
@@ -67,7 +67,7 @@ impl BodyBuilder {
         })
     }
 
-    /// A flank that rigid ground holds: fixed, no longer flank.
+    /// Fixes a flank that rigid ground holds, and removes it from the flanks.
     pub(super) fn hold_flank(&mut self, side: &ContactSide) {
         for &node in side.nodes.iter().chain(side.tied.iter().map(|t| &t.0)) {
             let node = self.local(node);
@@ -82,12 +82,12 @@ impl BodyBuilder {
         &self.name
     }
 
-    /// Ascending.
+    /// Mesh nodes of the body, ascending.
     pub(super) fn mesh_nodes(&self) -> &[u32] {
         &self.nodes
     }
 
-    /// Where the nodes are, in the body's own numbering.
+    /// Node positions in the body's own numbering, m.
     pub(super) fn nodes_m(&self) -> &[[f64; 3]] {
         &self.nodes_m
     }
@@ -100,7 +100,7 @@ impl BodyBuilder {
         self.local[mesh_node as usize]
     }
 
-    /// Whether a node of the mesh is held along an axis.
+    /// Returns `true` if a node of the mesh is held along an axis.
     pub(super) fn is_held(&self, mesh_node: u32, axis: usize) -> bool {
         self.held[self.local(mesh_node) as usize][axis]
     }
@@ -131,7 +131,7 @@ impl BodyBuilder {
         Ok(())
     }
 
-    /// The body's nodes (local) in a group, at least one.
+    /// Nodes of the body (local) in a group, at least one.
     fn own_nodes(&self, name: &str, mesh: &Mesh, used_by: &str) -> Result<Vec<u32>, ModelError> {
         let name = name_for(mesh, &self.name, name);
         let group = find_group(mesh, &name, None, used_by)?;
@@ -146,7 +146,7 @@ impl BodyBuilder {
         Ok(own)
     }
 
-    /// Free dofs that are held, ascending. Tied nodes follow their corners.
+    /// Free degrees of freedom that are held, ascending. Tied nodes follow their corners.
     fn held_dofs(&self, dofs: &DofMap) -> Vec<u32> {
         let mut held = Vec::new();
         for (motion, axes) in dofs.nodes.iter().zip(&self.held) {
@@ -158,8 +158,8 @@ impl BodyBuilder {
         held
     }
 
-    /// Adds the nodes (mesh) of a flank in the order of the pairs, and its mid-edge nodes. Fixed ones and those that
-    /// another contact has already added stay as they are.
+    /// Adds the nodes (mesh) of a flank in the order of the pairs, and its mid-edge nodes. Fixed
+    /// nodes, and those that another contact has already added, stay as they are.
     pub(super) fn add_flank(&mut self, flank: &[u32], tied: &[(u32, [u32; 2])]) {
         for &n in flank {
             let node = self.local(n) as usize;
@@ -176,11 +176,10 @@ impl BodyBuilder {
         }
     }
 
-    /// Puts the middle nodes of the flanks' edges, which move with the mean of their corners, half way between these.
-    /// `None` where all of them are there.
+    /// Puts the middle nodes of the flanks' edges, which move with the mean of their corners, half
+    /// way between these. Returns `None` where all of them are there already.
     ///
-    /// # Errors
-    /// Elements fold over themselves then.
+    /// # Errors Elements fold over themselves after the change.
     pub(super) fn straighten_flanks(
         &mut self,
         mesh: &Mesh,
@@ -240,7 +239,8 @@ impl BodyBuilder {
         self.springs.push(spring);
     }
 
-    /// A node without place and mass (local); `is_end`: it is joined to one of another body.
+    /// Adds a node without position and mass and returns its local number. `is_end`: it is joined
+    /// to one of another body.
     pub(super) fn add_auxiliary(&mut self, is_end: bool) -> u32 {
         self.roles.auxiliary.push(is_end);
         (self.nodes.len() + self.roles.auxiliary.len() - 1) as u32

@@ -1,4 +1,4 @@
-//! The contact pairs of a model: slave nodes, frames, areas, and the order they stand in.
+//! Contact pairs of a model: slave nodes, frames, areas, and their order.
 
 use super::flank::{Flank, Side as FlankOf, flank};
 use super::mortar::{Mortar, Reach, Row, mortar};
@@ -7,22 +7,22 @@ use crate::model::ContactSpec;
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{Vector, cross, distance, dot, middle, scaled, sub, unit};
 
-/// Where a contact gives no other distance: facets may be this far apart, of the longest edge of both.
+/// Default search distance, relative to the longest edge of both facets.
 const REACH: f64 = 0.5;
 
-/// Pairs of one contact; node numbers are still the mesh's.
+/// Pairs of one contact; node numbers are still those of the mesh.
 pub(super) struct Contact {
     pub pairs: Vec<ContactPair>,
-    /// Facets of the slave flank as indices of their corners into `pairs`, counter-clockwise seen from the
-    /// first body.
+    /// Facets of the slave flank as indices of their corners into `pairs`, counter-clockwise seen
+    /// from the first body.
     pub facets: Vec<Vec<u32>>,
-    /// The slave's, and the master's where it is no rigid ground.
+    /// Slave side, and the master side unless it is rigid ground.
     pub sides: Vec<ContactSide>,
-    /// Of a contact between two flanks.
+    /// Match of the flanks, for a contact between two.
     pub flank_match: Option<FlankMatch>,
 }
 
-/// What a contact makes of the nodes of one body.
+/// Nodes of one body that take part in a contact.
 pub(super) struct ContactSide {
     pub body: usize,
     /// Nodes with contact forces, each once, in the order of the pairs.
@@ -31,7 +31,7 @@ pub(super) struct ContactSide {
     pub tied: Vec<(u32, [u32; 2])>,
 }
 
-/// The surface of one body at a contact.
+/// Surface of one body at a contact.
 pub(super) struct Surface {
     body: usize,
     flank: Flank,
@@ -39,7 +39,7 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// The flank `group` of a body, `body`-th of the scene, with these elements.
+    /// Flank `group` of the body with number `body` in the scene, which has these elements.
     pub fn new(
         mesh: &Mesh,
         contact: &str,
@@ -77,7 +77,8 @@ impl Surface {
     }
 }
 
-/// The flank whose nodes follow the other one: that of the smaller facets, and the first where they are alike.
+/// Flank whose nodes follow the other one: that with the smaller facets, and the first where they
+/// are alike.
 pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
     const ALIKE: f64 = 1e-2;
     let [a, b] = [first, second].map(|s| s.flank.facet_area_m2());
@@ -87,8 +88,8 @@ pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
     }
 }
 
-/// The pairs of a contact, number `number` among those of the model, at the nodes of the flank `slave`. `held` says
-/// along which axes a node does not move.
+/// Pairs of contact `number` of the model, at the nodes of the flank `slave`. `held` says along
+/// which axes a node does not move.
 pub(super) fn contact(
     spec: &ContactSpec,
     number: usize,
@@ -184,7 +185,7 @@ pub(super) fn contact(
     Ok(contact)
 }
 
-/// The weighted mean of vectors at the masters of a row.
+/// Weighted mean of vectors at the masters of a row.
 fn mean(of: &[Vector], row: &Row) -> Vector {
     let mut sum = [0.0; 3];
     for &(k, weight) in &row.masters {
@@ -212,7 +213,7 @@ fn nothing_opposite(spec: &ContactSpec, found: &Mortar) -> ModelError {
     }
 }
 
-/// Every corner node of a flank against rigid ground at the same place.
+/// Pairs of every corner node of a flank with rigid ground at the same place.
 pub(super) fn ground_contact(
     spec: &ContactSpec,
     number: usize,
@@ -245,7 +246,7 @@ pub(super) fn ground_contact(
     contact
 }
 
-/// Pairs, of which there is one for each node of the slave flank or none, put along the slot.
+/// Orders pairs, of which there is at most one for each node of the slave flank, along the slot.
 fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave: Side) -> Contact {
     let mut place: Vec<Option<u32>> = vec![None; pairs.len()];
     let (nodes, pairs): (Vec<usize>, Vec<ContactPair>) = pairs
@@ -274,8 +275,8 @@ fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave:
     }
 }
 
-/// The normal of a node that is held along some axes, as on planes of symmetry: there the other half of a curved flank
-/// turns it into the plane. A normal that is far from the plane stays as it is.
+/// Normal of a node that is held along some axes, as on planes of symmetry: the other half of a
+/// curved flank turns it into the plane. A normal that is far from the plane stays as it is.
 fn along_symmetry(normal: Vector, held: [bool; 3]) -> Vector {
     let in_plane = [0, 1, 2].map(|k| if held[k] { 0.0 } else { normal[k] });
     let cosine = dot(in_plane, in_plane).sqrt();
@@ -283,12 +284,12 @@ fn along_symmetry(normal: Vector, held: [bool; 3]) -> Vector {
     turned.unwrap_or(normal)
 }
 
-/// Cosine of the largest angle by which a normal is turned into a plane of symmetry: 30 degrees, those of a flank whose
-/// facets turn by 60 degrees at each edge.
+/// Cosine of the largest angle by which a normal is turned into a plane of symmetry: 30 degrees, as
+/// for a flank whose facets turn by 60 degrees at each edge.
 const IN_PLANE: f64 = 0.866;
 
 /// Rows n, t1, t2: t1 is `along` projected on the tangent plane, t2 = n x t1. Where a curved flank
-/// stands across `along`, the axis least along n takes its place.
+/// is perpendicular to `along`, the axis least along n takes its place.
 fn frame(n: Vector, along: Vector) -> [Vector; 3] {
     let projected = |d: Vector| sub(d, scaled(n, dot(n, d)));
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -305,8 +306,8 @@ fn frame(n: Vector, along: Vector) -> [Vector; 3] {
     [n, t1, cross(n, t1)]
 }
 
-/// Order of the pairs: along the slot, then across, so that it depends on where the nodes are and
-/// not on how the mesh numbers them.
+/// Order of the pairs along the slot, then across. It depends on where the nodes are and not on how
+/// the mesh numbers them.
 fn order_along(pairs: &[ContactPair], along: Vector) -> Vec<usize> {
     let mut mean = [0.0; 3];
     for pair in pairs {

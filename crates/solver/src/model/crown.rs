@@ -4,10 +4,11 @@ use super::ContactPair;
 use crate::model::CrownSpec;
 use dovetail_numerics::space::{Vector, dot, scaled, sub, unit};
 
-/// Adds the crown's clearance d^2 / (2 R) to the pairs of one contact. d is measured in the tangent plane of the
-/// flank (across its mean normal): from the centre or, with an axis, from the line along it.
+/// Adds the crown's clearance d^2 / (2 R) to the pairs of one contact. d is measured in the tangent
+/// plane of the flank (across its mean normal): from the centre or, with an axis, from the line
+/// along it.
 ///
-/// `Err`: the axis stands across the flank.
+/// Returns `Err` where the axis is perpendicular to the flank.
 pub(super) fn add_crown(pairs: &mut [ContactPair], crown: &CrownSpec) -> Result<(), AcrossFlank> {
     let area: f64 = pairs.iter().map(|p| p.area_m2).sum();
     let mean = |of: &dyn Fn(&ContactPair) -> Vector| -> Vector {

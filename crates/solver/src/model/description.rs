@@ -1,4 +1,4 @@
-//! Bodies and what acts on them, as a user describes them: in SI units, with the names of mesh groups still
+//! Bodies and loads as a user describes them: in SI units, with the names of mesh groups still
 //! unresolved.
 
 use std::collections::BTreeMap;
@@ -12,37 +12,37 @@ use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
 
-/// Bodies of a mesh, how they are held, driven and watched.
+/// Bodies of a mesh, with their supports, loads and observations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assembly {
-    /// Where the mesh is from that bodies without one of their own share.
+    /// Source of the mesh that bodies without one of their own share.
     pub mesh: Option<MeshSource>,
-    /// Any number of them.
+    /// Bodies, in any number.
     pub bodies: Vec<BodySpec>,
-    /// `None`: the scene does not rotate and no prestress is computed.
+    /// Rotation; `None`: the scene does not rotate and no prestress is computed.
     pub rotation: Option<RotationSpec>,
-    /// Where bodies touch each other, or the ground.
+    /// Contacts between bodies, or with the ground.
     pub contacts: Vec<ContactSpec>,
     /// Linear springs to ground and between groups of nodes.
     pub springs: Vec<SpringSpec>,
-    /// Steady loads besides the rotation's.
+    /// Steady loads besides that of the rotation.
     pub loads: Vec<LoadSpec>,
-    /// What shakes it.
+    /// Harmonic excitations.
     pub excitations: Vec<ExcitationSpec>,
-    /// Displacements that are watched.
+    /// Observed displacements.
     pub observations: Vec<ObservationSpec>,
 }
 
 /// One body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodySpec {
-    /// The name by which messages and other items call it.
+    /// Name in messages and in other items.
     pub name: String,
-    /// Where its elements come from.
+    /// Source of its elements.
     pub mesh: BodyMesh,
     /// Name of the volume group.
     pub volume: String,
-    /// What it is made of.
+    /// Material of the body.
     pub material: MaterialSpec,
     /// Groups (of any dimension) whose nodes do not move.
     pub fixed: Vec<String>,
@@ -52,37 +52,38 @@ pub struct BodySpec {
     pub fixed_interface_modes: Option<usize>,
 }
 
-/// Where the elements of a body come from. A body with a mesh of its own knows the groups of that mesh by
-/// their names; for all others they are called `<body>.<group>`, or by their names alone where no other
-/// body has such a group.
+/// Source of the elements of a body. A body with a mesh of its own refers to the groups of that
+/// mesh by their names. For all others they are called `<body>.<group>`, or by their names alone
+/// where no other body has such a group.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyMesh {
-    /// The mesh of the assembly.
+    /// Mesh of the assembly.
     Shared,
-    /// A file of its own.
+    /// File of the body's own.
     File {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Of the file.
+        /// Units of the file.
         units: Units,
-        /// Where it is put.
+        /// Position of the body.
         placement: Placement,
     },
-    /// A copy of another body, as it is in its own place.
+    /// Copy of another body, as it is in its own place.
     CopyOf {
-        /// The other body.
+        /// Name of the other body.
         body: String,
-        /// Where it is put.
+        /// Position of the copy.
         placement: Placement,
     },
 }
 
-/// What a body is made of.
+/// Material of a body, or where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaterialSpec {
-    /// Given by numbers.
+    /// Material given by numbers.
     Given(Material),
-    /// The one of its mesh of this name, or the one that its mesh gives to all its elements.
+    /// Material of the body's mesh with this name; `None`: the one that the mesh gives to all
+    /// elements of the body.
     OfMesh(Option<String>),
 }
 
@@ -95,73 +96,76 @@ impl From<Material> for MaterialSpec {
 /// Isotropic linear elasticity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Material {
-    /// Young's modulus.
+    /// Young's modulus, Pa.
     pub young_pa: f64,
     /// Poisson's ratio.
     pub poisson: f64,
-    /// Density.
+    /// Density, kg/m3.
     pub density_kg_m3: f64,
 }
 
 /// Rotation at constant speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationSpec {
-    /// A point of the axis, m.
+    /// Point of the axis, m.
     pub point_m: [f64; 3],
     /// Direction of the axis, unit length.
     pub axis: [f64; 3],
-    /// 0 or more. At 0 the section is kept (`Some`): a rotating scene at rest, without load or prestress.
+    /// Angular speed, 0 or more. At 0 the section is kept (`Some`): a rotating scene at rest,
+    /// without load or prestress.
     pub speed_rad_s: f64,
     /// Names of the bodies that carry the centrifugal load.
     pub bodies: Vec<String>,
-    /// What it adds to the stiffness.
+    /// Contribution of the rotation to the stiffness.
     pub prestress: Prestress,
 }
 
 impl RotationSpec {
-    /// The angular speed in revolutions per minute.
+    /// Angular speed in revolutions per minute.
     pub fn speed_rpm(&self) -> f64 {
         self.speed_rad_s * 30.0 / std::f64::consts::PI
     }
 }
 
-/// What the rotation adds to the stiffness.
+/// Contribution of the rotation to the stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Prestress {
-    /// The centrifugal load only.
+    /// None: the rotation gives only the centrifugal load.
     None,
-    /// Geometric stiffness of each body's static state with its contact nodes held, and spin softening
-    /// (the paper's choice). The stress that a body hands on to another one by a contact is not in it.
+    /// Geometric stiffness of each body's static state with its contact nodes held, and spin
+    /// softening (the paper's choice). It leaves out the stress that a body transmits to another
+    /// one by a contact.
     HeldFlanks,
-    /// Geometric stiffness of the static state of all bodies with contact and friction, and spin softening: stiffness
-    /// and state are repeated until the normal forces no longer move.
+    /// Geometric stiffness of the static state of all bodies with contact and friction, and spin
+    /// softening. Stiffness and state are computed repeatedly until the normal forces no longer
+    /// change.
     Contact,
 }
 
-/// Two surfaces that touch.
+/// Two surfaces in contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactSpec {
-    /// The name by which messages and results call it.
+    /// Name in messages and results.
     pub name: String,
     /// Surface group of a body.
     pub first: String,
-    /// Surface group of another body, or another one of the same; `None`: rigid ground.
+    /// Surface group of another body, or another group of the same one; `None`: rigid ground.
     pub second: Option<String>,
-    /// The flank whose nodes the pairs are made at; `None`: the one of the smaller facets, and the first where
-    /// they are alike.
+    /// Flank at whose nodes the pairs are made; `None`: the one with the smaller facets, and the
+    /// first where they are alike.
     pub slave: Option<Side>,
-    /// What joins the two sides.
+    /// Law that joins the two sides.
     pub law: ContactLaw,
-    /// Coulomb coefficient.
+    /// Coulomb coefficient of friction.
     pub friction: f64,
     /// Springs between the flanks; `None`: rigid contact.
     pub stiffness: Option<FlankStiffness>,
     /// Initial clearance along the normal, m (0: the flanks touch; negative: they interfere).
     pub gap_m: f64,
-    /// Whether the distance of the flanks in the mesh counts as clearance too.
+    /// True if the distance of the flanks in the mesh counts as clearance, too.
     pub gap_from_mesh: bool,
-    /// Facets of both flanks farther apart than this along the normal are not opposite each other; `None`: half
-    /// of the longest edge of both.
+    /// Distance along the normal beyond which facets of both flanks are not opposite each other, m;
+    /// `None`: half of the longest edge of both.
     pub search_distance_m: Option<f64>,
     /// Clearance that grows away from a point or line of the flank.
     pub crown: Option<CrownSpec>,
@@ -171,23 +175,23 @@ pub struct ContactSpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
-    /// The one named `first`.
+    /// Flank named `first`.
     First,
-    /// The one named `second`.
+    /// Flank named `second`.
     Second,
 }
 
 /// Springs between two flanks, per area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankStiffness {
-    /// Against penetration, N/m3.
+    /// Stiffness against penetration, N/m3.
     pub normal_n_m3: f64,
-    /// Against shear, N/m3.
+    /// Stiffness against shear, N/m3.
     pub tangential_n_m3: f64,
 }
 
 impl FlankStiffness {
-    /// That of a pair with this tributary area, m2.
+    /// Stiffness of a pair with this tributary area, m2.
     pub fn of_area(self, area_m2: f64) -> PairStiffness {
         PairStiffness {
             normal_n_m: self.normal_n_m3 * area_m2,
@@ -196,130 +200,132 @@ impl FlankStiffness {
     }
 }
 
-/// What joins the two sides of a contact.
+/// Law that joins the two sides of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactLaw {
-    /// Compression only, dry friction.
+    /// Compression only, with dry friction.
     UnilateralCoulomb,
-    /// Nothing moves: friction, springs, clearance and crown are not used.
+    /// Bonded: the sides move as one, and friction, springs, clearance and crown are not used.
     Bonded,
 }
 
-/// A crowned flank: to the clearance is added d^2 / (2 radius_m), d the distance in the flank's tangent plane
-/// from the centre, or from the line through it along `axis`.
+/// Crowned flank. d^2 / (2 radius_m) is added to the clearance, with d the distance in the flank's
+/// tangent plane from the centre, or from the line through it along `axis`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrownSpec {
     /// Radius of curvature, m; where both flanks are crowned, R1 R2 / (R1 + R2).
     pub radius_m: f64,
-    /// Unit length; `None`: the same curvature in all directions.
+    /// Axis, of unit length; `None`: the same curvature in all directions.
     pub axis: Option<[f64; 3]>,
-    /// `None`: the centroid of the flank's area.
+    /// Centre; `None`: the centroid of the flank's area.
     pub centre_m: Option<[f64; 3]>,
 }
 
-/// A linear spring between the mean displacements of two groups, or from one to ground.
+/// Linear spring between the mean displacements of two groups, or from one to ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpringSpec {
-    /// The name by which messages and results call it.
+    /// Name in messages and results.
     pub name: String,
-    /// Surface group, or a group of nodes.
+    /// Surface group, or group of nodes.
     pub first: String,
-    /// The same, of the same body or of another one; `None`: ground, and the stiffness is shared by the area of the
-    /// surface, or equally by the nodes.
+    /// Surface group, or group of nodes, of the same body or of another one. `None`: ground, and
+    /// the stiffness is shared by the area of the surface, or equally by the nodes.
     pub second: Option<String>,
-    /// In all, not per area or node.
+    /// Total stiffness, not per area or node.
     pub stiffness_n_m: f64,
-    /// Unit length; `None`: the same stiffness along all three axes.
+    /// Direction, of unit length; `None`: the same stiffness along all three axes.
     pub direction: Option<[f64; 3]>,
 }
 
-/// A steady load, applied with that of the rotation in the load steps of the static state.
+/// Steady load, applied with that of the rotation in the load steps of the static state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadSpec {
-    /// Point or curve group (a force is shared equally by its nodes), or surface group, or set of nodes that
-    /// serves as one.
+    /// Point or curve group (a force is shared equally by its nodes), or surface group, or set of
+    /// nodes that serves as one.
     pub on: String,
-    /// How large it is.
+    /// Kind and size of the load.
     pub load: LoadKind,
 }
 
-/// A force, a traction or a pressure.
+/// Force, traction or pressure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LoadKind {
-    /// The whole force, N.
+    /// Total force, N.
     Force {
-        /// Along x, y, z.
+        /// Components along x, y, z.
         vector_n: [f64; 3],
     },
-    /// The same on each part of a surface, Pa.
+    /// Uniform traction on a surface, Pa.
     Traction {
-        /// Along x, y, z.
+        /// Components along x, y, z.
         vector_pa: [f64; 3],
     },
-    /// Along the inward normal of a surface, Pa.
+    /// Pressure along the inward normal of a surface, Pa.
     Pressure {
-        /// Positive where it presses.
+        /// Pressure, positive where it presses.
         pressure_pa: f64,
     },
 }
 
-/// What shakes an assembly: `amplitude cos(harmonic omega t - phase_rad)` of what `kind` says.
+/// Harmonic excitation of an assembly: `amplitude cos(harmonic omega t - phase_rad)` times the unit
+/// that `kind` defines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationSpec {
-    /// What acts, and where.
+    /// Kind of excitation, and where it acts.
     pub kind: ExcitationKind,
-    /// In the unit of [`ExcitationKind::unit`].
+    /// Amplitude in the unit of [`ExcitationKind::unit`].
     pub amplitude: f64,
     /// Multiple of the frequency of the response.
     pub harmonic: usize,
-    /// Lag behind the cosine.
+    /// Phase lag behind the cosine.
     pub phase_rad: f64,
 }
 
-/// What shakes an assembly.
+/// Kind of a harmonic excitation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ExcitationKind {
-    /// A load of one unit: a force, traction or pressure of length 1.
+    /// Load of one unit: a force, traction or pressure of length 1.
     Load(LoadSpec),
     /// Complex forces or pressures at points in space, mapped to a surface.
     Field {
         /// Surface group, or set of nodes that serves as one.
         on: String,
-        /// The points, and the values there.
+        /// Points of the field, and its values there.
         field: FieldSource,
     },
-    /// A motion of all supports and of rigid ground, which move as one. The response counts from them.
+    /// Motion of all supports and of rigid ground, which move as one. The response is relative to
+    /// them.
     Base {
-        /// Unit length.
+        /// Direction, of unit length.
         direction: [f64; 3],
-        /// What the amplitude is of.
+        /// Quantity that the amplitude belongs to.
         motion: BaseMotion,
     },
 }
 
-/// What is given of the motion of a base.
+/// Quantity that is prescribed for the motion of a base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BaseMotion {
-    /// The same at all frequencies.
+    /// Acceleration, the same at all frequencies.
     Acceleration,
-    /// The same at all frequencies.
+    /// Displacement, the same at all frequencies.
     Displacement,
 }
 
-/// The fields that files hold, by the path that [`FieldSource::File`] gives.
+/// Fields read from files, by the path that [`FieldSource::File`] gives.
 pub type SurfaceFields = BTreeMap<PathBuf, SurfaceField>;
 
-/// Where a field on a surface comes from.
+/// Source of a field on a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldSource {
-    /// A file, which is read for [`bind_with_fields`](super::bind_with_fields).
+    /// File, which is read for [`bind_with_fields`](super::bind_with_fields).
     File(PathBuf),
-    /// The points themselves.
+    /// Points and values themselves.
     Points(SurfaceField),
 }
 
 impl ExcitationKind {
-    /// Of the amplitude; empty where it multiplies the values of a field.
+    /// Unit of the amplitude; empty where it multiplies the values of a field.
     pub fn unit(&self) -> &'static str {
         match self {
             Self::Load(LoadSpec { load, .. }) => match load {
@@ -334,7 +340,7 @@ impl ExcitationKind {
         }
     }
 
-    /// A whole force of 1 N.
+    /// Total force of 1 N.
     pub fn force(on: impl Into<String>, direction: [f64; 3]) -> Self {
         Self::Load(LoadSpec {
             on: on.into(),
@@ -345,13 +351,13 @@ impl ExcitationKind {
     }
 }
 
-/// A displacement that is watched.
+/// Observed displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationSpec {
-    /// The name by which results call it.
+    /// Name in the results.
     pub name: String,
-    /// Point group; the displacement observed is the mean over its nodes.
+    /// Point group, over whose nodes the displacement is averaged.
     pub points: String,
-    /// Unit length.
+    /// Direction, of unit length.
     pub direction: [f64; 3],
 }

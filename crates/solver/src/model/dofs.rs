@@ -1,8 +1,8 @@
-//! Which nodes of a body move, and in which order their degrees of freedom stand.
+//! Free nodes of a body, and the order of their degrees of freedom.
 
 use super::{DofMap, NodeMotion};
 
-/// How each node of a body moves, before numbering.
+/// Possible motion of each node of a body, before numbering.
 #[derive(Default)]
 pub(super) struct Roles {
     pub fixed: Vec<bool>,
@@ -10,11 +10,12 @@ pub(super) struct Roles {
     pub contact: Vec<u32>,
     /// Mid-edge nodes of flank edges with the two corners.
     pub tied: Vec<(u32, [u32; 2])>,
-    /// Auxiliary nodes: whether each is an end that is joined to another body.
+    /// For each auxiliary node, true if it is an end that is joined to another body.
     pub auxiliary: Vec<bool>,
 }
 
-/// Numbers the free nodes: interior ones, then those of contacts; of both the nodes of the mesh first.
+/// Numbers the free nodes: interior ones, then those of contacts; nodes of the mesh come first in
+/// both.
 pub(super) fn number(roles: &Roles) -> DofMap {
     let unset = u32::MAX;
     let mut nodes = vec![NodeMotion::Free(unset); roles.fixed.len()];

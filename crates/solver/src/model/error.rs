@@ -1,4 +1,4 @@
-//! What can be wrong between a scene and its mesh.
+//! Errors in the match of a scene and its mesh.
 
 use std::path::PathBuf;
 
@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use dovetail_mesh::text::list;
 
-/// A scene asks for something its mesh does not have. Tags are Gmsh's, lengths metres; lists hold
-/// the first few, with the number of all.
+/// Error of a scene that asks for something its mesh does not have. Tags are those of Gmsh, lengths
+/// are in metres. Lists hold the first few entries, with the number of all.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ModelError {
@@ -130,7 +130,8 @@ pub enum ModelError {
         contact: String,
         first: String,
         second: String,
-        /// Where two facets that lie opposite each other are nearest, and how far apart they are there, m.
+        /// Position where two facets that lie opposite each other are nearest, and their distance
+        /// there, m.
         nearest: Option<([f64; 3], f64)>,
     },
     #[error("contact `{contact}`: the flanks do not face each other at ({x}, {y}, {z}) m (their outward normals are {degrees:.0} degrees apart, not 180): do the bodies overlap, or lie on the same side?", x = position_m[0], y = position_m[1], z = position_m[2])]

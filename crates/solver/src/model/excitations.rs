@@ -1,4 +1,4 @@
-//! What shakes the assembly, tied to nodes and facets.
+//! Excitations of the assembly, tied to nodes and facets.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use dovetail_mesh::Mesh;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_numerics::space::distance;
 
-/// The excitations of the scene, and how its fields were mapped.
+/// Excitations of the scene, and the reports of how its fields were mapped.
 pub(super) fn excitations(
     assembly: &Assembly,
     mesh: &Mesh,
@@ -35,8 +35,8 @@ pub(super) fn excitations(
                 all.push(of(applied_load(mesh, bodies, load, &used_by)?, 0.0));
             }
             ExcitationKind::Base { direction, motion } => {
-                // In the frame of the base all mass is pushed against its acceleration, which is -w^2 times its
-                // displacement.
+                // In the frame of the base all mass is pushed against its acceleration, which is
+                // -w^2 times its displacement.
                 let (sign, growth) = match motion {
                     BaseMotion::Acceleration => (-1.0, Growth::Constant),
                     BaseMotion::Displacement => (1.0, Growth::Squared),
@@ -77,8 +77,8 @@ pub(super) fn excitations(
     Ok((all, maps))
 }
 
-/// The body that a field acts on, the forces of its real and of its imaginary part on nodes of that
-/// body, and how they were found.
+/// Body that a field acts on, the forces of its real and of its imaginary part on nodes of that
+/// body, and the report of the mapping.
 fn field_forces(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
@@ -110,7 +110,7 @@ fn field_forces(
     Ok((body, forces, map))
 }
 
-/// Length of the diagonal of the box around a body.
+/// Diagonal of the bounding box of a body, m.
 fn size_m(body: &BodyBuilder) -> f64 {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for at in body.nodes_m() {

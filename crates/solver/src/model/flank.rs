@@ -10,8 +10,8 @@ use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::{distance, dot, norm, scaled, sub, unit};
 
 /// Surface of one body at a contact. Only corner nodes carry contact: consistent weights of a
-/// six-node triangle vanish at its corners, and those of an eight-node quadrilateral are negative there, so
-/// node-to-node contact on all of them has no meaning.
+/// six-node triangle vanish at its corners, and those of an eight-node quadrilateral are negative
+/// there, so that node-to-node contact on all of them has no meaning.
 pub(super) struct Flank {
     /// Corner nodes, mesh indices, ascending.
     pub nodes: Vec<u32>,
@@ -22,13 +22,13 @@ pub(super) struct Flank {
     /// Integrals of the linear shape functions of the facets around each node, m2: a third of each
     /// triangle, a quarter of each parallelogram.
     pub areas_m2: Vec<f64>,
-    /// Of each facet the nodes in the middles of its edges, mesh indices.
+    /// Nodes in the middles of the edges of each facet, mesh indices.
     pub middles: Vec<Vec<u32>>,
     /// Unit direction in which most of the surface's edge runs: along the slot.
     pub along: [f64; 3],
 }
 
-/// Whose surface it is, for messages.
+/// Origin of the surface, for messages.
 pub(super) struct Side<'a> {
     pub contact: &'a str,
     pub group: &'a str,
@@ -36,7 +36,7 @@ pub(super) struct Side<'a> {
 }
 
 impl Side<'_> {
-    /// What is wrong with a facet of the group.
+    /// Error about a facet of the group.
     fn bad_facet(&self, tag: u64, reason: &'static str) -> ModelError {
         ModelError::BadFacet {
             contact: self.contact.to_string(),
@@ -47,9 +47,10 @@ impl Side<'_> {
     }
 }
 
-/// Reads a flank off the mesh; `elements` are the body's.
+/// Reads a flank from the mesh; `elements` are those of the body.
 ///
-/// Normals come from the elements behind the facets; the facets' own orientation means nothing.
+/// Normals come from the elements behind the facets; the orientation of the facets themselves does
+/// not matter.
 pub(super) fn flank(
     mesh: &Mesh,
     group: &Group,
@@ -110,7 +111,7 @@ pub(super) fn flank(
 }
 
 impl Flank {
-    /// Where the nodes are.
+    /// Node positions, m.
     pub fn positions_m(&self, mesh: &Mesh) -> Vec<[f64; 3]> {
         let at = |&n: &u32| mesh.nodes_m[n as usize];
         self.nodes.iter().map(at).collect()
@@ -121,7 +122,7 @@ impl Flank {
         self.areas_m2.iter().sum::<f64>() / self.facets.len() as f64
     }
 
-    /// The nodes in the middles of the edges of these facets, ascending, with the two corners; mesh
+    /// Nodes in the middles of the edges of these facets, ascending, with the two corners; mesh
     /// indices.
     pub fn tied(&self, is_wanted: &[bool]) -> Vec<(u32, [u32; 2])> {
         let mut tied = BTreeMap::new();
@@ -137,7 +138,7 @@ impl Flank {
     }
 }
 
-/// The faces of the group, which are all on the surface of the body.
+/// Faces of the group, which must all be on the surface of the body.
 fn outer_faces(
     mesh: &Mesh,
     group: &Group,
@@ -202,7 +203,7 @@ fn direction_of_edge(facets: &[Vec<u32>], x: impl Fn(u32) -> [f64; 3]) -> [f64; 
             Some((positive(unit(d)?), norm(d)))
         })
         .collect();
-    // Length that runs within some ten degrees of a direction.
+    // Length that runs within about ten degrees of a direction.
     let share = |c: f64| c.powi(64);
     let length = |d: [f64; 3]| {
         edges
@@ -236,7 +237,7 @@ fn direction_of_edge(facets: &[Vec<u32>], x: impl Fn(u32) -> [f64; 3]) -> [f64; 
     positive(unit(sum).unwrap_or(best.0))
 }
 
-/// The vector or its opposite: the first of its (nearly) largest components positive.
+/// Vector or its opposite, such that the first of its (nearly) largest components is positive.
 fn positive(v: [f64; 3]) -> [f64; 3] {
     let largest = v.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
     let lead = v.iter().find(|c| c.abs() > largest - 1e-6).unwrap_or(&1.0);

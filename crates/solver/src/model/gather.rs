@@ -1,4 +1,4 @@
-//! The meshes of all bodies in one.
+//! Union of the meshes of all bodies.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,11 +9,11 @@ use dovetail_mesh::text::list;
 use dovetail_mesh::units::Units;
 use dovetail_mesh::{Group, Mesh};
 
-/// Adds the bodies that have meshes of their own to the mesh that the others share. `read` gives the mesh of
-/// a file; each file is read once.
+/// Adds the bodies that have meshes of their own to the mesh that the others share. `read` gives
+/// the mesh of a file; each file is read once.
 ///
-/// # Errors
-/// What `read` says, and [`ModelError`] where a volume or the original of a copy is not there.
+/// # Errors The errors of `read`, and [`ModelError`] where a volume or the original of a copy is
+/// missing.
 pub fn gather<E: From<ModelError>>(
     assembly: &Assembly,
     shared: Option<Mesh>,
@@ -90,7 +90,7 @@ fn placed(mesh: &Mesh, body: &BodySpec, placement: &Placement) -> Result<Mesh, M
     Ok(part)
 }
 
-/// Groups that one part alone has are also known without its name.
+/// Gives short names, without that of the part, to groups that one part alone has.
 fn add_short_names(mesh: &mut Mesh, parts: &BTreeMap<&str, Mesh>) {
     let mut owners: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (body, part) in parts {
@@ -108,7 +108,7 @@ fn add_short_names(mesh: &mut Mesh, parts: &BTreeMap<&str, Mesh>) {
     mesh.groups.extend(short);
 }
 
-/// The name of a group as a body means it: that of its own mesh before that of another.
+/// Name of a group from the view of a body: a group of its own mesh comes before that of another.
 pub fn name_for<'a>(mesh: &Mesh, body: &str, name: &'a str) -> std::borrow::Cow<'a, str> {
     let own = format!("{body}.{name}");
     match mesh.groups.contains_key(&own) {

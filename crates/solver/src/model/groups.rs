@@ -1,4 +1,4 @@
-//! Groups of the mesh, looked up by name, and the faces of bodies that they are.
+//! Look-up of mesh groups by name, and the faces of bodies in them.
 
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ pub(super) fn kind(dimension: u8) -> &'static str {
     }
 }
 
-/// A group by name, of the wanted dimension (`None`: any) and not empty.
+/// Finds a group by name that has the wanted dimension (`None`: any) and is not empty.
 pub(super) fn find_group<'a>(
     mesh: &'a Mesh,
     name: &str,
@@ -53,7 +53,7 @@ pub(super) fn find_group<'a>(
     Ok(group)
 }
 
-/// How many, and the tags of the first few.
+/// Number of nodes, and the tags of the first few.
 pub(super) fn first_tags<'a>(
     mesh: &Mesh,
     nodes: impl Iterator<Item = &'a u32>,
@@ -62,7 +62,7 @@ pub(super) fn first_tags<'a>(
     (tags.len(), tags.into_iter().take(5).collect())
 }
 
-/// A surface group, or a set of nodes that serves as one.
+/// Finds a surface group, or a set of nodes that serves as one.
 pub(super) fn find_surface<'a>(
     mesh: &'a Mesh,
     name: &str,
@@ -74,25 +74,26 @@ pub(super) fn find_surface<'a>(
     }
 }
 
-/// A face of a body that belongs to a group.
+/// Face of a body that belongs to a group.
 pub(super) struct Face {
     /// Tag of the facet; where the group is a set of nodes, of the element behind.
     pub tag: u64,
-    /// How many elements of the body it bounds: one where it is on the surface.
+    /// Number of elements of the body that the face bounds: one where it is on the surface.
     pub bounded: usize,
-    /// Its nodes, counter-clockwise seen from outside the element behind; empty where it bounds none.
+    /// Nodes, counter-clockwise seen from outside the element behind; empty where it bounds none.
     pub nodes: Vec<u32>,
 }
 
 impl Face {
-    /// Its corners.
+    /// Corner nodes of the face.
     pub fn corners(&self) -> &[u32] {
         &self.nodes[..facet_corners(self.nodes.len())]
     }
 }
 
-/// The faces of a group on a body of these elements: of a surface its facets, in their order, of a set of
-/// nodes the faces on the surface of the body all of whose nodes are in it.
+/// Faces of a group on a body with these elements. For a surface they are its facets, in their
+/// order. For a set of nodes they are the faces on the surface of the body all of whose nodes are
+/// in it.
 pub(super) fn faces(mesh: &Mesh, group: &Group, elements: &[u32]) -> Vec<Face> {
     let key = |nodes: &[u32]| -> [u32; 4] { sorted_corners(&nodes[..facet_corners(nodes.len())]) };
     let of_nodes = group.dimension == 0;

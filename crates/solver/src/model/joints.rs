@@ -1,4 +1,4 @@
-//! What the contacts of a scene make of the flanks: pairs, and nodes tied for good.
+//! Joints that the contacts of a scene make of the flanks: pairs, and bonded nodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::{BodyNode, ContactPair, FlankMatch, ModelError, Side, Slave};
 use crate::model::{Assembly, ContactLaw, ContactSpec};
 use dovetail_mesh::Mesh;
 
-/// What the contacts of a scene make of the flanks.
+/// Joints of all contacts of a scene.
 #[derive(Default)]
 pub(super) struct Joints {
     pub names: Vec<String>,
@@ -18,7 +18,7 @@ pub(super) struct Joints {
     pub facets: Vec<Vec<u32>>,
     pub bonded: Vec<Slave>,
     pub matches: Vec<FlankMatch>,
-    /// The contact of each slave node, and the nodes that it follows.
+    /// Contact of each slave node, and the nodes that it follows.
     slaves: BTreeMap<BodyNode, (String, Vec<BodyNode>)>,
 }
 
@@ -82,8 +82,8 @@ impl Joints {
         Ok(())
     }
 
-    /// The pairs of one contact, node numbers still the mesh's. Where the scene does not say which flank follows the
-    /// other, the coarser one may where the finer one cannot.
+    /// Pairs of one contact, with node numbers of the mesh. Where the scene does not say which
+    /// flank follows the other, the coarser one may follow where the finer one cannot.
     fn paired(
         &self,
         spec: &ContactSpec,
@@ -118,7 +118,8 @@ impl Joints {
         })
     }
 
-    /// A node follows one contact alone and none that follows it, and no support holds it where contact forces act.
+    /// Checks that a node follows only one contact, and none that follows it, and that no support
+    /// holds it where contact forces act.
     fn check(
         &self,
         spec: &ContactSpec,
@@ -169,7 +170,8 @@ impl Joints {
 }
 
 impl Joints {
-    /// The contact by which a node that these nodes follow, one after the other, is one of `own`.
+    /// Name of the contact through which these nodes, followed from slave to masters, lead back to
+    /// one of `own`.
     fn way_back(&self, mut nodes: Vec<BodyNode>, own: &BTreeSet<BodyNode>) -> Option<&String> {
         let mut seen = BTreeSet::new();
         while let Some(node) = nodes.pop() {
@@ -185,7 +187,7 @@ impl Joints {
     }
 }
 
-/// A flank, on the body that has the most of its nodes.
+/// Flank on the body that has the most of its nodes.
 fn surface(
     mesh: &Mesh,
     spec: &ContactSpec,
@@ -196,7 +198,7 @@ fn surface(
     let group = find_surface(mesh, name, &used_by)?;
     let count = |body: &BodyBuilder| group.nodes.iter().filter(|&&n| body.has(n)).count();
     let counts = bodies.iter().map(count).enumerate();
-    // The first of equals.
+    // The first of equals is taken.
     let owner = counts.rev().max_by_key(|(_, count)| *count);
     let Some((owner, _)) = owner.filter(|(_, count)| *count > 0) else {
         let (count, tags) = first_tags(mesh, group.nodes.iter());
@@ -211,8 +213,9 @@ fn surface(
     Surface::new(mesh, &spec.name, (name, group), owner, body)
 }
 
-/// A slave node may be held along the flank only, and what it meets with it: a plane of symmetry cuts both bodies.
-/// Contact forces then never act on a support of the slave. Bonded nodes may be held in any direction, both alike.
+/// Checks that a slave node is held along the flank only, and that what it meets is held, too: a
+/// plane of symmetry cuts both bodies. Contact forces then never act on a support of the slave.
+/// Bonded nodes may be held in any direction, both alike.
 fn check_held(
     bodies: &[BodyBuilder],
     pairs: &[ContactPair],

@@ -1,7 +1,7 @@
-//! Values between scattered points, by moving least squares: the linear function that fits the nearest
-//! points best, nearer ones with more weight (P. Lancaster and K. Salkauskas, Math. Comput. 37 (1981)
-//! 141-158). A linear field comes back exactly. Along a direction in which the points do not spread, as
-//! across the plane of coplanar ones, the function is constant.
+//! Values between scattered points by moving least squares: the linear function that fits the
+//! nearest points best, nearer ones with more weight (P. Lancaster and K. Salkauskas, Math. Comput.
+//! 37 (1981) 141-158). A linear field is reproduced exactly. Along a direction in which the points
+//! do not spread, such as the normal of coplanar points, the function is constant.
 
 use faer::Mat;
 
@@ -9,21 +9,23 @@ use super::neighbours::PointTree;
 use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::space::{dot, norm, sub};
 
-/// Fewest and most points of a fit, where there are so many.
+/// Fewest and most points of a fit, if that many exist.
 pub const FEWEST: usize = 12;
 const MOST: usize = 192;
-/// Points whose variances along their two main directions have a smaller ratio than this stand almost in a
-/// line: more of them are taken.
+/// Points lie almost in a line, and more of them are taken, where the ratio of their variances
+/// along their two main directions is smaller than this.
 const LINE: f64 = 1e-2;
-/// A direction with less of the largest variance than this is not resolved.
+/// A direction with less than this fraction of the largest variance is not resolved.
 const RESOLVED: f64 = 1e-8;
-/// A standard deviation below this share of the coordinates is their rounding.
+/// A standard deviation below this fraction of the coordinates is rounding.
 const ROUNDING: f64 = 1e-12;
-/// A slope is carried no farther than this many standard deviations from the middle of its points: along the
-/// surface, and along a direction in which they hardly spread, as across a surface that is almost plane.
+/// A slope is extended no farther than this many standard deviations from the middle of its points:
+/// along the surface, and along a direction in which they hardly spread, as across a surface that
+/// is almost plane.
 const REACH: [f64; 2] = [10.0, 3.0];
 
-/// The shares of the points in the value at `at`; `left_out` is not among them. None where there is no point.
+/// Shares of the points in the value at `at`, without the point `left_out`. Empty where there is no
+/// point.
 pub fn shares(
     points_m: &[[f64; 3]],
     tree: &PointTree,
@@ -47,10 +49,10 @@ pub fn shares(
 
 /// Weights of the nearest points, their middle and their main directions.
 struct Fit {
-    /// Of sum 1.
+    /// Weights of the points, with sum 1.
     weights: Vec<f64>,
     middle_m: [f64; 3],
-    /// Ascending.
+    /// Variances along the directions, ascending.
     variances: [f64; 3],
     directions: [[f64; 3]; 3],
 }

@@ -6,7 +6,7 @@ use super::{AppliedLoad, ModelError, Traction};
 use crate::model::{LoadKind, LoadSpec};
 use dovetail_mesh::{Group, Mesh};
 
-/// A load of the scene: per body it acts on, what acts there. Nodes are local.
+/// Converts a load of the scene to a load on each body that it acts on. Nodes are local.
 pub(super) fn applied_load(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
@@ -47,8 +47,8 @@ pub(super) fn applied_load(
     }
 }
 
-/// The body that a surface belongs to, and its facets in local nodes, counter-clockwise seen from
-/// outside. `vector` says along which axes something acts on it.
+/// Body that a surface belongs to, and its facets in local nodes, counter-clockwise seen from
+/// outside. `vector` is nonzero along the axes along which something acts on it.
 pub(super) fn surface(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
@@ -71,7 +71,7 @@ pub(super) fn surface(
     Ok((body, facets))
 }
 
-/// The body that has all nodes of a group.
+/// Body that has all nodes of a group.
 pub(super) fn only_body(
     bodies: &[BodyBuilder],
     group: &Group,
@@ -86,7 +86,7 @@ pub(super) fn only_body(
     })
 }
 
-/// Every node belongs to a body, and not all of them are held against `vector`.
+/// Checks that every node belongs to a body, and that not all of them are held against `vector`.
 pub(super) fn check_nodes(
     mesh: &Mesh,
     bodies: &[BodyBuilder],

@@ -1,9 +1,10 @@
-//! Forces and pressures at points in space -> consistent forces on the nodes of a surface.
+//! Mapping of forces and pressures at points in space to consistent forces on the nodes of a
+//! surface.
 //!
-//! A force goes to the nearest point of the surface and is shared there by the shape functions of the
-//! facet. They add up to one, so the sum of the forces is kept. Pressures with areas are forces
-//! -p A n along the inward normal. Pressures alone are a field: it is found at the points of quadrature of
-//! the facets by [`least_squares`], and gives node a the force -int N_a p n dA.
+//! A force goes to the nearest point of the surface and is shared there by the shape functions of
+//! the facet. They add up to one, so that the sum of the forces is kept. Pressures with areas are
+//! forces -p A n along the inward normal. Pressures alone are a field: it is found at the points of
+//! quadrature of the facets by [`least_squares`], and gives node a the force -int N_a p n dA.
 
 use std::borrow::Cow;
 
@@ -17,56 +18,58 @@ use dovetail_mesh::facet::{self, FacetPoint};
 use dovetail_mesh::surface_field::{FieldValues, SurfaceField};
 use dovetail_numerics::space::{cross, distance, dot, norm, scaled, sub, unit};
 
-/// How a field at points in space was mapped to a surface, at the amplitude of its excitation. Of complex
-/// vectors the real part stands first.
+/// Report of how a field at points in space was mapped to a surface, at the amplitude of its
+/// excitation. In complex vectors the real part comes first.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FieldMap {
-    /// Where the field is from.
+    /// Source of the field.
     pub field: String,
-    /// The group that it acts on.
+    /// Group that it acts on.
     pub surface: String,
-    /// Points that were given.
+    /// Number of given points.
     pub points: usize,
-    /// Sum of the given forces, N; `None` of pressures without areas.
+    /// Sum of the given forces, N; `None` for pressures without areas.
     pub given_n: Option<[[f64; 3]; 2]>,
     /// Sum of the forces on the nodes, N.
     pub applied_n: [[f64; 3]; 2],
     /// Largest distance of a point from the surface.
     pub largest_distance_m: f64,
-    /// Root of the mean of the squares of the distances.
+    /// Root mean square of the distances.
     pub rms_distance_m: f64,
-    /// Points farther from the surface than the longest edge of the facet that is nearest.
+    /// Number of points farther from the surface than the longest edge of the nearest facet.
     pub far_points: usize,
-    /// By how much the moment about the centroid of the surface differs from that of the given forces, over
-    /// the sum of the products of forces and lever arms; `None` of pressures without areas.
+    /// Difference of the moment about the centroid of the surface from that of the given forces,
+    /// over the sum of the products of forces and lever arms; `None` for pressures without areas.
     pub moment_error: Option<f64>,
-    /// Of pressures without areas: root mean square of the differences between the given pressures and those
-    /// that all other points give there, over that of the pressures; `None` where the points are fewer than
-    /// such a comparison takes ([`FieldMap::LEAST_POINTS`]).
+    /// Interpolation error of pressures without areas. It is the root mean square of the
+    /// differences between the given pressures and those that all other points give there, over
+    /// that of the pressures. `None` where the points are too few for such a comparison
+    /// ([`FieldMap::LEAST_POINTS`]).
     pub interpolation_error: Option<f64>,
-    /// Of pressures without areas: by how much the sum of the forces differs from what half of the
-    /// points gives, N, the larger for two halves; `None` of a single point.
+    /// Difference of the sum of the forces from the sum that half of the points gives, N, the
+    /// larger for two halves, for pressures without areas; `None` for a single point.
     pub sum_error_n: Option<f64>,
-    /// Of pressures without areas: facets that no point is near.
+    /// Number of facets that no point is near, for pressures without areas.
     pub empty_facets: usize,
-    /// Facets of the surface.
+    /// Number of facets of the surface.
     pub facets: usize,
-    /// Of each point.
+    /// Distance of each point from the surface, m.
     #[serde(skip)]
     distances_m: Vec<f64>,
 }
 
 impl FieldMap {
-    /// Points without areas that an error between them can be told of: those of a fit, and one to leave out.
+    /// Fewest points without areas for which an error can be estimated: those of a fit, and one to
+    /// leave out.
     pub const LEAST_POINTS: usize = least_squares::FEWEST + 1;
 
-    /// Points farther from the surface than this.
+    /// Number of points farther from the surface than this.
     pub fn farther_than(&self, distance_m: f64) -> usize {
         let far = self.distances_m.iter().filter(|d| **d > distance_m);
         far.count()
     }
 
-    /// The forces of a field that is so many times as large.
+    /// Scales the reported forces to those of a field that is so many times as large.
     pub(super) fn scale(&mut self, amplitude: f64) {
         let sums = self.given_n.iter_mut().chain([&mut self.applied_n]);
         let components = sums.flatten().flatten();
@@ -79,7 +82,7 @@ impl FieldMap {
 /// Nodes of a body and the forces on them.
 pub(super) type NodalForces = Vec<(u32, [f64; 3])>;
 
-/// The facets of a surface: nodes of a body, and where they are.
+/// Facets of a surface: nodes of a body, and their positions.
 pub(super) struct Facets {
     nodes: Vec<Vec<u32>>,
     coords_m: Vec<Vec<[f64; 3]>>,
@@ -102,7 +105,7 @@ impl Facets {
         edges.fold(0.0, f64::max)
     }
 
-    /// Centroid of the area.
+    /// Centroid of the area, m.
     fn centroid_m(&self) -> [f64; 3] {
         let (mut sum, mut area) = ([0.0; 3], 0.0);
         for coords in &self.coords_m {
@@ -118,8 +121,8 @@ impl Facets {
     }
 }
 
-/// The real and the imaginary part of a field as forces on the nodes of a surface, and how they were found.
-/// Every node of the surface has one force in each part.
+/// Real and imaginary part of a field as forces on the nodes of a surface, and the report of the
+/// mapping. Every node of the surface has one force in each part.
 pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], FieldMap) {
     let feet = feet(&field.points_m, facets);
     let mut forces = Forces::none(facets);
@@ -162,7 +165,7 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
     (forces.parts(), map)
 }
 
-/// The point of the surface that is nearest to a given point.
+/// Point of the surface that is nearest to a given point.
 struct Foot {
     facet: usize,
     point: FacetPoint,
@@ -183,9 +186,9 @@ fn feet(points_m: &[[f64; 3]], facets: &Facets) -> Vec<Foot> {
     points_m.par_iter().map(foot).collect()
 }
 
-/// What a field gives at its points.
+/// Values of a field at its points.
 enum Given<'a> {
-    /// Forces, those of pressures with areas too.
+    /// Forces, including those of pressures with areas.
     Forces(Cow<'a, [[[f64; 3]; 2]]>),
     /// Pressures without areas.
     Pressures(&'a [[f64; 2]]),
@@ -263,8 +266,8 @@ fn interpolation_error(
     })
 }
 
-/// By how much the sum of the forces differs from those of two halves of the points, whatever their order: which half
-/// a point belongs to is a scattering of its number (Steele, Lea, Flood, OOPSLA 2014, 453-472).
+/// Difference of the sum of the forces from those of two halves of the points, whatever their
+/// order: the half of a point is a hash of its number (Steele, Lea, Flood, OOPSLA 2014, 453-472).
 fn sum_error_n(
     points_m: &[[f64; 3]],
     pressures_pa: &[[f64; 2]],
@@ -297,8 +300,8 @@ fn sum_error_n(
     Some(differences[0].max(differences[1]))
 }
 
-/// Facets whose middle is farther from the nearest point than the facet is long, and than twice the spacing
-/// of the points there.
+/// Number of facets whose middle is farther from the nearest point than the facet is long, and than
+/// twice the spacing of the points there.
 fn empty_facets(points_m: &[[f64; 3]], tree: &PointTree, facets: &Facets) -> usize {
     let is_empty = |facet: &usize| {
         let coords = &facets.coords_m[*facet];
@@ -367,7 +370,7 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 /// Complex forces on the nodes of a surface.
 struct Forces {
-    /// Ascending.
+    /// Nodes of the surface, ascending.
     nodes: Vec<u32>,
     on_node: Vec<[[f64; 3]; 2]>,
 }
@@ -538,8 +541,8 @@ mod tests {
         }
     }
 
-    /// A field that is not linear, on a curved surface: refined points lead to its integral, and the
-    /// estimated error falls with them as the square of their spacing.
+    /// A field that is not linear, on a curved surface: refined points lead to its integral, and
+    /// the estimated error falls with them as the square of their spacing.
     #[test]
     fn a_smooth_pressure_comes_nearer_with_more_points() {
         let facets = sheet(6, bent);
@@ -560,7 +563,8 @@ mod tests {
         );
     }
 
-    /// Waves that are as short as the points are apart, or shorter: what is said of the error is no less than it.
+    /// Waves that are as short as the points are apart, or shorter: the estimate is no less than
+    /// the error.
     #[test]
     fn points_too_coarse_for_the_pressure_say_so() {
         let facets = sheet(20, flat);
@@ -600,7 +604,7 @@ mod tests {
     }
 
     proptest! {
-        /// On the surface forces keep their sum and their moment; beside it their sum.
+        /// Forces on the surface keep their sum and their moment; forces beside it keep their sum.
         #[test]
         fn forces_keep_their_sum_and_moment(
             at in prop::collection::vec((prop::array::uniform2(0.0..1.0), prop::array::uniform6(-5.0..5.0)), 1..30),
@@ -644,7 +648,7 @@ mod tests {
             points_m,
         };
         let (_, map) = super::map(&field, &facets);
-        // Which of the two normals is outward the order of the nodes says.
+        // The order of the nodes says which of the two normals is outward.
         let outward = facet::at(&facets.coords_m[0], [0.3; 2]).normal_m2[2].signum();
         let (s, c) = 1.5f64.sin_cos();
         let expected = [1.0 - c, 0.0, s].map(|f| -2.0 * outward * f);

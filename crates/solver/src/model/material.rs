@@ -1,4 +1,4 @@
-//! What a body is made of, where its mesh says it.
+//! Material of a body whose mesh defines it.
 
 use std::collections::BTreeSet;
 
@@ -6,7 +6,7 @@ use super::gather::materials;
 use super::{Material, MaterialSpec, ModelError};
 use dovetail_mesh::{Mesh, MeshMaterial};
 
-/// The material of the body `body`, whose elements are `elements`.
+/// Material of the body `body`, whose elements are `elements`.
 pub(super) fn material(
     spec: &MaterialSpec,
     mesh: &Mesh,

@@ -1,7 +1,8 @@
-//! [`Assembly`] + [`Mesh`](dovetail_mesh::Mesh) -> [`Model`]: names become indices here and only here.
+//! Conversion of an [`Assembly`] and a [`Mesh`](dovetail_mesh::Mesh) to a [`Model`]: names become
+//! indices here and only here.
 //!
-//! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the flanks are
-//! paired node by node and given their frames, and every node learns how it may move.
+//! [`bind_with_fields`] does it: groups are looked up, each body gets a numbering of its own, the
+//! flanks are paired node by node and given their frames, and each node gets its possible motion.
 
 use std::collections::BTreeMap;
 
@@ -41,49 +42,51 @@ pub use error::ModelError;
 pub use mapping::FieldMap;
 pub use mesh_source::{MeshKind, MeshSource};
 
-/// What the finite elements and the contact need, with every name resolved.
+/// Input of the finite elements and of the contact, with every name resolved.
 #[derive(Debug, Clone, Serialize)]
 pub struct Model {
-    /// In the order of the scene.
+    /// Bodies in the order of the scene.
     pub bodies: Vec<Body>,
-    /// `None` where nothing rotates.
+    /// Rotation; `None` where nothing rotates.
     pub rotation: Option<Rotation>,
     /// Pairs of nodes that may slide and open.
     pub pairs: Vec<ContactPair>,
-    /// Nodes that move with others (bonded contacts, the end of a spring with that of another body).
+    /// Nodes that move with others: those of bonded contacts, and the end of a spring with that of
+    /// another body.
     pub bonded: Vec<Slave>,
-    /// Facets of the slave flanks, each as the pairs at its three or four corners, for fields on the
-    /// flanks.
+    /// Facets of the slave flanks, each as the numbers of the pairs at its three or four corners,
+    /// for fields on the flanks.
     pub flank_facets: Vec<Vec<u32>>,
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
-    /// What shakes it. A complex field on a surface is two of them, a quarter of a period apart.
+    /// Harmonic loads. A complex field on a surface is two of them, a quarter of a period apart.
     pub excitations: Vec<Excitation>,
-    /// How fields at points in space were mapped to surfaces.
+    /// Reports of how fields at points in space were mapped to surfaces.
     pub maps: Vec<FieldMap>,
-    /// Displacements that are watched.
+    /// Observed displacements.
     pub observations: Vec<Observation>,
-    /// How the flanks of each contact between two bodies lie on each other, bonded ones last.
+    /// Reports of how the flanks of each contact between two bodies lie on each other, bonded ones
+    /// last.
     pub matches: Vec<FlankMatch>,
     /// Bodies with flanks whose edges are not straight in the mesh.
     pub straightened: Vec<StraightenedEdges>,
 }
 
 impl Model {
-    /// How many nodes of the mesh bonded contacts tie.
+    /// Number of nodes of the mesh that bonded contacts tie.
     pub fn bonded_pairs(&self) -> usize {
         let is_of_mesh = |at: &BodyNode| (at.node as usize) < self.bodies[at.body].nodes_m.len();
         let slaves = self.bonded.iter();
         slaves.filter(|slave| is_of_mesh(&slave.node)).count()
     }
 
-    /// Largest distance between a node of a pair and what it meets on the other flank, m.
+    /// Largest distance between the node of a pair and its counterpart on the other flank, m.
     pub fn largest_mismatch_m(&self) -> f64 {
         let all = self.matches.iter().map(|m| m.largest_mismatch_m);
         all.fold(0.0, f64::max)
     }
 
-    /// How many elements of each type all bodies have.
+    /// Number of elements of each type in all bodies.
     pub fn element_types(&self) -> BTreeMap<ElementType, usize> {
         let mut counts = BTreeMap::new();
         for (element, count) in self.bodies.iter().flat_map(|body| body.elements.types()) {
@@ -96,36 +99,37 @@ impl Model {
 /// One body: its own node numbering, elements, and degrees of freedom.
 #[derive(Debug, Clone, Serialize)]
 pub struct Body {
-    /// Of the description.
+    /// Name in the description.
     pub name: String,
-    /// What it is made of.
+    /// Material of the body.
     pub material: Material,
-    /// Whether it carries the rotation's load and prestress.
+    /// True if the body carries the load and prestress of the rotation.
     pub rotates: bool,
-    /// Modes that a Craig-Bampton reduction of this body keeps; none where it is not reduced by itself.
+    /// Number of modes that a Craig-Bampton reduction of this body keeps; `None` where it is not
+    /// reduced by itself.
     pub fixed_interface_modes: Option<usize>,
-    /// Node positions, m, in the body's own numbering; those in the middles of flank edges half way
-    /// between the corners.
+    /// Node positions, m, in the body's own numbering. Nodes in the middles of flank edges are half
+    /// way between the corners.
     pub nodes_m: Vec<[f64; 3]>,
-    /// The mesh's index and Gmsh tag of each node.
+    /// Index of each node in the mesh.
     pub mesh_nodes: Vec<u32>,
     /// Gmsh tag of each node.
     pub node_tags: Vec<u64>,
-    /// Its elements, with local node indices.
+    /// Elements, with local node indices.
     pub elements: Connectivity,
-    /// How its nodes move.
+    /// Possible motions of the nodes.
     pub dofs: DofMap,
-    /// Free degrees of freedom that do not move, ascending: nodes on planes of symmetry. They keep their
-    /// numbers and are uncoupled in the matrices.
+    /// Free degrees of freedom that do not move, ascending, as on planes of symmetry. They keep
+    /// their numbers and are uncoupled in the matrices.
     pub held_dofs: Vec<u32>,
-    /// Steady loads besides the rotation's.
+    /// Steady loads besides that of the rotation.
     pub loads: Vec<AppliedLoad>,
-    /// Springs to ground, and the ends of those to other groups of nodes.
+    /// Springs to ground, and the ends of springs to other groups of nodes.
     pub springs: Vec<Spring>,
 }
 
 impl Body {
-    /// The mesh's tag of each free node; of an auxiliary one that of a node that its spring acts on.
+    /// Mesh tag of each free node; for an auxiliary one, the tag of a node that its spring acts on.
     pub fn free_node_tags(&self) -> Vec<u64> {
         let mut tags = vec![None; self.dofs.free_nodes()];
         for (motion, tag) in self.dofs.nodes.iter().zip(&self.node_tags) {
@@ -139,8 +143,8 @@ impl Body {
         tags.into_iter().enumerate().map(of).collect()
     }
 
-    /// The node of the mesh (in the body's own numbering) that a free node is; of an auxiliary one a node that its
-    /// spring acts on.
+    /// Node of the mesh (in the body's own numbering) that a free node is; for an auxiliary one, a
+    /// node that its spring acts on.
     pub fn mesh_node_of(&self, free: usize) -> usize {
         let is_it = |motion: &NodeMotion| *motion == NodeMotion::Free(free as u32);
         let own = self.dofs.nodes.iter().position(is_it);
@@ -163,25 +167,25 @@ impl Body {
     }
 }
 
-/// A spring, or the end of one, on the nodes of one body.
+/// Spring, or the end of one, on the nodes of one body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spring {
-    /// In all.
+    /// Total stiffness, N/m.
     pub stiffness_n_m: f64,
-    /// Unit length; `None`: the same stiffness along all three axes.
+    /// Direction, of unit length; `None`: the same stiffness along all three axes.
     pub direction: Option<[f64; 3]>,
-    /// What it acts on.
+    /// Nodes or facets that the spring acts on.
     pub on: SpringSupport,
 }
 
-/// What a spring of a body acts on; nodes are local.
+/// Support of a spring of a body; nodes are local.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum SpringSupport {
-    /// These nodes, each joined to ground by an equal share.
+    /// Nodes that are each joined to ground by an equal share of the stiffness.
     Nodes(Vec<u32>),
-    /// These facets, joined to ground by their area.
+    /// Facets that are joined to ground in proportion to their area.
     Surface(Vec<Vec<u32>>),
-    /// A weighted sum of displacements.
+    /// Weighted sum of displacements.
     Chain(SpringChain),
 }
 
@@ -194,76 +198,78 @@ impl SpringSupport {
     }
 }
 
-/// A spring on the sum of the displacements of the links, each times its weight, made of one spring a link in series
-/// ([`crate::fem::springs`]).
+/// Spring on the sum of the displacements of the links, each times its weight, made of one spring
+/// per link in series ([`crate::fem::springs`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpringChain {
     /// Nodes and weights.
     pub links: Vec<(u32, f64)>,
-    /// The auxiliary nodes behind the links. The last link has none where the chain ends at ground.
+    /// Auxiliary nodes behind the links. The last link has none where the chain ends at ground.
     pub nodes: Vec<u32>,
 }
 
-/// A load on one body, steady or one unit of a harmonic one.
+/// Load on one body, steady or one unit of a harmonic one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum AppliedLoad {
-    /// On one (local) node.
+    /// Force on one node.
     Point {
-        /// In the body's own numbering.
+        /// Node in the body's own numbering.
         node: u32,
-        /// Along x, y, z.
+        /// Components along x, y, z.
         vector_n: [f64; 3],
     },
-    /// Spread uniformly over part of the surface.
+    /// Load spread uniformly over part of the surface.
     Surface {
         /// Local nodes of each facet, counter-clockwise seen from outside.
         facets: Vec<Vec<u32>>,
-        /// What acts on them.
+        /// Traction on the facets.
         traction: Traction,
     },
-    /// The force of its own mass in a uniform field of acceleration.
+    /// Force of the body's own mass in a uniform field of acceleration.
     Acceleration {
-        /// Along x, y, z.
+        /// Components along x, y, z.
         vector_m_s2: [f64; 3],
     },
 }
 
-/// A load on part of a surface.
+/// Load on part of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Traction {
-    /// The same vector everywhere; its integral, N.
+    /// Integral of a uniform traction, N.
     Total([f64; 3]),
-    /// The same vector everywhere, Pa.
+    /// Uniform traction, Pa.
     Uniform([f64; 3]),
-    /// Along the inward normal, Pa.
+    /// Pressure along the inward normal, Pa.
     Pressure(f64),
 }
 
-/// How a body's nodes move. *Free nodes* are numbered interior first, then those of contacts, in the
-/// order of the contacts and their pairs. Free node `i` owns the degrees of freedom `3 i, 3 i + 1,
-/// 3 i + 2` (x, y, z).
+/// Possible motions of the nodes of a body. *Free nodes* are numbered interior first, then those of
+/// contacts, in the order of the contacts and their pairs. Free node `i` has the degrees of freedom
+/// `3 i, 3 i + 1, 3 i + 2` (x, y, z).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DofMap {
-    /// Of each node of the body.
+    /// Motion of each node of the body.
     pub nodes: Vec<NodeMotion>,
-    /// Free nodes without place, elements and mass, which springs between groups of nodes bring. The first of them
-    /// has the local number behind the nodes of the body.
+    /// Numbers of the auxiliary nodes: free nodes without position, elements and mass, which
+    /// springs between groups of nodes add. The first of them has the local number after the nodes
+    /// of the body.
     pub auxiliary: Vec<u32>,
-    /// Free nodes that no contact has.
+    /// Number of free nodes that belong to no contact.
     pub interior_nodes: usize,
-    /// Free nodes of contacts, bonded ones and the ends of springs to other bodies too: the interface of the body.
+    /// Number of free nodes of contacts, including bonded ones and the ends of springs to other
+    /// bodies: the interface of the body.
     pub contact_nodes: usize,
 }
 
-/// How one node moves.
+/// Possible motion of one node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum NodeMotion {
-    /// Not at all.
+    /// The node does not move.
     Fixed,
-    /// Free node number.
+    /// The node is free, with this number.
     Free(u32),
-    /// Mean of two nodes of the body (local node numbers), each `Fixed` or `Free`: a mid-edge node
-    /// of a flank, so that contact stays linear on the flank.
+    /// The node moves with the mean of two nodes of the body (local node numbers), each `Fixed` or
+    /// `Free`. It is a mid-edge node of a flank, so that contact stays linear on the flank.
     Tied([u32; 2]),
 }
 
@@ -272,7 +278,7 @@ impl DofMap {
     pub fn free_nodes(&self) -> usize {
         self.interior_nodes + self.contact_nodes
     }
-    /// The free nodes that move node `local`, with their weights (empty when it is fixed).
+    /// Free nodes that move node `local`, with their weights (empty where it is fixed).
     pub fn weights(&self, local: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (a, b, w) = match self.motion(local) {
             NodeMotion::Fixed => (None, None, 0.0),
@@ -298,48 +304,49 @@ impl DofMap {
 /// Rotation at constant speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rotation {
-    /// A point of the axis.
+    /// Point of the axis.
     pub point_m: [f64; 3],
     /// Direction of the axis, unit length.
     pub axis: [f64; 3],
     /// Angular speed.
     pub speed_rad_s: f64,
-    /// What it adds to the stiffness of each body by itself.
+    /// Contribution to the stiffness of each body by itself.
     pub prestress: BodyPrestress,
-    /// The prestress is that of the static state of all bodies with contact
-    /// ([`Prestress::Contact`]), which the bodies by themselves do not tell.
+    /// True if the prestress is that of the static state of all bodies with contact
+    /// ([`Prestress::Contact`]), which the bodies by themselves do not determine.
     pub prestress_of_contact: bool,
 }
 
-/// What the rotation adds to the stiffness of a body by itself.
+/// Contribution of the rotation to the stiffness of a body by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum BodyPrestress {
-    /// The centrifugal load only.
+    /// None: the rotation gives only the centrifugal load.
     None,
     /// Geometric stiffness of the static state of the body with its contact nodes held, and spin softening.
     HeldFlanks,
 }
 
-/// A node of a body.
+/// Node of a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct BodyNode {
     /// Index in [`Model::bodies`].
     pub body: usize,
-    /// In the body's own numbering.
+    /// Node in the body's own numbering.
     pub node: u32,
 }
 
-/// A node that moves with others, or relative to them.
+/// Node that moves with others, or relative to them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Slave {
-    /// The node.
+    /// Slave node.
     pub node: BodyNode,
-    /// The nodes whose weighted mean it follows, and their weights, which sum to 1; none on rigid ground.
+    /// Nodes whose weighted mean it follows, and their weights, which sum to 1; none on rigid
+    /// ground.
     pub masters: Vec<(BodyNode, f64)>,
 }
 
 impl Slave {
-    /// The one node that it meets, where the nodes of both flanks coincide.
+    /// Single node that it meets, where the nodes of both flanks coincide.
     pub fn partner(&self) -> Option<BodyNode> {
         match self.masters.as_slice() {
             [(partner, _)] => Some(*partner),
@@ -348,16 +355,16 @@ impl Slave {
     }
 }
 
-/// A node of one flank against what it meets on another (sign conventions: [`crate::contact`]).
+/// Node of one flank and its counterpart on another (sign conventions: [`crate::contact`]).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactPair {
-    /// Which of [`Model::contact_names`] it belongs to.
+    /// Number of its contact in [`Model::contact_names`].
     pub contact: usize,
-    /// The node, and those of the other flank that it meets.
+    /// Node, and the nodes of the other flank that it meets.
     pub slave: Slave,
-    /// The flank that has the slave node.
+    /// Flank that has the slave node.
     pub side: Side,
-    /// Half way between the node and what it meets.
+    /// Position half way between the node and what it meets, m.
     pub position_m: [f64; 3],
     /// Rows n, t1, t2: unit normal from the second flank into the first, and two tangents, t1 in the
     /// direction in which most of the length of the first flank's edge runs (along the slot). The relative
@@ -367,9 +374,9 @@ pub struct ContactPair {
     pub area_m2: f64,
     /// Initial clearance, m, that of a crowned flank included; negative where the flanks interfere.
     pub gap_m: f64,
-    /// Coulomb coefficient.
+    /// Coulomb coefficient of friction.
     pub friction: f64,
-    /// Its springs; `None`: rigid contact.
+    /// Springs of the pair; `None`: rigid contact.
     pub stiffness: Option<PairStiffness>,
 }
 
@@ -385,72 +392,73 @@ impl ContactPair {
     }
 }
 
-/// How the two flanks of a contact lie on each other.
+/// Report of how the two flanks of a contact lie on each other.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FlankMatch {
-    /// Of the contact.
+    /// Name of the contact.
     pub name: String,
-    /// The flank whose nodes the pairs are made at.
+    /// Flank at whose nodes the pairs are made.
     pub slave: Side,
-    /// Shares of the areas of the first and of the second flank that lie opposite the other one.
+    /// Fractions of the areas of the first and of the second flank that lie opposite the other one.
     pub covered: [f64; 2],
-    /// Largest distance between a node and what it meets, m: the arm by which the two contact forces of
-    /// a pair stand apart.
+    /// Largest distance between a node and what it meets, m. It is the lever arm between the two
+    /// contact forces of a pair.
     pub largest_mismatch_m: f64,
-    /// The same along the normal, m.
+    /// Largest distance between them along the normal, m.
     pub largest_separation_m: f64,
-    /// Mean length of a side of the slave's facets, m.
+    /// Mean side length of the slave's facets, m.
     #[serde(skip)]
     pub facet_m: f64,
-    /// Largest weight of a master node, without its sign.
+    /// Largest absolute weight of a master node.
     pub largest_weight: f64,
-    /// Whether each node meets one node.
+    /// True if each node meets exactly one node.
     pub nodes_match: bool,
 }
 
-/// Edges of the flanks of a body whose middle nodes were put half way between the corners. These nodes move with the
-/// mean of their corners, which is a motion without strain in a turn of the body on straight edges alone.
+/// Edges of the flanks of a body whose middle nodes were put half way between the corners. These
+/// nodes move with the mean of their corners. In a rotation of the body this motion is free of
+/// strain only on straight edges.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StraightenedEdges {
     /// Name of the body.
     pub body: String,
-    /// How many edges.
+    /// Number of edges.
     pub edges: usize,
     /// Largest distance by which a middle node was moved, m.
     pub largest_m: f64,
-    /// The same over the length of the edge.
+    /// Largest ratio of that distance to the length of the edge.
     pub largest_share: f64,
 }
 
-/// A harmonic load: `amplitude cos(harmonic omega t - phase_rad)` times one unit of it.
+/// Harmonic load: `amplitude cos(harmonic omega t - phase_rad)` times one unit of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Excitation {
-    /// One unit of it: bodies (indices in [`Model::bodies`]) and what acts on them.
+    /// One unit of the load: bodies (indices in [`Model::bodies`]) and the loads on them.
     pub loads: Vec<(usize, AppliedLoad)>,
-    /// In the unit of [`ExcitationKind::unit`].
+    /// Amplitude in the unit of [`ExcitationKind::unit`].
     pub amplitude: f64,
     /// Multiple of the frequency of the response.
     pub harmonic: usize,
-    /// Lag behind the cosine.
+    /// Phase lag behind the cosine.
     pub phase_rad: f64,
-    /// How it depends on the frequency.
+    /// Dependence on the frequency.
     pub growth: Growth,
 }
 
-/// How a harmonic load depends on its own frequency, `harmonic` times that of the response.
+/// Dependence of a harmonic load on its own frequency, `harmonic` times that of the response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub enum Growth {
-    /// Not at all.
+    /// The load is the same at all frequencies.
     Constant,
-    /// With the square of the angular frequency; it is given at 1 rad/s.
+    /// The load grows with the square of the angular frequency; it is given at 1 rad/s.
     Squared,
 }
 
-/// A displacement watched: sum over `terms` of `direction . u(node)`.
+/// Observed displacement: sum over `terms` of `direction . u(node)`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Observation {
-    /// The name by which results call it.
+    /// Name in the results.
     pub name: String,
-    /// Node, and direction scaled by the node's share.
+    /// Nodes, each with the direction times the node's weight.
     pub terms: Vec<(BodyNode, [f64; 3])>,
 }

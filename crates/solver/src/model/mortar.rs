@@ -1,4 +1,5 @@
-//! Which points of one flank a node of the other meets, where the meshes of both do not match.
+//! Search for the points of one flank that the nodes of the other meet, where the meshes of both do
+//! not match.
 //!
 //! The nodes of one flank, the slaves, follow those of the other, the masters, by weights of a dual mortar
 //! method. With the linear (bilinear) shape functions phi of a slave facet e, on the part of it that lies
@@ -25,25 +26,26 @@ use dovetail_numerics::dense;
 use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
 use faer::Mat;
 
-/// What lies opposite a flank.
+/// Result of the pairing of two flanks.
 pub(super) struct Mortar {
-    /// Of each node of the slave flank; none of one that carries nothing.
+    /// Row of each node of the slave flank; `None` for a node that carries nothing.
     pub rows: Vec<Option<Row>>,
-    /// Of each slave facet, and of each master facet: whether the other flank lies opposite.
+    /// For each slave facet, and for each master facet, true if the other flank lies opposite.
     pub met: [Vec<bool>; 2],
-    /// Shares of the slave flank's area, and of the master flank's, that lie opposite the other flank.
+    /// Fractions of the slave flank's area, and of the master flank's, that lie opposite the other
+    /// flank.
     pub covered: [f64; 2],
-    /// Of facets that lie opposite each other but do not face each other, or are too far apart: the
-    /// nearest.
+    /// Nearest pair of facets that lie opposite each other but do not face each other, or are too
+    /// far apart.
     pub missed: Option<Missed>,
 }
 
-/// One slave node.
+/// Area and weights of one slave node.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
-    /// D, m2.
+    /// Area D, m2.
     pub area_m2: f64,
-    /// Nodes of the master flank, by their places in its list, ascending, and their weights.
+    /// Nodes of the master flank, by their positions in its list, ascending, and their weights.
     pub masters: Vec<(u32, f64)>,
 }
 
@@ -51,29 +53,30 @@ pub(super) struct Row {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Missed {
     pub position_m: Vector,
-    /// Along the normal of the slave facet.
+    /// Distance along the normal of the slave facet, m.
     pub distance_m: f64,
-    /// Between the outward normals.
+    /// Angle between the outward normals, degrees.
     pub degrees: f64,
 }
 
-/// A node whose covered area is below this share of its whole area carries nothing.
+/// A node carries nothing if its covered area is below this fraction of its whole area.
 const LEAST_COVERED: f64 = 0.05;
-/// A facet of which less than this share is covered is left out: its M is next to singular.
+/// A facet is left out if less than this fraction of it is covered: its M is then nearly singular.
 const LEAST_FACET: f64 = 1e-6;
-/// What two facets share is rounding below this share of the slave's.
+/// The common part of two facets is rounding if it is below this fraction of the slave facet.
 const LEAST_PART: f64 = 1e-13;
-/// Weights below this are rounding, and so is a distance to 1 below it.
+/// Weights below this are rounding, and so is a difference from 1 below it.
 const ROUNDING: f64 = 1e-10;
-/// Normals of facets that face each other are farther apart than this (120 degrees).
+/// Normals of facets that face each other have a smaller cosine than this (120 degrees).
 const FACING: f64 = -0.5;
 /// Degree of the rule on a part of a facet: exact for triangles and parallelograms.
 const DEGREE: usize = 6;
-/// Where shape functions are no polynomials the triangles of a part are cut into four this many times.
+/// Number of times that the triangles of a part are cut into four where shape functions are not
+/// polynomials.
 const CUTS: usize = 2;
 
-/// The weights of the nodes of the `slave` flank (their positions first) on the nodes of the `master` flank.
-/// `reach`: how far apart two facets may be, along the normal, of the longer of their longest edges.
+/// Weights of the nodes of the `slave` flank (its positions come first) on the nodes of the
+/// `master` flank. `reach` is the largest distance of two facets along the normal.
 pub(super) fn mortar(
     [slave, master]: [&Flank; 2],
     [slave_m, master_m]: [&[Vector]; 2],
@@ -108,7 +111,7 @@ pub(super) fn mortar(
         found.met[0][e] = true;
         for (m, part) in &parts {
             found.met[1][*m] = true;
-            // The part stands in the plane of the slave facet.
+            // The part lies in the plane of the slave facet.
             let tilt = dot(facet.normal, masters[*m].normal).abs();
             master_area += self::area(part) / tilt;
         }
@@ -125,7 +128,7 @@ pub(super) fn mortar(
         }
     }
     let whole = [slave, master].map(|flank| flank.areas_m2.iter().sum::<f64>());
-    // Facets of a hollow flank overlap where they are put into each other's planes.
+    // Facets of a hollow flank overlap where they are projected to each other's planes.
     found.covered = [
         area.iter().sum::<f64>() / whole[0],
         (master_area / whole[1]).min(1.0),
@@ -142,7 +145,8 @@ pub(super) fn mortar(
     found
 }
 
-/// W / D without what is rounding alone, so that of flanks whose facets match each node has one master.
+/// Weights W / D without those that are rounding, so that each node has one master where the facets
+/// match.
 fn row(weights: HashMap<u32, f64>, area: f64) -> Vec<(u32, f64)> {
     let mut masters: Vec<(u32, f64)> = weights
         .into_iter()
@@ -160,12 +164,12 @@ fn row(weights: HashMap<u32, f64>, area: f64) -> Vec<(u32, f64)> {
     masters
 }
 
-/// How far apart facets may be that are in contact.
+/// Largest distance of facets that are in contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Reach {
-    /// Metres.
+    /// Distance in metres.
     Given(f64),
-    /// This multiple of the longer of their longest edges.
+    /// Multiple of the longer of their longest edges.
     OfFacets(f64),
 }
 
@@ -178,16 +182,16 @@ impl Reach {
     }
 }
 
-/// A facet of three or four corners.
+/// Facet of three or four corners.
 struct Facet {
     corners_m: Vec<Vector>,
     centre_m: Vector,
-    /// Out of the body.
+    /// Unit normal, out of the body.
     normal: Vector,
     /// Two axes across the normal.
     axes: [Vector; 2],
     longest_m: f64,
-    /// From the centre to the farthest corner.
+    /// Distance from the centre to the farthest corner, m.
     radius_m: f64,
 }
 
@@ -205,9 +209,9 @@ type Polygon = Vec<[f64; 2]>;
 
 /// Integrals over the covered part of a slave facet.
 struct Shares {
-    /// D_e, of each corner.
+    /// D_e of each corner, m2.
     area_m2: Vec<f64>,
-    /// Of each corner: W by master facet and its corner.
+    /// W of each corner, by master facet and its corner.
     weights: Vec<Vec<((usize, usize), f64)>>,
 }
 
@@ -216,7 +220,7 @@ impl Facet {
         let count = corners_m.len() as f64;
         let centre_m = [0, 1, 2].map(|k| corners_m.iter().map(|x| x[k]).sum::<f64>() / count);
         let last = corners_m.len() - 1;
-        // Of a quadrilateral the diagonals, of a triangle two edges.
+        // The diagonals of a quadrilateral, or two edges of a triangle.
         let across = match last {
             3 => [
                 sub(corners_m[2], corners_m[0]),
@@ -250,12 +254,13 @@ impl Facet {
         self.axes.map(|axis| dot(axis, d))
     }
 
-    /// The corners of a facet, put into this one's plane along its normal.
+    /// Corners of a facet, projected to the plane of this one along its normal.
     fn outline_of(&self, facet: &Self) -> Polygon {
         facet.corners_m.iter().map(|x| self.in_plane(*x)).collect()
     }
 
-    /// The part of this facet that lies opposite a master facet, or `missed` learns why there is none.
+    /// Part of this facet that lies opposite a master facet; where there is none, the reason is
+    /// written to `missed`.
     fn part_opposite(
         &self,
         master: &Self,
@@ -296,7 +301,8 @@ impl Facet {
 }
 
 impl Facet {
-    /// The integrals over the covered `parts` (master facet, polygon); none where there is no such part.
+    /// Integrals over the covered `parts` (master facet, polygon); `None` where there is no such
+    /// part.
     fn shares(&self, parts: &[(usize, Polygon)], masters: &[Self]) -> Option<Shares> {
         let own = self.outline_of(self);
         let corners = own.len();
@@ -349,7 +355,8 @@ impl Facet {
     }
 }
 
-/// Points and weights of a rule on a convex polygon, its triangles cut into four so many times.
+/// Points and weights of a rule on a convex polygon whose triangles are cut into four so many
+/// times.
 fn points_in(polygon: &Polygon, cuts: usize) -> impl Iterator<Item = ([f64; 2], f64)> {
     let sides = polygon[1..].windows(2);
     let mut triangles: Vec<[[f64; 2]; 3]> = sides.map(|s| [polygon[0], s[0], s[1]]).collect();
@@ -373,7 +380,8 @@ fn quarters([a, b, c]: [[f64; 2]; 3]) -> [[[f64; 2]; 3]; 4] {
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// Whether the shape functions of a facet are polynomials: those of triangles and parallelograms.
+/// Returns `true` if the shape functions of a facet are polynomials: those of triangles and
+/// parallelograms.
 fn is_affine(corners: &Polygon) -> bool {
     let [a, b, c, d] = corners.as_slice() else {
         return true;
@@ -384,8 +392,8 @@ fn is_affine(corners: &Polygon) -> bool {
     square(off) < 1e-20 * square(long)
 }
 
-/// Linear (bilinear) shape functions at a point of the plane of a facet whose corners are there: by Newton's
-/// method, which one step ends for a triangle.
+/// Linear (bilinear) shape functions at a point of the plane of a facet with these corners, by
+/// Newton's method, which takes one step for a triangle.
 fn values(corners: &Polygon, point: [f64; 2]) -> Vec<f64> {
     const MOST_STEPS: usize = 30;
     let mut local = [0.0; 2];
@@ -416,7 +424,7 @@ fn area_of([a, b, c]: [[f64; 2]; 3]) -> f64 {
     0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
 }
 
-/// Of a polygon whose corners run counter-clockwise.
+/// Area of a polygon whose corners run counter-clockwise.
 fn area(polygon: &Polygon) -> f64 {
     let sides = polygon.get(1..).unwrap_or_default().windows(2);
     sides
@@ -424,7 +432,8 @@ fn area(polygon: &Polygon) -> f64 {
         .sum()
 }
 
-/// The part of a convex polygon that lies in another one, both counter-clockwise (Sutherland and Hodgman).
+/// Part of a convex polygon that lies in another one, both counter-clockwise (Sutherland and
+/// Hodgman).
 fn clipped(mut polygon: Polygon, by: &Polygon) -> Polygon {
     for (i, &from) in by.iter().enumerate() {
         let to = by[(i + 1) % by.len()];
@@ -446,14 +455,15 @@ fn clipped(mut polygon: Polygon, by: &Polygon) -> Polygon {
     polygon
 }
 
-/// Master facets by where their middles are.
+/// Master facets by the positions of their middles.
 struct Cells {
     width_m: f64,
     of: HashMap<[i64; 3], Vec<usize>>,
 }
 
 impl Cells {
-    /// As wide as two facets that lie opposite each other may be apart.
+    /// Cells as wide as the largest distance between the middles of two facets that lie opposite
+    /// each other.
     fn of(masters: &[Facet], slaves: &[Facet], reach: Reach) -> Self {
         let largest = |of: fn(&Facet) -> f64| {
             let both = [masters, slaves].map(|f| f.iter().map(of).fold(0.0, f64::max));
@@ -478,7 +488,7 @@ impl Cells {
         facet.centre_m.map(|x| (x / self.width_m).floor() as i64)
     }
 
-    /// Ascending.
+    /// Master facets in the cells around a facet, ascending.
     fn around(&self, facet: &Facet) -> Vec<usize> {
         let [x, y, z] = self.cell(facet);
         let near = -1..=1;
@@ -553,7 +563,7 @@ mod tests {
     const SIZE: [f64; 2] = [3e-2, 1e-2];
     const FAR: Reach = Reach::OfFacets(0.5);
 
-    /// The rectangle of that size, its lines bent inside: cells that are no parallelograms.
+    /// Rectangle of that size with its lines bent inside: cells that are no parallelograms.
     fn bent([u, v]: [f64; 2]) -> Vector {
         let inside = u * (1.0 - u) * v * (1.0 - v);
         let (u, v) = (u * u * 0.4 + 0.6 * u + 0.7 * inside, v - 0.6 * inside);
@@ -568,7 +578,7 @@ mod tests {
         mortar([&slave.0, &master.0], [&slave.1, &master.1], reach)
     }
 
-    /// Where the slave's nodes meet the master.
+    /// Position on the master that the slave's node meets.
     fn met(row: &Row, master: &[Vector]) -> Vector {
         [0, 1, 2].map(|c| {
             row.masters
@@ -681,8 +691,8 @@ mod tests {
         }
     }
 
-    /// Of columns a quarter of the flank wide the master covers two and 1 % of a third: its node there has
-    /// the area of half of a column, and of the third next to nothing.
+    /// With columns a quarter of the flank wide, the master covers two and 1 % of a third: its node
+    /// there has the area of half a column, and almost nothing of the third.
     #[test]
     fn what_is_hardly_covered_carries_nothing() {
         let grid = |cells, on_top| Grid {
@@ -698,7 +708,7 @@ mod tests {
         let carries: Vec<bool> = mortar.rows.iter().map(Option::is_some).collect();
         assert_eq!(carries[..5], [true, true, true, false, false]);
         assert_eq!(mortar.met[0], [true, true, true, false]);
-        // Nothing is nearer than it is.
+        // No other facet is nearer.
         let above = grid([2, 2], true).flank(|p| {
             let [x, y, z] = even(p);
             [x, y, z + 3e-3]
@@ -707,7 +717,7 @@ mod tests {
         assert!(mortar.rows.iter().all(Option::is_none));
         let missed = mortar.missed.unwrap();
         assert!((missed.distance_m - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
-        // And one that looks the same way is not opposite.
+        // A facet that faces the same way is not opposite.
         let same_way = grid([2, 2], false).flank(even);
         let missed = found(&slave, &same_way, FAR).missed.unwrap();
         assert!(missed.degrees < 1.0, "{missed:?}");

@@ -19,8 +19,8 @@ struct Chord {
 }
 
 impl Chord {
-    /// Shares of the corners in the point that is nearest to `p` (C. Ericson, Real-Time Collision Detection,
-    /// 5.1.5).
+    /// Shares of the corners in the point that is nearest to `p` (C. Ericson, Real-Time Collision
+    /// Detection, 5.1.5).
     fn shares(&self, p: [f64; 3]) -> [f64; 3] {
         let [a, b, c] = self.corners_m;
         let (ab, ac, ap) = (sub(b, a), sub(c, a), sub(p, a));
@@ -77,14 +77,14 @@ fn weighted<const N: usize>(shares: &[f64; 3], points: &[[f64; N]; 3]) -> [f64; 
     std::array::from_fn(|k| shares.iter().zip(points).map(|(s, x)| s * x[k]).sum())
 }
 
-/// The facets of a surface.
+/// Search tree of the facets of a surface.
 pub struct FacetTree<'a> {
     facets_m: &'a [Vec<[f64; 3]>],
     tree: RTree<Chord>,
 }
 
 impl<'a> FacetTree<'a> {
-    /// Of facets, each as its 3, 4, 6 or 8 nodes.
+    /// Tree of facets, each given as its 3, 4, 6 or 8 nodes.
     pub fn new(facets_m: &'a [Vec<[f64; 3]>]) -> Self {
         let mut chords = Vec::new();
         for (facet, nodes) in facets_m.iter().enumerate() {
@@ -108,8 +108,8 @@ impl<'a> FacetTree<'a> {
         }
     }
 
-    /// The facet whose chord is nearest to `p`, and the point of the facet that is nearest. `None` without
-    /// facets.
+    /// Facet whose chord is nearest to `p`, and the point of the facet that is nearest. `None`
+    /// without facets.
     pub fn nearest(&self, p: [f64; 3]) -> Option<(usize, FacetPoint)> {
         let chord = self.tree.nearest_neighbor(p)?;
         let start = weighted(&chord.shares(p), &chord.reference);
@@ -118,7 +118,7 @@ impl<'a> FacetTree<'a> {
     }
 }
 
-/// The point of a facet that is nearest to `p`, by the method of Gauss and Newton from a start.
+/// Point of a facet that is nearest to `p`, by the Gauss-Newton method from `start`.
 fn nearest_on(nodes_m: &[[f64; 3]], start: [f64; 2], p: [f64; 3]) -> FacetPoint {
     let mut at = start;
     let mut best = facet::at(nodes_m, at);
@@ -154,7 +154,7 @@ fn nearest_on(nodes_m: &[[f64; 3]], start: [f64; 2], p: [f64; 3]) -> FacetPoint 
     best
 }
 
-/// Reference coordinates brought back onto the facet.
+/// Reference coordinates moved back onto the facet.
 fn inside(nodes: usize, [r, s]: [f64; 2]) -> [f64; 2] {
     if facet_corners(nodes) == 4 {
         return [r.clamp(-1.0, 1.0), s.clamp(-1.0, 1.0)];
@@ -168,13 +168,13 @@ fn inside(nodes: usize, [r, s]: [f64; 2]) -> [f64; 2] {
     [r, s.clamp(0.0, 1.0 - r)]
 }
 
-/// Points in space.
+/// Search tree of points in space.
 pub struct PointTree {
     tree: RTree<GeomWithData<[f64; 3], usize>>,
 }
 
 impl PointTree {
-    /// Of these points.
+    /// Tree of these points.
     pub fn new(points_m: &[[f64; 3]]) -> Self {
         let numbered = points_m.iter().enumerate();
         let numbered = numbered.map(|(i, p)| GeomWithData::new(*p, i));
@@ -183,7 +183,7 @@ impl PointTree {
         }
     }
 
-    /// Indices of the points from the nearest one on, with the squares of their distances.
+    /// Indices of the points in order of distance from `p`, with the squares of their distances.
     pub fn nearest(&self, p: [f64; 3]) -> impl Iterator<Item = (usize, f64)> {
         let all = self.tree.nearest_neighbor_iter_with_distance_2(p);
         all.map(|(point, square)| (point.data, square))
@@ -217,7 +217,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against all points of a fine grid of the facet: none of them is nearer.
+        /// Compares with all points of a fine grid of the facet: none of them is nearer.
         #[test]
         fn no_point_of_a_facet_is_nearer(p in prop::array::uniform3(-1.0..2.5)) {
             for nodes in [curved()[..3].to_vec(), warped()] {

@@ -8,10 +8,11 @@ use crate::model::SpringSpec;
 use dovetail_mesh::facet::shares;
 use dovetail_mesh::{Group, Mesh};
 
-/// A node whose weight is below this fraction of the largest one does not count.
+/// A node does not count if its weight is below this fraction of the largest one.
 const NO_WEIGHT: f64 = 1e-12;
 
-/// Adds a spring to the bodies that it acts on; the end that follows the other, where it joins two bodies.
+/// Adds a spring to the bodies that it acts on. Returns the end that follows the other where it
+/// joins two bodies.
 pub(super) fn add_spring(
     mesh: &Mesh,
     bodies: &mut [BodyBuilder],
@@ -73,7 +74,7 @@ fn with(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
     }
 }
 
-/// Adds a chain of these links to a body; its last auxiliary node.
+/// Adds a chain of these links to a body. Returns its last auxiliary node.
 fn add_chain(
     body: &mut BodyBuilder,
     spec: &SpringSpec,
@@ -92,7 +93,7 @@ fn add_chain(
     last
 }
 
-/// A group that a spring acts on.
+/// Group that a spring acts on.
 struct Place<'a> {
     name: &'a str,
     group: &'a Group,
@@ -120,7 +121,7 @@ impl<'a> Place<'a> {
         Ok(Self { name, group, body })
     }
 
-    /// Its facets in local nodes; `None` for a group of nodes.
+    /// Facets of the group in local nodes; `None` for a group of nodes.
     fn facets(
         &self,
         mesh: &Mesh,
@@ -133,8 +134,8 @@ impl<'a> Place<'a> {
         outward_facets(mesh, self.group, &bodies[self.body], used_by, self.name).map(Some)
     }
 
-    /// The nodes (local) that move, with their weights in the mean displacement of the group, along its
-    /// largest extent.
+    /// Nodes (local) that move, with their weights in the mean displacement of the group, ordered
+    /// along its largest extent.
     fn links(
         &self,
         mesh: &Mesh,

@@ -4,7 +4,7 @@ use super::Problem;
 use crate::contact::PairLaw;
 use crate::reduction::superelement::read;
 
-/// With a friction of 0.3 and no clearance, excited by `force_n`.
+/// Problem with a friction of 0.3 and no clearance, excited by `force_n`.
 pub fn dovetail72(force_n: f64) -> Problem {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
     let reduced = read(folder.as_ref()).unwrap().model;

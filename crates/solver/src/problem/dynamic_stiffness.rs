@@ -1,13 +1,13 @@
-//! Dynamic stiffness of the pairs, and what the stuck modes add to loads and fields.
+//! Dynamic stiffness of the pairs, and the contributions of the stuck modes to loads and fields.
 //!
 //! With z = w^2 - i w b and s = 1 + i w a (Rayleigh damping a K + b M):
 //! `Lambda(w) = s K - z M - sum_m (z^2 / d_m) p_m p_m^T`, `d_m = s w_m^2 - z`,
 //! `F(w) = F_X + sum_m (z / d_m) p_m fm_m`, `q_m = (fm_m + z p_m . X) / d_m`.
 //! Complex amplitudes: `x(t) = Re(X exp(i w t))`, X = cosine - i sine.
 //!
-//! Lambda is not formed: K, M and `P = [p_m]` are the same at every frequency and harmonic, so that they are
-//! read once for all harmonics together (matrix times matrix), where one Lambda per harmonic, real and imaginary,
-//! would be 2H matrices of the size of K.
+//! Lambda is not formed: K, M and `P = [p_m]` are the same at every frequency and harmonic. They
+//! are read once for all harmonics together (matrix times matrix), where one Lambda per harmonic,
+//! real and imaginary, would be 2H matrices of the size of K.
 
 use super::Problem;
 use crate::reduction::ReducedModel;
@@ -17,35 +17,35 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par, c64};
 use std::ops::Range;
 
-/// A problem with its damping.
+/// Problem with its damping.
 pub struct ContactSystem<'a> {
     /// Matrices, laws and excitations.
     pub problem: &'a Problem,
-    /// a and b.
+    /// Coefficients a and b.
     pub damping: Rayleigh,
 }
 
-/// Stiffness of the mean and of the harmonics 1..H at one frequency.
+/// Dynamic stiffness of the mean and of the harmonics 1..H at one frequency.
 pub struct HarmonicStiffness<'a> {
     model: &'a ReducedModel,
-    /// Of the first harmonic, rad/s.
+    /// Angular frequency of the first harmonic, rad/s.
     omega: f64,
     harmonics: Vec<Coefficients>,
 }
 
-/// Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
+/// Coefficients of Lambda of one harmonic: `s K - z M + sum_m modes_m p_m p_m^T`.
 #[derive(Debug, Clone)]
 pub struct Coefficients {
-    /// `1 + i w a`.
+    /// Factor of K, `1 + i w a`.
     pub s: c64,
-    /// `w^2 - i w b`.
+    /// Factor of M, `w^2 - i w b`.
     pub z: c64,
-    /// The factor of `p_m p_m^T`, per stuck mode.
+    /// Factor of `p_m p_m^T`, for each stuck mode.
     pub modes: Vec<c64>,
 }
 
 impl<'a> ContactSystem<'a> {
-    /// The problem with this damping.
+    /// System of a problem with this damping.
     pub fn new(problem: &'a Problem, damping: Rayleigh) -> Self {
         Self { problem, damping }
     }
@@ -127,7 +127,8 @@ fn coefficients(omega2: &[f64], damping: Rayleigh, omega: f64) -> Coefficients {
     }
 }
 
-/// `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K X, M X and P c P^T X.
+/// Computes `s K - z M + P c P^T` on columns: cosine and sine parts of a harmonic, from those of K
+/// X, M X and P c P^T X.
 fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out: [&mut [f64]; 2]) {
     let [out_c, out_s] = out;
     for (i, (yc, ys)) in out_c.iter_mut().zip(out_s).enumerate() {
@@ -139,17 +140,17 @@ fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out
 }
 
 impl HarmonicStiffness<'_> {
-    /// Harmonics besides the mean.
+    /// Number of harmonics besides the mean.
     pub fn harmonics(&self) -> usize {
         self.harmonics.len()
     }
 
-    /// Unknowns of one block.
+    /// Number of unknowns of one block.
     pub fn unknowns(&self) -> usize {
         self.model.stiffness.nrows()
     }
 
-    /// Of each harmonic, with the stuck modes below `cut` times the highest of them.
+    /// Coefficients of each harmonic, with the stuck modes below `cut` times the highest of them.
     pub fn coefficients(&self, cut: f64) -> Vec<Coefficients> {
         let highest = cut * self.omega * self.harmonics.len() as f64;
         let below = |w2: &f64| *w2 < highest * highest;
@@ -159,8 +160,8 @@ impl HarmonicStiffness<'_> {
         harmonics
     }
 
-    /// Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] of vectors of 2H+1 blocks: the mean, then cosine and sine of each
-    /// harmonic (`X = cosine - i sine`).
+    /// Computes Y = [K v_0, Lambda_1 X_1, ..., Lambda_H X_H] for vectors of 2H+1 blocks: the mean,
+    /// then cosine and sine of each harmonic (`X = cosine - i sine`).
     pub fn apply(&self, v: &[f64], y: &mut [f64]) {
         let ReducedModel {
             stiffness,
@@ -183,7 +184,7 @@ impl HarmonicStiffness<'_> {
             );
             out
         };
-        // Side by side where a core is free, as at the end of a sweep when its other half is done.
+        // In parallel where a core is free, as at the end of a sweep when its other half is done.
         let (stiff, inert) = rayon::join(
             || product(stiffness.as_ref(), v),
             || product(mass.as_ref(), &v[n..]),

@@ -1,6 +1,7 @@
-//! The dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take part alone,
-//! K in single precision, and the mass through the coarse space of the softest motions. Inertia matters where motions are soft;
-//! in the others it is beneath single precision: `M ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
+//! Dynamic stiffness for the inner linear solves, which are inexact anyway: on the pairs that take
+//! part alone, with K in single precision, and the mass through the coarse space of the softest
+//! motions. Inertia matters where motions are soft; in the others it is below single precision. `M
+//! ~ (M W) (W^T M W)^-1 (M W)^T` is exact on the motions W.
 
 use std::sync::Arc;
 
@@ -16,29 +17,30 @@ use dovetail_numerics::sparse::product;
 use dovetail_numerics::spectrum::cosine;
 use dovetail_numerics::vector::{axpy, dot, norm};
 
-/// Motions of the coarse space for each root of the number of unknowns.
+/// Ratio of the number of motions of the coarse space to the root of the number of unknowns.
 const MOTIONS_PER_ROOT: f64 = 2.0;
 const FEWEST_MOTIONS: usize = 12;
-/// A motion that is this much, squared, in those before it on the pairs that take part, is left out.
+/// A motion is left out if, on the pairs that take part, less than this fraction of its square is
+/// independent of those before it.
 const DEPENDENT: f64 = 1e-4;
-/// From this share on all pairs take part.
+/// Fraction of active pairs from which on all pairs take part.
 pub const ALL_FROM: f64 = 0.25;
-/// Pairs more than needed that may take part, beside one in four.
+/// Number of pairs beyond the active ones that may take part, in addition to a quarter of these.
 const SPARE: usize = 16;
 
-/// What is the same for all sets of pairs.
+/// Data that are the same for all sets of pairs.
 pub struct InexactModel<'a> {
     model: &'a ReducedModel,
-    /// n x motions.
+    /// Coarse space W, n x motions.
     coarse_space: Mat<f64>,
-    /// M ~ inertia inertia^T, n x motions or fewer.
+    /// Factor of M ~ inertia inertia^T, n x motions or fewer.
     inertia: Mat<f32>,
     all: Option<Arc<Inexact>>,
 }
 
 /// K, M, P and the coarse space on the unknowns of some pairs; m unknowns.
 pub struct Inexact {
-    /// Ascending.
+    /// Numbers of the pairs, ascending.
     pub pairs: Vec<usize>,
     stiffness: PackedSymmetric,
     /// W^T, motions x m.
@@ -49,14 +51,14 @@ pub struct Inexact {
     coupling: Mat<f32>,
 }
 
-/// Motions of the coarse space of so many unknowns.
+/// Number of motions of the coarse space for so many unknowns.
 pub fn motions(unknowns: usize) -> usize {
     let count = (MOTIONS_PER_ROOT * (unknowns as f64).sqrt()).ceil() as usize;
     count.max(FEWEST_MOTIONS)
 }
 
 impl<'a> InexactModel<'a> {
-    /// Finds the coarse space: a Cholesky factor of K, n x n.
+    /// Model with its coarse space, which takes a Cholesky factor of K, n x n.
     pub fn new(model: &'a ReducedModel) -> Self {
         let n = model.stiffness.nrows();
         let space = coarse_space(
@@ -80,7 +82,7 @@ impl<'a> InexactModel<'a> {
         this
     }
 
-    /// For where no linear solve is made, or few: no motions.
+    /// Model without motions, for few or no linear solves.
     pub fn unprepared(model: &'a ReducedModel) -> Self {
         let n = model.stiffness.nrows();
         Self {
@@ -91,8 +93,8 @@ impl<'a> InexactModel<'a> {
         }
     }
 
-    /// On pairs among which are all of `active`: those of `last` where they serve, all pairs where enough of
-    /// them are active.
+    /// Model on a set of pairs that includes all of `active`: those of `last` where they suffice,
+    /// or all pairs where enough of them are active.
     pub fn taking_part(&self, active: &[usize], last: Option<&Arc<Inexact>>) -> Arc<Inexact> {
         let count = active.len();
         let most = count + count / 4 + SPARE;
@@ -162,24 +164,25 @@ impl<'a> InexactModel<'a> {
 }
 
 impl Inexact {
-    /// Unknowns of one block.
+    /// Number of unknowns of one block.
     pub fn unknowns(&self) -> usize {
         3 * self.pairs.len()
     }
 
-    /// Their places among all.
+    /// Positions of the unknowns among those of all pairs.
     pub fn columns(&self) -> Vec<usize> {
         columns(&self.pairs)
     }
 
-    /// K x, m x any.
+    /// Computes K x, m x any.
     pub fn stiffness_times(&self, x: MatRef<'_, f32>) -> Mat<f32> {
         let mut y = Mat::zeros(x.nrows(), x.ncols());
         self.stiffness.times(x, y.as_mut());
         y
     }
 
-    /// `Lambda x` from x and `K x`, m x (2H+1): the mean, then cosine and sine of each harmonic.
+    /// Computes `Lambda x` from x and `K x`, m x (2H+1): the mean, then cosine and sine of each
+    /// harmonic.
     pub fn dynamic(
         &self,
         harmonics: &[Coefficients],
@@ -209,7 +212,8 @@ impl Inexact {
         y
     }
 
-    /// Lambda of one harmonic on the first so many motions, real and imaginary part: (Lambda W)^T, `count` x m.
+    /// Lambda of one harmonic on the first `count` motions, real and imaginary part: (Lambda W)^T,
+    /// `count` x m.
     pub fn dynamic_motions(&self, c: &Coefficients, count: usize) -> [Mat<f32>; 2] {
         let motions = self.motions.get(..count, ..);
         let coupling = self.coupling.get(.., ..c.modes.len());
@@ -241,7 +245,7 @@ impl Inexact {
     }
 }
 
-/// Row i of a cosine and a sine column times a complex number, `X = cosine - i sine`.
+/// Multiplies row i of a cosine and a sine column by a complex number, `X = cosine - i sine`.
 fn scale_by_complex(by: c64, a: &mut Mat<f32>, i: usize, cosine: usize) {
     let (c, s) = (f64::from(a[(i, cosine)]), f64::from(a[(i, cosine + 1)]));
     a[(i, cosine)] = (by.re * c + by.im * s) as f32;
@@ -265,7 +269,7 @@ fn columns(pairs: &[usize]) -> Vec<usize> {
         .collect()
 }
 
-/// N of `(M W) (W^T M W)^-1 (M W)^T = N N^T`; motions without mass are left out.
+/// Factor N of `(M W) (W^T M W)^-1 (M W)^T = N N^T`; motions without mass are left out.
 fn nystrom(moved: &Mat<f64>, motions: &Mat<f64>) -> Mat<f64> {
     const NO_MASS: f64 = 1e-10;
     let nothing = || Mat::zeros(moved.nrows(), 0);

@@ -1,4 +1,5 @@
-//! The assembly linearised about a static state: pairs that are closed there stick, open ones stay open.
+//! Assembly linearised about a static state: pairs that are closed there stick, open ones stay
+//! open.
 //!
 //! With the rows o of K, M and p of the open pairs, the others being held (X = 0),
 //!
@@ -7,8 +8,8 @@
 //! |  0    Omega^2| |  q  | + | p_o^T   1  | |  q''  | = | f_q |
 //! ```
 //!
-//! is what vibrations too small to open, close or slide a pair obey. Its modes diagonalise it, Rayleigh damping
-//! included.
+//! describes vibrations too small to open, close or slide a pair. Its modes diagonalise it,
+//! including Rayleigh damping.
 
 use faer::{Mat, MatRef};
 
@@ -17,30 +18,31 @@ use crate::reduction::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::eigen::{EigenError, Modes, dense};
 use dovetail_numerics::sparse::product;
 
-/// What small vibrations about a static state obey.
+/// Linear reference, which small vibrations about a static state obey.
 #[derive(Debug, Clone)]
 pub struct LinearReference {
     /// Squared angular frequencies of its modes, rad2/s2, ascending.
     pub omega2: Vec<f64>,
-    /// Of these the first have mass; the others are motions that follow statically.
+    /// Number of modes with mass, which come first; the others are motions that follow statically.
     pub with_mass: usize,
-    /// Why open pairs are held like the others; `None` where they are released.
+    /// Reason why open pairs are held like the others; `None` where they are released.
     pub not_released: Option<String>,
-    /// `None` where all pairs stick: its modes are the stuck ones.
+    /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
     released: Option<Released>,
 }
 
 #[derive(Debug, Clone)]
 struct Released {
-    /// The relative displacements that are free, and ...
+    /// Relative displacements that are free, and ...
     rows: Vec<usize>,
-    /// ... how they and the stuck modes move in each mode, of unit modal mass.
+    /// ... the motion of these and of the stuck modes in each mode, of unit modal mass.
     vectors: Mat<f64>,
 }
 
 impl LinearReference {
-    /// About a state in which the pairs of these numbers are open, and the others stick, with springs where they have
-    /// any. Where nothing holds the assembly so, or no modes are found, nothing moves in any pair.
+    /// Reference about a state in which the pairs of these numbers are open, and the others stick,
+    /// with their springs if any. Where nothing holds the assembly so, or no modes are found,
+    /// nothing moves in any pair.
     pub fn about(problem: &Problem, open_pairs: &[usize]) -> Self {
         let mut rows = Vec::new();
         for (pair, law) in problem.laws.iter().enumerate() {
@@ -71,7 +73,7 @@ impl LinearReference {
         }
     }
 
-    /// With all pairs stuck.
+    /// Reference with all pairs stuck.
     pub fn stuck(reduced: &ReducedModel) -> Self {
         Self {
             omega2: reduced.omega2.clone(),
@@ -81,7 +83,8 @@ impl LinearReference {
         }
     }
 
-    /// `problem`, which it was made of, on its modes alone, without any pair. Displacements count from the static state.
+    /// Converts `problem`, from which the reference was made, to its modes alone, without pairs.
+    /// Displacements count from the static state.
     pub fn problem(&self, problem: &Problem) -> Problem {
         let reduced = &problem.reduced;
         let load = |load: &Load| Load {
@@ -117,7 +120,8 @@ impl LinearReference {
         }
     }
 
-    /// What weights of the relative displacements and of the stuck modes, a load or what is observed, are on each mode.
+    /// Converts weights of the relative displacements and of the stuck modes, for a load or an
+    /// observation, to weights of each mode.
     fn shares(&self, on_x: &[f64], on_modes: &[f64]) -> Vec<f64> {
         let Some(Released { rows, vectors }) = &self.released else {
             return on_modes.to_vec();
@@ -130,7 +134,7 @@ impl LinearReference {
     }
 }
 
-/// With these rows of X on springs, N/m, all others held.
+/// Modes with these rows of X on springs, N/m, and all others held.
 fn modes(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Result<(Modes, usize), EigenError> {
     let (n, m) = (rows.len(), reduced.omega2.len());
     let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {

@@ -1,8 +1,10 @@
-//! [`ReducedModel`] -> [`Problem`]: the reduced model with the laws of its pairs and what excites it; its dynamic
-//! stiffness at any frequency, and its linear reference about a static state.
+//! Conversion of a [`ReducedModel`] to a [`Problem`]: the reduced model with the laws of its pairs
+//! and its excitations. It has a dynamic stiffness at any frequency, and a linear reference about a
+//! static state.
 //!
-//! The coefficients of damping are no part of a problem: a ratio of critical is that of a mode of the linear reference,
-//! which is known once the static state is ([`dynamic_stiffness::ContactSystem`] has them).
+//! The coefficients of damping do not belong to a problem: a ratio of critical refers to a mode of
+//! the linear reference, which is known only after the static state
+//! ([`dynamic_stiffness::ContactSystem`] has them).
 
 #[cfg(test)]
 pub(crate) mod dovetail72;
@@ -18,19 +20,20 @@ use crate::reduction::superelement::SuperelementError;
 use crate::reduction::{Load, ReducedModel};
 use dovetail_numerics::vector::norm;
 
-/// What is to be solved: a reduced model, the law of each of its pairs, and what excites it.
+/// Problem to be solved: a reduced model, the law of each of its pairs, and its excitations.
 #[derive(Debug, Clone)]
 pub struct Problem {
     /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
     pub reduced: ReducedModel,
-    /// The contact law of each pair, n / 3.
+    /// Contact law of each pair, n / 3.
     pub laws: Vec<PairLaw>,
-    /// Loads by harmonic, ascending; those of one harmonic that depend alike on the frequency are added.
+    /// Loads by harmonic, ascending. Those of one harmonic that depend alike on the frequency are
+    /// added.
     pub excitations: Vec<HarmonicLoad>,
 }
 
 impl Problem {
-    /// The reduced model of `model`, with the laws of its pairs, and excited as it says.
+    /// Problem of a reduced model with the contact laws and excitations of `model`.
     pub fn new(reduced: ReducedModel, model: &Model) -> Self {
         let law = |pair: &ContactPair| PairLaw {
             friction: pair.friction,
@@ -44,8 +47,8 @@ impl Problem {
         }
     }
 
-    /// A reduced model all of whose pairs follow `law`, excited by `amplitude` times its first unit load, in phase with
-    /// the cosine of harmonic 1.
+    /// Problem of a reduced model all of whose pairs follow `law`, excited by `amplitude` times its
+    /// first unit load, in phase with the cosine of harmonic 1.
     pub fn of_one_law(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {
         let excitation = Excitation {
             loads: Vec::new(),
@@ -61,8 +64,8 @@ impl Problem {
         }
     }
 
-    /// Size of what presses the pairs steadily, N: the static load on X, and the force of each pair's own stiffness
-    /// that its interference takes.
+    /// Norm of the forces that press the pairs steadily, N: the static load on X, and the own
+    /// stiffness of each pair times its interference.
     pub fn steady_force_n(&self) -> f64 {
         let own = self.reduced.diagonal_stiffness();
         let interference = self.laws.iter().zip(own.iter().step_by(3));
@@ -72,11 +75,11 @@ impl Problem {
         norm(&self.reduced.static_load.on_x).hypot(norm(&interference))
     }
 
-    /// The reduced model with a single unit load, that of all excitations as they are: what a folder
-    /// ([`superelement`](crate::reduction::superelement)) holds.
+    /// Reduced model with a single unit load, the sum of all excitations at their amplitudes, as a
+    /// folder ([`superelement`](crate::reduction::superelement)) stores it.
     ///
-    /// # Errors
-    /// Loads of another harmonic than 1, out of phase, or that depend on the frequency; other than one observed point.
+    /// # Errors Loads of another harmonic than 1, out of phase, or that depend on the frequency;
+    /// other than one observed point.
     pub fn of_one_load(&self) -> Result<ReducedModel, SuperelementError> {
         if self
             .excitations
@@ -109,7 +112,7 @@ impl Problem {
     }
 }
 
-/// Loads by harmonic, ascending, and by how they depend on the frequency; those alike are added.
+/// Loads by harmonic, ascending, and by their dependence on the frequency; those alike are added.
 fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
     let of = |f: &Excitation| (f.harmonic, f.growth);
     let mut kinds: Vec<(usize, Growth)> = forces.iter().map(of).collect();
@@ -143,21 +146,22 @@ fn excited(forces: &[Excitation], unit_loads: &[Load]) -> Vec<HarmonicLoad> {
     kinds.into_iter().filter_map(both).collect()
 }
 
-/// `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times [`HarmonicLoad::factor`].
+/// Harmonic load `cosine cos(k w t) + sine sin(k w t)`, k = `harmonic`, times
+/// [`HarmonicLoad::factor`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
     pub harmonic: usize,
-    /// In phase with the cosine.
+    /// Load in phase with the cosine.
     pub cosine: Load,
-    /// In phase with the sine.
+    /// Load in phase with the sine.
     pub sine: Load,
-    /// How it depends on the frequency.
+    /// Dependence on the frequency.
     pub growth: Growth,
 }
 
 impl HarmonicLoad {
-    /// How many times it acts where the frequency of the response is `omega_rad_s`.
+    /// Factor on the load where the frequency of the response is `omega_rad_s`.
     pub fn factor(&self, omega_rad_s: f64) -> f64 {
         match self.growth {
             Growth::Constant => 1.0,
@@ -166,7 +170,7 @@ impl HarmonicLoad {
     }
 }
 
-/// The tangential ones of `n` unknowns, 3 per pair, ascending.
+/// Indices of the tangential ones of `n` unknowns, 3 per pair, ascending.
 pub(crate) fn tangential(n: usize) -> Vec<usize> {
     (0..n).filter(|i| i % 3 != 0).collect()
 }

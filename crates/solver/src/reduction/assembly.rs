@@ -1,7 +1,7 @@
-//! The bodies joined by their contacts, condensed on the relative displacements of the pairs.
+//! Bodies joined by their contacts, condensed on the relative displacements of the pairs.
 //!
-//! With the unknowns (g, X) of the [`Transformation`], K and M are sparse matrices of the whole assembly. With X = 0,
-//! all pairs stuck, the meshes are one. Then
+//! With the unknowns (g, X) of the [`Transformation`], K and M are sparse matrices of the whole
+//! assembly. With X = 0, all pairs stuck, the meshes are one. Then
 //!
 //! ```text
 //! g = Psi X + Phi q     Psi = -K_gg^-1 K_gx     Phi: modes of (K_gg, M_gg), all pairs stuck
@@ -11,12 +11,12 @@
 //! M = M_xx + M_xg Psi + Psi^T M_gx + Psi^T M_gg Psi
 //! ```
 //!
-//! is the Craig-Bampton reduction of the assembly with X for its interface (lambda acts on X alone: on
-//! +X of the first body and on -X of the second). Beside the lowest modes stand the
-//! [residual vectors](super::residual) of the loads and of the observed points. With Rayleigh damping
-//! a K + b M and q eliminated at the frequency w, `Lambda X + lambda = F - sum_m c_m fm_m / d_m`, where
-//! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`,
-//! `d_m = (1 + i w a) w_m^2 - (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`, `q_m = (fm_m - c_m . X) / d_m`.
+//! is the Craig-Bampton reduction of the assembly with X for its interface (lambda acts on X alone:
+//! on +X of the first body and on -X of the second). The lowest modes are followed by the [residual
+//! vectors](super::residual) of the loads and of the observed points. With Rayleigh damping a K + b
+//! M and q eliminated at the frequency w, `Lambda X + lambda = F - sum_m c_m fm_m / d_m`, where
+//! `Lambda = (1 + i w a) K - (w^2 - i w b) M - sum_m c_m c_m^T / d_m`, `d_m = (1 + i w a) w_m^2 -
+//! (w^2 - i w b)`, `c_m = -(w^2 - i w b) p_m`, `q_m = (fm_m - c_m . X) / d_m`.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -36,13 +36,14 @@ use dovetail_numerics::eigen::{Modes, lowest_modes, more_modes};
 use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
 use dovetail_numerics::sparse::{product, submatrix, symmetric_product, times};
 
-/// Where the scene does not say how many: no more stuck modes, and how far above the highest frequency they reach.
+/// Largest number of stuck modes, and how far above the highest frequency they reach, where the
+/// scene gives no number.
 const MOST_MODES: usize = 192;
 const REACH: f64 = 4.0;
 /// Estimated error of amplitudes that is small enough.
 const ACCURATE: f64 = 1e-4;
 
-/// The assembly on X and on its stuck modes.
+/// Reduces the assembly to X and its stuck modes.
 ///
 /// # Errors
 /// See [`ReductionError`].
@@ -83,7 +84,7 @@ pub fn reduce(structure: &Structure, stuck_modes: StuckModes) -> Result<Reductio
     }
 }
 
-/// The `count` lowest stuck modes of the assembly alone, squared angular frequencies.
+/// Squared angular frequencies of the `count` lowest stuck modes of the assembly alone, rad2/s2.
 ///
 /// # Errors
 /// See [`ReductionError`].
@@ -118,7 +119,7 @@ pub fn stuck_displacement(structure: &Structure) -> Result<Vec<Vec<f64>>, Reduct
     Ok(displacements.map(|u| u.col_as_slice(0).to_vec()).collect())
 }
 
-/// The assembly with all pairs stuck, without X.
+/// Assembly with all pairs stuck, without X.
 struct Stuck {
     transformation: Transformation,
     k_gg: CscMatrix<f64>,
@@ -143,7 +144,7 @@ impl Stuck {
     }
 }
 
-/// K_gg or M_gg.
+/// Matrix K_gg or M_gg.
 fn on_g(
     transformation: &Transformation,
     bodies: &[Coordinates<'_>],
@@ -158,8 +159,9 @@ fn on_g(
     submatrix(&whole, &inner, &inner)
 }
 
-/// Loads of the assembly, each as a vector on each body: the steady one, one unit of each excitation, and for each
-/// observed point the one whose work on a motion is what is observed.
+/// Loads of the assembly, each as a vector on each body: the steady one, one unit of each
+/// excitation, and for each observed point the load whose work on a motion is the observed
+/// displacement.
 struct Loads<'a>(Vec<Vec<&'a [f64]>>);
 
 impl<'a> Loads<'a> {
@@ -173,16 +175,16 @@ impl<'a> Loads<'a> {
         Self(steady.chain(excitations).chain(observations).collect())
     }
 
-    /// All of them on one body, side by side.
+    /// All loads on one body, side by side.
     fn on_body(&self, body: usize) -> Mat<f64> {
         let columns: Vec<&[f64]> = self.0.iter().map(|load| load[body]).collect();
         Mat::from_fn(columns[0].len(), columns.len(), |i, j| columns[j][i])
     }
 }
 
-/// A body with the matrices it has in the assembly.
+/// Body with the matrices that it has in the assembly.
 enum Coordinates<'a> {
-    /// All free dofs.
+    /// Body on all free degrees of freedom.
     Full(&'a BodyMatrices),
     Reduced(Box<ReducedBody>),
 }
@@ -242,7 +244,8 @@ fn transformation(
     })
 }
 
-/// What is not held, or unstable, by the body and the node at which the factorisation stopped.
+/// Error that names what is not held, or is unstable, by the body and the node at which the
+/// factorisation stopped.
 fn not_held(
     structure: &Structure,
     bodies: &[Coordinates<'_>],
@@ -265,7 +268,7 @@ fn not_held(
     }
 }
 
-/// The assembly on (g, X).
+/// Assembly on (g, X).
 struct Joined<'a> {
     bodies: Vec<Coordinates<'a>>,
     transformation: Transformation,
@@ -277,26 +280,26 @@ struct Joined<'a> {
     m_xg: CscMatrix<f64>,
 }
 
-/// Loads of the assembly: the steady one, the excitations, the observed points.
+/// Condensed loads of the assembly: the steady one, the excitations, the observed points.
 struct CondensedLoads {
-    /// On g, side by side.
+    /// Loads on g, side by side.
     on_g: Mat<f64>,
-    /// K_gg^-1 on them.
+    /// Static answers K_gg^-1 to these loads.
     answers: Mat<f64>,
-    /// On X, with what g hands on.
+    /// Loads on X, including what g transfers.
     on_x: Vec<Vec<f64>>,
 }
 
-/// A model on its modes.
+/// Reduced model with its modes.
 struct OnModes {
     reduced: ReducedModel,
-    /// On g, those of [`ReducedModel::omega2`] side by side.
+    /// Modes of [`ReducedModel::omega2`] on g, side by side.
     modes: Mat<f64>,
     load_n: Vec<f64>,
 }
 
 impl<'a> Joined<'a> {
-    /// The assembly, and its stiffness and mass condensed on X.
+    /// Assembly, with its stiffness and mass condensed on X.
     fn new(
         structure: &'a Structure,
         loads: &Loads<'_>,
@@ -376,7 +379,7 @@ impl<'a> Joined<'a> {
         }
     }
 
-    /// The model on these stuck modes, with the estimated error of its amplitudes.
+    /// Model on these stuck modes, with the estimated error of its amplitudes.
     fn on_modes(
         &self,
         structure: &Structure,
@@ -445,7 +448,7 @@ impl<'a> Joined<'a> {
         Ok((on_modes, amplitude))
     }
 
-    /// Estimated relative error of amplitudes by the modes left out; `None` as in
+    /// Estimated relative error of amplitudes by the modes left out; `None` as for
     /// [`truncation::amplitude`].
     fn amplitude_error(
         &self,
@@ -461,7 +464,7 @@ impl<'a> Joined<'a> {
         truncation::amplitude(reduced, left, &x, &answers, highest_rad_s)
     }
 
-    /// y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, of each column of `x`.
+    /// Computes y^T K_gg^-1 y with y = (M_gx + M_gg Psi) X, for each column of `x`.
     fn answers_to_flanks(&self, x: &Mat<f64>) -> Vec<f64> {
         let mut follow = times(&self.k_gx, x.as_ref());
         self.factor.solve_in_place(follow.as_mut());
@@ -503,9 +506,9 @@ impl<'a> Joined<'a> {
         }
     }
 
-    /// Relative errors of the first stuck frequencies by the bodies that were reduced. With u the motion
-    /// of the whole body and r what is left of K_ii u_i - w^2 M_ii u_i and the coupling in its interior,
-    /// one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
+    /// Relative errors of the first stuck frequencies by the bodies that were reduced. With u the
+    /// motion of the whole body and r the residual of K_ii u_i - w^2 M_ii u_i and the coupling in
+    /// its interior, one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
     fn frequency_errors(&self, structure: &Structure, on_modes: &OnModes) -> Vec<f64> {
         let reduced = |body: &Coordinates<'_>| matches!(body, Coordinates::Reduced(_));
         if !self.bodies.iter().any(reduced) {

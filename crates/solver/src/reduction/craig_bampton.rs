@@ -25,21 +25,21 @@ use dovetail_numerics::factor::{Cholesky, FactorError, Symbolic};
 use dovetail_numerics::sparse::{product, submatrix, times};
 use dovetail_numerics::stored;
 
-/// One body on the dofs of its contact nodes and the amplitudes of its fixed-interface modes and residual
-/// vectors: n coordinates, in this order.
+/// Body on the degrees of freedom of its contact nodes and the amplitudes of its fixed-interface
+/// modes and residual vectors: n coordinates, in this order.
 #[derive(Debug, Clone)]
 pub struct ReducedBody {
-    /// N/m, n x n, every entry stored.
+    /// Stiffness, N/m, n x n, every entry stored.
     pub stiffness: CscMatrix<f64>,
-    /// kg, n x n (modes mass-normalised), every entry stored.
+    /// Mass, kg, n x n (modes mass-normalised), every entry stored.
     pub mass: CscMatrix<f64>,
-    /// Fixed-interface modes, squared angular frequencies.
+    /// Squared angular frequencies of the fixed-interface modes, rad2/s2.
     pub omega2: Vec<f64>,
-    /// The way back to the body.
+    /// Recovery of the body's interior.
     pub interior: Interior,
 }
 
-/// What gives the interior of a reduced body back.
+/// Recovery of the interior of a reduced body.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Interior {
     factor: Cholesky,
@@ -52,7 +52,8 @@ pub struct Interior {
 }
 
 impl Interior {
-    /// Motion of all free dofs, one column per column of `coordinates`: `u_i = Psi u_b + V q`.
+    /// Motion of all free degrees of freedom, one column per column of `coordinates`: `u_i = Psi
+    /// u_b + V q`.
     pub fn motion(&self, coordinates: MatRef<'_, f64>) -> Mat<f64> {
         let (contact, modal) = coordinates.split_at_row(self.coupling.ncols());
         let mut carried = times(&self.coupling, contact);
@@ -61,7 +62,8 @@ impl Interior {
         stacked(interior.as_ref(), contact)
     }
 
-    /// A load on the free dofs, on the coordinates: `f_b + Psi^T f_i`, `V^T f_i`.
+    /// Transforms a load on the free degrees of freedom to the coordinates: `f_b + Psi^T f_i`, `V^T
+    /// f_i`.
     pub fn gather(&self, load: &[f64]) -> Vec<f64> {
         let (interior, contact) = load.split_at(self.coupling.nrows());
         let column = MatRef::from_column_major_slice(interior, interior.len(), 1);
@@ -80,15 +82,15 @@ impl Interior {
             .collect()
     }
 
-    /// K_ii^-1 on each column.
+    /// Applies K_ii^-1 to each column.
     pub(super) fn solve(&self, mut columns: Mat<f64>) -> Mat<f64> {
         self.factor.solve_in_place(columns.as_mut());
         columns
     }
 }
 
-/// Reduces a body to its contact nodes and its `count` lowest fixed-interface modes. It answers the static
-/// `loads` (free dofs x loads) exactly.
+/// Reduces a body to its contact nodes and its `count` lowest fixed-interface modes. The reduced
+/// body answers the static `loads` (free degrees of freedom x loads) exactly.
 ///
 /// # Errors
 /// [`ReductionError::InteriorNotHeld`] and [`ReductionError::InteriorUnstable`] where the interior
@@ -154,7 +156,7 @@ pub fn condense(
     })
 }
 
-/// The modes of both, in this order.
+/// Modes of both, in this order.
 pub(super) fn side_by_side(first: &Modes, second: &Modes) -> Modes {
     let (m, n) = (first.vectors.nrows(), first.count());
     let mut vectors = Mat::zeros(m, n + second.count());
@@ -168,7 +170,7 @@ pub(super) fn side_by_side(first: &Modes, second: &Modes) -> Modes {
     }
 }
 
-/// A dense matrix in the form of a sparse one.
+/// Dense matrix in the form of a sparse one.
 fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64> {
     let offsets = (0..=n).map(|j| j * n).collect();
     let rows = (0..n * n).map(|at| at % n).collect();
@@ -177,11 +179,10 @@ fn stored_whole(n: usize, entry: impl Fn(usize, usize) -> f64) -> CscMatrix<f64>
         .expect("every row of every column, in order")
 }
 
-/// The `count` lowest fixed-interface modes of a body: its contact nodes do not move, and nothing
-/// is reduced. Vectors are on the free dofs of its interior.
+/// The `count` lowest fixed-interface modes of a body, which is not reduced: its contact nodes do
+/// not move. Vectors are on the free degrees of freedom of its interior.
 ///
-/// # Errors
-/// As [`condense()`].
+/// # Errors The errors of [`condense()`].
 pub fn fixed_interface_modes(body: &BodyMatrices, count: usize) -> Result<Modes, ReductionError> {
     check_size(body)?;
     let inner: Vec<usize> = (0..body.interior_dofs()).collect();

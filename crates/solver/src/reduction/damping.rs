@@ -3,19 +3,19 @@
 /// Rayleigh damping C = stiffness_s K + mass_per_s M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum DampingSpec {
-    /// Both coefficients as they are.
+    /// Both coefficients, given directly.
     Rayleigh {
-        /// a, s.
+        /// Coefficient a, s.
         stiffness_s: f64,
-        /// b, 1/s.
+        /// Coefficient b, 1/s.
         mass_per_s: f64,
     },
     /// Stiffness-proportional damping that gives this ratio of critical on one mode of the
     /// [linear reference](crate::problem::LinearReference) (1 = first).
     Ratio {
-        /// Of critical.
+        /// Ratio of critical damping.
         ratio: f64,
-        /// Counted from 1.
+        /// Number of the mode, counted from 1.
         linear_mode: usize,
     },
 }
@@ -23,13 +23,13 @@ pub enum DampingSpec {
 /// Coefficients of C = `stiffness_s` K + `mass_per_s` M.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rayleigh {
-    /// a, s.
+    /// Coefficient a, s.
     pub stiffness_s: f64,
-    /// b, 1/s.
+    /// Coefficient b, 1/s.
     pub mass_per_s: f64,
 }
 
-/// Why there are no coefficients.
+/// Error of a damping without coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum DampingError {
@@ -43,11 +43,11 @@ pub enum DampingError {
     NoModes,
 }
 
-/// Coefficients from the scene; `omega2` are the modes that a ratio may be given for. A ratio zeta of critical on mode k is
-/// reached by stiffness-proportional damping with a = 2 zeta / omega_k.
+/// Coefficients from the scene. A ratio may be given for one of the modes with the squared angular
+/// frequencies `omega2`. A ratio zeta of critical on mode k is reached by stiffness-proportional
+/// damping with a = 2 zeta / omega_k.
 ///
-/// # Errors
-/// A mode that does not exist (modes count from 1).
+/// # Errors A mode that does not exist (modes count from 1).
 pub fn rayleigh(spec: &DampingSpec, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
     match *spec {
         DampingSpec::Rayleigh {

@@ -1,5 +1,6 @@
-//! Dense matrices as MatrixMarket text, written as arrays and read from every form with real entries.
-//! They are read line by line: a flank of some thousand pairs has a stiffness of gigabytes of text.
+//! Dense matrices as MatrixMarket text, written as arrays and read from every form with real
+//! entries. They are read line by line: a flank of some thousand pairs has a stiffness of gigabytes
+//! of text.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
@@ -9,16 +10,15 @@ use faer::{Mat, MatRef};
 
 use crate::input;
 
-/// Bytes at the begin of a file that are looked through for comments.
+/// Number of bytes at the beginning of a file that are searched for comments.
 const MOST_COMMENT: u64 = 1 << 16;
 
 const DENSE: &str = "%%MatrixMarket matrix array real general";
 
-/// Writes a dense array, column by column, with the shortest digits that read back exactly, under a
-/// line of comment.
+/// Writes a dense array, column by column, below a comment line. Numbers have the shortest digits
+/// that read back exactly.
 ///
-/// # Errors
-/// Those of the file.
+/// # Errors The errors of the file.
 pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     writeln!(file, "{DENSE}\n% {comment}\n{} {}", a.nrows(), a.ncols())?;
@@ -30,10 +30,9 @@ pub fn write(path: &Path, comment: &str, a: MatRef<'_, f64>) -> io::Result<()> {
     file.into_inner()?.sync_all()
 }
 
-/// The lines of comment under the header of a matrix, without their sign.
+/// Comment lines below the header of a matrix, without their sign.
 ///
-/// # Errors
-/// Those of the file.
+/// # Errors The errors of the file.
 pub fn comments(path: &Path) -> io::Result<Vec<String>> {
     let mut lines = BufReader::new(input::open(path)?.take(MOST_COMMENT)).lines();
     lines.next().transpose()?;
@@ -47,11 +46,10 @@ pub fn comments(path: &Path) -> io::Result<Vec<String>> {
     Ok(comments)
 }
 
-/// Reads a matrix. What the header announces is held against the length of the file before room is
-/// made for it.
+/// Reads a matrix. The size in the header is compared with the length of the file before memory is
+/// allocated.
 ///
-/// # Errors
-/// What is wrong, with the line where there is one.
+/// # Errors A description of the error, with the line where there is one.
 pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     let said = |e: io::Error| e.to_string();
     let file = input::open(path).map_err(said)?;
@@ -93,28 +91,28 @@ pub fn read(path: &Path) -> Result<Mat<f64>, String> {
     }
 }
 
-/// How the entries stand in the file.
+/// Form of the entries in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Form {
-    /// Each with its row and its column; else column by column.
+    /// True if each entry has its row and column; otherwise entries follow column by column.
     is_placed: bool,
-    /// Else only the places stand there, for ones.
+    /// True if values are given; otherwise the file has only positions, of ones.
     has_values: bool,
     symmetry: Symmetry,
 }
 
-/// What of a matrix stands in the file.
+/// Part of a matrix that is in the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Symmetry {
     General,
-    /// The lower triangle.
+    /// Lower triangle.
     Symmetric,
-    /// The lower triangle without its diagonal.
+    /// Lower triangle without its diagonal.
     Skew,
 }
 
 impl Symmetry {
-    /// Where the entries of an array stand that come one after another.
+    /// Positions of the entries of an array, in the order of the file.
     fn places(self, size: &Size) -> impl Iterator<Item = (usize, usize)> + use<> {
         let rows = size.rows;
         (0..size.columns).flat_map(move |j| (self.first_row(j)..rows).map(move |i| (i, j)))
@@ -129,18 +127,18 @@ impl Symmetry {
     }
 }
 
-/// What a file announces.
+/// Size that a file announces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Size {
     rows: usize,
     columns: usize,
-    /// That stand in the file.
+    /// Number of entries in the file.
     entries: usize,
 }
 
 impl Form {
     fn of(header: &str) -> Result<Self, String> {
-        // Some writers put one percent sign where the format wants two.
+        // Some writers put one percent sign where the format requires two.
         let header = header.trim_start_matches('%').to_lowercase();
         let words: Vec<&str> = header.split_whitespace().collect();
         let symmetry = match words.last() {
@@ -168,7 +166,7 @@ impl Form {
         })
     }
 
-    /// What the line of the size announces, where a file of so many bytes can hold it.
+    /// Reads the line of the size, and checks that a file of so many bytes can hold it.
     fn size(self, text: &str, bytes: u64) -> Result<Size, String> {
         let numbers: Option<Vec<usize>> = text.split_whitespace().map(|s| s.parse().ok()).collect();
         let (rows, columns, announced) = match (self.is_placed, numbers.as_deref()) {
@@ -212,13 +210,14 @@ impl Form {
         })
     }
 
-    /// The least: a digit each for row, column and value, blanks between them and a line end.
+    /// Least number of bytes of an entry: a digit each for row, column and value, blanks between
+    /// them and a line end.
     fn bytes_of_an_entry(self) -> usize {
         let numbers = 2 * usize::from(self.is_placed) + usize::from(self.has_values);
         2 * numbers
     }
 
-    /// An entry with its place.
+    /// Reads an entry with its position.
     fn placed(self, text: &str, size: &Size) -> Result<((usize, usize), f64), String> {
         let mut words = text.split_whitespace();
         let mut index = |what: &str, most: usize| {
@@ -259,18 +258,18 @@ fn number(text: &str) -> Result<f64, String> {
     value.map_err(|_| format!("\"{text}\" is not a number"))
 }
 
-/// Most entries, zeros with them, that a matrix given entry by entry may have for each byte of its
-/// file: what is read is dense, 64 bytes of memory for one of the file.
+/// Most entries, including zeros, that a matrix given entry by entry may have for each byte of its
+/// file: the matrix read is dense, with 64 bytes of memory for one of the file.
 const ENTRIES_TO_A_BYTE: usize = 8;
 
 /// Most bytes of a line.
 const MOST_OF_A_LINE: u64 = 4096;
 
-/// The lines of a file, without the blanks around them.
+/// Lines of a file, without the blanks around them.
 struct Lines {
     file: BufReader<File>,
     line: String,
-    /// Of the line read last, counted from 1.
+    /// Number of the last line read, counted from 1.
     number: usize,
 }
 
@@ -298,7 +297,7 @@ impl Lines {
         Ok((read > 0).then(|| self.line.trim()))
     }
 
-    /// The next line that is neither empty nor a comment.
+    /// Next line that is neither empty nor a comment.
     fn content(&mut self) -> Result<Option<&str>, String> {
         while let Some(text) = self.next()? {
             if !text.is_empty() && !text.starts_with('%') {
@@ -308,7 +307,7 @@ impl Lines {
         Ok(None)
     }
 
-    /// What is wrong, with the line that was read last.
+    /// Adds the number of the last line read to an error message.
     fn here(&self, why: &str) -> String {
         format!("line {}: {why}", self.number)
     }
@@ -378,7 +377,7 @@ mod tests {
                 "2 2 3\n1 1 1\n2 1 2\n2 2 5\n",
                 [1.0, 2.0, 2.0, 5.0],
             ),
-            // Entries of one place are added.
+            // Entries at the same position are added.
             (
                 "coordinate integer general",
                 "2 2 3\n1 2 4\n1 2 3\n2 2 5",

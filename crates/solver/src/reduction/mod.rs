@@ -1,5 +1,6 @@
-//! [`Structure`](crate::structure::Structure) -> [`Reduction`]: the bodies joined by their contacts, on the
-//! relative displacements of the pairs and the modes of the stuck assembly.
+//! Reduction of a [`Structure`](crate::structure::Structure) to a [`Reduction`]: the bodies joined
+//! by their contacts, on the relative displacements of the pairs and the modes of the stuck
+//! assembly.
 
 mod assembly;
 pub mod craig_bampton;
@@ -27,43 +28,47 @@ pub use residual::ResidualError;
 pub use restiffened::frequency_change;
 pub use truncation::Truncation;
 
-/// Modes of a kind that lists show and errors are estimated of.
+/// Number of modes of a kind that are listed, and whose errors are estimated.
 pub const LISTED_MODES: usize = 6;
 
-/// A motion with less than this fraction of the stiffness beside it is free: it has the rounding of that alone.
+/// A motion is free if it has less than this fraction of the stiffness beside it, which is then its
+/// rounding.
 pub const FREE: f64 = 1e-10;
 
-/// How many stuck modes a reduction keeps.
+/// Number of stuck modes that a reduction keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StuckModes {
-    /// `None`: those below four times the highest frequencies, at least [`StuckModes::LEAST`], and more where the
-    /// estimated error of amplitudes of the linear curve asks for them.
+    /// Number of modes. `None`: those below four times the highest frequencies, at least
+    /// [`StuckModes::LEAST`], and more where the estimated error of amplitudes of the linear curve
+    /// requires them.
     pub count: Option<usize>,
     /// Highest frequency that is excited.
     pub excited: Highest,
-    /// Highest frequency of a harmonic that is kept. It asks for no more than [`StuckModes::OF_HARMONICS`].
+    /// Highest frequency of a harmonic that is kept. It requires no more than
+    /// [`StuckModes::OF_HARMONICS`].
     pub kept: Highest,
 }
 
 impl StuckModes {
-    /// Where nobody says how many, no fewer are kept.
+    /// Least number kept where no number is given.
     pub const LEAST: usize = 12;
-    /// The most that harmonics above the excited ones ask for.
+    /// Most modes that harmonics above the excited ones require.
     pub const OF_HARMONICS: usize = 48;
 }
 
-/// The highest frequency of a response.
+/// Highest frequency of a response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Highest {
-    /// In rad/s.
+    /// Angular frequency, rad/s.
     RadS(f64),
-    /// As a multiple of the first stuck frequency, above which the first one with open pairs released never lies.
+    /// Multiple of the first stuck frequency. The first frequency with open pairs released is never
+    /// above that one.
     OfFirstStuckMode(f64),
 }
 
 impl Highest {
-    /// Up to the next power of the square root of two, so that ranges which hardly differ ask for the same
-    /// reduction.
+    /// Rounds up to the next power of the square root of two, so that ranges which hardly differ
+    /// lead to the same reduction.
     pub fn rounded_up(self) -> Self {
         let up = |x: f64| match x > 0.0 && x.is_finite() {
             true => (0.5 * (2.0 * x.log2()).ceil()).exp2(),
@@ -75,7 +80,7 @@ impl Highest {
         }
     }
 
-    /// That of a multiple.
+    /// Multiple of this frequency.
     pub fn times(self, factor: f64) -> Self {
         match self {
             Self::RadS(x) => Self::RadS(factor * x),
@@ -91,21 +96,21 @@ impl Highest {
     }
 }
 
-/// The reduced model of an assembly, what is known of it, and the way back to the bodies.
+/// Reduced model of an assembly, estimates of its errors, and the recovery of the bodies.
 #[derive(Debug, Clone)]
 pub struct Reduction {
-    /// The assembly on the relative displacements of its pairs and on its stuck modes.
+    /// Assembly on the relative displacements of its pairs and on its stuck modes.
     pub model: ReducedModel,
-    /// What the modes left out may cost.
+    /// Estimated errors by the modes left out.
     pub truncation: Truncation,
-    /// Squared angular frequencies, rad2/s2, of the fixed-interface modes of each body; none where it was not reduced by
-    /// itself.
+    /// Squared angular frequencies of the fixed-interface modes of each body, rad2/s2; empty for a
+    /// body that was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
-    /// The way back to the bodies.
+    /// Recovery of the motion of the bodies.
     pub recovery: Recovery,
 }
 
-/// Why an assembly was not reduced.
+/// Error of an assembly that was not reduced.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ReductionError {
@@ -152,18 +157,18 @@ pub enum ReductionError {
         "the residual vectors of the loads and observed points of {part} were not found; check the loads, the units and metres_per_unit"
     )]
     Residual {
-        /// The assembly, or a body that is reduced by itself.
+        /// Name of the stuck assembly, or of a body that is reduced by itself.
         part: String,
         source: ResidualError,
     },
 }
 
-/// The assembly on the relative displacements X of the pairs (n = 3 pairs unknowns, per pair N, t1, t2) and on the m
-/// modes of the stuck assembly (X = 0).
+/// Assembly on the relative displacements X of the pairs (n = 3 pairs unknowns, per pair N, t1, t2)
+/// and on the m modes of the stuck assembly (X = 0).
 ///
 /// With q the modal amplitudes: `K X + M X'' + p q'' + lambda = F`, `q'' + w^2 q + p^T X'' = fm`
-/// (Rayleigh damping `a K + b M` alongside). The contact laws and the amplitudes of the excitations are not a part of it
-/// ([`Problem`](crate::problem::Problem)).
+/// (plus Rayleigh damping `a K + b M`). The contact laws and the amplitudes of the excitations
+/// belong to the [`Problem`](crate::problem::Problem).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReducedModel {
     /// Static stiffness on X, N/m, n x n.
@@ -172,14 +177,15 @@ pub struct ReducedModel {
     /// Mass on X with the rest following statically, kg, n x n.
     #[serde(with = "stored::matrix")]
     pub mass: Mat<f64>,
-    /// p: mass coupling of X to the stuck modes and residual vectors (mass-normalised), n x m.
+    /// Mass coupling p of X to the stuck modes and residual vectors (mass-normalised), n x m.
     #[serde(with = "stored::matrix")]
     pub coupling: Mat<f64>,
-    /// Squared angular frequencies, rad2/s2, of the stuck modes, ascending, then of the residual vectors, m.
+    /// Squared angular frequencies, rad2/s2, m: of the stuck modes, ascending, then of the residual
+    /// vectors.
     pub omega2: Vec<f64>,
-    /// How many of `omega2` are stuck modes; residual vectors follow.
+    /// Number of entries of `omega2` that belong to stuck modes; residual vectors follow.
     pub stuck_modes: usize,
-    /// Static (centrifugal) load on X and on the modes.
+    /// Steady load on X and on the modes.
     pub static_load: Load,
     /// One unit of each excitation.
     pub unit_loads: Vec<Load>,
@@ -198,8 +204,8 @@ impl ReducedModel {
         &self.omega2[..self.stuck_modes]
     }
 
-    /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of its two tangential
-    /// diagonals for both.
+    /// Own static stiffness of each relative displacement, N/m, n: K_NN of a pair, and the mean of
+    /// its two tangential diagonal entries for both.
     pub fn diagonal_stiffness(&self) -> Vec<f64> {
         let own = |i: usize| self.stiffness[(i, i)];
         (0..self.pairs())
@@ -210,8 +216,9 @@ impl ReducedModel {
             .collect()
     }
 
-    /// Whether supports and springs alone hold the bodies: with all pairs open K is positive definite, each pivot of
-    /// its Cholesky factorisation more than rounding of its diagonal.
+    /// Returns `true` if supports and springs alone hold the bodies: with all pairs open K is
+    /// positive definite, and each pivot of its Cholesky factorisation exceeds the rounding of its
+    /// diagonal.
     pub fn is_held_without_contact(&self) -> bool {
         let Ok(factor) = dense::cholesky(self.stiffness.clone()) else {
             return false;
@@ -219,7 +226,7 @@ impl ReducedModel {
         (0..factor.nrows()).all(|i| factor[(i, i)].powi(2) > FREE * self.stiffness[(i, i)])
     }
 
-    /// The model with the `modes` lowest stuck modes only.
+    /// Model with its `modes` lowest stuck modes only.
     pub fn with_modes(mut self, modes: usize) -> Self {
         let count = modes.min(self.omega2.len());
         self.coupling = self.coupling.subcols(0, count).to_owned();
@@ -236,19 +243,19 @@ impl ReducedModel {
     }
 }
 
-/// A load on X (n) and on the stuck modes (m).
+/// Load on X (n) and on the stuck modes (m).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Load {
-    /// N, n.
+    /// Forces on X, N, n.
     pub on_x: Vec<f64>,
-    /// N per root of the modal mass, m.
+    /// Forces on the modes, N per root of the modal mass, m.
     pub on_modes: Vec<f64>,
 }
 
-/// An observed displacement `on_x . X + on_modes . q`.
+/// Observed displacement `on_x . X + on_modes . q`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservedDisplacement {
-    /// The name by which results call it.
+    /// Name in the results.
     pub name: String,
     /// Weights of the relative displacements, n.
     pub on_x: Vec<f64>,

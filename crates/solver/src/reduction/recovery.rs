@@ -1,4 +1,4 @@
-//! The way back from relative displacements and modal amplitudes to the bodies.
+//! Recovery of the motion of the bodies from relative displacements and modal amplitudes.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -10,7 +10,7 @@ use dovetail_numerics::factor::Cholesky;
 use dovetail_numerics::sparse::{product, times};
 use dovetail_numerics::stored;
 
-/// What gives the motion of the bodies back: one solve for each column.
+/// Recovery of the motion of the bodies, with one solve for each column.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Recovery {
     pub(super) transformation: Transformation,
@@ -24,13 +24,13 @@ pub struct Recovery {
     /// Steady load on g, N.
     #[serde(with = "stored::numbers")]
     pub(super) load_n: Vec<f64>,
-    /// Of each body that was reduced by itself.
+    /// Interior of each body that was reduced by itself.
     pub(super) interiors: Vec<Option<Interior>>,
 }
 
 impl Recovery {
-    /// Motion of all free dofs of each body, one column per column of `x` and `modal` (amplitudes of
-    /// one harmonic, or instants), without the static load: `g = Psi X + Phi q`.
+    /// Motion of all free degrees of freedom of each body, one column per column of `x` and `modal`
+    /// (amplitudes of one harmonic, or instants), without the static load: `g = Psi X + Phi q`.
     pub fn full_motion(&self, x: MatRef<'_, f64>, modal: MatRef<'_, f64>) -> Vec<Mat<f64>> {
         let mut g = times(&self.coupling, x);
         self.factor.solve_in_place(g.as_mut());
@@ -38,8 +38,9 @@ impl Recovery {
         self.bodies(g.as_ref(), x)
     }
 
-    /// Static displacement of all free dofs of each body, under the steady load and the contact
-    /// forces that go with the static `x`; exact, whatever the number of modes kept.
+    /// Static displacement of all free degrees of freedom of each body, under the steady load and
+    /// the contact forces that belong to the static `x`. It is exact, whatever the number of modes
+    /// kept.
     pub fn full_static(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let x = MatRef::from_column_major_slice(x, x.len(), 1);
         let mut g = times(&self.coupling, x);

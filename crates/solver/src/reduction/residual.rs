@@ -1,11 +1,12 @@
-//! What modes leave of static answers.
+//! Residual vectors: the part of static answers that the modes leave out.
 //!
-//! With the lowest modes Phi of (K, M), the static answer K^-1 f of a load f has a part that they do not
-//! give, R f with the residual flexibility R = K^-1 - Phi Omega^-2 Phi^T. Beside the modes, the parts of
-//! all loads make the static answers exact, and with those of the observed points the first error of
-//! a harmonic answer falls with the fourth power of the frequency (Dickens, Nakagawa, Wittbrodt,
-//! Comput. Struct. 62 (1997) 985-998). They are made orthogonal in K and M, so that they stand beside the
-//! modes as further ones; their frequencies lie above those of the modes and mean nothing else.
+//! With the lowest modes Phi of (K, M), the static answer K^-1 f of a load f has a part that they
+//! do not give, R f with the residual flexibility R = K^-1 - Phi Omega^-2 Phi^T. Together with the
+//! modes, the parts of all loads make the static answers exact. With those of the observed points
+//! the first error of a harmonic answer falls with the fourth power of the frequency (Dickens,
+//! Nakagawa, Wittbrodt, Comput. Struct. 62 (1997) 985-998). They are made orthogonal in K and M, so
+//! that they can follow the modes as further ones; their frequencies lie above those of the modes
+//! and have no other meaning.
 
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
@@ -14,21 +15,23 @@ use dovetail_numerics::dense::self_adjoint_eigen;
 use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::sparse::{product, symmetric_product};
 
-/// Share of a load's static energy below which its residual counts as rounding.
+/// Fraction of a load's static energy below which its residual counts as rounding.
 const RESIDUAL: f64 = 1e-10;
-/// Smallest eigenvalue of the residuals' energies, each scaled to one, that is a direction of its own.
+/// Smallest eigenvalue of the residuals' energies, each scaled to one, that counts as a direction
+/// of its own.
 const INDEPENDENT: f64 = 1e-9;
 
-/// Residual vectors, and what they are for.
+/// Residual vectors, and the energies that they account for.
 #[derive(Debug)]
 pub(super) struct ResidualVectors {
-    /// Of unit modal mass, orthogonal to each other and to the modes in K and M, by ascending frequency.
+    /// Vectors of unit modal mass, orthogonal to each other and to the modes in K and M, by
+    /// ascending frequency.
     pub vectors: Modes,
-    /// Of each load the share of its static energy that the modes do not give: f^T R f / f^T K^-1 f.
+    /// Fraction of the static energy of each load that the modes do not give: f^T R f / f^T K^-1 f.
     pub energy_shares: Vec<f64>,
 }
 
-/// Why there are no residual vectors.
+/// Error of residual vectors that were not found.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum ResidualError {
@@ -44,9 +47,8 @@ pub enum ResidualError {
 /// mass and orthogonal to each other and to the modes. Loads that depend on each other, or that the
 /// modes answer in full, give fewer vectors than there are loads.
 ///
-/// # Errors
-/// Loads or answers that are not finite, or too large to be squared; a dense eigenvalue solver that
-/// does not converge.
+/// # Errors Loads or answers that are not finite, or too large to be squared; a dense eigenvalue
+/// solver that does not converge.
 pub(super) fn residual_vectors(
     loads: MatRef<'_, f64>,
     answers: MatRef<'_, f64>,
@@ -82,7 +84,7 @@ pub(super) fn residual_vectors(
     })
 }
 
-/// The span of the residuals of `loads`, each of unit energy.
+/// Span of the residuals of `loads`, each of unit energy.
 fn orthonormal(
     loads: MatRef<'_, f64>,
     residual: MatRef<'_, f64>,
@@ -115,7 +117,7 @@ fn orthonormal(
     })
 }
 
-/// f . u of each column.
+/// Computes f . u for each column.
 fn energies(loads: MatRef<'_, f64>, answers: MatRef<'_, f64>) -> Result<Vec<f64>, ResidualError> {
     let energy = |j: usize| match loads.col(j).transpose() * answers.col(j) {
         energy_j if f64::is_finite(energy_j) => Ok(energy_j),
@@ -131,7 +133,7 @@ fn energies(loads: MatRef<'_, f64>, answers: MatRef<'_, f64>) -> Result<Vec<f64>
 mod tests {
     use super::*;
 
-    /// Two loads on three unit masses on springs of 2 N/m, and what comes of them.
+    /// Residual vectors of two loads on three unit masses on springs of 2 N/m.
     fn residual_of(loads: [[f64; 3]; 2]) -> Result<ResidualVectors, ResidualError> {
         let none = Modes::none(3);
         let loads = Mat::from_fn(3, 2, |i, j| loads[j][i]);

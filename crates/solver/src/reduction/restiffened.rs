@@ -1,7 +1,8 @@
-//! What another stiffness of the bodies, such as that of another prestress, makes of the stuck frequencies.
+//! Change of the stuck frequencies by another stiffness of the bodies, such as that of another
+//! prestress.
 //!
-//! With the stuck modes Phi of K (unit modal mass), the frequencies for K + D are those of `w^2 + Phi^T D Phi`
-//! (Rayleigh-Ritz). What the modes kept leave out is of second order in D.
+//! With the stuck modes Phi of K (unit modal mass), the frequencies for K + D are those of `w^2 +
+//! Phi^T D Phi` (Rayleigh-Ritz). The error by the modes left out is of second order in D.
 
 use faer::Mat;
 
@@ -10,9 +11,9 @@ use crate::structure::Structure;
 use dovetail_numerics::dense::self_adjoint_eigenvalues;
 use dovetail_numerics::sparse::{product, sum, symmetric_product, symmetrised};
 
-/// Largest relative change of the first stuck frequencies where the bodies have the stiffness of `other` in place of
-/// that of `structure`, of which `reduction` was made. A motion that `other` does not resist has frequency 0, which is a
-/// change of 1. `None` without modes.
+/// Largest relative change of the first stuck frequencies where the bodies have the stiffness of
+/// `other` in place of that of `structure`, from which `reduction` was made. A motion that `other`
+/// does not resist has frequency 0, which is a change of 1. `None` without modes.
 pub fn frequency_change(
     reduction: &Reduction,
     structure: &Structure,

@@ -11,9 +11,9 @@
 //! | `area.mtx` | n/3 | tributary areas of the pairs, m2; may be absent |
 //!
 //! Without modes there is no `fm_excitation.mtx` and no `tip_modes.mtx` either. Files that
-//! [`write()`] wrote name their model in a comment, a hash of all its numbers: those of two models
-//! are not read together. Files without such a comment, of another program, are taken for what they
-//! are. The folder carries no friction, gap or damping, and no amplitude of the force: the caller
+//! [`write()`] wrote name their model in a comment, a hash of all its numbers: files of two models
+//! are not read together. Files without such a comment, from another program, are accepted as they
+//! are. The folder contains no friction, gap or damping, and no amplitude of the force: the caller
 //! gives them.
 //!
 //! K has no eigenvalue below -1e-3 of the mean of its diagonal (spin softening makes it weakly
@@ -29,18 +29,18 @@ use super::matrix_market;
 use super::{Load, ObservedDisplacement, ReducedModel};
 use dovetail_numerics::eigen::dense;
 
-/// What the folder holds.
+/// Contents of the folder.
 #[derive(Debug, Clone)]
 pub struct Superelement {
-    /// The matrices, with one unit load and one observed point.
+    /// Matrices, with one unit load and one observed point.
     pub model: ReducedModel,
     /// Positions of the pairs, m.
     pub positions_m: Vec<[f64; 3]>,
-    /// Tributary areas of the pairs, m2, where the folder tells.
+    /// Tributary areas of the pairs, m2, if the folder has them.
     pub areas_m2: Option<Vec<f64>>,
 }
 
-/// Names of the files of a folder; not every model has all. No other name is read or written.
+/// Names of the files of a folder. Not every model has all; no other name is read or written.
 pub const FILES: [&str; 12] = [
     "K.mtx",
     "M.mtx",
@@ -56,19 +56,19 @@ pub const FILES: [&str; 12] = [
     POSITIONS,
 ];
 
-/// The file that is read first and written last: a folder without it holds no model.
+/// Name of the file that is read first and written last: a folder without it contains no model.
 const POSITIONS: &str = "xyz.mtx";
 
-/// What the comment begins with that names the model of a file.
+/// Beginning of the comment that names the model of a file.
 const MODEL: &str = "of the reduced model";
 
-/// The files that a folder has of a model.
+/// Files of a model that exist in a folder.
 pub fn files(folder: &Path) -> Vec<PathBuf> {
     let paths = FILES.map(|name| folder.join(name));
     paths.into_iter().filter(|path| path.exists()).collect()
 }
 
-/// Why a folder was not read or written.
+/// Error of a folder that was not read or written.
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 pub enum SuperelementError {
@@ -209,7 +209,7 @@ pub fn read(folder: &Path) -> Result<Superelement, SuperelementError> {
     })
 }
 
-/// That the files which name their model name the same.
+/// Checks that the files which name their model name the same.
 fn check_one_model(folder: &Path) -> Result<(), SuperelementError> {
     let mut first: Option<(PathBuf, String)> = None;
     for path in files(folder) {
@@ -269,11 +269,11 @@ fn squared_frequencies(folder: &Path) -> Result<Vec<f64>, SuperelementError> {
     }
 }
 
-/// The arrays of a folder, whose sizes are known.
+/// Arrays of a folder, whose sizes are known.
 struct Arrays<'a> {
     folder: &'a Path,
     pairs: usize,
-    /// `None` where the folder has no modes.
+    /// Number of modes; `None` where the folder has none.
     modes: Option<usize>,
 }
 
@@ -334,7 +334,7 @@ impl Arrays<'_> {
         self.vector(name, 3 * self.pairs)
     }
 
-    /// Nothing where the folder has no modes.
+    /// Reads a vector on the modes; empty where the folder has none.
     fn on_modes(&self, name: &str) -> Result<Vec<f64>, SuperelementError> {
         self.modes
             .map_or(Ok(Vec::new()), |modes| self.vector(name, modes))
@@ -347,9 +347,11 @@ impl Arrays<'_> {
     }
 }
 
-/// Of the mean of its diagonal, what the stiffness may lack to be positive semidefinite.
+/// Amount by which the stiffness may fail to be positive semidefinite, relative to the mean of its
+/// diagonal.
 const STIFFNESS_LACK: f64 = 1e-3;
-/// Of the mean of its diagonal, what rounding may take from the mass that the stuck modes leave.
+/// Amount by which rounding may reduce the mass that the stuck modes leave, relative to the mean of
+/// its diagonal.
 const MASS_LACK: f64 = 1e-6;
 
 fn check_stiffness(path: &Path, stiffness: &Mat<f64>) -> Result<(), SuperelementError> {
@@ -395,8 +397,8 @@ fn mean_diagonal(a: &Mat<f64>) -> f64 {
     (0..n).map(|i| a[(i, i)] / n as f64).sum()
 }
 
-/// Writes what [`read`] reads, in digits that read back to the same numbers. A folder that was not written to its end
-/// cannot be read, whatever model it held before.
+/// Writes a folder for [`read`], in digits that read back to the same numbers. A folder that was
+/// not written to its end cannot be read, whatever model it had before.
 ///
 /// # Errors
 /// A model with other than one observed point and one unit load
@@ -439,8 +441,8 @@ pub fn write(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
         let path = part(name);
         matrix_market::write(&path, &comment, *values).map_err(failed(path))?;
     }
-    // From here on until the last file has its name there is no model to read. What an earlier one
-    // left would be taken for a part of this one.
+    // From here on until the last file has its name there is no model to read. Files of an earlier
+    // one would be taken for a part of this one.
     for name in FILES.iter().rev() {
         let path = folder.join(name);
         match std::fs::remove_file(&path) {
@@ -493,7 +495,7 @@ fn array(
     Ok(a)
 }
 
-/// A symmetric array, its two halves averaged so that it is symmetric to the last bit.
+/// Reads a symmetric array. Its two halves are averaged, so that it is symmetric to the last bit.
 fn symmetric(path: &Path, n: usize) -> Result<Mat<f64>, SuperelementError> {
     let mut a = array(path, Some(n), Some(n), &format!("{n} x {n}"))?;
     let largest = a.norm_max();
@@ -709,7 +711,7 @@ mod tests {
         std::fs::remove_dir_all(folder).unwrap();
     }
 
-    /// The message that a model with this change, written and read again, gives.
+    /// Message that a model with this change, written and read again, gives.
     fn said_of(name: &str, change: impl FnOnce(&mut ReducedModel)) -> Result<(), String> {
         let (folder, mut element) = (folder(name), small());
         change(&mut element.model);

@@ -1,19 +1,21 @@
-//! The coordinates of all bodies by those that remain when contacts join them.
+//! Expression of the coordinates of all bodies by those that remain when contacts join them.
 //!
-//! Each contact makes a node s of one of its flanks a *slave*: with the frame R of the pair and the nodes k
-//! of the other flank, its masters, of weights w_k (one of weight 1 where the nodes of both flanks
-//! coincide, none on rigid ground),
+//! Each contact makes a node s of one of its flanks a *slave*. With the frame R of the pair and the
+//! nodes k of the other flank, its masters, of weights w_k (one of weight 1 where the nodes of both
+//! flanks coincide, none on rigid ground),
 //!
 //! ```text
 //! u_s = R^T X + sum_k w_k u_k          X: relative displacements of the pair, n, t1, t2
 //! ```
 //!
-//! where s is on the first flank, and with -R^T where it is on the second, for X counts from the second to
-//! the first. A bonded node is the same row without X. What is no slave is g. So u = T (g, X) with a sparse
-//! T, and the assembly has the matrices T^T K T and T^T M T.
+//! where s is on the first flank, and with -R^T where it is on the second, because X counts from
+//! the second to the first. A bonded node has the same row without X. The coordinates that are no
+//! slaves are g. So u = T (g, X) with a sparse T, and the assembly has the matrices T^T K T and T^T
+//! M T.
 //!
-//! A master that is the slave of another contact is put in by its own row. Along an axis on which a support
-//! holds it, a master adds nothing, and a slave moves with its X alone, which no force acts on.
+//! A master that is the slave of another contact is replaced by its own row. Along an axis on which
+//! a support holds it, a master adds nothing, and a slave moves with its X alone, on which no force
+//! acts.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +29,7 @@ use crate::structure::{InterfaceNode, Structure};
 use dovetail_numerics::sparse::times;
 use dovetail_numerics::stored;
 
-/// Columns that one task assembles.
+/// Number of columns that one task assembles.
 const CHUNK: usize = 1024;
 
 /// Rows and columns of a 3 x 3 block.
@@ -35,33 +37,34 @@ type Block = [[f64; 3]; 3];
 
 const IDENTITY: Block = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// T of `u = T (g, X)`.
+/// Matrix T of `u = T (g, X)`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Transformation {
-    /// T^T: one column for each coordinate of the bodies, which stand one after the other.
+    /// T^T, with one column for each coordinate of the bodies, body after body.
     #[serde(with = "stored::sparse_matrix")]
     transposed: CscMatrix<f64>,
-    /// First coordinate of each body, then the number of all.
+    /// First coordinate of each body, then the number of all coordinates.
     starts: Vec<usize>,
     /// Number of unknowns in g; X follows.
     inner: usize,
 }
 
-/// What a slave node moves with.
+/// Motion that a slave node follows.
 struct Row {
-    /// The pair, and what turns its relative displacements.
+    /// Pair, and the matrix that turns its relative displacements.
     pair: Option<(usize, Block)>,
     /// First coordinates and weights of the masters along the axes.
     masters: Vec<(usize, [f64; 3])>,
 }
 
 impl Transformation {
-    /// `sizes` are the numbers of coordinates of the bodies, and `first_coordinate` gives the first of the
-    /// three that are the displacement of a node of an interface.
+    /// Transformation of a structure. `sizes` are the numbers of coordinates of the bodies, and
+    /// `first_coordinate` gives the first of the three that are the displacement of a node of an
+    /// interface.
     ///
-    /// # Errors
-    /// [`ReductionError::SlaveTwice`] where a node is a slave of two contacts, [`ReductionError::Circle`]
-    /// where slaves are each other's masters, [`ReductionError::NotOfInterface`].
+    /// # Errors [`ReductionError::SlaveTwice`] where a node is a slave of two contacts,
+    /// [`ReductionError::Circle`] where slaves are each other's masters,
+    /// [`ReductionError::NotOfInterface`].
     pub(super) fn new(
         structure: &Structure,
         sizes: &[usize],
@@ -154,7 +157,7 @@ impl Transformation {
         self.transposed.nrows()
     }
 
-    /// The body and the coordinate of an unknown of g.
+    /// Body and coordinate of an unknown of g.
     pub fn origin(&self, unknown: usize) -> Option<(usize, usize)> {
         let coordinate = self
             .transposed
@@ -164,8 +167,8 @@ impl Transformation {
         Some((body, coordinate - self.starts[body]))
     }
 
-    /// T^T A T, A the block diagonal of the bodies' symmetric matrices, of which both triangles are stored.
-    /// Entries that come out as zero are left out where `zeros` says so.
+    /// Computes T^T A T, with A the block diagonal of the bodies' symmetric matrices, of which both
+    /// triangles are stored. Entries that come out as zero are left out where `zeros` says so.
     pub fn congruent(&self, matrices: &[&CscMatrix<f64>], zeros: Zeros) -> CscMatrix<f64> {
         let n = self.unknowns();
         let t = self.transposed.transpose();
@@ -212,7 +215,8 @@ impl Transformation {
             .expect("columns were built in order with ascending rows")
     }
 
-    /// Adds A times a column of T, seen through T^T, to `sums`; `rows` learns of those met first.
+    /// Adds T^T times A times a column of T to `sums`; rows that are reached first are added to
+    /// `rows`.
     fn add_column(
         &self,
         matrices: &[&CscMatrix<f64>],
@@ -237,7 +241,7 @@ impl Transformation {
         }
     }
 
-    /// T^T f, of loads on the bodies' coordinates: their parts on g and on X.
+    /// Computes T^T f for loads f on the bodies' coordinates. Returns the parts on g and on X.
     pub fn gather(&self, loads: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
         let mut all = vec![0.0; self.unknowns()];
         let columns = self.transposed.col_iter();
@@ -250,7 +254,7 @@ impl Transformation {
         (all, on_x)
     }
 
-    /// Coordinates of each body, column by column.
+    /// Coordinates of each body, one column per column of `g` and `x`.
     pub fn scatter(&self, g: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<Mat<f64>> {
         let mut all = Mat::zeros(self.unknowns(), g.ncols());
         all.get_mut(..self.inner, ..).copy_from(g);
@@ -261,17 +265,18 @@ impl Transformation {
     }
 }
 
-/// What [`Transformation::congruent`] does with entries that are zero.
+/// Treatment of zero entries by [`Transformation::congruent`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Zeros {
-    /// They stay, so that the pattern does not depend on the values.
+    /// Zeros are stored, so that the pattern does not depend on the values.
     Kept,
-    /// They are no entries.
+    /// Zeros are not stored.
     LeftOut,
 }
 
-/// Adds the motion of the node at `coordinate`, times `weights` along the axes, to blocks by the first of their
-/// three unknowns. False where more steps than there are slaves do not end.
+/// Adds the motion of the node at `coordinate`, times `weights` along the axes, to blocks by the
+/// first of their three unknowns. Returns `false` if this does not end within as many steps as
+/// there are slaves.
 fn expand(
     coordinate: usize,
     weights: [f64; 3],

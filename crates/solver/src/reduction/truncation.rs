@@ -1,15 +1,16 @@
-//! What the modes that are left out cost, estimated.
+//! Estimates of the errors by the modes that are left out.
 //!
 //! With the modes below w_c kept, rho = w^2 / (w_c^2 - w^2) at the frequency w, and R the residual
 //! flexibility of the kept modes:
 //!
-//! - From a load f to an observed point c the modes left out add to the static answer, which the residual
-//!   vectors make exact, at most rho^2 sqrt(f^T R f) sqrt(c^T R c). This is set against
+//! - From a load f to an observed point c the modes left out add to the static answer, which the
+//!   residual vectors make exact, at most rho^2 sqrt(f^T R f) sqrt(c^T R c). This is compared with
 //!   sqrt(f^T K^-1 f) sqrt(c^T K^-1 c).
-//! - Flanks that give way by X pull at g with w^2 y, y = (M_gx + M_gg Psi) X, and what the modes left out
-//!   answer is at first w^2 (K_gg^-1 - Phi Omega^-2 Phi^T) y. It lowers the squared frequency of a motion of
-//!   unit modal mass by w^4 (y^T K_gg^-1 y - sum_m (p_m . X)^2 / w_m^2). X is taken of the first stuck modes
-//!   k, on pairs that are as soft as the bodies behind them: (K + diag K) X = w_k^2 p_k.
+//! - Flanks that yield by X pull at g with w^2 y, y = (M_gx + M_gg Psi) X. The answer of the modes
+//!   left out is at first w^2 (K_gg^-1 - Phi Omega^-2 Phi^T) y. It lowers the squared frequency of
+//!   a motion of unit modal mass by w^4 (y^T K_gg^-1 y - sum_m (p_m . X)^2 / w_m^2). X is taken from
+//!   the first stuck modes k, on pairs that are as soft as the bodies behind them:
+//!   (K + diag K) X = w_k^2 p_k.
 
 use faer::Mat;
 
@@ -18,31 +19,31 @@ use dovetail_numerics::gmres::gmres;
 use dovetail_numerics::sparse::symmetric_dense_times;
 use serde::{Deserialize, Serialize};
 
-/// Modes whose yielding flanks are looked at.
+/// Number of modes whose yielding flanks are considered.
 const MODES: usize = 3;
 const TOLERANCE: f64 = 1e-2;
 const MOST_ITERATIONS: usize = 100;
 
-/// Errors that the modes left out may make.
+/// Estimated errors by the modes left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truncation {
-    /// Of the amplitudes of observed points, relative, at the highest frequency asked for; `None` where the
-    /// modes kept do not reach beyond it.
+    /// Relative error of the amplitudes of observed points at the highest frequency asked for;
+    /// `None` where the modes kept do not reach beyond it.
     pub amplitude: Option<f64>,
-    /// Of the first stuck frequencies, relative, by the bodies that were reduced by themselves; empty
-    /// where none was.
+    /// Relative errors of the first stuck frequencies by the bodies that were reduced by
+    /// themselves; empty where none was.
     pub frequencies: Vec<f64>,
 }
 
-/// Of static energy that the modes leave to the residual vectors, as shares of all of it: the largest
-/// among loads and among observed points.
+/// Fractions of static energy that the modes leave to the residual vectors: the largest among loads
+/// and among observed points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EnergyShares {
     pub loads: f64,
     pub observed: f64,
 }
 
-/// How the flanks give way under the first stuck modes, of unit modal mass: n x modes.
+/// Yielding X of the flanks under the first stuck modes, of unit modal mass: n x modes.
 pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
     let own = reduced.diagonal_stiffness();
     let n = own.len();
@@ -64,8 +65,8 @@ pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
     x
 }
 
-/// Estimated relative error of amplitudes up to `highest_rad_s`. `answers` are y^T K_gg^-1 y of the motions [`yielding`].
-/// `None` where the last stuck mode lies below `highest_rad_s`.
+/// Estimated relative error of amplitudes up to `highest_rad_s`. `answers` are y^T K_gg^-1 y of the
+/// motions [`yielding`]. `None` where the last stuck mode lies below `highest_rad_s`.
 pub(super) fn amplitude(
     reduced: &ReducedModel,
     left: EnergyShares,

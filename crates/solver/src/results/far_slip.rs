@@ -1,25 +1,28 @@
-//! How far pairs slide, against the size of their flanks. Node-to-node contact takes the two nodes of a pair to face
-//! each other all the time: that holds while they slide much less than the flank is wide.
+//! Distance that pairs slide, relative to the size of their flanks. Node-to-node contact assumes
+//! that the two nodes of a pair face each other all the time, which holds while they slide much
+//! less than the flank is wide.
 
 use super::pairs::PairTable;
 use crate::dlft::{Orbit, Outcome, Response, StaticState};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::Spectrum;
 
-/// Share of the shorter side of a flank beyond which a slide is worth a warning.
+/// Fraction of the shorter side of a flank beyond which a slide deserves a warning.
 pub const FAR: f64 = 0.05;
-/// Share beyond which a solution is none ([`Outcome::SlidesTooFar`]).
+/// Fraction beyond which a solution is not accepted ([`Outcome::SlidesTooFar`]).
 pub const TOO_FAR: f64 = 0.2;
 
-/// Instants of a period at which a pair is looked at.
+/// Number of instants of a period at which the slide of a pair is evaluated.
 const INSTANTS: usize = 64;
 
-/// Shorter side of the flank of each pair, m; none where directions are unknown or a flank has but one row of pairs.
+/// Shorter side of the flank of each pair, m; `None` where directions are unknown or a flank has
+/// only one row of pairs.
 #[derive(Debug, Clone)]
 pub struct ShorterSides(Vec<Option<f64>>);
 
 impl ShorterSides {
-    /// The extents of the pairs of a contact along the tangential directions of its first pair.
+    /// Shorter sides of the extents of the pairs of each contact along the tangential directions of
+    /// its first pair.
     pub fn of(pairs: &PairTable) -> Self {
         let of_contact = |contact: usize| {
             let own = || pairs.rows.iter().filter(|row| row.contact == contact);
@@ -37,12 +40,13 @@ impl ShorterSides {
         Self(pairs.rows.iter().map(|row| sides[row.contact]).collect())
     }
 
-    /// That of a pair, m.
+    /// Shorter side of the flank of a pair, m.
     pub fn of_pair(&self, pair: usize) -> Option<f64> {
         self.0[pair]
     }
 
-    /// The largest |X_T| of a motion (2H+1 blocks, harmonic-major) over the shorter side of its flank.
+    /// Largest ratio of |X_T| of a motion (2H+1 blocks, harmonic-major) to the shorter side of its
+    /// flank.
     pub fn farthest(&self, x: &[f64], harmonics: usize) -> f64 {
         let x = Spectrum::new(x, harmonics);
         let fourier = Fourier::new(harmonics, INSTANTS.max(4 * harmonics + 4));
@@ -61,14 +65,15 @@ impl ShorterSides {
         farthest
     }
 
-    /// [`Self::farthest`] of the static state, which ends as [`Outcome::SlidesTooFar`] where it is beyond [`TOO_FAR`].
+    /// Returns [`Self::farthest`] of the static state, whose outcome becomes
+    /// [`Outcome::SlidesTooFar`] beyond [`TOO_FAR`].
     pub fn judge_static(&self, state: &mut StaticState) -> f64 {
         let farthest = self.farthest(&state.x, 0);
         judge(&mut state.outcome, farthest);
         farthest
     }
 
-    /// The same for each frequency; the largest of those that are no further than [`TOO_FAR`].
+    /// Judges each frequency in the same way. Returns the largest value of those with a motion.
     pub fn judge_response(&self, response: &mut Response) -> f64 {
         let orbits = response.orbits.iter_mut();
         let farthest = orbits.map(|orbit| {
@@ -81,7 +86,7 @@ impl ShorterSides {
         farthest.fold(0.0, f64::max)
     }
 
-    /// The same for one frequency.
+    /// Judges one frequency in the same way.
     pub fn judge_orbit(&self, orbit: &mut Orbit) -> f64 {
         let farthest = self.farthest(&orbit.x, orbit.harmonics);
         judge(&mut orbit.outcome, farthest);

@@ -1,4 +1,5 @@
-//! [`Response`](crate::dlft::Response) -> physical fields: pressures, slip, dissipation, motion of the bodies.
+//! Physical fields of a [`Response`](crate::dlft::Response): pressures, slip, dissipation, motion
+//! of the bodies.
 
 pub mod far_slip;
 pub mod modes;

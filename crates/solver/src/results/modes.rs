@@ -1,18 +1,18 @@
-//! Natural frequencies and mode shapes, as tables and fields name them.
+//! Natural frequencies and mode shapes, for tables and fields.
 
 use super::recovery::NodalField;
 pub use dovetail_numerics::eigen::Modes;
 
-/// What is held while a mode vibrates.
+/// Constraint under which a mode vibrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModeKind {
-    /// One body, its flanks held (full model).
+    /// One body with its flanks held (full model).
     FlanksHeld,
-    /// One body, its flanks held, in the basis of Craig and Bampton.
+    /// One body with its flanks held, in the basis of Craig and Bampton.
     FixedInterface,
-    /// The assembly with all pairs stuck.
+    /// Assembly with all pairs stuck.
     Stuck,
-    /// The assembly with the pairs released that are open in the static state.
+    /// Assembly with the pairs released that are open in the static state.
     Linear,
 }
 
@@ -36,29 +36,29 @@ impl ModeKind {
     }
 }
 
-/// A natural frequency with its place.
+/// Natural frequency with its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NaturalFrequency {
-    /// What is held.
+    /// Kind of the mode.
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
     /// Number of the mode, 1 the lowest.
     pub mode: usize,
-    /// Hz.
+    /// Natural frequency, Hz.
     pub frequency_hz: f64,
 }
 
-/// A mode shape on the nodes.
+/// Mode shape on the nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeShape {
-    /// What is held.
+    /// Kind of the mode.
     pub kind: ModeKind,
     /// Name of the body that moves; `None` for the assembly.
     pub body: Option<String>,
     /// Number of the mode, 1 the lowest.
     pub mode: usize,
-    /// Hz.
+    /// Natural frequency, Hz.
     pub frequency_hz: f64,
     /// Displacement of all nodes of each body, of modal mass 1.
     pub shape: Vec<NodalField>,

@@ -1,37 +1,37 @@
-//! The pairs as tables name them, whether they come from a mesh or from a folder.
+//! Table of the pairs, from a mesh or from a folder.
 
 use crate::model::{ContactPair, Model};
 use crate::reduction::superelement::Superelement;
 
-/// What is known of the pairs besides their motion.
+/// Properties of the pairs besides their motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairTable {
     /// Names of the contacts.
     pub contacts: Vec<String>,
-    /// Heading and one entry per pair: the nodes of a mesh that make the pairs.
+    /// Nodes of a mesh that make the pairs, by columns: heading, and one entry per pair.
     pub nodes: Vec<(String, Vec<Option<u64>>)>,
-    /// One per pair, in the order of the model.
+    /// Properties of each pair, in the order of the model.
     pub rows: Vec<PairRow>,
 }
 
-/// One pair.
+/// Properties of one pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairRow {
-    /// Which contact it belongs to.
+    /// Number of its contact in [`PairTable::contacts`].
     pub contact: usize,
-    /// Where the pair is.
+    /// Position of the pair, m.
     pub position_m: [f64; 3],
-    /// Directions n, t1, t2 in space, where known.
+    /// Directions n, t1, t2 in space, if known.
     pub frame: Option<[[f64; 3]; 3]>,
-    /// Tributary area, where known.
+    /// Tributary area, m2, if known.
     pub area_m2: Option<f64>,
     /// Initial clearance, m.
     pub gap_m: f64,
 }
 
-/// What fields need of a pair.
+/// Properties of a pair that fields need.
 pub trait PairPlace {
-    /// Tributary area; `None` where unknown.
+    /// Tributary area, m2; `None` where unknown.
     fn area_m2(&self) -> Option<f64>;
     /// Initial clearance, m.
     fn gap_m(&self) -> f64;
@@ -56,7 +56,7 @@ impl PairPlace for PairRow {
 }
 
 impl PairTable {
-    /// Of a meshed assembly.
+    /// Table of a meshed assembly.
     pub fn of_model(model: &Model) -> Self {
         let bodies = model.bodies.iter().enumerate();
         let nodes = bodies.map(|(b, body)| {
@@ -85,7 +85,8 @@ impl PairTable {
         }
     }
 
-    /// All pairs of a folder make one contact, called `pairs`; each has the clearance `gap_m`.
+    /// Table of a folder, whose pairs make one contact called `pairs`, each with the clearance
+    /// `gap_m`.
     pub fn of_superelement(element: &Superelement, gap_m: f64) -> Self {
         let row = |i: usize| PairRow {
             contact: 0,

@@ -1,7 +1,7 @@
-//! Numbers read off a response: counts, amplitudes and phases, pressures, dissipation, the peak.
+//! Quantities of a response: counts, amplitudes and phases, pressures, dissipation, the peak.
 //!
-//! Every sum and maximum over frequencies takes the converged points only; a point that did not
-//! converge has no number here. Values per area are NaN where the area of a pair is unknown. Signs:
+//! Every sum and maximum over frequencies takes only the frequencies with a motion; the others have
+//! no number here. Values per area are NaN where the area of a pair is unknown. Signs:
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
@@ -12,9 +12,9 @@ use std::f64::consts::TAU;
 /// One harmonic of a real signal: `amplitude cos(k w t - phase_rad)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phasor {
-    /// In the unit of the signal, never negative.
+    /// Amplitude in the unit of the signal, never negative.
     pub amplitude: f64,
-    /// Lag behind the cosine, in (-pi, pi].
+    /// Phase lag behind the cosine, in (-pi, pi].
     pub phase_rad: f64,
 }
 
@@ -34,19 +34,19 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
 /// Fields on the flanks over one period, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleFields {
-    /// What each pair does in a period.
+    /// Status of each pair in the period.
     pub status: Vec<CycleStatus>,
-    /// Mean, smallest and largest pressure of the period, Pa: compression over tributary area.
+    /// Mean pressure over the period, Pa: compression over tributary area.
     pub pressure_mean_pa: Vec<f64>,
-    /// Smallest over the period.
+    /// Smallest pressure over the period, Pa.
     pub pressure_min_pa: Vec<f64>,
-    /// Largest over the period.
+    /// Largest pressure over the period, Pa.
     pub pressure_max_pa: Vec<f64>,
     /// Distance slid in a period, m.
     pub slid_m: Vec<f64>,
     /// Fraction of the period spent open.
     pub open_fraction: Vec<f64>,
-    /// Energy that friction takes in a period over tributary area, J/m2.
+    /// Energy that friction dissipates in a period over tributary area, J/m2.
     pub friction_energy_j_m2: Vec<f64>,
 }
 
@@ -74,7 +74,7 @@ pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
 /// Fields on the flanks in the static state, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticFields {
-    /// What each pair does.
+    /// Status of each pair.
     pub status: Vec<PairStatus>,
     /// Compression -lambda_N, N.
     pub normal_force_n: Vec<f64>,
@@ -82,7 +82,7 @@ pub struct StaticFields {
     pub pressure_pa: Vec<f64>,
     /// Friction force along t1 and t2 by which the body of the first flank pushes that of the second (lambda_T), N.
     pub friction_n: Vec<[f64; 2]>,
-    /// Displacement of the first flank against the second along t1 and t2, m.
+    /// Displacement of the first flank relative to the second along t1 and t2, m.
     pub slip_m: Vec<[f64; 2]>,
     /// Width of the opening, m: X_N + initial clearance, 0 in contact.
     pub gap_m: Vec<f64>,
@@ -112,25 +112,25 @@ pub fn static_fields(state: &StaticState, pairs: &[impl PairPlace]) -> StaticFie
     }
 }
 
-/// What each pair does over all converged frequencies. Nothing here grows with the number of
-/// frequencies that were asked for.
+/// Fields over all frequencies with a motion, one entry per pair. None of them grows with the
+/// number of frequencies asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SweepFields {
-    /// Number of converged points that the means are of: those asked for, without those added at
+    /// Number of frequencies that the means are taken over: those asked for, without those added at
     /// peaks.
     pub points: usize,
-    /// Mean of the friction power over the points, W; 0 where none converged. Times `points` it is
+    /// Mean of the friction power over the points, W; 0 where there are none. Times `points` it is
     /// the sum over frequencies of the paper's Figure 6.
     pub friction_power_mean_w: Vec<f64>,
-    /// Share of the points at which the pair, closed in the static state, separates; 0 where none
-    /// converged.
+    /// Fraction of the points at which the pair, closed in the static state, separates; 0 where
+    /// there are none.
     pub opening_share: Vec<f64>,
-    /// Whether the pair, closed in the static state, separates at any converged frequency, added
-    /// ones included; the paper's Figure 5.
+    /// True if the pair, closed in the static state, separates at any frequency with a motion,
+    /// added ones included; the paper's Figure 5.
     pub separates: Vec<bool>,
 }
 
-/// Means over the converged points, in their order.
+/// Means over the frequencies with a motion, in their order.
 pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
     let mut power_w = vec![0.0; pairs];
     let mut opening = vec![0.0; pairs];
@@ -160,11 +160,11 @@ pub fn sweep_fields(response: &Response, pairs: usize) -> SweepFields {
     }
 }
 
-/// Of the power that the excitation puts in, what friction takes at least: less is rounding.
+/// Friction power below this fraction of the power put in counts as rounding.
 const LEAST_FRICTION: f64 = 1e-9;
 
-/// Mean power that friction takes, W: 0 where it takes nothing but rounding, or where what the
-/// harmonics leave of the normal forces outweighs it.
+/// Mean power that friction dissipates, W: 0 where it is rounding, or where the truncation error of
+/// the normal forces outweighs it.
 pub fn friction_power_w(orbit: &Orbit) -> f64 {
     let least = LEAST_FRICTION * orbit.input_power_w.abs();
     match orbit.friction_power_w > least {
@@ -173,7 +173,7 @@ pub fn friction_power_w(orbit: &Orbit) -> f64 {
     }
 }
 
-/// The largest of a field of pairs; `None` where there are none, or the area of one is unknown.
+/// Largest value of a field of pairs; `None` where there are none, or the area of one is unknown.
 pub fn largest_of_pairs(field: &[f64]) -> Option<f64> {
     let known = field.iter().all(|value| value.is_finite());
     field
@@ -184,20 +184,20 @@ pub fn largest_of_pairs(field: &[f64]) -> Option<f64> {
         .map(|largest| largest.max(0.0))
 }
 
-/// The orbits that have a motion, in the order of the response: those that converged, and those that did so but for the
-/// accuracy asked for.
+/// Orbits that have a motion, in the order of the response: those that converged, and those that
+/// did so except for the accuracy asked for.
 pub fn with_motion(response: &Response) -> impl Iterator<Item = &Orbit> {
     response.orbits.iter().filter(|o| o.outcome.has_motion())
 }
 
-/// The largest amplitude of a curve.
+/// Largest amplitude of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peak {
     /// Position in the curve (for a response: in `orbits`, unconverged ones counted).
     pub index: usize,
-    /// Where the amplitude is largest.
+    /// Frequency of the largest amplitude.
     pub frequency_hz: f64,
-    /// Largest departure from the mean.
+    /// Largest departure from the mean, m.
     pub amplitude_m: f64,
 }
 
@@ -212,33 +212,37 @@ pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
     }))
 }
 
-/// Whether the largest amplitude is at an end of a range of several frequencies: the curve may go on rising outside.
+/// Returns `true` if the largest amplitude is at an end of a range of several frequencies: the
+/// curve may continue to rise outside.
 pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
     let last = response.orbits.len().saturating_sub(1);
     let top = peak(response, observation);
     last > 0 && top.is_some_and(|top| top.index == 0 || top.index == last)
 }
 
-/// How far the parabola through the highest point and its two neighbours rises above it, relative: what the curve may
-/// hide between its points. `None` at an end of the range, and beside a frequency without a result.
+/// Relative height of the parabola through the highest point and its two neighbours above that
+/// point, which the curve may hide between its points. `None` at an end of the range, and beside a
+/// frequency without a result.
 pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
     Some(Top::of(&response.orbits, observation)?.rise)
 }
 
-/// A local maximum of an amplitude over frequency.
+/// Local maximum of an amplitude over frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalPeak {
-    /// Where it is, in `orbits`.
+    /// Position in `orbits`, frequency and amplitude.
     pub at: Peak,
-    /// Energy spent in a period over 2 pi times the largest stored one, P / (w 2 E) with the mean kinetic energy E: twice
-    /// the damping ratio of a linear mode there; its inverse is the quality factor. `None` where nothing moves.
+    /// Ratio of the energy spent in a period to 2 pi times the largest stored one, P / (w 2 E) with
+    /// the mean kinetic energy E. It is twice the damping ratio of a linear mode there; its inverse
+    /// is the quality factor. `None` where nothing moves.
     pub loss_factor: Option<f64>,
 }
 
-/// A maximum that lies by less than this share above one of the two minima beside it is none.
+/// A maximum that exceeds one of the two minima beside it by less than this fraction does not
+/// count.
 const PROMINENT: f64 = 0.01;
 
-/// The local maxima of an observation inside of the range, rising in frequency.
+/// Local maxima of an observation inside the range, ascending in frequency.
 pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
     let heights: Vec<(usize, f64)> = heights(&response.orbits, observation).collect();
     let local = |i: usize| -> Option<LocalPeak> {
@@ -250,7 +254,7 @@ pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
         };
         let before = valley(&mut heights[..i].iter().rev())?;
         let after = valley(&mut heights[i + 1..].iter())?;
-        // Of equal ones the first.
+        // The first of equal ones.
         let repeats = i > 0 && heights[i - 1].1 == amplitude_m;
         let orbit = &response.orbits[index];
         (before.max(after) < (1.0 - PROMINENT) * amplitude_m && !repeats).then(|| LocalPeak {
@@ -265,7 +269,7 @@ pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
     (0..heights.len()).filter_map(local).collect()
 }
 
-/// As in [`LocalPeak`].
+/// Loss factor, as in [`LocalPeak`].
 fn loss_factor(orbit: &Orbit) -> Option<f64> {
     let stored_w = TAU * orbit.frequency_hz * 2.0 * orbit.kinetic_energy_j;
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
@@ -284,8 +288,8 @@ pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
     }))
 }
 
-/// Whether the largest linear amplitude is at an end of a range of several frequencies: the linear resonance may lie
-/// outside, and what is compared with it is compared with no peak.
+/// Returns `true` if the largest linear amplitude is at an end of a range of several frequencies:
+/// the linear resonance may lie outside, and a comparison with it is not one with a peak.
 pub fn linear_peak_is_at_an_end(response: &Response, observation: usize) -> bool {
     let last = response.linear_curve.len().saturating_sub(1);
     let top = linear_peak(response, observation).filter(|top| top.amplitude_m > 0.0);
@@ -310,13 +314,13 @@ pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usi
     point.observed_amplitude_m.get(observation).copied()
 }
 
-/// Largest estimated error of the converged frequencies; `None` where nothing is estimated.
+/// Largest estimated error of the frequencies with a motion; `None` where nothing is estimated.
 pub fn largest_estimated_error(response: &Response) -> Option<f64> {
     let estimated = with_motion(response).filter_map(|orbit| orbit.estimated_error);
     estimated.reduce(f64::max)
 }
 
-/// |input - friction - viscous| over the largest of the three; `None` where all are 0.
+/// Error |input - friction - viscous| over the largest of the three; `None` where all are 0.
 pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
     let (input, friction, viscous) = (
         orbit.input_power_w,
@@ -472,7 +476,7 @@ mod tests {
         assert!(next(&response).is_some() && peak_rise(&response, 0).is_some());
         response.orbits[1].outcome = Outcome::AccuracyNotReached;
         assert_eq!((next(&response), peak_rise(&response, 0)), (None, None));
-        // It is written all the same, and is the peak where it is highest.
+        // It is written nevertheless, and is the peak where it is highest.
         assert_eq!(peak(&response, 0).map(|p| p.index), Some(1));
         assert_eq!(with_motion(&response).count(), 3);
     }
@@ -565,13 +569,13 @@ mod tests {
         assert_eq!(found.friction_power_mean_w, alone.friction_power_mean_w);
         assert_eq!(found.opening_share, alone.opening_share);
         assert_eq!((found.points, alone.points), (2, 2));
-        // Whether a pair opens is known there, too.
+        // It is also known there whether a pair opens.
         assert_eq!(alone.separates, [true, false, false]);
         assert_eq!(found.separates, [true, true, false]);
     }
 
-    /// A power of P over friction that depends on frequency alone: with twice and with ten times as
-    /// many points the means are the same but for the ends of the range.
+    /// Power over friction that depends on frequency alone: with twice and with ten times as many
+    /// points the means are the same except for the ends of the range.
     #[test]
     fn nothing_of_a_sweep_grows_with_the_number_of_frequencies() {
         let swept = |points: usize| {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// A nodal vector field, m.
+/// Nodal vector field, m.
 pub type NodalField = Vec<[f64; 3]>;
 
 /// Oscillation of the nodes at the phase `w t`: `sum_k C_k cos(k w t) + S_k sin(k w t)`, without the

@@ -1,4 +1,4 @@
-//! Displacements of bodies as translations and rotations: how the bodies move that nothing holds.
+//! Displacements of bodies as translations and rotations, to describe how unrestrained bodies move.
 
 use super::recovery::NodalField;
 use crate::model::Model;
@@ -6,19 +6,20 @@ use dovetail_numerics::dense::Lu;
 use dovetail_numerics::space::{Vector, cross, dot, norm, scaled, sub, unit};
 use faer::Mat;
 
-/// Of the body that moves most, what counts as moving.
+/// A body counts as moving from this fraction of the largest motion of a body on.
 const MOVES: f64 = 0.05;
-/// A body turns where that moves its nodes by more than this share of its translation.
+/// A body counts as turning if its rotation moves the nodes by more than this fraction of its
+/// translation.
 const TURNS: f64 = 0.1;
 
-/// How a body moves, as far as it does so rigidly.
+/// Rigid part of the motion of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RigidMotion {
     /// Number of the body.
     pub body: usize,
-    /// Of its centre, m.
+    /// Translation of its centre, m.
     pub translation_m: Vector,
-    /// About its centre, as a vector along the axis, rad.
+    /// Rotation about its centre, as a vector along the axis, rad.
     pub rotation_rad: Vector,
     /// Mean of the positions of its nodes, m.
     pub centre_m: Vector,
@@ -26,33 +27,33 @@ pub struct RigidMotion {
     pub radius_m: f64,
 }
 
-/// The kind of a rigid motion. Directions have length 1, and their largest component is positive.
+/// Kind of a rigid motion. Directions have length 1, and their largest component is positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// A translation along a direction.
+    /// Translation along a direction.
     Along(Vector),
-    /// A rotation about an axis.
+    /// Rotation about an axis.
     About {
         /// Direction of the axis.
         axis: Vector,
-        /// The point of the axis nearest to the centre, m.
+        /// Point of the axis nearest to the centre, m.
         through_m: Vector,
     },
 }
 
-/// A rigid motion of a body.
+/// Rigid motion of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyMotion {
     /// Number of the body.
     pub body: usize,
-    /// Its name.
+    /// Name of the body.
     pub name: String,
-    /// Its motion.
+    /// Kind of the motion.
     pub kind: Kind,
 }
 
 impl RigidMotion {
-    /// The rigid motion of nodes that is nearest to their displacements, in the sum of squares.
+    /// Rigid motion of nodes that is nearest to their displacements, in the sum of squares.
     fn nearest(body: usize, nodes_m: &[Vector], field: &[Vector]) -> Self {
         let mean = |values: &[Vector]| {
             let sum = |axis: usize| values.iter().map(|v| v[axis]).sum::<f64>();
@@ -82,7 +83,7 @@ impl RigidMotion {
         }
     }
 
-    /// How far it moves the nodes, m.
+    /// Size of the motion of the nodes, m.
     fn size_m(&self) -> f64 {
         norm(self.translation_m).hypot(self.turned_m())
     }
@@ -91,7 +92,7 @@ impl RigidMotion {
         norm(self.rotation_rad) * self.radius_m
     }
 
-    /// The kind of the motion; `None` where nothing moves.
+    /// Kind of the motion; `None` where nothing moves.
     pub fn kind(&self) -> Option<Kind> {
         let turns = self.turned_m() > TURNS * norm(self.translation_m);
         match unit(self.rotation_rad).filter(|_| turns) {
@@ -119,7 +120,7 @@ fn forwards(direction: Vector) -> Vector {
     }
 }
 
-/// The rigid motions of the bodies that move, from the displacements of all nodes of each body.
+/// Rigid motions of the bodies that move, from the displacements of all nodes of each body.
 pub fn rigid_motions(model: &Model, displacements_m: &[NodalField]) -> Vec<RigidMotion> {
     let bodies = model.bodies.iter().zip(displacements_m).enumerate();
     let all: Vec<RigidMotion> = bodies

@@ -4,7 +4,8 @@ use crate::dlft::Orbit;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::spectrum::Spectrum;
 
-/// A pair over one period, from the start of the excitation's cosine; components n, t1, t2.
+/// Signals of a pair over one period, from the start of the excitation's cosine; components n, t1,
+/// t2.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairSignals {
     /// Relative displacement, m, one entry per instant.
@@ -13,7 +14,8 @@ pub struct PairSignals {
     pub force_n: [Vec<f64>; 3],
 }
 
-/// A pair of an orbit at no fewer than `instants` instants, which are evenly spaced, the end of the period left out.
+/// Signals of a pair of an orbit at `instants` or more evenly spaced instants, without the end of
+/// the period.
 pub fn pair_signals(orbit: &Orbit, pair: usize, instants: usize) -> PairSignals {
     let fourier = Fourier::new(orbit.harmonics, instants.max(4 * (orbit.harmonics + 1)));
     let signal = |v: &[f64], component: usize| {

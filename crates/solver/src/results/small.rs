@@ -1,6 +1,6 @@
-//! What a solution is held against that takes displacements, strains and clearances as small: the
-//! sizes of the bodies, their Young's moduli, and the sizes of the flanks. Every figure is a share,
-//! 1 at the size itself.
+//! Checks of the assumption that displacements, strains and clearances are small, against the sizes
+//! of the bodies, their Young's moduli, and the sizes of the flanks. Every figure is a ratio, 1 at
+//! the size itself.
 
 use super::far_slip::ShorterSides;
 use super::pairs::PairTable;
@@ -8,32 +8,33 @@ use crate::dlft::{Response, StaticState};
 use crate::model::Model;
 use crate::results::quantities::{cycle_fields, static_fields, with_motion};
 
-/// Of the longest side of a body, a displacement that is worth a warning.
+/// Displacement that deserves a warning, relative to the longest side of its body.
 pub const LARGE_DISPLACEMENT: f64 = 0.1;
-/// Of Young's modulus, a pressure that is worth a warning: where it acts strains are as large.
+/// Pressure that deserves a warning, relative to Young's modulus: where it acts strains are as
+/// large.
 pub const LARGE_PRESSURE: f64 = 0.01;
-/// Of the size of a flank, a clearance that is worth a warning.
+/// Clearance that deserves a warning, relative to the size of its flank.
 pub const LARGE_CLEARANCE: f64 = 1.0;
-/// The same of an interference, which is a strain.
+/// Interference that deserves a warning, relative to the size of its flank; it is a strain.
 pub const LARGE_INTERFERENCE: f64 = 0.1;
 
-/// The sizes that a meshed assembly has.
+/// Sizes of a meshed assembly.
 #[derive(Debug, Clone)]
 pub struct Sizes<'m> {
     model: &'m Model,
     /// Longest side of the box around each body, along the axes, m.
     bodies_m: Vec<f64>,
-    /// Per contact the shorter side of its flank or, of a single row of pairs, the root of its
+    /// Shorter side of the flank of each contact or, for a single row of pairs, the root of its
     /// area, m.
     flanks_m: Vec<f64>,
 }
 
-/// A displacement beside the size of its body.
+/// Displacement relative to the size of its body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moved {
-    /// What moves: the name of an observed point, or `a point`.
+    /// Name of an observed point, or `a point`.
     pub what: String,
-    /// m.
+    /// Displacement, m.
     pub displacement_m: f64,
     /// Name of the body.
     pub body: String,
@@ -42,25 +43,25 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// The displacement over the size.
+    /// Ratio of the displacement to the size.
     pub fn share(&self) -> f64 {
         self.displacement_m / self.size_m
     }
 }
 
-/// A figure of a contact beside what it is held against.
+/// Pressure or clearance of a contact, relative to its limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtContact {
     /// Name of the contact.
     pub contact: String,
-    /// A pressure, Pa, or a clearance, m; negative an interference.
+    /// Pressure, Pa, or clearance, m; negative for an interference.
     pub value: f64,
-    /// Of Young's modulus, or of the size of the flank.
+    /// Ratio of the value to Young's modulus, or to the size of the flank.
     pub share: f64,
 }
 
 impl<'m> Sizes<'m> {
-    /// Of an assembly.
+    /// Sizes of an assembly.
     pub fn of(model: &'m Model) -> Self {
         let side = |nodes_m: &[[f64; 3]], axis: usize| {
             let along = nodes_m.iter().map(|p| p[axis]);
@@ -96,8 +97,8 @@ impl<'m> Sizes<'m> {
         }
     }
 
-    /// The largest displacement of a node over the size of its body, from the displacements of all
-    /// nodes of each body.
+    /// Largest displacement of a node relative to the size of its body, from the displacements of
+    /// all nodes of each body.
     pub fn farthest_node(&self, displacements_m: &[Vec<[f64; 3]>]) -> Option<Moved> {
         let bodies = displacements_m.iter().enumerate();
         let moved = bodies.map(|(body, field)| {
@@ -107,8 +108,8 @@ impl<'m> Sizes<'m> {
         farthest(moved)
     }
 
-    /// The largest displacement of an observed point over the size of its body: mean and departure
-    /// from it, at any converged frequency.
+    /// Largest displacement of an observed point relative to the size of its body, as the sum of
+    /// its mean and its departure from it, at any frequency with a motion.
     pub fn farthest_observed(&self, response: &Response) -> Option<Moved> {
         let of_point = |i: usize| {
             let observation = &self.model.observations[i];
@@ -122,15 +123,15 @@ impl<'m> Sizes<'m> {
         farthest((0..self.model.observations.len()).filter_map(of_point))
     }
 
-    /// The largest pressure of the static state over the lower Young's modulus of the two bodies;
-    /// `None` where it did not converge.
+    /// Largest pressure of the static state relative to the lower Young's modulus of the two
+    /// bodies; `None` where the state did not converge.
     pub fn hardest_static(&self, state: &StaticState) -> Option<AtContact> {
         let fields = static_fields(state, &self.model.pairs);
         let valid = state.outcome.is_converged();
         self.hardest(&fields.pressure_pa).filter(|_| valid)
     }
 
-    /// The same of the response.
+    /// Largest pressure of the response relative to the lower Young's modulus of the two bodies.
     pub fn hardest_in_motion(&self, response: &Response) -> Option<AtContact> {
         let of_orbits = with_motion(response).filter_map(|orbit| {
             self.hardest(&cycle_fields(orbit, &self.model.pairs).pressure_max_pa)
@@ -153,7 +154,7 @@ impl<'m> Sizes<'m> {
         pressed.reduce(larger)
     }
 
-    /// The widest clearance and the deepest interference of the pairs over the sizes of their
+    /// Widest clearance and deepest interference of the pairs relative to the sizes of their
     /// flanks.
     pub fn widest_gaps(&self) -> [Option<AtContact>; 2] {
         let gaps = |sign: f64| {

@@ -1,4 +1,4 @@
-//! The bodies of a run: their meshes, their model, and what a reduction leaves of them.
+//! Bodies of a run: their meshes, their model, and their modes after a reduction.
 
 use std::cell::OnceCell;
 
@@ -18,10 +18,10 @@ use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
 use dovetail_numerics::spectrum::{Spectrum, blocks};
 
-/// What an assembly is bound to.
+/// Meshes and fields that an assembly is bound to.
 #[derive(Debug)]
 pub struct Meshes {
-    /// The mesh of all bodies, in metres: see [`gather`](crate::model::gather::gather).
+    /// Mesh of all bodies, in metres: see [`gather`](crate::model::gather::gather).
     pub mesh: Mesh,
     /// Fields that excitations name by their files.
     pub fields: SurfaceFields,
@@ -36,7 +36,7 @@ impl From<Mesh> for Meshes {
     }
 }
 
-/// An assembly with its flanks paired, before matrices are assembled.
+/// Assembly with its flanks paired, before matrices are assembled.
 #[derive(Debug)]
 pub struct Bound {
     /// Bodies, pairs, loads and excitations by their numbers.
@@ -45,33 +45,34 @@ pub struct Bound {
     pub properties: Vec<MassProperties>,
 }
 
-/// An assembly and its reduced model.
+/// Assembly and its reduction.
 #[derive(Debug)]
 pub struct Bodies {
-    /// With its flanks paired.
+    /// Assembly with its flanks paired.
     pub bound: Bound,
-    /// What is known of the modes of the reduction.
+    /// Estimates and frequencies of the modes of the reduction.
     pub modes: ReductionModes,
     pub(super) wanted: StuckModes,
     pub(super) structure: OnceCell<Structure>,
-    /// Displacement of the static state that the prestress comes from, where it was repeated.
+    /// Displacement of the static state that the prestress comes from, where it was computed
+    /// repeatedly.
     pub(super) displacement: Option<Displacement>,
     pub(super) recovery: OnceCell<Recovery>,
     pub(super) key: Option<Key>,
 }
 
 impl Bodies {
-    /// The bodies, pairs, loads and excitations by their numbers.
+    /// Bodies, pairs, loads and excitations by their numbers.
     pub fn model(&self) -> &Model {
         &self.bound.model
     }
 
-    /// The way back from the reduced model to the bodies, where [`Bodies::recover`] has made it.
+    /// Recovery of the bodies' motion from the reduced model, if [`Bodies::recover`] has made it.
     pub fn recovery(&self) -> Option<&Recovery> {
         self.recovery.get()
     }
 
-    /// Displacements of all nodes of each body in a static state, m; `None` where there is no way back to the bodies.
+    /// Displacements of all nodes of each body in a static state, m; `None` without a recovery.
     pub fn static_displacements_m(&self, state: &StaticState) -> Option<Vec<NodalField>> {
         let free = self.recovery()?.full_static(&state.x);
         let bodies = self.model().bodies.iter().zip(&free);
@@ -79,8 +80,8 @@ impl Bodies {
         Some(on_nodes.collect())
     }
 
-    /// The 2H+1 fields of all nodes of each body in an orbit, m: mean, cosine 1, sine 1, ... `None` where there is no way
-    /// back to the bodies.
+    /// Fields of all nodes of each body in an orbit, m, 2H+1 each: mean, cosine 1, sine 1, ...
+    /// `None` without a recovery.
     pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
         let recovery = self.recovery()?;
         let blocks = blocks(orbit.harmonics);
@@ -90,7 +91,7 @@ impl Bodies {
         };
         let motion =
             recovery.full_motion(columns(&orbit.x).as_ref(), columns(&orbit.modal).as_ref());
-        // The mean: what the static load does to the interior is not in the modes.
+        // The mean: the answer of the interior to the static load is not in the modes.
         let mean = Spectrum::new(&orbit.x, orbit.harmonics).mean();
         let mean = recovery.full_static(mean);
         let bodies = self.model().bodies.iter().zip(motion.iter().zip(&mean));
@@ -103,7 +104,7 @@ impl Bodies {
         Some(on_nodes.collect())
     }
 
-    /// The listed modes on the nodes: those of the stuck assembly, where there is a way back to the bodies, and those of
+    /// Listed modes on the nodes: those of the stuck assembly, if there is a recovery, and those of
     /// each body with its flanks held.
     pub fn shapes(&self, problem: &Problem, held: &[Modes]) -> Vec<ModeShape> {
         let bodies = &self.model().bodies;

@@ -1,4 +1,4 @@
-//! Natural frequencies over the speed of rotation, and where they cross engine orders.
+//! Natural frequencies over the speed of rotation, and their crossings with engine orders.
 
 use super::bodies::{Bound, Meshes};
 use super::error::Error;
@@ -15,58 +15,60 @@ use dovetail_numerics::sparse::sum;
 /// Modes over the speed.
 #[derive(Debug)]
 pub struct Campbell {
-    /// The model at the highest speed.
+    /// Model at the highest speed.
     pub bound: Bound,
     /// Modes of the first body with its flanks held (full model), and of the stuck assembly.
     pub families: [Family; 2],
-    /// The speed of the scene, rpm; 0 at rest.
+    /// Speed of the scene, rpm; 0 at rest.
     pub operating_rpm: f64,
-    /// Speeds (rpm) that the structure does not stand, and why.
+    /// Speeds (rpm) at which the structure is unstable, and why.
     pub failed: Vec<(f64, ReductionError)>,
 }
 
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Family {
-    /// What is held.
+    /// Kind of the modes.
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
-    /// Speed (rpm), rising, and frequencies (Hz) of each; `None` where the structure does not stand the speed.
+    /// Speeds (rpm), ascending, with the frequencies (Hz) of each; `None` where the structure is
+    /// unstable.
     pub speeds: Vec<(f64, Option<Vec<f64>>)>,
 }
 
-/// A mode that has the frequency of an engine order.
+/// Mode that has the frequency of an engine order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Crossing {
-    /// What is held.
+    /// Kind of the mode.
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
     /// Number of the mode, 1 the lowest.
     pub mode: usize,
-    /// Cycles in a revolution.
+    /// Engine order, in cycles per revolution.
     pub engine_order: usize,
-    /// rpm.
+    /// Speed of the crossing, rpm.
     pub speed_rpm: f64,
-    /// Hz.
+    /// Frequency of the crossing, Hz.
     pub frequency_hz: f64,
 }
 
 impl Crossing {
-    /// By how much the speed of the crossing is above that of operation, relative.
+    /// Relative amount by which the speed of the crossing exceeds that of operation.
     pub fn margin(&self, operating_rpm: f64) -> f64 {
         self.speed_rpm / operating_rpm - 1.0
     }
 }
 
-/// Modes at each of `speeds_rpm`, which rise: of the first body with its flanks held (full model), and of the stuck
-/// assembly. Mesh, pairs, stiffness and mass are made once: under rotation the stiffness is a parabola of the speed, so
-/// that two assemblies, at rest and at the highest speed, give it at any. The stress is that with all pairs stuck.
+/// Modes at each of `speeds_rpm`, which ascend: of the first body with its flanks held (full
+/// model), and of the stuck assembly. Mesh, pairs, stiffness and mass are made once: under rotation
+/// the stiffness is a parabola of the speed, so that two assemblies, at rest and at the highest
+/// speed, give it at any speed. The stress is that with all pairs stuck.
 ///
-/// # Errors
-/// [`Error::NoMesh`], [`Error::NoRotation`] without an axis; else those of [`modes`](super::modes) at the lowest speed. A
-/// higher speed that the structure does not stand is none: see [`Campbell::failed`].
+/// # Errors [`Error::NoMesh`], [`Error::NoRotation`] without an axis; otherwise those of
+/// [`modes`](super::modes) at the lowest speed. A higher speed at which the structure is unstable
+/// is no error: see [`Campbell::failed`].
 pub fn campbell(
     scene: &Scene,
     meshes: Meshes,
@@ -95,7 +97,7 @@ pub fn campbell(
             };
             let [of_body, of_assembly] = match spun.modes(share) {
                 Ok(modes) => modes.map(Some),
-                // At the lowest speed it is the scene that is at fault, not the speed.
+                // At the lowest speed the scene is at fault, not the speed.
                 Err(
                     error @ (ReductionError::InteriorUnstable { .. }
                     | ReductionError::NotHeld { .. }),
@@ -130,7 +132,7 @@ pub fn campbell(
 }
 
 impl Campbell {
-    /// Where modes cross these engine orders, rising in speed.
+    /// Crossings of the modes with these engine orders, ascending in speed.
     pub fn crossings(&self, engine_orders: &[usize]) -> Vec<Crossing> {
         let families = self.families.iter();
         let mut all: Vec<Crossing> = families.flat_map(|f| f.crossings(engine_orders)).collect();
@@ -138,7 +140,7 @@ impl Campbell {
         all
     }
 
-    /// The crossing of each mode that is nearest to the speed of the scene; none at rest.
+    /// Crossing of each mode that is nearest to the speed of the scene; empty at rest.
     pub fn nearest_crossings(&self, engine_orders: &[usize]) -> Vec<Crossing> {
         let rpm = self.operating_rpm;
         let families = self.families.iter().filter(|_| rpm > 0.0);
@@ -151,7 +153,7 @@ impl Campbell {
 /// Frequencies (Hz) at one speed: flanks held, stuck.
 type ModesAtSpeed = [Vec<f64>; 2];
 
-/// The bodies at rest and at the highest speed.
+/// Bodies at rest and at the highest speed.
 struct Spun {
     at_rest: Structure,
     fastest: Structure,
@@ -201,14 +203,14 @@ impl Spun {
 }
 
 impl Family {
-    /// Modes that it has at any speed.
+    /// Number of modes at any speed.
     pub fn modes(&self) -> usize {
         let counts = self.speeds.iter().flat_map(|(_, f)| f).map(Vec::len);
         counts.max().unwrap_or(0)
     }
 
-    /// Frequency of a mode, counted from 0, at a speed, Hz. Between two speeds the square of a frequency goes with the square
-    /// of the speed.
+    /// Frequency of a mode, counted from 0, at a speed, Hz. Between two speeds the squared
+    /// frequency is linear in the squared speed.
     pub fn frequency_hz(&self, mode: usize, rpm: f64) -> Option<f64> {
         let stretch = self
             .stretches(mode)
@@ -227,7 +229,7 @@ impl Family {
         })
     }
 
-    /// The crossing of each mode that crosses an engine order which is nearest to a speed.
+    /// Crossing with an engine order that is nearest to a speed, for each mode that has one.
     fn nearest_crossings(&self, orders: &[usize], rpm: f64) -> Vec<Crossing> {
         let all = self.crossings(orders);
         let nearest = |mode: usize| {
@@ -257,7 +259,7 @@ impl Family {
     }
 }
 
-/// A mode between two speeds: speed (rpm) and frequency (Hz) at both.
+/// Mode between two speeds: speed (rpm) and frequency (Hz) at both.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     from: (f64, f64),
@@ -265,7 +267,7 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// Of f2 = offset + slope rpm2.
+    /// Slope of f2 = offset + slope rpm2.
     fn slope(self) -> f64 {
         let square = |v: f64| v * v;
         (square(self.to.1) - square(self.from.1)) / (square(self.to.0) - square(self.from.0))
@@ -275,7 +277,8 @@ impl Stretch {
         self.from.1 * self.from.1 - self.slope() * self.from.0 * self.from.0
     }
 
-    /// Where the mode has the frequency of an engine order; the end of a stretch belongs to the next one.
+    /// Speed at which the mode has the frequency of an engine order; the end of a stretch belongs
+    /// to the next one.
     fn crossing_rpm(self, engine_order: usize) -> Option<f64> {
         let order = engine_order as f64 / 60.0;
         let squared = self.offset() / (order * order - self.slope());
@@ -288,7 +291,7 @@ impl Stretch {
 mod tests {
     use super::*;
 
-    /// Engine orders up to this one.
+    /// Highest engine order.
     const MOST_ENGINE_ORDER: usize = 36;
 
     #[test]
@@ -319,7 +322,7 @@ mod tests {
         near(1.0 + one.margin(6000.0), 1.25);
         let nearest = family.nearest_crossings(&orders, 7000.0);
         assert_eq!((nearest.len(), nearest[0].engine_order), (1, 1));
-        // Of orders that were asked for, those alone.
+        // Only the orders that were asked for.
         let of_two = family.crossings(&[2, 40]);
         let mut found: Vec<usize> = of_two.iter().map(|c| c.engine_order).collect();
         found.sort_unstable();

@@ -1,4 +1,4 @@
-//! The error of a run: that of its stage, or what the run itself finds.
+//! Error of a run: that of its stage, or one that the run itself finds.
 
 use thiserror::Error as ThisError;
 
@@ -15,35 +15,35 @@ use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
 use dovetail_numerics::memory::TooLittle;
 
-/// Why a run ended without its full result.
+/// Reason why a run ended without its full result.
 #[derive(Debug, ThisError)]
 #[non_exhaustive]
 pub enum Error {
-    /// Names and meshes do not fit.
+    /// Names and meshes do not match.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// Elements that cannot be assembled.
+    /// The elements cannot be assembled.
     #[error(transparent)]
     Fem(#[from] FemError),
-    /// Bodies that cannot be reduced.
+    /// The bodies cannot be reduced.
     #[error(transparent)]
     Reduction(#[from] ReductionError),
-    /// A folder of a reduced model that cannot be read.
+    /// The folder of a reduced model cannot be read.
     #[error(transparent)]
     Superelement(#[from] SuperelementError),
-    /// A ratio of damping that has no mode.
+    /// The ratio of damping refers to a mode that does not exist.
     #[error(transparent)]
     Damping(#[from] DampingError),
-    /// Steps in time that came to no end.
+    /// The integration in time failed.
     #[error(transparent)]
     Integration(#[from] IntegrationError),
-    /// Bodies without a mesh, or a scene about a reduced model where bodies are needed.
+    /// Bodies have no mesh, or the scene is about a reduced model where bodies are needed.
     #[error("there is no mesh")]
     NoMesh,
-    /// The range of frequencies counts from a mode that does not exist.
+    /// The range of frequencies refers to a mode that does not exist.
     #[error("the range of frequencies counts from the first linear mode, and this model has none")]
     NoLinearMode,
-    /// A resonance without damping.
+    /// A harmonic lies on a resonance without damping.
     #[error(
         "{frequency_hz} Hz: harmonic {harmonic} is at the frequency of {} mode {mode}, and there is no damping: where no pair \
          slips, opens or closes the answer is infinite",
@@ -59,42 +59,42 @@ pub enum Error {
         /// Number of the mode, 1 the lowest.
         mode: usize,
     },
-    /// No contact can slip or open, and what was asked for needs one that can.
+    /// No contact can slip or open, although the task needs one that can.
     #[error("all contacts are bonded: {why}")]
     AllBonded {
-        /// What needs one.
+        /// Task that needs one.
         why: &'static str,
     },
-    /// The static state was not found, and nothing vibrates about it.
+    /// The static state was not found, so that nothing can vibrate about it.
     #[error(
         "the static state under the steady load was not found: {} after {iterations} Newton iterations, residual {residual:.1e} of the load",
         outcome.word()
     )]
     StaticState {
-        /// How it ended.
+        /// Outcome of the static state.
         outcome: Outcome,
         /// Newton iterations of its last step.
         iterations: usize,
-        /// Residual over the load.
+        /// Residual relative to the load.
         residual: f64,
     },
-    /// The normal forces and the stress that they make do not settle.
+    /// The normal forces and the stress that they cause do not converge.
     #[error(
         "after {passes} passes of the prestress the normal forces still move by {change:.1e} of the largest one"
     )]
     Prestress {
-        /// Passes made.
+        /// Number of passes.
         passes: usize,
-        /// Largest change of a normal force over the largest one.
+        /// Largest change of a normal force relative to the largest one.
         change: f64,
     },
-    /// The static state has slides that the method does not cover.
+    /// A pair slides too far in the static state for the method.
     #[error(
         "in the static state a pair slides farther than {} % of the shorter side of its flank",
         100.0 * TOO_FAR
     )]
     SlidesTooFar,
-    /// Displacements that no linear computation covers.
+    /// Displacements are too large for a linear computation.
     #[error(
         "{} of body `{}` moves by {:.3e} m, more than the body is long ({:.3e} m)",
         .0.what, .0.body, .0.displacement_m, .0.size_m
@@ -103,18 +103,18 @@ pub enum Error {
     /// No pair carries a normal force in the static state, and without them some body is free.
     #[error("nothing holds the bodies: no pair is in contact in the static state")]
     NothingHolds {
-        /// How bodies are free; empty where nothing is known of them.
+        /// Free motions of the bodies; empty where none are known.
         motions: Vec<BodyMotion>,
     },
-    /// Frequencies over the speed were asked of bodies that do not rotate.
+    /// Frequencies over the speed are asked for, but the bodies do not rotate.
     #[error("frequencies over the speed were asked for, and there is no axis of rotation")]
     NoRotation,
-    /// Too many steps in time.
+    /// There are too many steps in time.
     #[error("{periods} periods of {steps} steps are more than {most} steps")]
     TooManySteps {
-        /// Periods asked for.
+        /// Number of periods asked for.
         periods: usize,
-        /// Steps of each.
+        /// Steps per period.
         steps: usize,
         /// Most steps in all.
         most: usize,
@@ -128,7 +128,7 @@ pub enum Error {
         frequency_hz: f64,
         /// Periods integrated.
         periods: usize,
-        /// Share of the transient that is left.
+        /// Fraction of the transient that is left.
         left: f64,
     },
     /// Harmonic balance and integration in time disagree.
@@ -138,25 +138,25 @@ pub enum Error {
     Disagreement {
         /// Frequency of the excitation, Hz.
         frequency_hz: f64,
-        /// Largest difference.
+        /// Largest difference, %.
         percent: f64,
-        /// What was allowed.
+        /// Largest difference allowed, %.
         tolerance_percent: f64,
     },
-    /// Told before the first frequency.
+    /// The memory does not suffice, which is reported before the first frequency.
     #[error("a frequency of the response, in {blocks} blocks of harmonics, does not fit in memory")]
     TooLittleMemory {
-        /// 2H+1.
+        /// Number of blocks, 2H+1.
         blocks: usize,
-        /// What there is.
+        /// Memory needed and available.
         source: TooLittle,
     },
     /// The run is complete, but not every frequency has a solution.
     #[error("{unconverged} of {points} frequencies did not converge")]
     NotConverged {
-        /// Frequencies without a solution.
+        /// Number of frequencies without a solution.
         unconverged: usize,
-        /// All frequencies.
+        /// Number of all frequencies.
         points: usize,
     },
     /// The observer or the store ended the run.

@@ -1,4 +1,4 @@
-//! Which bodies move, and how, in a motion that friction holds alone, or nothing at all.
+//! Bodies that move, and how, in a motion that only friction holds, or nothing at all.
 
 use faer::{Mat, MatRef};
 
@@ -12,11 +12,10 @@ use crate::fem::expand_to_nodes;
 use crate::results::recovery::NodalField;
 use crate::results::rigid_motion::{BodyMotion, RigidMotion, rigid_motions};
 
-/// What is retained in the static state of the motions that only friction holds; empty where nothing is, or nothing is
-/// known of the bodies.
+/// Motions retained in the static state, of those that only friction holds. Empty where nothing is
+/// retained, or the bodies are not known.
 ///
-/// # Errors
-/// Those of the way back to the bodies.
+/// # Errors The errors of the recovery.
 pub(super) fn retained_at_rest(
     reduced: &Reduced,
     state: &StaticState,
@@ -29,10 +28,9 @@ pub(super) fn retained_at_rest(
     retained(reduced, &state.x, &at_rest, session)
 }
 
-/// The same of a motion about the static state.
+/// Motions retained in a motion about the static state.
 ///
-/// # Errors
-/// Those of the way back to the bodies.
+/// # Errors The errors of the recovery.
 pub(super) fn retained_in_motion(
     reduced: &Reduced,
     state: &StaticState,
@@ -63,11 +61,10 @@ fn retained(
     Ok(motions(reduced, bodies, &along))
 }
 
-/// The motions in which bodies are free where all pairs are open; empty where something holds them, or nothing is known of
-/// the bodies.
+/// Motions in which bodies are free where all pairs are open. Empty where something holds them, or
+/// the bodies are not known.
 ///
-/// # Errors
-/// Those of the way back to the bodies.
+/// # Errors The errors of the recovery.
 pub(super) fn held_by_nothing(
     reduced: &Reduced,
     state: &StaticState,
@@ -85,7 +82,7 @@ pub(super) fn held_by_nothing(
     Ok(all.collect())
 }
 
-/// The rigid motions of the bodies that relative displacements `x` belong to, which no force goes with.
+/// Rigid motions of the bodies that belong to relative displacements `x` without forces.
 fn motions(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Vec<BodyMotion> {
     let Some(moved) = displacements_m(reduced, bodies, x) else {
         return Vec::new();
@@ -101,7 +98,7 @@ fn motions(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Vec<BodyMotion> {
     motions.filter_map(named).collect()
 }
 
-/// Displacements of all nodes of each body.
+/// Displacements of all nodes of each body for relative displacements `x`.
 fn displacements_m(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Option<Vec<NodalField>> {
     let x = MatRef::from_column_major_slice(x, x.len(), 1);
     let still = Mat::zeros(reduced.model().omega2.len(), 1);

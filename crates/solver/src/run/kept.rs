@@ -1,11 +1,11 @@
-//! A reduction as it is kept for later runs, and what it depends on.
+//! Reduction as it is stored for later runs, and its inputs.
 
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 use crate::reduction::{ReducedModel, StuckModes, Truncation};
 
-/// What a static state is solved with besides the model.
+/// Settings of a static state besides the model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StaticOptions {
     pub(super) load_steps: usize,
@@ -19,51 +19,55 @@ pub type Displacement = Vec<Vec<[f64; 3]>>;
 /// One pass of the prestress of the static state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PrestressPass {
-    /// Largest change of a normal force since the pass before, over the largest one; without pairs that of the first
-    /// stuck frequency squared. `None` for the first pass, whose stress is that with all pairs stuck.
+    /// Largest change of a normal force since the pass before, relative to the largest one; without
+    /// pairs, the change of the first squared stuck frequency. `None` for the first pass, whose
+    /// stress is that with all pairs stuck.
     pub change: Option<f64>,
-    /// First frequency of the fully stuck assembly.
+    /// First frequency of the fully stuck assembly, Hz.
     pub stuck_frequency_hz: Option<f64>,
 }
 
-/// What is known of the modes of a reduction.
+/// Estimates and frequencies of the modes of a reduction.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ReductionModes {
-    /// Errors that the modes left out may make.
+    /// Estimated errors by the modes left out.
     pub truncation: Truncation,
-    /// Squared angular frequencies of each body, rad2/s2; empty where it was not reduced by itself.
+    /// Squared angular frequencies of the fixed-interface modes of each body, rad2/s2; empty where
+    /// it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
     /// Passes of the prestress by contact; empty where the prestress is another one.
     pub prestress_passes: Vec<PrestressPass>,
-    /// Largest relative change of the first stuck frequencies where the stress is that of the static state with all pairs
-    /// stuck; `None` where the prestress is not that of the held flanks, or the bodies do not touch.
+    /// Largest relative change of the first stuck frequencies where the stress is that of the
+    /// static state with all pairs stuck; `None` where the prestress is not that of the held
+    /// flanks, or the bodies do not touch.
     pub held_flanks_error: Option<f64>,
 }
 
-/// A reduction as it is kept for later runs.
+/// Reduction as it is stored for later runs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct KeptReduction {
-    /// Matrices on pairs and modes.
+    /// Reduced model on pairs and modes.
     pub reduced: ReducedModel,
-    /// What is known of its modes.
+    /// Estimates and frequencies of its modes.
     pub modes: ReductionModes,
-    /// Displacement of the static state that the prestress comes from; `None` where the finite elements find the stress, or
-    /// there is none.
+    /// Displacement of the static state that the prestress comes from; `None` where the finite
+    /// elements find the stress, or there is none.
     pub displacement: Option<Displacement>,
 }
 
-/// What a reduction depends on: the model without what only the contact laws and the size of the excitation use. Where the
-/// prestress is that of the static state, the laws count, too.
+/// Inputs of a reduction: the model without what only the contact laws and the size of the
+/// excitation use. Where the prestress is that of the static state, the laws count, too.
 #[derive(Debug, Clone, Serialize)]
 pub struct ReductionInputs {
     model: Model,
     wanted: StuckModes,
-    /// What the static state is solved with that the prestress comes from.
+    /// Settings of the static state that the prestress comes from.
     statics: Option<StaticOptions>,
 }
 
 impl ReductionInputs {
-    /// The inputs of a reduction of `model`; `statics` where its prestress is that of the static state with contact.
+    /// Inputs of a reduction of `model`, with `statics` where its prestress is that of the static
+    /// state with contact.
     pub(super) fn of(model: &Model, wanted: StuckModes, statics: Option<StaticOptions>) -> Self {
         let mut model = model.clone();
         if statics.is_none() {
@@ -87,5 +91,5 @@ impl ReductionInputs {
     }
 }
 
-/// Hash of what a reduction depends on.
+/// Hash of the inputs of a reduction.
 pub type Key = [u8; 32];

@@ -1,8 +1,8 @@
 //! A whole run: from a [`Scene`] and the meshes of its bodies to static state, response, modes.
 //!
-//! [`solve`] is the run. Nothing is written or printed here: a [`Session`] tells an [`Observer`] of everything as it comes,
-//! and asks a [`Store`] for what earlier runs have computed. `()` is an observer that does not listen, and a store that keeps
-//! nothing.
+//! [`solve`] is the run. Nothing is written or printed here. A [`Session`] reports everything to an
+//! [`Observer`] as it comes, and asks a [`Store`] for results of earlier runs. `()` is an observer
+//! that ignores all events, and a store that keeps nothing.
 
 mod bodies;
 mod campbell;
@@ -39,27 +39,27 @@ use crate::results::modes::ModeShape;
 use crate::results::small::Sizes;
 use dovetail_numerics::eigen::Modes;
 
-/// Lets each dense product and factorisation of this process run on one thread: split among threads they round differently.
-/// The work is shared between bodies, halves of a sweep and pairs, so that results then do not depend on the number of
-/// threads. It is a setting of the whole process, and therefore left to the program.
+/// Restricts each dense product and factorisation of this process to one thread, because those
+/// split among threads round differently. The work is shared between bodies, halves of a sweep and
+/// pairs, so that results then do not depend on the number of threads. It is a setting of the whole
+/// process, and therefore left to the program.
 pub fn factorise_on_one_thread() {
     faer::set_global_parallelism(faer::Par::Seq);
 }
 
-/// What a run makes besides the response.
+/// Optional results of a run besides the response.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Options {
-    /// The way back to the bodies, which fields on them need.
+    /// True to make the recovery of the bodies, which fields on them need.
     pub fields: bool,
-    /// The modes of each body with its flanks held.
+    /// True to compute the modes of each body with its flanks held.
     pub held_modes: bool,
 }
 
-/// From the meshes of a scene, or its reduced model, to static state and response. A static state that nothing can vibrate
-/// about is no error: [`Run::verdict`] tells of it.
+/// Computes static state and response from the meshes of a scene, or from its reduced model. A
+/// static state that nothing can vibrate about is no error: [`Run::verdict`] reports it.
 ///
-/// # Errors
-/// That of a stage; [`Error::Stopped`] by the observer or the store.
+/// # Errors The error of a stage; [`Error::Stopped`] by the observer or the store.
 pub fn solve(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -127,10 +127,9 @@ pub fn solve(
     Ok(run)
 }
 
-/// Up to the static state under the steady load: a run without a response.
+/// Computes the static state under the steady load: a run without a response.
 ///
-/// # Errors
-/// That of a stage; [`Error::Stopped`] by the observer.
+/// # Errors The error of a stage; [`Error::Stopped`] by the observer.
 pub fn static_state(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -151,7 +150,7 @@ pub fn static_state(
     })
 }
 
-/// The static state of a reduced model, and what is known with it.
+/// Static state of a reduced model, with the quantities derived from it.
 fn statics(
     scene: &Scene,
     reduced: &Reduced,
@@ -188,21 +187,21 @@ fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
     modes.iter().map(|modes| modes.omega2.clone()).collect()
 }
 
-/// What a modal analysis finds.
+/// Result of a modal analysis.
 #[derive(Debug)]
 pub struct ModalAnalysis {
-    /// The reduced model.
+    /// Reduced model.
     pub reduced: Reduced,
     /// Squared angular frequencies of each body with its flanks held, rad2/s2.
     pub held_omega2: Vec<Vec<f64>>,
-    /// Shapes on the nodes; none without bodies.
+    /// Shapes on the nodes; empty without bodies.
     pub shapes: Vec<ModeShape>,
 }
 
-/// Modes: of each body with its flanks held (full model), fixed-interface, and of the stuck assembly.
+/// Computes the modes of each body with its flanks held (full model), the fixed-interface modes,
+/// and those of the stuck assembly.
 ///
-/// # Errors
-/// Those of [`Reduced::of`] and of the eigenvalues.
+/// # Errors The errors of [`Reduced::of`] and of the eigenvalues.
 pub fn modes(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -223,20 +222,20 @@ pub fn modes(
     })
 }
 
-/// What a condensation for other programs finds.
+/// Result of a condensation for other programs.
 #[derive(Debug)]
 pub struct Condensed {
-    /// Excited by 1 N in all, where the scene has forces alone.
+    /// Reduced model, under a total force of 1 N where the scene has forces alone.
     pub reduced: Reduced,
-    /// What the excitation is to be multiplied by, N.
+    /// Factor on that excitation, N.
     pub force_n: f64,
 }
 
-/// Up to the reduced model, under 1 N in all whatever the forces of the scene. Where the scene has other causes than
-/// forces they stay as they are.
+/// Computes the reduced model, under a total force of 1 N whatever the forces of the scene.
+/// Excitations that are not forces stay as they are.
 ///
-/// # Errors
-/// [`Error::NoMesh`] of a scene about a reduced model; [`Error::AllBonded`] of one without pairs; those of [`Reduced::of`].
+/// # Errors [`Error::NoMesh`] for a scene about a reduced model; [`Error::AllBonded`] for one
+/// without pairs; those of [`Reduced::of`].
 pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
     let (of_one_newton, force_n) = of_one_newton(assembly);
@@ -250,9 +249,9 @@ pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Co
     Ok(Condensed { reduced, force_n })
 }
 
-/// The assembly with forces that are 1 N in all, in the proportions of its own, and the sum of its
-/// own. Pressures and accelerations have no such sum: with any of them the assembly stays as it is,
-/// and the sum is 1.
+/// Assembly whose forces add up to 1 N, in the proportions of its own, and the sum of its own.
+/// Pressures and accelerations have no such sum: with any of them the assembly stays as it is, and
+/// the sum is 1.
 fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
     let mut scaled = assembly.clone();
     if assembly.excitations.iter().any(|e| e.kind.unit() != "N") {

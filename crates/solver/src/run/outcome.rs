@@ -1,4 +1,4 @@
-//! What comes of a run: static state, response, and whether they are a full result.
+//! Results of a run: static state, response, and whether they are complete.
 
 use super::error::Error;
 use super::reduced::Reduced;
@@ -10,41 +10,42 @@ use crate::results::recovery::NodalField;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
 
-/// What came of a run.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Run {
-    /// The reduced model.
+    /// Reduced model.
     pub reduced: Reduced,
-    /// The static state.
+    /// Static state.
     pub statics: StaticResult,
-    /// The response; `None` where there is no static state to vibrate about, or none was asked for.
+    /// Response; `None` where there is no static state to vibrate about, or none was asked for.
     pub response: Option<ResponseResult>,
     /// Squared angular frequencies of each body with its flanks held, rad2/s2; empty where they were not asked for.
     pub held_omega2: Vec<Vec<f64>>,
 }
 
-/// A static state, and what is known with it.
+/// Static state, with the quantities derived from it.
 #[derive(Debug)]
 pub struct StaticResult {
     /// The state, converged or not.
     pub state: StaticState,
-    /// The farthest slide of a pair over the shorter side of its flank.
+    /// Largest ratio of the slide of a pair to the shorter side of its flank.
     pub slide: f64,
-    /// Displacements of all nodes of each body, m, where the state converged and the way back to the bodies was made.
+    /// Displacements of all nodes of each body, m, where the state converged and the recovery was
+    /// made.
     pub displacements_m: Option<Vec<NodalField>>,
-    /// What moves farthest over the size of its body, where displacements are known.
+    /// Largest displacement relative to the size of its body, where displacements are known.
     pub farthest: Option<Moved>,
-    /// What friction does not hold under the steady load; empty where it holds all, or nothing is known of the bodies.
+    /// Motions that friction does not hold under the steady load; empty where it holds all, or the
+    /// bodies are not known.
     pub retained: Vec<BodyMotion>,
-    /// How bodies are free that nothing holds.
+    /// Free motions of the bodies that nothing holds.
     pub free: Vec<BodyMotion>,
 }
 
 impl StaticResult {
-    /// Whether there is a static state to vibrate about.
+    /// Checks that there is a static state to vibrate about.
     ///
-    /// # Errors
-    /// [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
+    /// # Errors [`Error::NothingHolds`], [`Error::SlidesTooFar`], [`Error::StaticState`].
     pub fn usable(&self) -> Result<(), Error> {
         match self.state.outcome {
             Outcome::NothingHolds => Err(Error::NothingHolds {
@@ -61,39 +62,40 @@ impl StaticResult {
     }
 }
 
-/// A response, and what is known with it.
+/// Response, with the quantities derived from it.
 #[derive(Debug)]
 pub struct ResponseResult {
-    /// The response that the scene asks for.
+    /// Response that the scene asks for.
     pub response: Response,
-    /// The response with another number of harmonics, where the scene asks for one.
+    /// Response with another number of harmonics, where the scene asks for one.
     pub compared: Option<Compared>,
-    /// The farthest slide of a pair over the shorter side of its flank.
+    /// Largest ratio of the slide of a pair to the shorter side of its flank.
     pub slide: f64,
-    /// Observed displacement that is largest over the size of its body, where there are bodies.
+    /// Observed displacement that is largest relative to the size of its body, where there are
+    /// bodies.
     pub farthest: Option<Moved>,
-    /// What friction does not hold where it holds least; empty where it holds all, or nothing is known of the bodies.
+    /// Motions that friction does not hold where it holds least; empty where it holds all, or the
+    /// bodies are not known.
     pub retained: Vec<BodyMotion>,
-    /// Frequency of the last stuck mode over that of the highest harmonic of any solution; `None` where no mode was left
-    /// out, or where it is not known.
+    /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
+    /// solution; `None` where no mode was left out, or where it is not known.
     pub modes_reach: Option<f64>,
 }
 
-/// A response with another number of harmonics.
+/// Response with another number of harmonics.
 #[derive(Debug, Clone)]
 pub struct Compared {
-    /// Harmonics.
+    /// Number of harmonics.
     pub harmonics: usize,
-    /// The response with so many.
+    /// Response with that number.
     pub response: Response,
 }
 
 impl Run {
-    /// Whether the run came to its full result.
+    /// Checks that the run reached its full result.
     ///
-    /// # Errors
-    /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`], [`Error::MovesTooFar`],
-    /// [`Error::NotConverged`] where some frequencies failed.
+    /// # Errors [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
+    /// [`Error::MovesTooFar`], [`Error::NotConverged`] where some frequencies failed.
     pub fn verdict(&self) -> Result<(), Error> {
         let Some(found) = &self.response else {
             self.statics.usable()?;
@@ -105,22 +107,22 @@ impl Run {
     }
 }
 
-/// Everything that a response is computed from.
+/// Inputs of a response.
 #[derive(Debug, Clone, Copy)]
 pub struct ResponseInputs<'a> {
     /// Reduced model, laws and excitations.
     pub problem: &'a Problem,
     /// Damping of the bodies.
     pub damping: Rayleigh,
-    /// The static state that the motion is about.
+    /// Static state that the motion is about.
     pub state: &'a StaticState,
     /// Frequencies, harmonics and solver.
     pub settings: &'a SweepSettings,
-    /// How many frequencies are asked for.
+    /// Number of frequencies asked for.
     pub points: usize,
 }
 
-/// Why a state or a motion is none: something moves by more than its body is long.
+/// Error where something moves by more than its body is long.
 fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
     match moved.filter(|moved| moved.share() > 1.0) {
         Some(moved) => Err(Error::MovesTooFar(moved.clone())),

@@ -1,6 +1,6 @@
-//! The prestress of an assembly. That of the static state with contact depends on the reduced model itself: both are
-//! repeated until the normal forces no longer move. The first pass takes the stress of the static state with all pairs
-//! stuck, which one linear system gives.
+//! Prestress of an assembly. That of the static state with contact depends on the reduced model
+//! itself: both are computed repeatedly until the normal forces no longer change. The first pass
+//! takes the stress of the static state with all pairs stuck, which one linear system gives.
 
 use nalgebra_sparse::CscMatrix;
 
@@ -20,19 +20,19 @@ use crate::reduction::{
 use crate::results::modes::hertz;
 use crate::structure::Structure;
 
-/// Passes after which the normal forces still move.
+/// Largest number of passes.
 const MOST_PASSES: usize = 20;
-/// Largest change of a normal force over the largest normal force that counts as none.
+/// Largest change of a normal force, relative to the largest one, that counts as none.
 const STILL: f64 = 1e-3;
 
-/// A reduction with the prestress that its model asks for.
+/// Reduction with the prestress that its model asks for.
 pub(super) struct Settled {
     pub structure: Structure,
     pub reduction: KeptReduction,
     pub recovery: Recovery,
 }
 
-/// Whether the prestress of a model is that of its static state.
+/// Returns `true` if the prestress of a model is that of its static state.
 pub(super) fn is_of_contact(model: &Model) -> bool {
     let rotation = model.rotation.as_ref();
     rotation.is_some_and(|r| r.prestress_of_contact)
@@ -40,8 +40,8 @@ pub(super) fn is_of_contact(model: &Model) -> bool {
 
 /// Reduces a model with the prestress that it asks for.
 ///
-/// # Errors
-/// Those of the finite elements and of the reduction; [`Error::Prestress`] where the normal forces do not settle.
+/// # Errors The errors of the finite elements and of the reduction; [`Error::Prestress`] where the
+/// normal forces do not converge.
 pub(super) fn settle(
     model: &Model,
     wanted: StuckModes,
@@ -60,7 +60,8 @@ pub(super) fn settle(
     if is_of_contact(model) {
         let mut state = static_state(scene, &pass.problem, session);
         pass.take_down(None, &mut passes, session)?;
-        // Without a state there is nothing to go on from: the run says why, by the one of this model.
+        // Without a state there is nothing to continue from; the run reports the reason, by the
+        // state of this model.
         while state.outcome.is_converged() {
             let change = passes.last().and_then(|pass: &PrestressPass| pass.change);
             match change {
@@ -101,7 +102,7 @@ pub(super) fn settle(
     })
 }
 
-/// The reduced model of one pass with its laws, and what is known of its modes.
+/// Reduced model of one pass with its laws, and the estimates of its modes.
 struct Pass {
     problem: Problem,
     truncation: Truncation,
@@ -109,7 +110,7 @@ struct Pass {
 }
 
 impl Pass {
-    /// A reduction, its way back apart.
+    /// Splits a reduction into the pass and its recovery.
     fn of(reduction: Reduction, model: &Model) -> (Self, Recovery) {
         let Reduction {
             model: reduced,
@@ -149,7 +150,7 @@ impl Pass {
     }
 }
 
-/// The matrices with the stress of a displacement.
+/// Matrices with the stress of a displacement.
 pub(super) fn stressed(
     model: &Model,
     displacement: &[Vec<[f64; 3]>],
@@ -159,7 +160,7 @@ pub(super) fn stressed(
     Ok(assemble_stressed(model, displacement)?)
 }
 
-/// Largest change of a normal force over the largest normal force.
+/// Largest change of a normal force relative to the largest one.
 fn change_of_normal_forces(before: &StaticState, after: &StaticState) -> f64 {
     let normal =
         |state: &StaticState| -> Vec<f64> { state.lambda.iter().step_by(3).copied().collect() };
@@ -172,15 +173,15 @@ fn change_of_normal_forces(before: &StaticState, after: &StaticState) -> f64 {
     }
 }
 
-/// Where no pair can open: the change of the first stuck frequency squared.
+/// Change of the first squared stuck frequency, where no pair can open.
 fn relative(before: Option<f64>, after: Option<f64>) -> f64 {
     before
         .zip(after)
         .map_or(0.0, |(before, after)| (after / before - 1.0).abs())
 }
 
-/// The matrices of the bodies. Where their prestress is that of the static state with contact, it is taken with all
-/// pairs stuck.
+/// Matrices of the bodies. Where their prestress is that of the static state with contact, it is
+/// taken with all pairs stuck.
 pub(super) fn assemble(model: &Model, session: &Session<'_>) -> Result<Structure, Error> {
     let stage = session.stage(Stage::FiniteElements);
     let solve = |k: &CscMatrix<f64>, f: &[f64]| {
@@ -200,9 +201,9 @@ pub(super) fn assemble(model: &Model, session: &Session<'_>) -> Result<Structure
     Ok(assemble_stressed(model, &displacement)?)
 }
 
-/// What the prestress of the held flanks makes of the first stuck frequencies: their largest relative change where the
-/// stress is that of the static state with all pairs stuck. `None` where the prestress is another one, or the bodies
-/// do not touch.
+/// Largest relative change of the first stuck frequencies where the prestress of the held flanks is
+/// replaced by the stress of the static state with all pairs stuck. `None` where the prestress is
+/// another one, or the bodies do not touch.
 fn held_flanks_error(
     model: &Model,
     structure: &Structure,
@@ -219,7 +220,7 @@ fn held_flanks_error(
     Ok(frequency_change(reduction, structure, &other))
 }
 
-/// Displacements of all nodes of each body, of those of its free dofs.
+/// Displacements of all nodes of each body, from those of its free degrees of freedom.
 fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Displacement {
     let bodies = model.bodies.iter().zip(free);
     bodies
@@ -227,7 +228,7 @@ fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Displacement {
         .collect()
 }
 
-/// Unknowns of the stuck assembly, no body of which is reduced by itself.
+/// Number of unknowns of the stuck assembly, no body of which is reduced by itself.
 fn unknowns(model: &Model) -> usize {
     let free: usize = model.bodies.iter().map(|b| 3 * b.dofs.free_nodes()).sum();
     free - 3 * (model.pairs.len() + model.bonded.len())
@@ -243,7 +244,7 @@ pub(super) fn reduce(
     Ok(reduction::reduce(structure, wanted)?)
 }
 
-/// Told of the systems that a reduction solves.
+/// Begins the stage of a reduction, with the systems that it solves.
 fn reduction_stage<'s, 'o>(model: &Model, session: &'s Session<'o>) -> StageGuard<'s, 'o> {
     let stage = session.stage(Stage::Reduction);
     // A body that is reduced by itself, and then the assembly of what is left.

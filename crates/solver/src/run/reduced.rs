@@ -1,4 +1,4 @@
-//! The reduced model of a scene, whether it began with a mesh or with a folder.
+//! Reduced model of a scene, from meshes or from a folder.
 
 use super::bodies::Bodies;
 use crate::description::{FrequencyRange, Scene};
@@ -9,25 +9,26 @@ use crate::reduction::{Highest, LISTED_MODES, ReducedModel, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
 use crate::results::pairs::PairTable;
 
-/// The reduced model of a scene with its laws and excitations, and what tables say of its pairs.
+/// Reduced model of a scene with its laws and excitations, and the table of its pairs.
 #[derive(Debug)]
 pub struct Reduced {
-    /// Places and areas of the pairs.
+    /// Positions and areas of the pairs.
     pub pairs: PairTable,
-    /// What is to be solved.
+    /// Problem to be solved.
     pub problem: Problem,
-    /// The bodies; `None` where the model was read from a folder.
+    /// Bodies; `None` where the model was read from a folder.
     pub bodies: Option<Bodies>,
 }
 
 impl Reduced {
-    /// The matrices.
+    /// Matrices of the model.
     pub fn model(&self) -> &ReducedModel {
         &self.problem.reduced
     }
 
-    /// Squared angular frequencies of the linear reference about a static state, rad2/s2: as many modes as
-    /// [`ReducedModel::stuck_omega2`] has, and a few where all that moves are open pairs.
+    /// Squared angular frequencies of the linear reference about a static state, rad2/s2: as many
+    /// modes as [`ReducedModel::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are
+    /// open pairs.
     pub fn linear_omega2<'a>(&self, state: &'a StaticState) -> &'a [f64] {
         let count = match self.model().stuck_omega2().len() {
             0 => LISTED_MODES,
@@ -36,8 +37,8 @@ impl Reduced {
         &state.linear.omega2[..count.min(state.linear.with_mass)]
     }
 
-    /// Frequency of the last stuck mode over that of the highest harmonic of any solution. `None` where no mode was left
-    /// out, or where it is not known.
+    /// Ratio of the frequency of the last stuck mode to that of the highest harmonic of any
+    /// solution. `None` where no mode was left out, or where it is not known.
     pub(super) fn modes_reach(&self, responses: &[&Response]) -> Option<f64> {
         let kept = self.bodies.as_ref()?;
         if kept.modes.truncation.amplitude == Some(0.0) || self.problem.laws.is_empty() {
@@ -57,8 +58,9 @@ impl Reduced {
         probes.map(|probe| probe.name.as_str()).collect()
     }
 
-    /// Natural frequencies: `held_omega2` are squared angular frequencies of each body with its contacts held, where they
-    /// are known; with a static state the modes of the linear reference about it are among them.
+    /// Natural frequencies. `held_omega2` are squared angular frequencies of each body with its
+    /// contacts held, if they are known. With a static state the modes of the linear reference
+    /// about it are included.
     pub fn natural_frequencies(
         &self,
         state: Option<&StaticState>,
@@ -90,10 +92,10 @@ impl Reduced {
     }
 }
 
-/// Where the number of harmonics is adapted, the modes are chosen as for so many.
+/// Number of harmonics that the modes are chosen for where it is adapted.
 const USUALLY_ADAPTED: usize = 7;
 
-/// The stuck modes that the response of a scene asks for.
+/// Stuck modes that the response of a scene requires.
 pub fn stuck_modes(scene: &Scene) -> StuckModes {
     let excitations = scene.assembly().map_or(&[][..], |a| &a.excitations);
     let harmonic = excitations.iter().map(|e| e.harmonic).max().unwrap_or(1) as f64;
@@ -103,7 +105,7 @@ pub fn stuck_modes(scene: &Scene) -> StuckModes {
     };
     let count = scene.response.stuck_modes;
     let kept = match (count, scene.response.resolution) {
-        // Harmonics then ask for nothing, and scenes that differ in them share a reduction.
+        // Harmonics then require nothing, and scenes that differ in them share a reduction.
         (Some(_), _) => 0,
         (None, Resolution::Fixed { harmonics, .. }) => harmonics,
         (None, Resolution::Accuracy(_)) => USUALLY_ADAPTED,

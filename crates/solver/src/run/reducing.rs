@@ -1,5 +1,5 @@
-//! From the meshes of a scene to its reduced model. What only fields and modes of single bodies need is made, or taken
-//! from the store, when it is first asked for.
+//! Reduction of a scene from its meshes to its reduced model. Data that only fields and modes of
+//! single bodies need are computed, or taken from the store, when first asked for.
 
 use std::cell::OnceCell;
 use std::time::{Duration, Instant};
@@ -24,9 +24,8 @@ use dovetail_numerics::eigen::Modes;
 impl Reduced {
     /// Binds, assembles and reduces a scene about meshes, or reads the folder of its reduced model.
     ///
-    /// # Errors
-    /// [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of binding, finite elements, prestress and
-    /// reduction; a folder that cannot be read.
+    /// # Errors [`Error::NoMesh`] where the scene is about bodies and `meshes` is `None`; those of
+    /// binding, finite elements, prestress and reduction; a folder that cannot be read.
     pub fn of(scene: &Scene, meshes: Option<Meshes>, session: &Session<'_>) -> Result<Self, Error> {
         let reduced = match &scene.subject {
             Subject::Assembly(assembly) => {
@@ -61,10 +60,10 @@ impl Reduced {
 }
 
 impl Bound {
-    /// Binds an assembly to its mesh, and tells of it.
+    /// Binds an assembly to its mesh, and reports it.
     ///
-    /// # Errors
-    /// A name that the mesh does not have, flanks that do not lie on each other, elements without volume.
+    /// # Errors A name that the mesh does not have, flanks that do not lie on each other, elements
+    /// without volume.
     pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
         let _stage = session.stage(Stage::Model);
         let model = bind_with_fields(assembly, &meshes.mesh, &meshes.fields)?;
@@ -84,10 +83,10 @@ impl Bound {
 }
 
 impl Bodies {
-    /// Takes an assembly to its reduced model, with the laws and the excitations of the assembly.
+    /// Reduces an assembly to its model and the problem with its laws and excitations.
     ///
-    /// # Errors
-    /// Those of [`Bound::of`], of the finite elements, of the reduction and of the prestress.
+    /// # Errors The errors of [`Bound::of`], of the finite elements, of the reduction and of the
+    /// prestress.
     pub(super) fn reduce(
         bound: Bound,
         wanted: StuckModes,
@@ -134,10 +133,9 @@ impl Bodies {
         Ok((bodies, problem))
     }
 
-    /// Makes the way back from the reduced model to the bodies.
+    /// Makes the recovery of the bodies' motion from the reduced model.
     ///
-    /// # Errors
-    /// Those of the finite elements and of the reduction.
+    /// # Errors The errors of the finite elements and of the reduction.
     pub fn recover(&self, session: &Session<'_>) -> Result<(), Error> {
         if self.recovery.get().is_some() {
             return Ok(());
@@ -174,10 +172,10 @@ impl Bodies {
         Ok(self.structure.get_or_init(|| structure))
     }
 
-    /// Modes of each body alone, its flanks held (full model), on the free dofs of its interior.
+    /// Modes of each body alone with its flanks held (full model), on the free degrees of freedom
+    /// of its interior.
     ///
-    /// # Errors
-    /// Those of the finite elements and of the eigenvalues.
+    /// # Errors The errors of the finite elements and of the eigenvalues.
     pub fn held_modes(&self, session: &Session<'_>) -> Result<Vec<Modes>, Error> {
         let begin = Instant::now();
         if let Some(kept) = self.key.and_then(|key| session.store().held_modes(&key)) {

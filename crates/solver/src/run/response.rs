@@ -1,4 +1,4 @@
-//! The response of a reduced model about its static state.
+//! Response of a reduced model about its static state.
 
 use super::error::Error;
 use super::outcome::ResponseInputs;
@@ -24,10 +24,10 @@ use dovetail_numerics::newton::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::ops::ControlFlow;
 
-/// The frequencies of the response, rising.
+/// Frequencies of the response, Hz, ascending.
 ///
-/// # Errors
-/// [`Error::NoLinearMode`] where they are counted from the first of the linear modes `omega2`, and there is none.
+/// # Errors [`Error::NoLinearMode`] where they count from the first of the linear modes `omega2`,
+/// and there is none.
 pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<Vec<f64>, Error> {
     let (from, to) = match response.range {
         FrequencyRange::Hz { from_hz, to_hz } => (from_hz, to_hz),
@@ -43,14 +43,13 @@ pub(super) fn frequencies_hz(response: &ResponseSpec, omega2: &[f64]) -> Result<
         .collect())
 }
 
-/// Nearer to an undamped mode than this, relative, a harmonic of the response is taken to lie on it.
+/// Relative distance to an undamped mode within which a harmonic of the response lies on it.
 const ON_A_MODE: f64 = 1e-9;
 
-/// Without damping the linear answer is infinite at the frequency of a linear mode. At that of a stuck mode the
-/// condensed stiffness is.
+/// Checks that no harmonic lies on an undamped mode. There the linear answer is infinite for a
+/// linear mode, and the condensed stiffness for a stuck mode.
 ///
-/// # Errors
-/// [`Error::UndampedMode`] where a harmonic of some frequency lies there.
+/// # Errors [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
 pub(super) fn off_undamped_modes(
     reduced: &ReducedModel,
     state: &StaticState,
@@ -82,7 +81,7 @@ pub(super) fn off_undamped_modes(
     Ok(())
 }
 
-/// The mode, of ascending ones, that lies at a frequency.
+/// Mode, of ascending ones, that lies at a frequency.
 fn mode_at(modes_hz: &[f64], frequency_hz: f64) -> Option<usize> {
     // The first one not below the window around it.
     let mode = modes_hz.partition_point(|m| *m < frequency_hz * (1.0 - ON_A_MODE));
@@ -90,7 +89,8 @@ fn mode_at(modes_hz: &[f64], frequency_hz: f64) -> Option<usize> {
     modes_hz.get(mode).is_some_and(is_there).then_some(mode)
 }
 
-/// A response with `harmonics` beside one of another resolution: with its samples, where it says how many.
+/// Resolution of a second response with `harmonics`, with the samples of the first, if it has a
+/// fixed number.
 pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
     let samples = match own {
         Resolution::Fixed { samples, .. } => samples,
@@ -99,23 +99,22 @@ pub(super) fn compared(own: Resolution, harmonics: usize) -> Resolution {
     Resolution::Fixed { harmonics, samples }
 }
 
-/// What the responses of a run have in common.
+/// Common data of the responses of a run.
 pub(super) struct Responses<'a, 'o> {
     pub spec: &'a ResponseSpec,
     pub reduced: &'a Reduced,
     pub damping: Rayleigh,
     pub state: &'a StaticState,
-    /// Rising.
+    /// Frequencies, ascending.
     pub frequencies_hz: &'a [f64],
     pub session: &'a Session<'o>,
 }
 
 impl Responses<'_, '_> {
-    /// The scene's own response, or the one with so many harmonics that it is compared with, and
-    /// how far a pair slides in it over the shorter side of its flank.
+    /// Response of the scene itself, or the one with so many harmonics that it is compared with,
+    /// and the largest ratio of the slide of a pair in it to the shorter side of its flank.
     ///
-    /// # Errors
-    /// [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
+    /// # Errors [`Error::TooLittleMemory`]; [`Error::Stopped`] by the observer or the store.
     pub fn response(&self, compared_harmonics: Option<usize>) -> Result<(Response, f64), Error> {
         let own = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
@@ -174,7 +173,7 @@ impl Responses<'_, '_> {
             return Err(Error::Stopped);
         };
         let steps = session.steps(self.frequencies_hz.len(), "frequencies");
-        // An observer that ends the run is heeded once the sweep is done.
+        // An observer that ends the run takes effect after the sweep.
         let tell = |told: Told<'_>| match told {
             Told::Solved(solved) => {
                 let mut solved = solved.clone();
@@ -202,7 +201,7 @@ impl Responses<'_, '_> {
         Ok(response)
     }
 
-    /// Where all flanks are bonded: the modes' answer, each by itself.
+    /// Response where all flanks are bonded: each mode answers by itself.
     fn linear(&self, resolution: Resolution) -> Response {
         let _stage = self
             .session

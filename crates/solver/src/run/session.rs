@@ -1,7 +1,7 @@
-//! Who hears of a run while it goes on, and what it may take from earlier runs.
+//! Reports of a running run, and access to results of earlier runs.
 //!
-//! A [`Session`] is handed through all stages of a run. It tells an [`Observer`] of each [`Event`], and asks a [`Store`]
-//! for what an earlier run has computed. Several threads may use it at once.
+//! A [`Session`] is passed to all stages of a run. It reports each [`Event`] to an [`Observer`],
+//! and asks a [`Store`] for results of earlier runs. Several threads may use it at once.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -22,39 +22,39 @@ use crate::reduction::Recovery;
 use dovetail_mesh::Mesh;
 use dovetail_numerics::eigen::Modes;
 
-/// A part of a run.
+/// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// The mesh is made or read, by whoever calls the library.
+    /// The caller of the library generates or reads the mesh.
     Mesh,
     /// Names become indices, flanks become pairs.
     Model,
     /// Matrices of the bodies.
     FiniteElements,
-    /// From the bodies to pairs and modes.
+    /// Bodies are reduced to pairs and modes.
     Reduction,
-    /// The reduction is kept for later runs.
+    /// The reduction is stored for later runs.
     Keeping,
-    /// The way back from the reduced model is taken from the store.
+    /// The recovery of the bodies' motion is taken from the store.
     Recovery,
     /// A reduced model is read.
     ReducedModel,
-    /// The files of a reduced model are written, by whoever calls the library.
+    /// The caller of the library writes the files of a reduced model.
     ReducedModelFiles,
-    /// Modes of each body by itself, its flanks held.
+    /// Modes of each body alone with its flanks held.
     HeldModes,
     /// Modes of a Campbell diagram.
     ModesAtSpeeds,
     /// Static state with friction.
     StaticState,
-    /// The files of the static state are written, by whoever hears of it.
+    /// The observer writes the files of the static state.
     StaticFiles,
     /// Harmonic balance over the frequencies.
     Response,
-    /// The files of the response are written, by whoever hears of it.
+    /// The observer writes the files of the response.
     ResponseFiles,
-    /// Steps in time beside harmonic balance.
+    /// The motion is integrated in time, to check harmonic balance.
     TimeIntegration,
 }
 
@@ -99,7 +99,7 @@ impl Stage {
         }
     }
 
-    /// The stage with a name for programs.
+    /// Stage with this name for programs.
     pub fn of_id(id: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|stage| stage.id() == id)
     }
@@ -126,24 +126,24 @@ impl Stage {
     }
 }
 
-/// What a run tells as it goes on.
+/// Event of a run.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
     /// A stage begins.
     StageBegins {
-        /// Which.
+        /// Stage that begins.
         stage: Stage,
-        /// Its title for a reader.
+        /// Title of the stage for a reader.
         title: &'a str,
     },
     /// The stage that began last ends.
     StageEnds(&'a StageEnd),
     /// A loop begins.
     LoopBegins {
-        /// Its steps in one word.
+        /// Name of its steps, in one word.
         label: &'a str,
-        /// How many there are.
+        /// Number of steps.
         steps: usize,
     },
     /// So many more steps of the loop that began last are done.
@@ -154,116 +154,120 @@ pub enum Event<'a> {
     LoopEnds,
     /// Names have become indices, and flanks pairs.
     Model {
-        /// What was bound.
+        /// Assembly that was bound.
         assembly: &'a Assembly,
-        /// To which mesh.
+        /// Mesh that it was bound to.
         mesh: &'a Mesh,
-        /// What came of it.
+        /// Result of the binding.
         bound: &'a Bound,
     },
     /// One pass of the prestress by contact is done.
     PrestressPass {
-        /// Counted from 1.
+        /// Number of the pass, counted from 1.
         number: usize,
-        /// How far it moved.
+        /// Change in this pass.
         pass: &'a PrestressPass,
     },
-    /// The reduced model is there.
+    /// The reduced model is available.
     Reduced(&'a Reduced),
-    /// The static state is there, converged or not.
+    /// The static state is available, converged or not.
     StaticState {
-        /// Its model.
+        /// Reduced model of the state.
         reduced: &'a Reduced,
-        /// The state and what is known with it.
+        /// State, with the quantities derived from it.
         statics: &'a StaticResult,
     },
     /// A response is about to be computed.
     ResponseBegins {
-        /// Its model.
+        /// Reduced model of the response.
         reduced: &'a Reduced,
-        /// The frequencies that are asked for, Hz, rising.
+        /// Frequencies that are asked for, Hz, ascending.
         frequencies_hz: &'a [f64],
-        /// Harmonics of the response that the scene's own is compared with; `None`: its own.
+        /// Harmonics of the response that the scene's own is compared with; `None` for its own.
         compared_harmonics: Option<usize>,
     },
     /// A strategy is tried at a frequency.
     Tries {
         /// Frequency of the excitation, Hz.
         frequency_hz: f64,
-        /// Harmonics kept.
+        /// Number of harmonics kept.
         harmonics: usize,
         /// Name of the strategy.
         strategy: &'a str,
     },
-    /// One frequency of the response that began last is solved, converged or not, or solved once more
-    /// ([`SolvedFrequency::again`]).
+    /// One frequency of the response that began last is solved, converged or not, or solved once
+    /// more ([`SolvedFrequency::again`]).
     Frequency(&'a SolvedFrequency),
-    /// The response is there, and the one that it is compared with.
+    /// The response is available, and the one that it is compared with.
     Response(&'a Run),
 }
 
-/// How a stage ended.
+/// End of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StageEnd {
-    /// Which.
+    /// Stage that ended.
     pub stage: Stage,
-    /// Its title for a reader.
+    /// Title of the stage for a reader.
     pub title: String,
-    /// What the stage makes was taken from the store.
+    /// True if the result of the stage was taken from the store.
     pub from_store: bool,
-    /// How long it took, where it began before it was told.
+    /// Time that it took; `None` where the time between the events counts.
     pub took: Option<Duration>,
-    /// Unknowns of each system that it solved, the largest first.
+    /// Number of unknowns of each system that it solved, the largest first.
     pub unknowns: Vec<usize>,
 }
 
-/// Hears of a run. The calls come one after the other, from whichever thread has something to tell.
+/// Receiver of the events of a run. The calls come one after the other, from any thread that
+/// reports an event.
 pub trait Observer: Send {
-    /// Hears of an event. [`ControlFlow::Break`] ends the run with [`Error::Stopped`] as soon as the stage under way allows.
+    /// Receives an event. [`ControlFlow::Break`] ends the run with [`Error::Stopped`] as soon as
+    /// the current stage allows.
     fn on(&mut self, event: &Event<'_>) -> ControlFlow<()>;
 }
 
-/// An observer that does not listen.
+/// Observer that ignores all events.
 impl Observer for () {
     fn on(&mut self, _: &Event<'_>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// Keeps what runs compute. By itself it keeps nothing and finds nothing.
+/// Store of results of runs. By default it keeps nothing and finds nothing.
 pub trait Store: Send {
-    /// The key of a reduction; `None` where nothing is kept.
+    /// Key of a reduction; `None` where nothing is kept.
     fn key(&mut self, _inputs: &ReductionInputs) -> Option<Key> {
         None
     }
-    /// A reduction that was kept. Where there is none the run makes it, and keeps it with [`Store::keep_reduction`].
+    /// Reduction that was kept. Where there is none the run makes it, and stores it with
+    /// [`Store::keep_reduction`].
     fn reduction(&mut self, _key: &Key) -> Option<KeptReduction> {
         None
     }
-    /// Keeps a reduction with its way back to the bodies.
+    /// Stores a reduction with its recovery.
     fn keep_reduction(&mut self, _key: &Key, _reduction: &KeptReduction, _recovery: &Recovery) {}
-    /// The way back to the bodies of a reduction that was kept.
+    /// Recovery of a reduction that was kept.
     fn recovery(&mut self, _key: &Key) -> Option<Recovery> {
         None
     }
-    /// Keeps the way back to the bodies alone.
+    /// Stores a recovery alone.
     fn keep_recovery(&mut self, _key: &Key, _recovery: &Recovery) {}
     /// Modes of each body with its contacts held.
     fn held_modes(&mut self, _key: &Key) -> Option<Vec<Modes>> {
         None
     }
-    /// Keeps the modes of each body with its contacts held.
+    /// Stores the modes of each body with its contacts held.
     fn keep_held_modes(&mut self, _key: &Key, _modes: &[Modes]) {}
-    /// The frequencies of a response that an earlier run solved before it was broken off. [`ControlFlow::Break`] ends the run.
+    /// Frequencies of a response that an earlier run solved before it was interrupted.
+    /// [`ControlFlow::Break`] ends the run.
     fn solved(&mut self, _inputs: &ResponseInputs<'_>) -> ControlFlow<(), Vec<SolvedFrequency>> {
         ControlFlow::Continue(Vec::new())
     }
 }
 
-/// A store that keeps nothing.
+/// Store that keeps nothing.
 impl Store for () {}
 
-/// What a run talks to.
+/// Observer and store of a run.
 pub struct Session<'o> {
     observer: Mutex<&'o mut dyn Observer>,
     store: Mutex<&'o mut dyn Store>,
@@ -277,7 +281,7 @@ impl fmt::Debug for Session<'_> {
 }
 
 impl<'o> Session<'o> {
-    /// Tells `observer`, and asks `store`.
+    /// Session that reports to `observer` and asks `store`.
     pub fn new(observer: &'o mut dyn Observer, store: &'o mut dyn Store) -> Self {
         Self {
             observer: Mutex::new(observer),
@@ -286,10 +290,9 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// Tells the observer, while no one else does.
+    /// Reports an event to the observer, one at a time.
     ///
-    /// # Errors
-    /// [`Error::Stopped`] where the observer has ended the run.
+    /// # Errors [`Error::Stopped`] where the observer has ended the run.
     pub fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
         if lock(&self.observer).on(event).is_break() {
             self.stopped.store(true, Ordering::Relaxed);
@@ -297,10 +300,9 @@ impl<'o> Session<'o> {
         self.goes_on()
     }
 
-    /// Whether the run goes on.
+    /// Checks that the run continues.
     ///
-    /// # Errors
-    /// [`Error::Stopped`] where the observer has ended it.
+    /// # Errors [`Error::Stopped`] where the observer has ended it.
     pub(super) fn goes_on(&self) -> Result<(), Error> {
         if self.stopped.load(Ordering::Relaxed) {
             return Err(Error::Stopped);
@@ -308,7 +310,7 @@ impl<'o> Session<'o> {
         Ok(())
     }
 
-    /// The store, while no one else has it.
+    /// Store, locked for this thread.
     pub(super) fn store(&self) -> MutexGuard<'_, &'o mut dyn Store> {
         lock(&self.store)
     }
@@ -320,7 +322,7 @@ impl<'o> Session<'o> {
 
     /// Begins a stage under a title of its own.
     pub(super) fn titled_stage(&self, stage: Stage, title: &str) -> StageGuard<'_, 'o> {
-        // An observer that ends the run is heeded at the next result.
+        // An observer that ends the run takes effect at the next result.
         let _ = self.tell(&Event::StageBegins { stage, title });
         StageGuard {
             session: self,
@@ -330,7 +332,7 @@ impl<'o> Session<'o> {
         }
     }
 
-    /// Tells of a stage that took `time`, its result taken from the store.
+    /// Reports a stage that took `time` and whose result comes from the store.
     pub(super) fn kept_stage(&self, stage: Stage, time: Duration) {
         let title = stage.title();
         let _ = self.tell(&Event::StageBegins { stage, title });
@@ -350,7 +352,7 @@ impl<'o> Session<'o> {
     }
 }
 
-/// A stage under way. Its end is told when this is dropped.
+/// Running stage. Its end is reported when this is dropped.
 #[must_use = "the stage ends when the guard is dropped"]
 pub(super) struct StageGuard<'s, 'o> {
     session: &'s Session<'o>,
@@ -360,7 +362,7 @@ pub(super) struct StageGuard<'s, 'o> {
 }
 
 impl StageGuard<'_, '_> {
-    /// Tells of one more system that the stage solves, with so many unknowns.
+    /// Records one more system that the stage solves, with so many unknowns.
     pub(super) fn solves(&self, unknowns: usize) {
         lock(&self.unknowns).push(unknowns);
     }
@@ -380,19 +382,19 @@ impl Drop for StageGuard<'_, '_> {
     }
 }
 
-/// The steps of a long loop, which may come from several threads.
+/// Steps of a long loop, which may come from several threads.
 #[must_use = "the loop ends when the guard is dropped"]
 pub(super) struct Steps<'s, 'o> {
     session: &'s Session<'o>,
 }
 
 impl Steps<'_, '_> {
-    /// One more step is done.
+    /// Reports that one more step is done.
     pub(super) fn step(&self) {
         let _ = self.session.tell(&Event::LoopAdvances(1));
     }
 
-    /// One more step is to be done.
+    /// Reports that the loop has one more step.
     pub(super) fn grow(&self) {
         let _ = self.session.tell(&Event::LoopGrows);
     }
@@ -404,7 +406,7 @@ impl Drop for Steps<'_, '_> {
     }
 }
 
-/// A panic of another thread while it held the lock leaves what it guards whole.
+/// Locks a mutex. A panic of another thread that had the lock leaves the data intact.
 fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -414,7 +416,7 @@ mod tests {
     use super::*;
     use rayon::prelude::*;
 
-    /// Writes down what it hears, and ends the run at a loop of no steps.
+    /// Records the events, and ends the run at a loop of no steps.
     #[derive(Default)]
     struct Listener {
         heard: Vec<String>,

@@ -1,4 +1,4 @@
-//! From a reduced model to its static state.
+//! Static state of a reduced model.
 
 use super::kept::StaticOptions;
 use super::session::{Session, Stage};
@@ -11,7 +11,7 @@ use dovetail_numerics::newton::NewtonOptions;
 /// Newton iterations allowed for one step of the static load.
 const STATIC_ITERATIONS: usize = 100;
 
-/// What the static state of a scene is solved with.
+/// Settings of the static state of a scene.
 pub fn static_options(scene: &Scene) -> StaticOptions {
     StaticOptions {
         load_steps: scene.static_state.load_steps,
@@ -20,7 +20,7 @@ pub fn static_options(scene: &Scene) -> StaticOptions {
     }
 }
 
-/// The static state with friction; where no pair can open or slip there is nothing to solve.
+/// Static state with friction; where no pair can open or slip there is nothing to solve.
 pub(super) fn static_state(scene: &Scene, problem: &Problem, session: &Session<'_>) -> StaticState {
     if problem.laws.is_empty() {
         return StaticState {

@@ -1,4 +1,4 @@
-//! Harmonic balance beside integration in time, at a few frequencies.
+//! Comparison of harmonic balance with integration in time, at a few frequencies.
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -16,35 +16,34 @@ use crate::reduction::StuckModes;
 use crate::reduction::damping::{Rayleigh, rayleigh};
 use crate::results::quantities::peak;
 
-/// Most frequencies of the response in which the peak is looked for.
+/// Most frequencies of the response in which the peak is searched.
 const MOST_POINTS: usize = 81;
 /// A flank of the peak is the first frequency beside it below this fraction of its amplitude.
 const FLANK: f64 = 0.75;
 
-/// What is integrated, and how.
+/// Frequencies and settings of an integration in time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verification {
-    /// Empty: the peak of a response over the scene's range, and its two flanks.
+    /// Frequencies, Hz. Empty: the peak of a response over the scene's range, and its two flanks.
     pub frequencies_hz: Vec<f64>,
-    /// Steps of one period.
+    /// Number of steps of one period.
     pub steps_per_period: usize,
-    /// Exactly so many periods; `None`: until steady, at most `most_periods`.
+    /// Exact number of periods; `None`: until steady, at most `most_periods`.
     pub periods: Option<usize>,
     /// Most periods until the motion is steady.
     pub most_periods: usize,
-    /// What may be left of the transient, relative.
+    /// Fraction of the transient that may be left.
     pub steady: f64,
-    /// Start from the static state instead of the motion of harmonic balance.
+    /// True to start from the static state instead of the motion of harmonic balance.
     pub from_rest: bool,
     /// Largest relative difference that passes.
     pub tolerance: f64,
 }
 
 impl Verification {
-    /// Whether it can be done.
+    /// Checks that the number of steps is allowed.
     ///
-    /// # Errors
-    /// [`Error::TooManySteps`].
+    /// # Errors [`Error::TooManySteps`].
     pub fn check(&self) -> Result<(), Error> {
         let (periods, steps) = (self.most_periods_asked(), self.steps_per_period);
         if periods.saturating_mul(steps) > MOST_STEPS_IN_ALL {
@@ -57,28 +56,28 @@ impl Verification {
         Ok(())
     }
 
-    /// How many periods are integrated, or the most where they end with the transient.
+    /// Number of periods that are integrated, or the most where they end with the transient.
     fn most_periods_asked(&self) -> usize {
         self.periods.unwrap_or(self.most_periods)
     }
 }
 
-/// Both methods beside each other.
+/// Results of both methods.
 #[derive(Debug)]
 pub struct Verified {
-    /// The reduced model, its static state, and harmonic balance at the frequencies that were asked for or searched.
+    /// Reduced model, its static state, and harmonic balance at the frequencies that were asked for
+    /// or searched.
     pub run: Run,
-    /// One for each frequency that was integrated.
+    /// Comparison at each frequency that was integrated.
     pub comparisons: Vec<Comparison>,
-    /// [`Error::NotSteady`] or [`Error::Disagreement`], where they are not alike.
+    /// [`Error::NotSteady`] or [`Error::Disagreement`], where they differ.
     pub verdict: Result<(), Error>,
 }
 
 /// Integrates the reduced model in time at each frequency and compares.
 ///
-/// # Errors
-/// [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the reduction; [`Error::NotConverged`]
-/// where harmonic balance has no motion to compare.
+/// # Errors [`Error::TooManySteps`]; [`Error::AllBonded`]; those of the static state and the
+/// reduction; [`Error::NotConverged`] where harmonic balance has no motion to compare.
 pub fn verify(
     scene: &Scene,
     meshes: Option<Meshes>,
@@ -154,7 +153,8 @@ pub fn verify(
     })
 }
 
-/// A motion in time has all harmonics: the scene with no fewer modes than they ask for. A folder has the modes that it has.
+/// Scene with no fewer modes than the harmonics require, because a motion in time has all
+/// harmonics. A folder keeps the modes that it has.
 fn with_modes_of_harmonics(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let asked = &mut scene.response.stuck_modes;
@@ -166,7 +166,7 @@ fn with_modes_of_harmonics(scene: &Scene) -> Scene {
     scene
 }
 
-/// A response, and the positions in it of the orbits to compare.
+/// Response, and the positions in it of the orbits to compare.
 fn orbits(
     scene: &Scene,
     reduced: &Reduced,
@@ -185,7 +185,7 @@ fn orbits(
         spec.points = spec.points.min(MOST_POINTS);
         frequencies_hz = frequencies_of(&spec, reduced.linear_omega2(state))?;
     }
-    // Those that are compared are asked for by the caller, or found on the grid.
+    // The frequencies compared are asked for by the caller, or found on the grid.
     let spec = ResponseSpec {
         most_added_points: 0,
         ..scene.response.clone()
@@ -215,8 +215,8 @@ fn orbits(
     Ok((found, chosen))
 }
 
-/// Peak, and the first frequency with a motion on each side below [`FLANK`] of it; all where nothing is
-/// observed or has a motion.
+/// Positions of the peak, and of the first frequency with a motion on each side below [`FLANK`] of
+/// it; all positions where nothing is observed or has a motion.
 fn peak_and_flanks(response: &Response) -> Vec<usize> {
     let Some(top) = peak(response, 0) else {
         return (0..response.orbits.len()).collect();

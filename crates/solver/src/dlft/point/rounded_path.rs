@@ -1,5 +1,5 @@
-//! One frequency from the static state by rounded laws ([`crate::dlft::rounded`]), each solution the start of the next
-//! sharper one.
+//! Solution of one frequency from the static state by rounded laws ([`crate::dlft::rounded`]); each
+//! solution is the start of the next sharper one.
 
 use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized};
 use crate::dlft::balance::Setting;
@@ -15,46 +15,51 @@ use std::f64::consts::TAU;
 
 /// Sharpness of the friction cones of the first law.
 const BLUNTEST: f64 = 2.0;
-/// Each law is so many times as sharp as the one before; by the root of this where that is too far, down to the least.
+/// Each law is sharper than the one before by this factor, or by its roots, down to the least,
+/// where that is too far.
 const MOST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH: f64 = 1.1;
-/// From the first sharpness on the law itself is tried after each, and no sharper one than the second.
+/// From the first sharpness on the law itself is tried after each solution; no law is sharper than
+/// the second.
 const SHARP: f64 = 32.0;
 const SHARPEST: f64 = 1024.0;
-/// Newton iterations allowed to the first law and to the law itself, and to those between: one that needs more is too far.
+/// Newton iterations allowed to the first law and to the law itself, and to the laws between. A law
+/// that needs more is too far.
 const END_ITERATIONS: usize = 45;
 const STEP_ITERATIONS: usize = 25;
-/// What balances are solved to: below [`SHARP`], from there on, and with the law itself.
+/// Tolerances of the balances: below [`SHARP`], from there on, and with the law itself.
 const BLUNT_TOLERANCE: f64 = 1e-2;
 const SHARP_TOLERANCE: f64 = 1e-3;
 const LAW_TOLERANCE: f64 = 1e-4;
-/// eps is lowered on the way until bodies no longer slide as a whole ([`crate::dlft::gross_slip`]), but not further than to
-/// this fraction. Where the first law is not found, and pairs slide more times than `SLIP` as far as friction deforms them,
-/// eps is lowered to it at once.
+/// Least eps_scale. eps is lowered on the way until bodies no longer slide as a whole
+/// ([`crate::dlft::gross_slip`]), but to no less than this fraction. It is lowered to this at once
+/// where the first law is not found and pairs slide more than `SLIP` times as far as friction
+/// deforms them.
 const SOFTEST: f64 = 1e-2;
 const SLIP: f64 = 1e2;
 
-/// The way to a motion: the balance that is solved next, and the solution of the last that was.
+/// Path to a motion: the balance that is solved next, and the last solution.
 struct Path<'a, 'b> {
     solver: &'b FrequencySolver<'a>,
     frequency_hz: f64,
     mean: Mean,
     harmonics: usize,
-    /// Of the friction cones; `None`: the law itself.
+    /// Sharpness of the friction cones; `None` for the law itself.
     sharpness: Option<f64>,
-    /// As in [`Balance`].
+    /// Scale of eps, as in [`Balance`].
     eps_scale: f64,
-    /// Where the first law is not found, eps_scale becomes this.
+    /// Value that eps_scale takes where the first law is not found.
     softest: f64,
     method: Method,
     u: Vec<f64>,
 }
 
 impl FrequencySolver<'_> {
-    /// The motion at the end of the path; `None` where there is nothing to retain and the mean is to be retained, or
-    /// where the frequency has taken what it may on the way.
+    /// Motion at the end of the path. `None` where the mean is to be retained and there is nothing
+    /// to retain, or where the budget of the frequency is used up on the way.
     ///
-    /// The rounded laws have as many harmonics as exact corrections are cheap for, the law itself more and more.
+    /// The rounded laws have as many harmonics as exact corrections are cheap for; the law itself
+    /// is then solved with more and more.
     pub(super) fn with_rounded_laws(
         &self,
         frequency_hz: f64,
@@ -95,7 +100,7 @@ impl FrequencySolver<'_> {
 }
 
 impl Path<'_, '_> {
-    /// Rounded laws, sharper and sharper, and the law itself.
+    /// Solves rounded laws, sharper and sharper, and the law itself.
     fn sharpen(&mut self, work: &mut Work) {
         if !self.solve(work) && self.softest < self.eps_scale {
             self.eps_scale = self.softest;
@@ -120,7 +125,7 @@ impl Path<'_, '_> {
         self.sharpness = None;
     }
 
-    /// The law with eps as it is, at once or in steps.
+    /// Solves the law with eps raised to its full value, at once or in steps.
     fn stiffen(&mut self, work: &mut Work) {
         self.method = self.solver.stepping();
         let mut reached = self.eps_scale;
@@ -137,7 +142,7 @@ impl Path<'_, '_> {
         self.eps_scale = 1.0;
     }
 
-    /// The law with more and more harmonics, up to where the next are all.
+    /// Solves the law with more and more harmonics, up to the last number below all.
     fn refine(&mut self, work: &mut Work) {
         while self.harmonics < self.solver.setting.fourier.harmonics() {
             self.solve(work);
@@ -145,8 +150,8 @@ impl Path<'_, '_> {
         }
     }
 
-    /// Goes on to the solution of the balance, or stays where it is not found, or where the frequency has taken what it
-    /// may.
+    /// Solves the balance and moves to its solution; stays where none is found or the budget of the
+    /// frequency is used up. Returns `true` if it is found.
     fn solve(&mut self, work: &mut Work) -> bool {
         if self.solver.budget_exhausted(work) {
             return false;

@@ -1,4 +1,4 @@
-//! Quick tests of what a sweep does with its frequencies, on a mass before a stop.
+//! Quick tests of what a sweep does with its frequencies, on a mass in front of a stop.
 
 use super::*;
 use crate::dlft::made_up::{self, mass_with_a_stop};
@@ -6,12 +6,13 @@ use crate::dlft::static_state::static_state;
 use std::ops::RangeInclusive;
 use std::sync::Mutex;
 
-/// Tells iterations of a frequency that is made up from those that are done.
+/// Iteration count that marks a made-up frequency.
 const MARK: usize = 1_000_000;
-/// Residuals of its attempt.
+/// Number of residuals of its attempt.
 const MARK_RESIDUALS: usize = 3;
 
-/// Of the mass before its stop at so many frequencies, one harmonic: the response, and what a sweep that is broken off keeps.
+/// Response of the mass in front of its stop at so many frequencies, with one harmonic, and what an
+/// interrupted sweep keeps.
 fn of_mass(
     problem: &Problem,
     range_hz: RangeInclusive<f64>,
@@ -42,13 +43,13 @@ fn of_mass(
     (response, told)
 }
 
-/// Its amplitude where it does not meet the stop.
+/// Amplitude of the mass where it does not touch the stop.
 fn free_amplitude(hz: f64) -> f64 {
     let omega = TAU * hz;
     0.1 / (1.0 - omega * omega).hypot(made_up::DAMPING.mass_per_s * omega)
 }
 
-/// A frequency as if its solution had ended so.
+/// Changes a frequency as if its solution had ended so.
 fn ended(solved: &mut SolvedFrequency, outcome: Outcome) {
     let orbit = &mut solved.orbit;
     orbit.outcome = outcome;
@@ -57,7 +58,7 @@ fn ended(solved: &mut SolvedFrequency, outcome: Outcome) {
     (orbit.newton_iterations, orbit.krylov_iterations) = (MARK, MARK);
     orbit.newton_residuals = vec![vec![9.0; MARK_RESIDUALS]];
 }
-/// How frequencies ended, by their numbers.
+/// Outcomes of frequencies, by their numbers.
 type Ends<'a> = &'a [(usize, Outcome)];
 
 #[test]
@@ -130,7 +131,7 @@ fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
     ] {
         assert_eq!(is_better(&orbit, &than), better);
     }
-    // What is kept counts the work of both.
+    // The motion that is kept counts the work of both.
     let problem = mass_with_a_stop(100.0);
     let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier).0;
     let mut records = of_mass(&problem, 0.1..=0.24, 8, |_| (), &[]).1;
@@ -167,7 +168,8 @@ fn frequencies_are_added_at_the_peak_of_a_mass_on_a_spring() {
     let largest = largest.fold(0.0, f64::max);
     let found = response.orbits[peak].observed_amplitude_m[0] / largest;
     assert!(found > 0.999, "{found}");
-    // They have the numbers after those of the frequencies asked for, and are no more than are allowed.
+    // They have the numbers after those of the frequencies asked for, and are no more than are
+    // allowed.
     assert!((0..count).eq(records.iter().map(|solved| solved.orbit.point)));
     for (most, expected) in [(0, 8), (1, 9), (2, 10)] {
         let (fewer, told) = respond(most, &[]);
@@ -188,8 +190,8 @@ fn frequencies_are_added_at_the_peak_of_a_mass_on_a_spring() {
     assert_eq!(respond(40, &earlier).1.len(), 10);
 }
 
-/// Above 0.1669 Hz the mass can vibrate without meeting the stop; of one harmonic it can meet it up to a fold between 0.19
-/// and 0.195 Hz.
+/// Above 0.1669 Hz the mass can vibrate without touching the stop. With one harmonic it can touch
+/// it up to a fold between 0.19 and 0.195 Hz.
 #[test]
 fn where_the_curve_of_a_mass_with_a_stop_folds_both_motions_are_named() {
     let problem = mass_with_a_stop(1.0);
@@ -233,7 +235,8 @@ fn where_the_curve_of_a_mass_with_a_stop_folds_both_motions_are_named() {
     }
 }
 
-/// A stiff stop: the motion that meets it is less than 1.3 times as large, and what is beside an end of the range is no step.
+/// A stiff stop: the motion that touches it is less than 1.3 times as large, and what is beside an
+/// end of the range is no step.
 #[test]
 fn where_the_halves_meet_a_second_motion_is_looked_for_without_a_step() {
     let mut problem = mass_with_a_stop(1.0);
@@ -261,7 +264,8 @@ fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_
     let mut problem = mass_with_a_stop(0.0);
     assert_eq!(outcomes(&problem, None), [Outcome::Converged; 2]);
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
-    // Without its spring, pressed against the stop by more and by less than the 0.1 N that shake it.
+    // Without its spring, pressed against the stop by more and by less than the 0.1 N that excite
+    // it.
     problem.reduced.stiffness[(0, 0)] = 0.0;
     problem.reduced.static_load.on_x[0] = -1.0;
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
