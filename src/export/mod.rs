@@ -13,6 +13,7 @@ pub mod manifest;
 pub mod plots;
 pub mod report;
 mod states;
+pub mod table;
 mod unrolled;
 pub mod vtu;
 

@@ -17,7 +17,7 @@ use super::folder::Settings;
 use super::parameter::Parameter;
 use super::pictures::Picture;
 use super::quantity::{Figure, name_and_unit, with_unit};
-use super::report::{OF_RUNS, day, least_values, of_run, remarks};
+use super::report::{OF_RUNS, day, least_values, remarks};
 use super::results::{CaseResult, Figures};
 use crate::export::plots::in_unit;
 use crate::export::report::REPORT;
@@ -307,9 +307,9 @@ fn cases(contents: &Contents<'_>) -> Markup {
             row.push(number.unwrap_or_default() + &difference.unwrap_or_default());
         }
     }
-    header.extend(OF_RUNS.map(of_runs));
+    header.extend(OF_RUNS.map(|(heading, _)| of_runs(heading)));
     for (row, result) in rows.iter_mut().zip(results) {
-        row.extend(of_run(result, &|v| figure(v, 3)));
+        row.extend(OF_RUNS.map(|(_, cell)| cell(result).words(|v| figure(v, 3))));
     }
     let designs = &analysis.designs;
     let same = analysis.figures.iter();
@@ -390,12 +390,12 @@ fn one_refinement(
         [vec![name.to_owned()], cells, end.to_vec()].concat()
     };
     let none = || [const { String::new() }; 2];
-    let cases = refinement.cases.iter().map(|c| &contents.results[*c]);
-    let runs: Vec<[String; 7]> = cases.map(|r| of_run(r, &|v| figure(v, 3))).collect();
     // Processor seconds, memory and outcome.
     let mut rows = Vec::from_iter([0, 2, 4].map(|at| {
-        let cells = runs.iter().map(|cells| cells[at].clone());
-        row(&of_runs(OF_RUNS[at]), cells.collect(), none())
+        let (heading, cell) = OF_RUNS[at];
+        let cases = refinement.cases.iter().map(|c| &contents.results[*c]);
+        let cells = cases.map(|r| cell(r).words(|v| figure(v, 3)));
+        row(&of_runs(heading), cells.collect(), none())
     }));
     let figures = refinement.figures.iter().zip(&contents.analysis.figures);
     for (refined, figure) in figures.filter(|(refined, _)| !is_unchanged(refined)) {

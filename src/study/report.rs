@@ -11,38 +11,29 @@ use super::error::StudyError;
 use super::file::Study;
 use super::folder::write_json;
 use super::parameter::{Kind, Parameter};
-use super::results::{CaseResult, Ended};
-use crate::export::csv;
+use super::results::{CaseResult, Ended, Figures};
+use crate::export::table::{Cell, Columns};
 use crate::version;
 
-/// Last columns of a table of cases.
-pub const OF_RUNS: [&str; 7] = [
-    "processor_seconds",
-    "seconds",
-    "peak_memory_mib",
-    "from_cache",
-    "outcome",
-    "points",
-    "unconverged_points",
+/// Last columns of a table of cases: heading, and cell of a case.
+pub const OF_RUNS: [(&str, fn(&CaseResult) -> Cell); 7] = [
+    ("processor_seconds", |r| of(r, |f| f.processor_seconds)),
+    ("seconds", |r| of(r, |f| Some(f.seconds))),
+    ("peak_memory_mib", |r| of(r, |f| f.peak_memory_mib)),
+    ("from_cache", |r| {
+        of(r, |f| {
+            let stages = f.from_cache.iter().map(|s| s.id());
+            Some(stages.collect::<Vec<_>>().join(" "))
+        })
+    }),
+    ("outcome", |r| r.outcome().into()),
+    ("points", |r| of(r, |f| Some(f.points))),
+    ("unconverged_points", |r| of(r, |f| Some(f.unconverged))),
 ];
 
-/// Cells of a case in the columns [`OF_RUNS`]; empty if unknown.
-pub fn of_run(result: &CaseResult, number: &dyn Fn(f64) -> String) -> [String; 7] {
-    let Some(f) = result.figures() else {
-        let mut cells = [const { String::new() }; 7];
-        cells[4] = result.outcome().to_owned();
-        return cells;
-    };
-    let stages = f.from_cache.iter().map(|s| s.id());
-    [
-        f.processor_seconds.map(number).unwrap_or_default(),
-        number(f.seconds),
-        f.peak_memory_mib.map(number).unwrap_or_default(),
-        stages.collect::<Vec<_>>().join(" "),
-        result.outcome().to_owned(),
-        f.points.to_string(),
-        f.unconverged.to_string(),
-    ]
+/// A cell that is empty if the case has no figures.
+fn of<T: Into<Cell>>(result: &CaseResult, cell: fn(&Figures) -> Option<T>) -> Cell {
+    result.figures().and_then(cell).into()
 }
 
 /// Writes table.csv: one row per case.
@@ -52,26 +43,27 @@ pub fn write_table(
     results: &[CaseResult],
     analysis: &Analysis,
 ) -> Result<(), StudyError> {
-    let has_differences = !analysis.refinements.is_empty();
-    let headings = || analysis.figures.iter().map(|f| f.heading.as_str());
-    let differences = headings().map(|h| format!("difference_{h}"));
-    let mut header = vec!["case".to_owned()];
-    header.extend(study.parameters.iter().map(|p| p.name.clone()));
-    header.extend(headings().map(str::to_owned));
-    header.extend(differences.filter(|_| has_differences));
-    header.extend(OF_RUNS.map(str::to_owned));
-    let number = |v: Option<f64>| v.map(csv::number).unwrap_or_default();
-    let row = |(result, differences): (&CaseResult, &Vec<Option<f64>>)| {
-        let mut row = vec![result.case.slug.clone()];
-        row.extend(result.case.labels(study).into_iter().map(str::to_owned));
-        row.extend(headings().map(|h| number(result.value(h))));
-        let differences = differences.iter().filter(|_| has_differences);
-        row.extend(differences.map(|d| number(*d)));
-        row.extend(of_run(result, &csv::number));
-        row
-    };
-    let rows = results.iter().zip(&analysis.differences).map(row);
-    Ok(csv::write_rows(path, &header, &rows.collect::<Vec<_>>())?)
+    type Row<'a> = (&'a CaseResult, &'a Vec<Option<f64>>);
+    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    table.add("case", |(r, _)| r.case.slug.clone());
+    for (k, parameter) in study.parameters.iter().enumerate() {
+        table.add(parameter.name.as_str(), move |(r, _)| {
+            r.case.labels(study)[k]
+        });
+    }
+    for figure in &analysis.figures {
+        table.add(figure.heading.as_str(), |(r, _)| r.value(&figure.heading));
+    }
+    let differences = analysis.figures.iter().enumerate();
+    for (k, figure) in differences.filter(|_| !analysis.refinements.is_empty()) {
+        let heading = format!("difference_{}", figure.heading);
+        table.add(heading, move |(_, differences)| differences[k]);
+    }
+    for (heading, cell) in OF_RUNS {
+        table.add(heading, move |(r, _)| cell(r));
+    }
+    let rows: Vec<Row<'_>> = results.iter().zip(&analysis.differences).collect();
+    Ok(table.write(path, &rows)?)
 }
 
 /// Writes summary.json: the answers for programs.
